@@ -1,0 +1,83 @@
+"""The session folder: its description, recordings, flags, results and errors; it imports none of ours."""
+
+from session.camera import CameraCalibration, CameraSpec, load_camera
+from session.create import FISHSIM_MARKERS, new_folder, new_from_fishsim, write_session_toml
+from session.errors import (
+    Fault,
+    FaultCollector,
+    InputError,
+    ModelMismatch,
+    NotEnoughData,
+    ResultsNotWritable,
+    SessionLocked,
+    SimulationDiverged,
+    SwimcalError,
+    did_you_mean,
+    shown,
+)
+from session.flags import FLAG_KINDS, Flag
+from session.folder import SESSION_FILE, Session, TrialSpec, file_hashes, load_session
+from session.lock import session_lock
+from session.motor import MOTOR_COLUMNS, MotorLog, load_motor
+from session.results import (
+    Provenance,
+    program_version,
+    read_result_json,
+    sha256_of,
+    write_result_json,
+    write_whole,
+    writing_whole,
+)
+from session.stamps import fingerprint_of, is_current, mark_current
+from session.toml_source import Table, TomlSource, key_error, load_toml, read_toml
+from session.tracks import Tracks, load_tracks, save_tracks
+
+__all__ = [
+    "FISHSIM_MARKERS",
+    "FLAG_KINDS",
+    "MOTOR_COLUMNS",
+    "SESSION_FILE",
+    "CameraCalibration",
+    "CameraSpec",
+    "Fault",
+    "FaultCollector",
+    "Flag",
+    "InputError",
+    "ModelMismatch",
+    "MotorLog",
+    "NotEnoughData",
+    "Provenance",
+    "ResultsNotWritable",
+    "Session",
+    "SessionLocked",
+    "SimulationDiverged",
+    "SwimcalError",
+    "Table",
+    "TomlSource",
+    "Tracks",
+    "TrialSpec",
+    "did_you_mean",
+    "file_hashes",
+    "fingerprint_of",
+    "is_current",
+    "key_error",
+    "load_camera",
+    "load_motor",
+    "load_session",
+    "load_toml",
+    "load_tracks",
+    "mark_current",
+    "new_folder",
+    "new_from_fishsim",
+    "program_version",
+    "read_result_json",
+    "read_toml",
+    "save_tracks",
+    "session_lock",
+    "sha256_of",
+    "shown",
+    "write_result_json",
+    "write_session_toml",
+    "write_whole",
+    "writing_whole",
+]

@@ -1,0 +1,222 @@
+"""New sessions: written whole, from the authors' public tracks or from a description."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from session.errors import FaultCollector, InputError, ResultsNotWritable, did_you_mean
+from session.folder import SESSION_FILE, load_session
+from session.results import write_whole
+from session.tracks import load_tracks
+
+FISHSIM_MARKERS = (
+    "nose",
+    "neck",
+    "dorsal_fin",
+    "tail_1",
+    "tail_2",
+    "tail_3",
+    "tail_4",
+    "tail_5",
+    "caudal_fin",
+)
+"""The markers of the public tracks, in the order of their columns (fishsim, ``Data/Markers``)."""
+
+FISHSIM_FPS = 60.0
+FISHSIM_SCALE_M = 0.142  # nose to neck
+FISHSIM_FIT = ("f1_00", "f1_75")
+"""The trials fitted when nothing else is asked for."""
+
+
+def write_session_toml(
+    folder: Path,
+    *,
+    name: str,
+    camera: Mapping[str, Any],
+    markers: Sequence[str],
+    trials: Sequence[Mapping[str, Any]],
+    fit: Mapping[str, Any] | None = None,
+    robot_file: str | None = None,
+) -> Path:
+    """Writes ``session.toml`` into a folder; what it holds is checked when the session is loaded.
+
+    Args:
+        folder: the session folder.
+        name: the session's name.
+        camera: keys of ``[camera]``.
+        markers: the marker names.
+        trials: keys of each ``[[trial]]``; files relative to the folder; None leaves a key out.
+        fit: keys of ``[fit]``, if any.
+        robot_file: the robot's description, relative to the folder; None for the built-in robot.
+
+    Returns:
+        The path of the file.
+
+    Raises:
+        ResultsNotWritable: the folder is not writable.
+    """
+    document = tomlkit.document()
+    document["session"] = {"name": name}
+    if robot_file is not None:
+        document["robot"] = {"file": robot_file}
+    document["camera"] = _given(camera)
+    document["markers"] = {"names": list(markers)}
+    if fit:
+        document["fit"] = _given(fit)
+    tables = tomlkit.aot()
+    for trial in trials:
+        tables.append(tomlkit.item(_given(trial)))
+    document["trial"] = tables
+    path = folder / SESSION_FILE
+    write_whole(path, tomlkit.dumps(document))
+    return path
+
+
+@contextmanager
+def new_folder(folder: Path) -> Iterator[Path]:
+    """Gives the block a temporary folder, which becomes `folder` when the block ends well.
+
+    When the block fails, or is interrupted, nothing of it is left.
+
+    Raises:
+        InputError: `folder` is there and not empty.
+        ResultsNotWritable: the operating system refused.
+    """
+    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        faults = FaultCollector(str(folder))
+        faults.add(
+            "",
+            "cannot make a session here",
+            found="something that is already there",
+            expected="a new or empty folder",
+            next_step="Choose another folder.",
+        )
+        raise InputError(faults.faults)
+    part: Path | None = None
+    try:
+        folder.absolute().parent.mkdir(parents=True, exist_ok=True)
+        part = Path(tempfile.mkdtemp(prefix=f".{folder.name}.part.", dir=folder.absolute().parent))
+        part.chmod(0o755)
+        yield part
+        if folder.exists():
+            folder.rmdir()
+        part.replace(folder)
+    except OSError as error:
+        raise ResultsNotWritable(
+            f"{folder}: the session cannot be made; found: {error.strerror or error}; "
+            "expected: a writable place. Choose a folder that you may write to."
+        ) from error
+    finally:
+        if part is not None:
+            shutil.rmtree(part, ignore_errors=True)
+
+
+def new_from_fishsim(session_folder: Path, source: Path, fit: Sequence[str] = ()) -> Path:
+    """Makes a session of the public tracks that accompany Michelis et al. (2026).
+
+    Args:
+        session_folder: the folder to make; new or empty.
+        source: a checkout of the authors' repository, or a folder of its ``f1_00.csv`` or
+            ``markers_f1_00.csv``.
+        fit: names of the trials to fit, the others are held out; default: those of `FISHSIM_FIT` that
+            are there.
+
+    Returns:
+        The session folder.
+
+    Raises:
+        InputError: no such files, faulty files, a name in `fit` that is not there, or `session_folder` is
+            not empty.
+        ResultsNotWritable: the folder cannot be written.
+    """
+    files = _fishsim_files(source)
+    fitted = _fitted(source, tuple(fit), tuple(files))
+    faults = FaultCollector()
+    for path in files.values():
+        with faults.nested():
+            load_tracks(path, FISHSIM_MARKERS, FISHSIM_FPS)
+    faults.raise_if_any()
+    with new_folder(session_folder) as part:
+        (part / "trials").mkdir()
+        for name, path in files.items():
+            shutil.copyfile(path, part / "trials" / f"{name}.csv")
+        write_session_toml(
+            part,
+            name=session_folder.absolute().name,
+            camera={"fps": FISHSIM_FPS, "scale_length_m": FISHSIM_SCALE_M},
+            markers=FISHSIM_MARKERS,
+            trials=[_fishsim_trial(name, name in fitted) for name in files],
+        )
+        load_session(part, check_tracks=False)
+    return session_folder
+
+
+def _fishsim_files(source: Path) -> dict[str, Path]:
+    """The track files by trial name, slowest first."""
+    folder = next((place for place in (source / "Data" / "Markers", source) if place.is_dir()), source)
+    found = sorted(folder.glob("*.csv")) if folder.is_dir() else []
+    named = {
+        match[1]: path
+        for path in found
+        if (match := re.fullmatch(r"(?:markers_)?(f\d+_\d+)\.csv", path.name))
+    }
+    if not named:
+        faults = FaultCollector(str(source))
+        faults.add(
+            "",
+            "no tracks of the public robot fish here",
+            found="CSV files of other names" if found else "no CSV files" if source.is_dir() else "no folder",
+            expected="a checkout with Data/Markers/markers_f1_00.csv, or a folder with f1_00.csv",
+            next_step="Clone https://github.com/srl-ethz/fishsim and name its folder.",
+        )
+        faults.raise_if_any()
+    return dict(sorted(named.items(), key=lambda item: _label_hz(item[0])))
+
+
+def _fitted(source: Path, asked: tuple[str, ...], there: tuple[str, ...]) -> tuple[str, ...]:
+    """The trials to fit."""
+    faults = FaultCollector(str(source))
+    for name in asked:
+        if name not in there:
+            faults.add(
+                "",
+                "no such trial to fit",
+                found=repr(name),
+                expected="trials that are there",
+                choices=there,
+                next_step=did_you_mean(name, there),
+            )
+    fitted = asked or tuple(name for name in FISHSIM_FIT if name in there)
+    if not fitted:
+        faults.add(
+            "", "no trial to fit", expected="at least one", choices=there, next_step="Name it with --fit."
+        )
+    faults.raise_if_any()
+    return fitted
+
+
+def _fishsim_trial(name: str, fitted: bool) -> dict[str, Any]:
+    return {
+        "name": name,
+        "kind": "swim",
+        "tracks": f"trials/{name}.csv",
+        "commanded_hz": _label_hz(name),
+        "role": "fit" if fitted else "holdout",
+    }
+
+
+def _label_hz(name: str) -> float:
+    """The command in a trial's label: f1_25 is 1.25 crank turns a second."""
+    return float(name.removeprefix("f").replace("_", "."))
+
+
+def _given(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in table.items() if value is not None}

@@ -1,0 +1,189 @@
+"""The error tree, drawn once.
+
+    SwimcalError                 anything the user can mend; the command ends with `exit_code`
+    ├── InputError               faults in files that were read, all of them at once
+    ├── SessionLocked            another run works on the same session
+    ├── ResultsNotWritable       a result could not be written; nothing half-written is left
+    ├── ModelMismatch            a calibration made with another engine or another model
+    ├── SimulationDiverged       the twin left the range in which its numbers mean something
+    └── NotEnoughData            the recordings cannot carry the estimate that was asked for
+
+Readers collect every `Fault` of a file in a `FaultCollector` and raise one `InputError`.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from difflib import get_close_matches
+from itertools import groupby
+
+SHOWN_PER_KIND = 10
+"""How many faults of one kind are spelled out before the rest is only counted."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing wrong with one place of one file.
+
+    Attributes:
+        file: the file as the user knows it.
+        where: the place in it: ``"line 12"``, ``"line 12, trial[2].role"``; empty for the whole file.
+        what: what is wrong, without a full stop.
+        found: what stands there; empty if nothing does.
+        expected: what would have been right.
+        choices: the valid values, where they can be listed.
+        next_step: what to do about it, where that is not obvious from `expected`.
+    """
+
+    file: str
+    where: str
+    what: str
+    found: str
+    expected: str
+    choices: tuple[str, ...] = ()
+    next_step: str = ""
+
+    def describe(self) -> str:
+        """The fault as one line, without the name of the file."""
+        details = [f"found {self.found}"] if self.found else []
+        details += [f"expected {self.expected}"] if self.expected else []
+        details += [f"choices: {', '.join(self.choices)}"] if self.choices else []
+        head = f"{self.where}: {self.what}" if self.where else self.what
+        sentence = "; ".join([head, *details])
+        return f"{sentence}. {self.next_step}" if self.next_step else sentence
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.describe()}"
+
+
+class SwimcalError(Exception):
+    """Base of every error the user can mend; its text is complete without a traceback."""
+
+    exit_code = 2
+
+
+class InputError(SwimcalError):
+    """Faults in what was read, all of them at once, grouped by file.
+
+    Attributes:
+        faults: every fault found, each once.
+    """
+
+    def __init__(self, faults: Iterable[Fault]) -> None:
+        self.faults: tuple[Fault, ...] = tuple(dict.fromkeys(faults))
+        super().__init__(self.faults)
+
+    def __str__(self) -> str:
+        by_file = groupby(sorted(self.faults, key=lambda fault: fault.file), key=lambda fault: fault.file)
+        return "\n".join(_paragraph(file, list(faults)) for file, faults in by_file)
+
+
+def _paragraph(file: str, faults: Sequence[Fault]) -> str:
+    """The faults of one file under its name."""
+    if len(faults) == 1:
+        return f"{file}: {faults[0].describe()}"
+    ordered = sorted(faults, key=_line)
+    lines = [f"  {number}. {fault.describe()}" for number, fault in enumerate(ordered, start=1)]
+    return "\n".join([f"{file}: {len(faults)} faults", *lines])
+
+
+def _line(fault: Fault) -> int:
+    """The line a fault is on; those without a line come last, in the order they were found."""
+    line = re.match(r"line (\d+)", fault.where)
+    return int(line[1]) if line else sys.maxsize
+
+
+class SessionLocked(SwimcalError):
+    """Another run holds the session's lock."""
+
+
+class ResultsNotWritable(SwimcalError):
+    """A result could not be written; what stood there before still stands."""
+
+
+class ModelMismatch(SwimcalError):
+    """A calibration made with another engine or another model than the one in use."""
+
+
+class SimulationDiverged(SwimcalError):
+    """The simulation became unstable; its numbers must not be used."""
+
+
+class NotEnoughData(SwimcalError):
+    """The recordings cannot carry the estimate that was asked for."""
+
+
+class FaultCollector:
+    """Gathers faults and raises them together.
+
+    >>> faults = FaultCollector("robot.toml")
+    >>> faults.add("line 3, water.density_kg_m3", "not a density", found="-1", expected="a number above 0")
+    >>> with faults.nested():          # takes over the faults of an InputError raised inside
+    ...     load_tracks(path, markers, fps)
+    >>> faults.raise_if_any()
+    """
+
+    def __init__(self, file: str = "") -> None:
+        self.file = file
+        self.faults: list[Fault] = []
+
+    def __bool__(self) -> bool:
+        return bool(self.faults)
+
+    def add(
+        self,
+        where: str,
+        what: str,
+        *,
+        found: str = "",
+        expected: str = "",
+        choices: Iterable[str] = (),
+        next_step: str = "",
+    ) -> None:
+        """Adds a fault of this collector's file."""
+        self.faults.append(Fault(self.file, where, what, found, expected, tuple(choices), next_step))
+
+    def extend(self, faults: Iterable[Fault]) -> None:
+        """Adds faults, whatever their file."""
+        self.faults.extend(faults)
+
+    def extend_capped(self, faults: Sequence[Fault], limit: int = SHOWN_PER_KIND) -> None:
+        """Adds the first `limit` faults of one kind, and one that counts the others."""
+        self.faults.extend(faults[:limit])
+        if (rest := len(faults) - limit) > 0:
+            last = faults[-1]
+            more = f"and {rest} more like the last, up to {last.where}"
+            self.faults.append(Fault(last.file, "", more, "", ""))
+
+    @contextmanager
+    def nested(self) -> Iterator[None]:
+        """Takes over the faults of an `InputError` raised in the block, which then ends quietly."""
+        try:
+            yield
+        except InputError as error:
+            self.extend(error.faults)
+
+    def raise_if_any(self) -> None:
+        """Raises one `InputError` with every fault gathered.
+
+        Raises:
+            InputError: if there is any.
+        """
+        if self.faults:
+            raise InputError(self.faults)
+
+
+def did_you_mean(word: str, choices: Iterable[str]) -> str:
+    """A next step that names the closest choice, or nothing when none is close."""
+    close = get_close_matches(word, list(choices), n=1)
+    return f"Did you mean {close[0]!r}?" if close else ""
+
+
+def shown(value: object, width: int = 60) -> str:
+    """A value as an error message shows it: its repr, shortened to `width` characters."""
+    text = repr(value)
+    return text if len(text) <= width else f"{text[: width - 1]}…"

@@ -1,0 +1,56 @@
+"""Flags: what is doubtful about a recording or a fit, said beside the number it concerns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+FLAG_KINDS: dict[str, str] = {
+    "merged_markers": "two markers sit on one spot",
+    "frozen_marker": "a marker does not move while its neighbours do",
+    "jump": "a marker moves further between two frames than it can",
+    "segment_length": "the distance to the neighbouring marker is implausible",
+    "gap": "samples are missing",
+    "truncated_log": "the last row of a log is cut short",
+    "at_bound": "an estimate sits at the bound of its range",
+    "not_converged": "the optimiser stopped before it converged",
+    "restarts_disagree": "different starts end at different estimates",
+    "unidentifiable": "the data do not determine this number",
+    "frequency_off_command": "the swim frequency differs from the command",
+    "extrapolated": "outside the range of the trials that were fitted",
+}
+"""The kinds of flag and what each says. Later stages may use further kinds of their own."""
+
+
+@dataclass(frozen=True)
+class Flag:
+    """One doubt, with its place.
+
+    Attributes:
+        kind: one of `FLAG_KINDS`, or a later stage's own.
+        markers: the markers concerned; empty where it is not about markers.
+        frames: first and last frame concerned, both included; None for the whole trial or fit.
+        message: one sentence for the reader of the report.
+    """
+
+    kind: str
+    markers: tuple[str, ...] = ()
+    frames: tuple[int, int] | None = None
+    message: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """The flag in the form of the public contract."""
+        frames = None if self.frames is None else [int(frame) for frame in self.frames]
+        return {"kind": self.kind, "markers": list(self.markers), "frames": frames, "message": self.message}
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Flag:
+        """Reads what `to_json` wrote."""
+        frames = data.get("frames")
+        return cls(
+            kind=data["kind"],
+            markers=tuple(data.get("markers", ())),
+            frames=None if frames is None else (int(frames[0]), int(frames[1])),
+            message=data.get("message", ""),
+        )

@@ -1,0 +1,245 @@
+"""The session folder: ``session.toml``, its recordings, and ``results``, which the program owns."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from session.camera import CameraSpec, load_camera
+from session.errors import FaultCollector, InputError, did_you_mean
+from session.motor import load_motor
+from session.results import sha256_of
+from session.session_checks import (
+    TRIAL_FILES,
+    check_files,
+    check_markers,
+    check_trials,
+    is_file,
+    markers_in,
+    trials_in,
+)
+from session.session_file import SessionFile, TrialKind, TrialRole, TrialTable
+from session.toml_source import Key, TomlSource, read_toml
+from session.tracks import Tracks, load_tracks
+
+SESSION_FILE = "session.toml"
+
+RobotMarkers = Callable[[Path | None], tuple[str, ...]]
+"""The markers of the robot in a file; of the built-in robot for None. May raise `InputError`."""
+
+
+@dataclass(frozen=True)
+class TrialSpec:
+    """One recording of the robot, as `session.toml` describes it.
+
+    Attributes:
+        name: unique in the session, fit for a file name.
+        kind: ``"free_decay"`` (tail let go), ``"dry"`` (head clamped, in air) or ``"swim"``.
+        tracks: marker tracks; they win over a video.
+        video: the video to track.
+        boxes: first boxes of the markers in the video.
+        motor: the motor log.
+        motor_offset_s: motor clock minus video clock, seconds.
+        commanded_hz: crank turns a second; None only for free decay.
+        role: ``"fit"`` or ``"holdout"``.
+    """
+
+    name: str
+    kind: TrialKind
+    tracks: Path | None = None
+    video: Path | None = None
+    boxes: Path | None = None
+    motor: Path | None = None
+    motor_offset_s: float = 0.0
+    commanded_hz: float | None = None
+    role: TrialRole = "fit"
+
+
+@dataclass(frozen=True)
+class Session:
+    """A session whose files were checked.
+
+    Attributes:
+        folder: the session folder.
+        name: the session's name.
+        robot_file: the robot's description; None for the built-in robot.
+        camera: clock, scale and lens.
+        markers: names of the tracked markers, in the order of files without a header.
+        warmup_s: seconds at the start of each trial left out of every comparison.
+        seed: the seed of every random draw.
+        trials: in the order of the file.
+    """
+
+    folder: Path
+    name: str
+    robot_file: Path | None
+    camera: CameraSpec
+    markers: tuple[str, ...]
+    warmup_s: float
+    seed: int
+    trials: tuple[TrialSpec, ...]
+
+    @property
+    def results(self) -> Path:
+        """The folder of the results; it need not be there yet."""
+        return self.folder / "results"
+
+    def trial(self, name: str) -> TrialSpec:
+        """The trial of this name.
+
+        Raises:
+            InputError: there is none; the error lists the choices.
+        """
+        names = [trial.name for trial in self.trials]
+        if name not in names:
+            faults = FaultCollector(str(self.folder / SESSION_FILE))
+            faults.add(
+                "",
+                "no such trial",
+                found=repr(name),
+                expected="a trial of the session",
+                choices=names,
+                next_step=did_you_mean(name, names),
+            )
+            faults.raise_if_any()
+        return self.trials[names.index(name)]
+
+    def inputs(self) -> tuple[Path, ...]:
+        """Every input file, `session.toml` first, each once."""
+        files = [self.folder / SESSION_FILE, self.robot_file, self.camera.file]
+        for trial in self.trials:
+            files += [trial.tracks, trial.video, trial.boxes, trial.motor]
+        return tuple(dict.fromkeys(file for file in files if file is not None))
+
+
+def load_session(
+    folder: Path, robot_markers: RobotMarkers | None = None, *, check_tracks: bool = True
+) -> Session:
+    """Reads and checks a session folder; nothing is written.
+
+    Args:
+        folder: the session folder.
+        robot_markers: gives the markers of the session's robot, to be compared with those of the session.
+            Faults of the robot file that it raises are reported with the others.
+        check_tracks: also reads every track file and motor log.
+
+    Raises:
+        InputError: every fault of `session.toml` and of the files it names, at once.
+    """
+    source = _read_session_file(folder)
+    faults = FaultCollector(source.file)
+    content = source.validate(SessionFile, faults)
+    check_files(source, folder, faults)
+    check_trials(source, faults)
+    check_markers(source, _markers_of_robot(source, folder, robot_markers, faults), faults)
+    camera = _camera(content, folder, faults) if content else None
+    if check_tracks:
+        _check_recordings(source, content, folder, faults)
+    faults.raise_if_any()
+    assert content is not None
+    assert camera is not None
+    return _session(content, folder, camera)
+
+
+def file_hashes(session: Session) -> dict[str, str]:
+    """The sha256 of every input file by its name relative to the session folder, with forward slashes."""
+    return {
+        Path(os.path.relpath(file, session.folder)).as_posix(): sha256_of(file) for file in session.inputs()
+    }
+
+
+def _read_session_file(folder: Path) -> TomlSource:
+    path = folder / SESSION_FILE
+    if not is_file(path):
+        faults = FaultCollector(str(folder))
+        faults.add(
+            "",
+            f"no {SESSION_FILE} here",
+            expected=f"a session folder with a {SESSION_FILE}",
+            next_step="Make one with `calib new`.",
+        )
+        raise InputError(faults.faults)
+    return read_toml(path)
+
+
+def _markers_of_robot(
+    source: TomlSource, folder: Path, robot_markers: RobotMarkers | None, faults: FaultCollector
+) -> tuple[str, ...] | None:
+    """The markers of the session's robot; None where they cannot be told."""
+    robot = source.data.get("robot", {})
+    named = "robot" in source.data
+    file = _present(folder, robot.get("file")) if isinstance(robot, dict) else None
+    if robot_markers is None or (named and file is None):
+        return None
+    with faults.nested():
+        return robot_markers(file)
+    return None
+
+
+def _camera(content: SessionFile, folder: Path, faults: FaultCollector) -> CameraSpec:
+    camera = content.camera
+    file = None if camera.calibration is None else folder / camera.calibration
+    calibration = None
+    if file is not None and is_file(file):
+        with faults.nested():
+            calibration = load_camera(file)
+    return CameraSpec(camera.fps, camera.scale_length_m, calibration, file)
+
+
+def _check_recordings(
+    source: TomlSource, content: SessionFile | None, folder: Path, faults: FaultCollector
+) -> None:
+    """Reads the tracks and motor logs that are there, also when `session.toml` has faults of its own."""
+    markers = markers_in(source)
+    for key, trial in trials_in(source):
+        if path := _present(folder, trial.get("motor")):
+            with faults.nested():
+                load_motor(path)
+        path = _present(folder, trial.get("tracks"))
+        if path and markers and len(set(markers)) == len(markers):
+            with faults.nested():
+                tracks = load_tracks(path, markers, content.camera.fps if content else 1.0)
+                if content:
+                    _check_length(source, key, tracks, content, faults)
+
+
+def _present(folder: Path, name: object) -> Path | None:
+    """The file of this name in the session folder; None where the name is faulty, which other checks say."""
+    return folder / name if isinstance(name, str) and name and is_file(folder / name) else None
+
+
+def _check_length(
+    source: TomlSource, key: Key, tracks: Tracks, content: SessionFile, faults: FaultCollector
+) -> None:
+    """Tracks that are compared with the twin go on after the warm-up."""
+    duration = float(tracks.time_s[-1] - tracks.time_s[0])
+    trial = content.trial[int(key[-1])]
+    if trial.kind != "free_decay" and duration <= content.fit.warmup_s:
+        faults.add(
+            source.where((*key, "tracks")),
+            "the trial is too short",
+            found=f"{duration:.3g} s",
+            expected=f"more than the warm-up of {content.fit.warmup_s:g} s, which no comparison uses",
+            next_step="Leave the trial out, or set warmup_s in [fit].",
+        )
+
+
+def _session(content: SessionFile, folder: Path, camera: CameraSpec) -> Session:
+    return Session(
+        folder=folder,
+        name=content.session.name,
+        robot_file=folder / content.robot.file if content.robot else None,
+        camera=camera,
+        markers=content.markers.names,
+        warmup_s=content.fit.warmup_s,
+        seed=content.fit.seed,
+        trials=tuple(_trial(trial, folder) for trial in content.trial),
+    )
+
+
+def _trial(trial: TrialTable, folder: Path) -> TrialSpec:
+    files = {kind: getattr(trial, kind) for kind in TRIAL_FILES}
+    paths = {kind: None if name is None else folder / name for kind, name in files.items()}
+    return TrialSpec(**{**trial.model_dump(), **paths})

@@ -1,0 +1,75 @@
+"""The lock of a session: two runs must not write the same results."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from session.errors import ResultsNotWritable, SessionLocked
+
+LOCK = ".swimcal.lock"
+HOLDER = ".holder.json"
+
+
+@contextmanager
+def session_lock(folder: Path) -> Iterator[None]:
+    """Holds the session's lock during the block, without waiting for it.
+
+    The operating system drops the lock when its holder ends, however it ends: a killed run does not block
+    the next. Who holds it is noted in ``results/.holder.json``, for the message only.
+
+    Raises:
+        SessionLocked: another run holds it.
+        ResultsNotWritable: the session folder is not writable.
+    """
+    lock = FileLock(folder / LOCK, timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise SessionLocked(_held_by(folder)) from None
+    except OSError as error:
+        raise ResultsNotWritable(
+            f"{folder}: the session cannot be locked; found: {error.strerror or error}; "
+            "expected: a writable folder. Make it writable, or work on a copy of the session."
+        ) from error
+    try:
+        with _noted(folder / "results" / HOLDER):
+            yield
+    finally:
+        lock.release()
+
+
+@contextmanager
+def _noted(holder: Path) -> Iterator[None]:
+    """Notes who holds the lock; a note that cannot be written is left out."""
+    note = {
+        "pid": os.getpid(),
+        "host": socket.gethostname(),
+        "since": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+    with suppress(OSError):
+        holder.parent.mkdir(exist_ok=True)
+        holder.write_text(json.dumps(note), encoding="utf-8")
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            holder.unlink()
+
+
+def _held_by(folder: Path) -> str:
+    who = "another run"
+    with suppress(OSError, ValueError, KeyError, TypeError):
+        note = json.loads((folder / "results" / HOLDER).read_bytes())
+        who = f"process {note['pid']} on {note['host']}, since {note['since']}"
+    return (
+        f"{folder}: this session is being worked on; found: its lock held by {who}; "
+        "expected: one run at a time. Wait for that run, or end it; then start again."
+    )

@@ -1,0 +1,96 @@
+"""Motor logs: what the motor did, on the clock of the computer that drove it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from session.errors import FaultCollector, did_you_mean
+from session.flags import Flag
+from session.tables import RawTable, check_time, read_table, to_numbers
+
+MOTOR_COLUMNS = (
+    "time_s",
+    "position_rad",
+    "velocity_rad_s",
+    "current_a",
+    "voltage_v",
+    "temperature_c",
+    "error",
+)
+"""The header of a motor log."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotorLog:
+    """A motor log of n rows; every array is (n,), nan where a value is missing.
+
+    Attributes:
+        time_s: seconds on the host's monotonic clock, strictly increasing.
+        position_rad: shaft angle.
+        velocity_rad_s: shaft speed.
+        current_a: motor current.
+        voltage_v: supply voltage.
+        temperature_c: degrees Celsius.
+        error: the motor's hardware error bits, as written.
+        flags: what is doubtful about the log.
+    """
+
+    time_s: np.ndarray
+    position_rad: np.ndarray
+    velocity_rad_s: np.ndarray
+    current_a: np.ndarray
+    voltage_v: np.ndarray
+    temperature_c: np.ndarray
+    error: np.ndarray
+    flags: tuple[Flag, ...] = ()
+
+
+def load_motor(path: Path, *, minimum: int = 2, file: str | None = None) -> MotorLog:
+    """Reads a motor log.
+
+    Rows are appended while the motor runs; a last row cut short by the end is left out and flagged.
+
+    Args:
+        path: the file; its header is `MOTOR_COLUMNS`.
+        minimum: the fewest rows that will do.
+        file: the name for messages; default: the path.
+
+    Raises:
+        InputError: every fault of the file at once.
+    """
+    table = read_table(path, file)
+    faults = FaultCollector(table.file)
+    _check_header(table, faults)
+    faults.raise_if_any()
+    table, flags = _without_cut_row(table)
+    values = to_numbers(table, MOTOR_COLUMNS, faults)  # (n, 7)
+    if not faults:
+        check_time(table, values[:, 0], faults)
+    if len(table.rows) < minimum:
+        faults.add("", "too short", found=f"{len(table.rows)} rows", expected=f"at least {minimum}")
+    faults.raise_if_any()
+    return MotorLog(**dict(zip(MOTOR_COLUMNS, values.T, strict=True)), flags=flags)
+
+
+def _check_header(table: RawTable, faults: FaultCollector) -> None:
+    expected = ",".join(MOTOR_COLUMNS)
+    if table.header is None:
+        faults.add("line 1", "no header", expected=expected)
+    elif table.header != MOTOR_COLUMNS:
+        strange = [name for name in table.header if name not in MOTOR_COLUMNS]
+        hint = did_you_mean(strange[0], MOTOR_COLUMNS) if strange else ""
+        faults.add("line 1", "wrong header", found=",".join(table.header), expected=expected, next_step=hint)
+
+
+def _without_cut_row(table: RawTable) -> tuple[RawTable, tuple[Flag, ...]]:
+    """The table without a last row that was never ended by a line feed, and the flag that says so."""
+    if table.ends_whole or not table.rows:
+        return table, ()
+    last = table.rows[-1]
+    flag = Flag(
+        "truncated_log", message=f"line {last.line} is cut short and was left out; the log ended mid-row"
+    )
+    return RawTable(table.file, table.header, table.rows[:-1], ends_whole=True), (flag,)

@@ -1,0 +1,135 @@
+"""What `session.toml` must fulfil beyond the range of each value: names, files and what belongs together.
+
+Each check works on the values as read and passes over what has the wrong type, so that these faults come out
+together with those of `session_file`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from session.errors import FaultCollector, did_you_mean, shown
+from session.session_file import HEAD_MARKERS
+from session.toml_source import Key, TomlSource
+
+RECORDINGS = ("tracks", "video", "motor")
+TRIAL_FILES = (*RECORDINGS, "boxes")
+
+
+def markers_in(source: TomlSource) -> tuple[str, ...]:
+    """The marker names of the file that are text."""
+    names = _table(source.data, "markers").get("names")
+    return tuple(name for name in names if isinstance(name, str)) if isinstance(names, list) else ()
+
+
+def trials_in(source: TomlSource) -> Iterator[tuple[Key, dict[str, Any]]]:
+    """The key and the content of each trial that is a table."""
+    trials = source.data.get("trial")
+    for number, trial in enumerate(trials if isinstance(trials, list) else ()):
+        if isinstance(trial, dict):
+            yield ("trial", number), trial
+
+
+def check_files(source: TomlSource, folder: Path, faults: FaultCollector) -> None:
+    """Every file that the session names is there."""
+    named: list[tuple[Key, Any]] = [
+        (("robot", "file"), _table(source.data, "robot").get("file")),
+        (("camera", "calibration"), _table(source.data, "camera").get("calibration")),
+    ]
+    named += [((*key, kind), trial.get(kind)) for key, trial in trials_in(source) for kind in TRIAL_FILES]
+    for key, name in named:
+        if isinstance(name, str) and name and not is_file(folder / name):
+            faults.add(
+                source.where(key),
+                "the file is not there",
+                found=shown(name),
+                expected="a file, its path relative to the session folder",
+            )
+
+
+def check_trials(source: TomlSource, faults: FaultCollector) -> None:
+    """Trial names differ, each trial has a recording, and what belongs together is there together."""
+    trials = list(trials_in(source))
+    names = [(key, trial["name"]) for key, trial in trials if isinstance(trial.get("name"), str)]
+    _check_differ(source, [((*key, "name"), name) for key, name in names], "trial", faults)
+    for key, trial in trials:
+        if not any(kind in trial for kind in RECORDINGS):
+            faults.add(
+                source.where(key),
+                "the trial has no recording",
+                expected="at least one of them",
+                choices=RECORDINGS,
+            )
+        if "boxes" in trial and "video" not in trial:
+            faults.add(
+                source.where((*key, "boxes")), "boxes without a video", expected='video = "…" beside them'
+            )
+        if trial.get("kind") in ("swim", "dry") and "commanded_hz" not in trial:
+            faults.add(
+                source.where((*key, "commanded_hz")),
+                "key is missing",
+                expected=f"crank turns a second, for a trial of kind {trial['kind']!r}",
+            )
+
+
+def check_markers(source: TomlSource, robot: Sequence[str] | None, faults: FaultCollector) -> None:
+    """Marker names differ, the head markers are among them, and the robot has them all.
+
+    Args:
+        source: the file.
+        robot: the markers of the robot; None where they are not known.
+        faults: where faults go.
+    """
+    names = markers_in(source)
+    if not names:
+        return  # said by the form of the file already
+    keys: list[Key] = [("markers", "names", number) for number in range(len(names))]
+    _check_differ(source, list(zip(keys, names, strict=True)), "marker", faults)
+    for marker in HEAD_MARKERS:
+        if marker not in names:
+            faults.add(
+                source.where(("markers", "names")),
+                f"marker {marker!r} is missing",
+                expected="nose and neck among the markers: they make the head frame",
+            )
+    for key, name in zip(keys, names, strict=True):
+        if robot is not None and name not in robot:
+            faults.add(
+                source.where(key),
+                "a marker that the robot does not have",
+                found=shown(name),
+                expected="markers of the robot",
+                choices=robot,
+                next_step=did_you_mean(name, robot),
+            )
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is a file; False too for what cannot be a path at all."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def _check_differ(
+    source: TomlSource, named: Iterable[tuple[Key, str]], noun: str, faults: FaultCollector
+) -> None:
+    """No name stands twice; names that differ in case only would share a file on some systems."""
+    first: dict[str, Key] = {}
+    for key, name in named:
+        earlier = first.setdefault(name.casefold(), key)
+        if earlier != key:
+            faults.add(
+                source.where(key),
+                f"two {noun}s of one name",
+                found=f"{shown(name)}, as in {source.where(earlier)}",
+                expected=f"a name of its own for each {noun}",
+            )
+
+
+def _table(data: dict[str, Any], name: str) -> dict[str, Any]:
+    table = data.get(name)
+    return table if isinstance(table, dict) else {}

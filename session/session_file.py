@@ -1,0 +1,90 @@
+"""The form of ``session.toml``: its tables, keys and the range of each value."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, StringConstraints
+
+from session.camera import Positive
+from session.toml_source import Table, key_error
+
+TrialKind = Literal["free_decay", "dry", "swim"]
+TrialRole = Literal["fit", "holdout"]
+
+HEAD_MARKERS = ("nose", "neck")
+"""The markers that make the head frame; every session needs them."""
+
+FEWEST_MARKERS = 3
+
+
+def _safe_name(name: str) -> str:
+    """The name, if it can be part of a file's name on any system."""
+    if len(name) > 100 or not re.fullmatch(r"[A-Za-z0-9_]([A-Za-z0-9_.-]*[A-Za-z0-9_-])?", name):
+        raise key_error(
+            "not a usable name", expected="up to 100 letters, digits, _, - and . within, such as f1_00"
+        )
+    return name
+
+
+FileName = Annotated[str, StringConstraints(min_length=1)]
+Name = Annotated[str, AfterValidator(_safe_name)]
+
+
+class SessionTable(Table):
+    """``[session]``."""
+
+    name: Annotated[str, StringConstraints(min_length=1, max_length=200)]
+
+
+class RobotTable(Table):
+    """``[robot]``."""
+
+    file: FileName
+
+
+class CameraTable(Table):
+    """``[camera]``."""
+
+    fps: Positive
+    scale_length_m: Positive
+    calibration: FileName | None = None
+
+
+class MarkersTable(Table):
+    """``[markers]``."""
+
+    names: Annotated[tuple[Name, ...], Field(min_length=FEWEST_MARKERS)]
+
+
+class FitTable(Table):
+    """``[fit]``."""
+
+    warmup_s: Annotated[float, Field(ge=0)] = 1.0
+    seed: Annotated[int, Field(ge=0)] = 0
+
+
+class TrialTable(Table):
+    """``[[trial]]``."""
+
+    name: Name
+    kind: TrialKind
+    tracks: FileName | None = None
+    video: FileName | None = None
+    boxes: FileName | None = None
+    motor: FileName | None = None
+    motor_offset_s: float = 0.0
+    commanded_hz: Positive | None = None
+    role: TrialRole = "fit"
+
+
+class SessionFile(Table):
+    """The whole file."""
+
+    session: SessionTable
+    robot: RobotTable | None = None
+    camera: CameraTable
+    markers: MarkersTable
+    fit: FitTable = FitTable()
+    trial: Annotated[tuple[TrialTable, ...], Field(min_length=1)]

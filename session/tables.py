@@ -1,0 +1,185 @@
+"""Tables of numbers in CSV, read strictly: what is not a number is reported with its line and column."""
+
+from __future__ import annotations
+
+import gzip
+import math
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from session.errors import Fault, FaultCollector, shown
+
+GZIP_MAGIC = b"\x1f\x8b"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the file: its number, counted from 1, and its cells without the white space around them."""
+
+    line: int
+    cells: list[str]
+
+
+@dataclass(frozen=True)
+class RawTable:
+    """The cells of a table, not yet numbers.
+
+    Attributes:
+        file: the name for messages.
+        header: the first row where it holds names, else None.
+        rows: all other rows, blank ones at the end left out.
+        ends_whole: whether the last line is ended by a line feed.
+    """
+
+    file: str
+    header: tuple[str, ...] | None
+    rows: list[Row]
+    ends_whole: bool
+
+
+def read_text(path: Path, file: str | None = None) -> str:
+    """The text of a file, unpacked if it is gzip, without a byte order mark.
+
+    Args:
+        path: the file; packed files are known by their first bytes, whatever their name.
+        file: the name for messages; default: the path.
+
+    Raises:
+        InputError: not there, not readable, damaged, or not UTF-8.
+    """
+    faults = FaultCollector(file or str(path))
+    try:
+        data = path.read_bytes()
+        if data.startswith(GZIP_MAGIC):
+            data = gzip.decompress(data)
+        return data.decode("utf-8-sig")
+    except FileNotFoundError:
+        faults.add("", "the file is not there", expected="a readable file")
+    except IsADirectoryError:
+        faults.add("", "this is a folder", expected="a file")
+    except UnicodeDecodeError as error:
+        faults.add(
+            "",
+            "not a text file",
+            found=f"byte {error.object[error.start]:#04x} at {error.start}",
+            expected="text in UTF-8",
+        )
+    except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+        faults.add(
+            "",
+            "the packed file is damaged",
+            found=str(error),
+            expected="a whole gzip file",
+            next_step="Copy or pack it again.",
+        )
+    except (OSError, ValueError) as error:
+        faults.add("", "the file cannot be read", found=str(error), expected="a readable file")
+    faults.raise_if_any()
+    raise AssertionError("unreachable")
+
+
+def read_table(path: Path, file: str | None = None) -> RawTable:
+    """Splits a CSV file into cells. A first row most of whose cells are not numbers is the header.
+
+    Raises:
+        InputError: the file cannot be read as text, or is empty.
+    """
+    file = file or str(path)
+    text = read_text(path, file)
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    rows = [Row(number, _cells(line)) for number, line in enumerate(lines, start=1)]
+    while rows and rows[-1].cells == [""]:
+        rows.pop()
+    faults = FaultCollector(file)
+    if not rows:
+        faults.add("", "the file is empty", expected="comma-separated rows of numbers")
+    elif "," not in lines[0] and (";" in lines[0] or "\t" in lines[0]):
+        faults.add("line 1", "one column only", found=shown(lines[0]), expected="columns separated by commas")
+    faults.raise_if_any()
+    first = rows[0].cells
+    has_header = sum(_number(cell) is None for cell in first) > len(first) / 2
+    header = tuple(first) if has_header else None
+    return RawTable(file, header, rows[1:] if has_header else rows, text.endswith(("\n", "\r")))
+
+
+def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector) -> np.ndarray:
+    """The table's rows as numbers, shape (rows, columns); nan for an empty or ``nan`` cell.
+
+    Ragged rows, which are left out, cells that are not numbers and infinite values become faults.
+
+    Args:
+        table: the cells.
+        columns: the name of each column, for messages; its length is the width expected.
+        faults: where faults go.
+    """
+    ragged: list[Fault] = []
+    bad_cells: list[Fault] = []
+    values: list[list[float]] = []
+    for row in table.rows:
+        if len(row.cells) != len(columns):
+            ragged.append(_ragged(table.file, row, len(columns)))
+            continue
+        try:
+            numbers = [float(cell) for cell in row.cells]
+            plain = all(map(math.isfinite, numbers)) and "_" not in "".join(row.cells)
+        except ValueError:
+            plain = False
+        if not plain:
+            numbers = [
+                _checked(table.file, row, column, columns, bad_cells) for column in range(len(columns))
+            ]
+        values.append(numbers)
+    faults.extend_capped(ragged)
+    faults.extend_capped(bad_cells)
+    return np.array(values, dtype=float).reshape(len(values), len(columns))
+
+
+def check_time(table: RawTable, time_s: np.ndarray, faults: FaultCollector) -> None:
+    """Adds a fault for each row whose time, of shape (rows,), is missing or not later than the one before."""
+
+    def fault(row: int, what: str, found: str) -> Fault:
+        return Fault(table.file, f"line {table.rows[row].line}", what, found, "a later time in every row")
+
+    faults.extend_capped(
+        [fault(k, "time_s is missing", "") for k in np.flatnonzero(np.isnan(time_s)).tolist()]
+    )
+    late = (1 + np.flatnonzero(time_s[1:] <= time_s[:-1])).tolist()
+    faults.extend_capped(
+        [fault(k, "time does not increase", f"{time_s[k]} after {time_s[k - 1]}") for k in late]
+    )
+
+
+def _cells(line: str) -> list[str]:
+    return [cell.strip().strip('"') for cell in line.split(",")]
+
+
+def _number(cell: str) -> float | None:
+    """The number in a cell, nan for an empty one, None where there is none."""
+    if not cell:
+        return math.nan
+    try:
+        return None if "_" in cell else float(cell)
+    except ValueError:
+        return None
+
+
+def _ragged(file: str, row: Row, width: int) -> Fault:
+    found = "a blank line" if row.cells == [""] else f"{len(row.cells)} columns"
+    return Fault(file, f"line {row.line}", "wrong number of columns", found, f"{width} columns")
+
+
+def _checked(file: str, row: Row, column: int, columns: tuple[str, ...], bad_cells: list[Fault]) -> float:
+    """The number in one cell; nan, and a fault, where it is not a finite one."""
+    cell = row.cells[column]
+    value = _number(cell)
+    if value is not None and not math.isinf(value):
+        return value
+    what = "not a number" if value is None else "an infinite value"
+    where = f"line {row.line}, column {column + 1} ({columns[column]})"
+    bad_cells.append(
+        Fault(file, where, what, shown(cell), "a finite number, or an empty cell for a missing sample")
+    )
+    return math.nan

@@ -1,0 +1,172 @@
+"""TOML files, validated by a pydantic model, every fault with its key, its line and the choices."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from session.annotations import annotation_at, choices_of, expectation_of, known_keys
+from session.errors import Fault, FaultCollector, did_you_mean, shown
+from session.tables import read_text
+from session.toml_lines import Key, dotted, lines_of_keys
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class Table(BaseModel):
+    """Base of the models of TOML tables.
+
+    Unknown keys, nan, infinity and values of another type (``"60"`` or ``true`` for a number) are faults, and
+    values do not change. Arrays arrive as tuples: annotate them ``tuple[float, ...]``.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
+
+
+class TomlSource:
+    """A TOML file that was read, which knows the line of each of its keys.
+
+    Attributes:
+        file: the name for messages.
+        data: the content.
+    """
+
+    def __init__(self, file: str, text: str) -> None:
+        self.file = file
+        self.data: dict[str, Any] = _parse(file, text)
+        self._text = text
+        self._lines: dict[Key, int] | None = None
+
+    def where(self, key: Key) -> str:
+        """The place of a key for a message: ``"line 12, trial[2].role"``.
+
+        An absent key has the line of the table it is missing from.
+        """
+        if self._lines is None:
+            self._lines = lines_of_keys(self._text)
+        name = dotted(key)
+        for length in range(len(key), 0, -1):
+            if line := self._lines.get(key[:length]):
+                return f"line {line}, {name}"
+        return name
+
+    def validate(self, model: type[Model], faults: FaultCollector) -> Model | None:
+        """The content as `model`; None, and a fault for each thing wrong, where it does not fit."""
+        try:
+            return model.model_validate(_as_tuples(self.data))
+        except ValidationError as error:
+            faults.extend(self._fault(model, details) for details in error.errors())
+        except RecursionError:
+            faults.add("", "nested too deeply", expected="the few levels of the documented form")
+        return None
+
+    def _fault(self, model: type[BaseModel], details: ErrorDetails) -> Fault:
+        """One error of pydantic's as a fault."""
+        key: Key = tuple(details["loc"])
+        context = details.get("ctx", {})
+        annotation = annotation_at(model, key)
+        found = _found(details["input"])
+        choices: tuple[str, ...] = ()
+        next_step = ""
+        match details["type"]:
+            case "swimcal":
+                what, expected, next_step = context["what"], context["expected"], context["next_step"]
+                found, choices = context["found"] or found, tuple(context["choices"])
+            case "extra_forbidden":
+                what, found, expected = "unknown key", shown(key[-1]), "a known key"
+                choices = known_keys(annotation_at(model, key[:-1]))
+                next_step = did_you_mean(str(key[-1]), choices)
+            case "missing":
+                what, found, expected = "key is missing", "", expectation_of(annotation)
+            case "value_error" | "assertion_error":
+                what, expected = str(context["error"]), ""
+            case _:
+                what, choices = "wrong value", choices_of(annotation)
+                expected = (
+                    "one of the choices" if choices else re.sub(r"^\w+ should (be|have) ", "", details["msg"])
+                )
+                next_step = did_you_mean(str(details["input"]), choices)
+        return Fault(self.file, self.where(key), what, found, expected, choices, next_step)
+
+
+def _found(value: Any) -> str:
+    """A value as TOML would show it; nothing for a whole table."""
+    if isinstance(value, dict):
+        return "a table" if value else "an empty table"
+    return shown(list(value) if isinstance(value, tuple) else value)
+
+
+def load_toml(path: Path, model: type[Model], file: str | None = None) -> Model:
+    """Reads a TOML file as `model`.
+
+    Args:
+        path: the file.
+        model: a pydantic model of the whole file, best derived from `Table`.
+        file: the name for messages; default: the path.
+
+    Raises:
+        InputError: not there, not TOML, or every way in which it does not fit the model, at once.
+    """
+    source = read_toml(path, file)
+    faults = FaultCollector(source.file)
+    content = source.validate(model, faults)
+    faults.raise_if_any()
+    assert content is not None
+    return content
+
+
+def read_toml(path: Path, file: str | None = None) -> TomlSource:
+    """Reads a TOML file, for validation in several steps.
+
+    Raises:
+        InputError: not there, or not TOML.
+    """
+    file = file or str(path)
+    return TomlSource(file, read_text(path, file))
+
+
+def key_error(
+    what: str, *, expected: str, found: str = "", choices: Sequence[str] = (), next_step: str = ""
+) -> PydanticCustomError:
+    """The error for a validator of a model to raise, so that its fault says all that a `Fault` can say.
+
+    >>> raise key_error("no such tendon", found=name, expected="a tendon of the robot", choices=names)
+    """
+    context = {
+        "what": what,
+        "expected": expected,
+        "found": found,
+        "choices": list(choices),
+        "next_step": next_step,
+    }
+    return PydanticCustomError("swimcal", "{what}", context)
+
+
+def _parse(file: str, text: str) -> dict[str, Any]:
+    faults = FaultCollector(file)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        faults.add("", "nested too deeply", expected="TOML")
+    except ValueError as error:  # tomllib.TOMLDecodeError, and numbers of thousands of digits
+        message, _, place = str(error).partition(" (at ")
+        line = re.match(r"line (\d+)", place)
+        where = f"line {line[1]}" if line else "end of the file" if place else ""
+        faults.add(
+            where, "not valid TOML", found=message[:1].lower() + message[1:], expected="TOML, https://toml.io"
+        )
+    faults.raise_if_any()
+    raise AssertionError("unreachable")
+
+
+def _as_tuples(value: Any) -> Any:
+    """The value with tuples for lists, the immutable form that the models hold."""
+    if isinstance(value, dict):
+        return {key: _as_tuples(item) for key, item in value.items()}
+    return tuple(map(_as_tuples, value)) if isinstance(value, list) else value

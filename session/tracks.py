@@ -1,0 +1,199 @@
+"""Tracks: where each marker is in each frame, in pixels of the image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from session.errors import Fault, FaultCollector, did_you_mean, shown
+from session.results import write_whole
+from session.tables import RawTable, check_time, read_table, to_numbers
+
+TIME = "time_s"
+SUFFIXES = ("_x", "_y", "_confidence")
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """The tracks of one trial: n frames of m markers.
+
+    Attributes:
+        markers: names of the m markers.
+        time_s: (n,) time of each frame in seconds, strictly increasing.
+        position_px: (n, m, 2) x to the right and y down, the centre of the top left pixel at (0, 0);
+            nan where missing.
+        confidence: (n, m) in [0, 1]; 0 where the position is missing.
+    """
+
+    markers: tuple[str, ...]
+    time_s: np.ndarray
+    position_px: np.ndarray
+    confidence: np.ndarray
+
+    def __post_init__(self) -> None:
+        n, m = len(self.time_s), len(self.markers)
+        if self.position_px.shape != (n, m, 2) or self.confidence.shape != (n, m):
+            raise ValueError(
+                f"position_px {self.position_px.shape} and confidence {self.confidence.shape} do not fit "
+                f"{n} frames of {m} markers: expected {(n, m, 2)} and {(n, m)}"
+            )
+
+    def select(self, markers: Sequence[str]) -> Tracks:
+        """The tracks of these markers only, in the order given.
+
+        Raises:
+            ValueError: a marker that is not tracked.
+        """
+        unknown = [marker for marker in markers if marker not in self.markers]
+        if unknown:
+            raise ValueError(f"no tracks of {', '.join(unknown)}; choices: {', '.join(self.markers)}")
+        index = [self.markers.index(marker) for marker in markers]
+        return Tracks(tuple(markers), self.time_s, self.position_px[:, index], self.confidence[:, index])
+
+
+def load_tracks(
+    path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2, file: str | None = None
+) -> Tracks:
+    """Reads the tracks of one trial, in either format of the session folder.
+
+    With a header ``time_s,<marker>_x,<marker>_y,<marker>_confidence,…`` the columns may come in any order,
+    and a confidence may be left out (then it is 1). Without one the columns are x0,y0,x1,y1,… in the order of
+    `markers`, and row k is at k / `fps`. An empty or ``nan`` cell is a missing sample; a position of which one
+    half is missing is missing altogether. Packed files (.csv.gz) are unpacked.
+
+    Args:
+        path: the file.
+        markers: the markers it must hold.
+        fps: frames a second, used for files without a header.
+        minimum: the fewest frames that will do.
+        file: the name for messages; default: the path.
+
+    Raises:
+        InputError: every fault of the file at once.
+    """
+    table = read_table(path, file)
+    faults = FaultCollector(table.file)
+    columns = table.header or tuple(f"{marker}{suffix}" for marker in markers for suffix in ("_x", "_y"))
+    _check_columns(table, columns, tuple(markers), faults)
+    faults.raise_if_any()
+    values = to_numbers(table, columns, faults)  # (n, columns)
+    tracks = _assemble(values, columns, tuple(markers), fps)
+    if not faults:
+        check_time(table, tracks.time_s, faults)
+        _check_samples(table, values, columns, tracks, faults)
+    if len(table.rows) < minimum:
+        faults.add("", "too short", found=f"{len(table.rows)} frames", expected=f"at least {minimum}")
+    faults.raise_if_any()
+    return tracks
+
+
+def save_tracks(path: Path, tracks: Tracks) -> None:
+    """Writes tracks with a header, whole or not at all; `load_tracks` reads the same numbers back.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written.
+    """
+    names = [TIME, *(f"{marker}{suffix}" for marker in tracks.markers for suffix in SUFFIXES)]
+    samples = np.concatenate([tracks.position_px, tracks.confidence[..., None]], axis=2)  # (n, m, 3)
+    table = np.column_stack([tracks.time_s, samples.reshape(len(samples), -1)])  # (n, 1 + 3 m)
+    rows = [",".join("" if cell != cell else repr(cell) for cell in row) for row in table.tolist()]
+    write_whole(path, "\n".join([",".join(names), *rows, ""]))
+
+
+def _check_columns(
+    table: RawTable, columns: tuple[str, ...], markers: tuple[str, ...], faults: FaultCollector
+) -> None:
+    if table.header is None:
+        _check_width(table, markers, faults)
+        return
+    needed = [TIME, *(f"{marker}{axis}" for marker in markers for axis in ("_x", "_y"))]
+    known = [*needed, *(f"{marker}_confidence" for marker in markers)]
+    unknown = [
+        Fault(
+            table.file,
+            "line 1",
+            "unknown column",
+            shown(name),
+            f"{TIME}, or _x, _y or _confidence of a marker of the session",
+            next_step=did_you_mean(name, known) or "Add its marker to [markers] names, or remove the column.",
+        )
+        for name in dict.fromkeys(columns)
+        if name not in known
+    ]
+    missing = [
+        Fault(
+            table.file, "line 1", f"column {name!r} is missing", "", f"{TIME}, and _x and _y of every marker"
+        )
+        for name in needed
+        if name not in columns
+    ]
+    repeated = [
+        Fault(
+            table.file,
+            "line 1",
+            f"column {name!r} is repeated",
+            f"{columns.count(name)} of it",
+            "one of each",
+        )
+        for name in known
+        if columns.count(name) > 1
+    ]
+    for kind in (unknown, missing, repeated):
+        faults.extend_capped(kind)
+
+
+def _check_width(table: RawTable, markers: tuple[str, ...], faults: FaultCollector) -> None:
+    """Says it once when no row has the width that the markers ask for, not once a row."""
+    widths = {len(row.cells) for row in table.rows}
+    expected = 2 * len(markers)
+    if len(widths) == 1 and widths != {expected}:
+        faults.add(
+            "",
+            "wrong number of columns",
+            found=f"{widths.pop()} in every row",
+            expected=f"{expected}: x and y of the {len(markers)} markers {', '.join(markers)}",
+            next_step="Make [markers] names match the file, or give the file a header.",
+        )
+
+
+def _assemble(values: np.ndarray, columns: tuple[str, ...], markers: tuple[str, ...], fps: float) -> Tracks:
+    index = {name: number for number, name in enumerate(columns)}
+    time_s = values[:, index[TIME]] if TIME in index else np.arange(len(values)) / fps
+    halves = [index[f"{marker}{suffix}"] for marker in markers for suffix in ("_x", "_y")]
+    position_px = values[:, halves].reshape(len(values), len(markers), 2)
+    confidence = np.ones((len(values), len(markers)))
+    for number, marker in enumerate(markers):
+        if (column := index.get(f"{marker}_confidence")) is not None:
+            confidence[:, number] = np.where(np.isnan(values[:, column]), 1.0, values[:, column])
+    missing = np.isnan(position_px).any(axis=2)  # (n, m)
+    position_px[missing] = np.nan
+    confidence[missing] = 0.0
+    return Tracks(markers, time_s, position_px, confidence)
+
+
+def _check_samples(
+    table: RawTable, values: np.ndarray, columns: tuple[str, ...], tracks: Tracks, faults: FaultCollector
+) -> None:
+    present = ~np.isnan(tracks.position_px[..., 0])  # (n, m)
+    if len(present):
+        for marker in np.array(tracks.markers, dtype=object)[~present.any(axis=0)]:
+            faults.add(
+                "",
+                f"marker {marker!r} is missing in every frame",
+                expected="at least one sample",
+                next_step="Remove it from [markers] names, or track it.",
+            )
+    for column, name in enumerate(columns):
+        if name.endswith(SUFFIXES[2]):
+            outside = np.flatnonzero((values[:, column] < 0) | (values[:, column] > 1)).tolist()
+            where = [f"line {table.rows[row].line}, column {column + 1} ({name})" for row in outside]
+            found = [str(values[row, column]) for row in outside]
+            faults.extend_capped(
+                [
+                    Fault(table.file, place, "confidence out of range", value, "a number from 0 to 1")
+                    for place, value in zip(where, found, strict=True)
+                ]
+            )
