@@ -96,9 +96,11 @@ class TomlSource:
 
 
 def _found(value: Any) -> str:
-    """A value as TOML would show it; nothing for a whole table."""
+    """A value as TOML would show it, a whole table by its name only."""
     if isinstance(value, dict):
         return "a table" if value else "an empty table"
+    if isinstance(value, bool):
+        return str(value).lower()
     return shown(list(value) if isinstance(value, tuple) else value)
 
 
@@ -157,7 +159,8 @@ def _parse(file: str, text: str) -> dict[str, Any]:
     except ValueError as error:  # tomllib.TOMLDecodeError, and numbers of thousands of digits
         message, _, place = str(error).partition(" (at ")
         line = re.match(r"line (\d+)", place)
-        where = f"line {line[1]}" if line else "end of the file" if place else ""
+        last = len(text.rstrip().split("\n"))
+        where = f"line {line[1] if line else last}"
         faults.add(
             where, "not valid TOML", found=message[:1].lower() + message[1:], expected="TOML, https://toml.io"
         )

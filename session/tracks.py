@@ -61,8 +61,8 @@ def load_tracks(
 
     With a header ``time_s,<marker>_x,<marker>_y,<marker>_confidence,…`` the columns may come in any order,
     and a confidence may be left out (then it is 1). Without one the columns are x0,y0,x1,y1,… in the order of
-    `markers`, and row k is at k / `fps`. An empty or ``nan`` cell is a missing sample; a position of which one
-    half is missing is missing altogether. Packed files (.csv.gz) are unpacked.
+    `markers`, and row k is at k / `fps`. An empty or ``nan`` cell is a missing sample; a position with one
+    half missing is missing altogether. Packed files (.csv.gz) are unpacked.
 
     Args:
         path: the file.

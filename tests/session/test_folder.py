@@ -1,0 +1,201 @@
+import hashlib
+from pathlib import Path
+
+import pytest
+
+from session import Fault, InputError, file_hashes, load_session
+from session.motor import MOTOR_COLUMNS
+from tests.session.sample import MARKERS, SESSION_TOML, faults_of, make_session, tracks_text
+
+CAMERA = """\
+[camera]
+width_px = 3840
+height_px = 2160
+fx_px = 2000.0
+fy_px = 2000.0
+cx_px = 1920.0
+cy_px = 1080.0
+distortion = [0.1, 0.0, 0.0, 0.0, 0.0]
+"""
+
+
+def test_a_session_loads_with_its_defaults(tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "pool")
+    session = load_session(folder, lambda _: MARKERS)
+    assert (session.name, session.warmup_s, session.seed, session.robot_file) == ("pool", 1.0, 0, None)
+    assert (session.camera.fps, session.camera.scale_length_m, session.camera.calibration) == (
+        60.0,
+        0.142,
+        None,
+    )
+    assert session.markers == MARKERS
+    assert [(trial.name, trial.role) for trial in session.trials] == [("slow", "fit"), ("fast", "holdout")]
+    assert session.trial("fast").tracks == folder / "fast.csv"
+    assert session.results == folder / "results"
+    assert not session.results.exists()
+
+
+def test_robot_and_camera_files_are_read(tmp_path: Path) -> None:
+    folder = make_session(
+        tmp_path / "pool",
+        SESSION_TOML.replace("0.142\n", '0.142\ncalibration = "cam.toml"\n')
+        + '[robot]\nfile = "robot.toml"\n',
+    )
+    (folder / "cam.toml").write_text(CAMERA)
+    (folder / "robot.toml").write_text("")
+    asked: list[Path | None] = []
+
+    def robot_markers(file: Path | None) -> tuple[str, ...]:
+        asked.append(file)
+        return MARKERS
+
+    session = load_session(folder, robot_markers)
+    assert asked == [folder / "robot.toml"]
+    assert session.camera.calibration is not None
+    assert session.camera.calibration.distortion == (0.1, 0.0, 0.0, 0.0, 0.0)
+    assert session.camera.calibration.height_above_water_m is None
+    names = [path.name for path in session.inputs()]
+    assert names == ["session.toml", "robot.toml", "cam.toml", "slow.csv", "fast.csv"]
+
+
+def test_hashes_have_names_relative_to_the_session(tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "pool", SESSION_TOML.replace('"fast.csv"', '"../fast.csv"'))
+    (tmp_path / "fast.csv").write_text(tracks_text())
+    hashes = file_hashes(load_session(folder))
+    assert list(hashes) == ["session.toml", "slow.csv", "../fast.csv"]
+    assert hashes["slow.csv"] == hashlib.sha256(tracks_text().encode()).hexdigest()
+
+
+def test_a_trial_with_only_a_motor_file_is_valid(tmp_path: Path) -> None:
+    toml = SESSION_TOML.replace('tracks = "slow.csv"', 'motor = "slow.motor.csv"\nmotor_offset_s = -2')
+    folder = make_session(tmp_path / "pool", toml)
+    (folder / "slow.motor.csv").write_text(f"{','.join(MOTOR_COLUMNS)}\n0,1,1,1,1,1,0\n1,1,1,1,1,1,0\n")
+    trial = load_session(folder).trial("slow")
+    assert (trial.tracks, trial.motor, trial.motor_offset_s) == (None, folder / "slow.motor.csv", -2.0)
+
+
+def test_free_decay_needs_no_command_and_may_be_shorter_than_the_warmup(tmp_path: Path) -> None:
+    toml = SESSION_TOML.replace(
+        'kind = "swim"\ntracks = "slow.csv"\ncommanded_hz = 0.5', 'kind = "free_decay"\ntracks = "slow.csv"'
+    )
+    folder = make_session(tmp_path / "pool", toml)
+    (folder / "slow.csv").write_text(tracks_text(30))
+    assert load_session(folder).trial("slow").commanded_hz is None
+
+
+def test_an_unknown_trial_is_told_with_the_choices(tmp_path: Path) -> None:
+    session = load_session(make_session(tmp_path / "pool"))
+    with pytest.raises(InputError, match=r"found 'slwo'; .*choices: slow, fast\. Did you mean 'slow'\?"):
+        session.trial("slwo")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("fps = 60.0", "fps = 0", "line 5, camera.fps: wrong value; found 0; expected greater than 0"),
+        ("fps = 60.0", "fps = -60.0", "expected greater than 0"),
+        ("fps = 60.0", "fps = nan", "camera.fps: wrong value; found nan"),
+        ("0.142", "0.0", "line 6, camera.scale_length_m: wrong value; found 0.0; expected greater than 0"),
+        ("fps = 60.0", "", "line 4, camera.fps: key is missing; expected a number"),
+        (
+            "fps =",
+            "fsp =",
+            "unknown key; found 'fsp'; expected a known key; "
+            "choices: fps, scale_length_m, calibration. Did you mean 'fps'?",
+        ),
+        (
+            '"nose", "neck", "tail_1"',
+            '"nose", "neck"',
+            "markers.names: wrong value; found ['nose', 'neck']; expected at least 3 items",
+        ),
+        ('"neck"', '"nose"', "two markers of one name; found 'nose', as in line 9, markers.names[0]"),
+        ('"neck"', '"ncek"', "marker 'neck' is missing; expected nose and neck among the markers"),
+        ('"tail_1"', '"tail 1"', "line 9, markers.names[2]: not a usable name; found 'tail 1'"),
+        ('name = "fast"', 'name = "../up"', "line 18, trial[1].name: not a usable name; found '../up'"),
+        (
+            'name = "fast"',
+            'name = "Slow"',
+            "line 18, trial[1].name: two trials of one name; found 'Slow', as in line 12, trial[0].name",
+        ),
+        ('"fast.csv"', '"none.csv"', "line 20, trial[1].tracks: the file is not there; found 'none.csv'"),
+        ('"fast.csv"', '"."', "the file is not there; found '.'"),
+        ('"fast.csv"', '"a\\u0000b"', "the file is not there"),
+        (
+            'tracks = "fast.csv"',
+            "",
+            "line 17, trial[1]: the trial has no recording; expected at least one of them; "
+            "choices: tracks, video, motor",
+        ),
+        (
+            'tracks = "fast.csv"',
+            'tracks = "fast.csv"\nboxes = "fast.csv"',
+            "trial[1].boxes: boxes without a video",
+        ),
+        (
+            "commanded_hz = 1.5",
+            "",
+            "line 17, trial[1].commanded_hz: key is missing; "
+            "expected crank turns a second, for a trial of kind 'swim'",
+        ),
+        ("commanded_hz = 1.5", "commanded_hz = -1.5", "trial[1].commanded_hz: wrong value; found -1.5"),
+        (
+            'role = "holdout"',
+            'role = "hold_out"',
+            "line 22, trial[1].role: wrong value; found 'hold_out'; expected one of the choices; "
+            "choices: fit, holdout. Did you mean 'holdout'?",
+        ),
+        ('kind = "swim"', 'kind = "swims"', "choices: free_decay, dry, swim. Did you mean 'swim'?"),
+        (
+            "[session]",
+            "[fit]\nwarmup_s = 60\n[session]",
+            "the trial is too short; found 1.48 s; expected more than the warm-up of 60 s",
+        ),
+        ("[session]", "[fit]\nwarmup_s = -1\n[session]", "line 2, fit.warmup_s: wrong value; found -1"),
+        ("[session]", 'robot = "fish.toml"\n[session]', "line 1, robot: wrong value; found 'fish.toml'"),
+        ("0.142", '0.142\ncalibration = "slow.csv"', "slow.csv: line 1: not valid TOML"),
+    ],
+)
+def test_a_fault_is_told_with_its_line_and_what_would_be_right(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    assert old in SESSION_TOML
+    folder = make_session(tmp_path / "pool", SESSION_TOML.replace(old, new))
+    assert message in faults_of(folder)
+    assert not (folder / "results").exists()
+
+
+def test_no_trials_at_all_is_a_fault(tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "pool", SESSION_TOML.split("[[trial]]")[0])
+    assert "trial: key is missing; expected a list" in faults_of(folder)
+
+
+def test_a_marker_the_robot_lacks_is_told_with_those_it_has(tmp_path: Path) -> None:
+    message = faults_of(make_session(tmp_path / "pool"), robot_markers=lambda _: ("nose", "neck", "tail_2"))
+    assert "line 9, markers.names[2]: a marker that the robot does not have; found 'tail_1'" in message
+    assert "choices: nose, neck, tail_2. Did you mean 'tail_2'?" in message
+
+
+def test_faults_of_the_robot_file_come_with_the_others(tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "pool", SESSION_TOML.replace("60.0", "0.0"))
+
+    def robot_markers(_: Path | None) -> tuple[str, ...]:
+        raise InputError([Fault("robot.toml", "line 1", "no mass", "", "")])
+
+    message = faults_of(folder, robot_markers=robot_markers)
+    assert "camera.fps" in message
+    assert "robot.toml: line 1: no mass" in message
+
+
+def test_all_faults_of_all_files_come_at_once(tmp_path: Path) -> None:
+    toml = SESSION_TOML.replace("60.0", "0.0").replace('"fast"', '"slow"').replace('"holdout"', '"none"')
+    folder = make_session(tmp_path / "pool", toml.replace('"fast.csv"', '"none.csv"'))
+    (folder / "slow.csv").write_text("1,2,3,4,5,6\n1,2,3\n")
+    message = faults_of(folder)
+    assert "session.toml: 4 faults" in message
+    assert "slow.csv: line 2: wrong number of columns" in message
+    assert "slow.csv" not in faults_of(folder, check_tracks=False)
+
+
+def test_a_folder_without_a_session_says_how_to_make_one(tmp_path: Path) -> None:
+    assert "no session.toml here; expected a session folder with a session.toml" in faults_of(tmp_path)
+    assert "Make one with `calib new`." in faults_of(tmp_path / "none")
