@@ -1,0 +1,54 @@
+# The newcomer's two commands are `make demo` and `make test`; CONTRIBUTING.md tells the rest.
+
+PYTHONS := python3 python3.14 python3.13 python3.12 python3.11
+PYTHON ?= $(shell for python in $(PYTHONS); do \
+	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
+VENV := .venv
+BIN := $(VENV)/bin
+WORKERS ?= 0 # pytest processes; 0: none beside the main one
+LOCK_ARGS ?= # e.g. --upgrade, or --upgrade-package numpy
+
+.PHONY: help demo test test-all check format lock
+
+help:
+	@echo "make demo      install everything into $(VENV), calibrate datasets/sample, print the path of its report"
+	@echo "make test      linter, type check, import contract and tests"
+	@echo "make test-all  the same with the long tests; interrupted, it goes on where it was"
+	@echo "make check     linter, type check and import contract alone"
+	@echo "make format    let the formatter and the linter's fixes loose on the code"
+	@echo "make lock      renew requirements.lock after a change in pyproject.toml (LOCK_ARGS=--upgrade for all)"
+
+demo: $(VENV)/.installed
+	@$(BIN)/calib run --effort quick datasets/sample
+
+test: check
+	$(BIN)/python -m pytest -n $(WORKERS) -m "not long"
+
+test-all: check
+	$(BIN)/python -m pytest -n $(WORKERS) -p tests.resume
+
+check: $(VENV)/.installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(VENV)/.installed
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+# The lock is complete, so pip resolves nothing; bytecode is compiled when first imported, which halves the time.
+$(VENV)/.installed: requirements.lock pyproject.toml
+	@test -n "$(PYTHON)" || { \
+		echo "swimcal needs Python 3.11 or newer; looked for: $(PYTHONS). Name yours: make PYTHON=/path/to/python" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --require-hashes --no-deps --only-binary :all: --no-compile -r requirements.lock
+	$(BIN)/python -m pip install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+lock:
+	$(PYTHON) -m venv build/lock
+	build/lock/bin/python -m pip install --quiet uv
+	build/lock/bin/uv pip compile --quiet --no-config --universal --generate-hashes --only-binary :all: \
+		--python-version 3.11 --group dev --custom-compile-command "make lock" $(LOCK_ARGS) \
+		--output-file requirements.lock pyproject.toml
