@@ -1,0 +1,103 @@
+"""`results/calibration.json`: the calibration in the form of the public contract, and back."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fitting.calibration import CalibratedTrial, Calibration, Summary
+from fitting.coefficients import CoefficientFit, Restart
+from session import Flag
+from swimmer import FluidCoefficients
+
+MILLIMETRES = 1000.0
+
+
+def calibration_payload(calibration: Calibration) -> dict[str, Any]:
+    """Everything of `calibration.json` but its provenance; what is not known yet is None."""
+    fit = calibration.fit
+    return {
+        "coefficients": calibration.coefficients._asdict(),
+        "hinge_stiffness": calibration.robot.tail.hinge_stiffness_n_m,
+        "crank_arm_m": calibration.robot.crank.arm_m,
+        "trials": {trial.measured.name: _trial(trial) for trial in calibration.trials},
+        "ebt": {"beta": calibration.ebt.beta, "drag_coefficient": calibration.ebt.drag_coefficient},
+        "summary": {role: _summary(calibration.summary(role)) for role in ("fit", "holdout")},
+        "flags": [flag.to_json() for flag in calibration.flags],
+        "fit": {
+            "mean_distance_mm": fit.mean_distance_m * MILLIMETRES,
+            "evaluations": fit.evaluations,
+            "seconds": round(fit.seconds, 2),
+            "restarts": [_restart(restart) for restart in fit.restarts],
+        },
+    }
+
+
+def _trial(trial: CalibratedTrial) -> dict[str, Any]:
+    measured, scores = trial.measured, trial.scores
+    return {
+        "role": measured.role,
+        "commanded_hz": measured.commanded_hz,
+        "frequency_hz": measured.frequency.hz,
+        "frequency_se_hz": measured.frequency.se_hz,
+        "simulated_hz": trial.simulated_hz,
+        "phase_rad": trial.phase_rad,
+        "marker_error_mm": scores.marker_error_m * MILLIMETRES,
+        "marker_error_all_mm": scores.marker_error_all_m * MILLIMETRES,
+        "shape_error_mm": scores.shape_error_m * MILLIMETRES,
+        "used_fraction": scores.used_fraction,
+        "speed_measured": measured.speed,
+        "speed_twin": trial.speed_twin,
+        "speed_ebt": trial.speed_ebt,
+        "speed_ebt_large": None,
+        "head_displacement": measured.head.displacement,
+        "flags": [flag.to_json() for flag in trial.flags],
+    }
+
+
+def _summary(summary: Summary | None) -> dict[str, Any] | None:
+    if summary is None:
+        return None
+    return {
+        "marker_error_mm": summary.marker_error_m * MILLIMETRES,
+        "speed_mae_twin": summary.speed_mae_twin,
+        "speed_mae_ebt": summary.speed_mae_ebt,
+    }
+
+
+def _restart(restart: Restart) -> dict[str, Any]:
+    return {
+        "start": restart.start.tolist(),
+        "coefficients": restart.coefficients.tolist(),
+        "phase_rad": restart.phase_rad.tolist(),
+        "objective_mm": restart.objective_m * MILLIMETRES,
+        "history_mm": (restart.history_m * MILLIMETRES).tolist(),
+        "converged": restart.converged,
+    }
+
+
+def read_fit(data: Mapping[str, Any]) -> tuple[CoefficientFit, dict[str, float]]:
+    """The coefficient fit in a `calibration.json`, and the crank phase (rad) of each trial by name."""
+    phases = {name: trial["phase_rad"] for name, trial in data["trials"].items()}
+    fitted = [name for name, trial in data["trials"].items() if trial["role"] == "fit"]
+    fit = data["fit"]
+    return CoefficientFit(
+        coefficients=FluidCoefficients(**data["coefficients"]),
+        phase_rad=np.array([phases[name] for name in fitted]),
+        mean_distance_m=fit["mean_distance_mm"] / MILLIMETRES,
+        restarts=tuple(_read_restart(restart) for restart in fit["restarts"]),
+        evaluations=fit["evaluations"],
+        seconds=fit["seconds"],
+        flags=tuple(f for f in map(Flag.from_json, data["flags"]) if not f.message.startswith("EBT")),
+    ), phases
+
+
+def _read_restart(data: Mapping[str, Any]) -> Restart:
+    return Restart(
+        start=np.array(data["start"]),
+        coefficients=np.array(data["coefficients"]),
+        phase_rad=np.array(data["phase_rad"]),
+        objective_m=data["objective_mm"] / MILLIMETRES,
+        history_m=np.array(data["history_mm"]) / MILLIMETRES,
+        converged=data["converged"],
+    )

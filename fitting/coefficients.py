@@ -1,0 +1,202 @@
+"""The five fluid coefficients, jointly over all fit trials: robust Gauss-Newton from many starts.
+
+The objective has several valleys and a rough floor (see `fitting.search_space`), so one descent is not enough:
+screen the box, give the best few points that lie apart a short heat, polish the winners, then hop around the best.
+Where good restarts end apart, the result says so.
+"""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from mujoco.minimize import IterLog, least_squares
+from scipy.stats import qmc
+
+from fitting.objective import COEFFICIENT_BOUNDS, Swims
+from fitting.search_space import ROOTS, SearchSpace, parameters
+from session import Flag
+from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
+
+NAMES = FluidCoefficients._fields
+_TOLERANCE = 1e-3  # relative size of a step that ends a descent
+_DAMPING_FACTOR = 3.0  # between tries of a step
+_HOP = (0.35, 0.08)  # spread of hops in roots and in phases (rad)
+_AT_BOUND = 1e-3  # of the range
+_AS_GOOD = 1.01  # objective within this factor of the best
+_APART = 0.5  # difference between coefficients of equally good restarts that is worth a flag
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How hard to search.
+
+    Attributes:
+        screened: points of the box looked at.
+        starts: of these the best that lie `apart` (in roots), which all take part in the heats.
+        finalists: of these again the best, which are polished.
+        heat_iterations, final_iterations: of Gauss-Newton at most.
+        hops: rounds of hops around the best point so far.
+        hop_width: points tried in each round, of which the best two are polished.
+    """
+
+    screened: int
+    starts: int
+    finalists: int
+    heat_iterations: int
+    final_iterations: int
+    hops: int
+    hop_width: int
+    apart: float = 1.6
+
+
+FULL = Effort(64, starts=6, finalists=3, heat_iterations=3, final_iterations=8, hops=2, hop_width=40)
+QUICK = Effort(32, starts=3, finalists=1, heat_iterations=3, final_iterations=6, hops=0, hop_width=0)
+
+
+@dataclass(frozen=True, eq=False)
+class Restart:
+    """One start of the search and where it ended.
+
+    Attributes:
+        start, coefficients: (5,) before and after.
+        phase_rad: (t,) crank phase of each trial at its time 0.
+        objective_m: softened mean distance at the end, m.
+        history_m: (i,) the same after each iteration, m.
+        converged: the last step was small enough before the iterations ran out.
+    """
+
+    start: np.ndarray
+    coefficients: np.ndarray
+    phase_rad: np.ndarray
+    objective_m: float
+    history_m: np.ndarray
+    converged: bool
+
+    @property
+    def point(self) -> np.ndarray:
+        """(p,) where it ended, in the search space."""
+        return np.append(np.sqrt(self.coefficients), self.phase_rad)
+
+
+@dataclass(frozen=True, eq=False)
+class CoefficientFit:
+    """The coefficients and how they were found.
+
+    Attributes:
+        coefficients: the best.
+        phase_rad: (t,) crank phase of each fit trial.
+        mean_distance_m: the published objective there, m.
+        restarts: all descents, best first.
+        evaluations: how often the fit trials were simulated.
+        seconds: wall time.
+        flags: bounds hit, not converged, restarts that disagree.
+    """
+
+    coefficients: FluidCoefficients
+    phase_rad: np.ndarray
+    mean_distance_m: float
+    restarts: tuple[Restart, ...]
+    evaluations: int
+    seconds: float
+    flags: tuple[Flag, ...]
+
+
+def fit_coefficients(swims: Swims, effort: Effort = FULL, seed: int = 0) -> CoefficientFit:
+    """Fits the five coefficients and a crank phase a trial.
+
+    Args:
+        swims: the fit trials and the twin.
+        effort: how hard to search.
+        seed: of screening and hops.
+    """
+    began = time.perf_counter()
+    space, random = SearchSpace(swims), np.random.default_rng(seed)
+    restarts = [_descend(space, start, effort.heat_iterations) for start in _starts(space, effort, random)]
+    restarts.sort(key=_objective)
+    for i, heat in enumerate(restarts[: effort.finalists]):
+        restarts[i] = _descend(space, heat.point, effort.final_iterations, heat)
+    for _ in range(effort.hops):
+        restarts.sort(key=_objective)
+        restarts += [_descend(space, point, 5) for point in _hops(space, restarts[0], effort.hop_width, random)]
+    restarts.sort(key=_objective)
+    best = restarts[0]
+    return CoefficientFit(
+        coefficients=FluidCoefficients(*map(float, best.coefficients)),
+        phase_rad=best.phase_rad,
+        mean_distance_m=float(swims.mean_distance(parameters(best.point)[:, None])[0]),
+        restarts=tuple(restarts),
+        evaluations=space.evaluations,
+        seconds=time.perf_counter() - began,
+        flags=_flags(restarts),
+    )
+
+
+def _starts(space: SearchSpace, effort: Effort, random: np.random.Generator) -> list[np.ndarray]:
+    """(p,) the most promising points of the box that lie apart, each with phases that fit it."""
+    roots = ROOTS[0] + np.ptp(ROOTS) * qmc.Sobol(5, rng=random).random(effort.screened)
+    points = space.in_step(np.vstack([PUBLISHED_COEFFICIENTS, roots**2]))
+    chosen: list[np.ndarray] = []
+    for i in np.argsort(space.objectives(points)):
+        if all(np.linalg.norm(points[:5, i] - other[:5]) > effort.apart for other in chosen):
+            chosen.append(points[:, i])
+        if len(chosen) == effort.starts:
+            break
+    return chosen
+
+
+def _hops(space: SearchSpace, best: Restart, width: int, random: np.random.Generator) -> list[np.ndarray]:
+    """(p,) the two best of some random points around the best so far."""
+    spread = np.append(np.full(5, _HOP[0]), np.full(space.size - 5, _HOP[1]))
+    points = best.point[:, None] + spread[:, None] * random.normal(size=(space.size, width))
+    points = np.clip(points, space.low[:, None], space.high[:, None])
+    return [points[:, i] for i in np.argsort(space.objectives(points))[:2]]
+
+
+def _descend(space: SearchSpace, start: np.ndarray, iterations: int, before: Restart | None = None) -> Restart:
+    """Gauss-Newton from a point; what a heat did before is put in front of its history."""
+    trace: list[IterLog]
+    x, trace = least_squares(
+        start.copy(),
+        space.errors,
+        bounds=(space.low, space.high),
+        jacobian=space.slopes,
+        norm=space.norm,
+        xtol=_TOLERANCE,
+        gtol=1e-10,
+        max_iter=iterations,
+        x_scale="jac",
+        mu_factor=_DAMPING_FACTOR,
+        verbose=0,
+    )
+    history = np.array([float(step.objective) for step in trace])
+    return Restart(
+        start=start[:5] ** 2 if before is None else before.start,
+        coefficients=x[:5] ** 2,
+        phase_rad=x[5:],
+        objective_m=float(history[-1]),
+        history_m=history if before is None else np.append(before.history_m[:-1], history),
+        converged=len(trace) <= iterations,
+    )
+
+
+def _objective(restart: Restart) -> float:
+    return restart.objective_m
+
+
+def _flags(restarts: list[Restart]) -> tuple[Flag, ...]:
+    best = restarts[0]
+    low, high = COEFFICIENT_BOUNDS
+    flags = [
+        Flag("at_bound", message=f"{name} = {value:.3g} lies at its bound {bound:g}: the data pull it further")
+        for name, value in zip(NAMES, best.coefficients, strict=True)
+        for bound in (low, high)
+        if abs(value - bound) < _AT_BOUND * (high - low)
+    ]
+    if not best.converged:
+        flags.append(Flag("not_converged", message="the best start was still improving when the iterations ran out"))
+    as_good = [r.coefficients for r in restarts if r.objective_m <= _AS_GOOD * best.objective_m]
+    spread = np.ptp(as_good, axis=0)  # (5,)
+    if apart := [f"{name} (by {s:.2g})" for name, s in zip(NAMES, spread, strict=True) if s > _APART]:
+        message = f"{len(as_good)} restarts fit equally well (within 1 %) but differ in {', '.join(apart)}"
+        flags.append(Flag("restarts_disagree", message=message))
+    return tuple(flags)

@@ -1,0 +1,51 @@
+"""What frozen coefficients say of a trial: its own phase from its own first beats, then the twin runs ahead alone."""
+
+import numpy as np
+
+from fitting.objective import SETTLED_S, phase_from_harmonic, swim
+from fitting.trial import MeasuredTrial, tail_markers
+from swimmer import FluidCoefficients, Twin
+from tracking import HeadFrame
+
+_REACH_RAD = 0.6  # the harmonic phase is right to within this
+_TRIES = 13
+
+
+def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients) -> float:
+    """Crank phase at time 0, from the shape of the tail in the known part of the trial, rad.
+
+    The harmonic phase is refined twice on a grid, all simulations in one batch.
+    """
+    hz = trial.start_frequency.hz
+    values = np.array([coefficients], float)
+    centre = float(phase_from_harmonic(twin, trial, values, hz)[0])
+    reach = _REACH_RAD
+    for _ in range(3):
+        tries = centre + np.linspace(-reach, reach, _TRIES)
+        misfit = _shape_misfit(trial, swim(twin, trial, np.repeat(values, _TRIES, axis=0), tries, hz), twin)
+        centre, reach = float(tries[np.argmin(misfit)]), reach / 5
+    return centre
+
+
+def forecast(
+    twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, phase_rad: float, frequency_hz: float
+) -> HeadFrame:
+    """The twin's head frame (n, m, 2) of one trial."""
+    values = np.array([coefficients], float)
+    head = swim(twin, trial, values, np.array([phase_rad]), frequency_hz)
+    return HeadFrame(
+        head.position_m[0], head.shape_m[0], head.path_m[0], head.heading_rad[0], head.displacement
+    )
+
+
+def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, twin: Twin) -> np.ndarray:
+    """(s,) mean distance of the tail markers relative to the nose over the known part, their mean offset left out."""
+    tail = tail_markers(twin.robot, trial.markers)
+    frames = trial.known & (trial.time_s > SETTLED_S)
+    weight = trial.weight[frames][:, tail]
+    error = np.nan_to_num(
+        simulated.shape_m[:, frames][:, :, tail] - trial.head.shape_m[frames][:, tail], nan=1.0
+    )  # (s, k, t, 2)
+    share = weight / np.maximum(weight.sum(axis=0), 1e-12)
+    error = error - (share[..., None] * error).sum(axis=1, keepdims=True)
+    return (weight * np.linalg.norm(error, axis=-1)).sum(axis=(1, 2)) / weight.sum()

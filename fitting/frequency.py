@@ -1,0 +1,173 @@
+"""The swim frequency: harmonic regression of the tail markers, with an honest standard error.
+
+All tail markers share one frequency; each has its own mean, drift and harmonics. The standard error allows for
+residuals that are correlated in time and across markers (sandwich estimate, Newey and West 1987).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.stats import median_abs_deviation
+
+from fitting.harmonics import design, weighted_fit
+from session import Flag, NotEnoughData
+
+HARMONICS = 3
+SEARCH_HZ = (0.1, 6.0)
+OFF_COMMAND = 0.05  # relative difference to the command that is worth a flag
+_REWEIGHTINGS = 3
+_HUBER = 2.0  # residuals beyond this many robust standard deviations count less
+
+
+@dataclass(frozen=True)
+class SwimFrequency:
+    """The beat of a trial.
+
+    Attributes:
+        hz: beats a second.
+        se_hz: its standard error.
+        phase_rad: phase of the last tail marker's first harmonic at time 0 (angle of a cosine).
+        amplitude_m: amplitude of that harmonic.
+        explained: share of the tail's motion that the harmonics explain, 0 to 1.
+        beats: how many beats the trial holds.
+        commanded_hz: as commanded, None when unknown.
+        flags: what is doubtful.
+    """
+
+    hz: float
+    se_hz: float
+    phase_rad: float
+    amplitude_m: float
+    explained: float
+    beats: float
+    commanded_hz: float | None
+    flags: tuple[Flag, ...] = ()
+
+
+def estimate_frequency(
+    time_s: np.ndarray,
+    lateral_m: np.ndarray,
+    weight: np.ndarray,
+    commanded_hz: float | None = None,
+) -> SwimFrequency:
+    """The frequency that all tail markers share.
+
+    Args:
+        time_s: (n,) s.
+        lateral_m: (n, k) lateral motion of k tail markers in the head frame, from head to fin, m.
+        weight: (n, k) weight of each sample, 0 leaves it out.
+        commanded_hz: the command, only compared with.
+
+    Raises:
+        NotEnoughData: fewer than 12 usable frames, or less than one beat.
+    """
+    weight = np.where(np.isfinite(lateral_m), weight, 0.0)
+    if (weight.sum(axis=1) > 0).sum() < 12:
+        raise NotEnoughData("fewer than 12 frames with a usable tail marker; a frequency needs at least one beat")
+    start = _strongest(time_s, lateral_m, weight)
+    for _ in range(_REWEIGHTINGS):
+        hz = _refined(time_s, lateral_m, weight, start)
+        columns = design(time_s, hz, HARMONICS)
+        residual = np.nan_to_num(lateral_m) - columns @ weighted_fit(columns, lateral_m, weight)
+        weight = weight * _huber(residual, weight)
+        start = hz
+    coefficients = weighted_fit(columns, lateral_m, weight)
+    beats = hz * float(np.ptp(time_s))
+    if beats < 1.0:
+        raise NotEnoughData(f"{np.ptp(time_s):.2f} s hold {beats:.2f} beats at {hz:.2f} Hz; at least one is needed")
+    cos, sin = coefficients[2, -1], coefficients[3, -1]
+    return SwimFrequency(
+        hz=hz,
+        se_hz=_standard_error(time_s, residual, coefficients, weight, hz),
+        phase_rad=float(np.arctan2(-sin, cos)),
+        amplitude_m=float(np.hypot(cos, sin)),
+        explained=_explained(lateral_m, residual, weight),
+        beats=beats,
+        commanded_hz=commanded_hz,
+        flags=_flags(hz, commanded_hz, beats),
+    )
+
+
+def _strongest(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray) -> float:
+    """Start of the search: the best single harmonic (more would also fit at half the frequency)."""
+    span = float(np.ptp(time_s))
+    low = max(SEARCH_HZ[0], 0.8 / span)
+    high = min(SEARCH_HZ[1], 0.4 * (len(time_s) - 1) / span)
+    grid = np.arange(low, high, 0.15 / span)
+    return float(grid[np.argmin([_misfit(f, time_s, lateral_m, weight, 1) for f in grid])])
+
+
+def _refined(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, start: float) -> float:
+    reach = min(0.5 / float(np.ptp(time_s)), 0.3 * start)
+    found = minimize_scalar(
+        _misfit,
+        bounds=(start - reach, start + reach),
+        args=(time_s, lateral_m, weight, HARMONICS),
+        method="bounded",
+        options={"xatol": 1e-7},
+    )
+    return float(found.x)
+
+
+def _misfit(hz: float, time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, harmonics: int) -> float:
+    columns = design(time_s, hz, harmonics)
+    residual = np.nan_to_num(lateral_m) - columns @ weighted_fit(columns, lateral_m, weight)
+    return float((weight * residual**2).sum())
+
+
+def _huber(residual: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """(n, k) weights that tame outliers of each marker."""
+    used = np.where(weight > 0, residual, np.nan)
+    result = np.ones_like(residual)
+    for k in range(residual.shape[1]):
+        if np.isfinite(used[:, k]).sum() > 8:
+            scale = median_abs_deviation(used[:, k], scale="normal", nan_policy="omit") + 1e-9
+            result[:, k] = np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(residual[:, k]), 1e-12))
+    return result
+
+
+def _standard_error(
+    time_s: np.ndarray, residual: np.ndarray, coefficients: np.ndarray, weight: np.ndarray, hz: float
+) -> float:
+    """Sandwich standard error of the frequency, everything else fitted along with it."""
+    columns = design(time_s, hz, HARMONICS)
+    slope = _frequency_slope(time_s, hz, coefficients)  # (n, k) d model / d hz
+    slope = slope - columns @ weighted_fit(columns, slope, weight)
+    curvature = float((weight * slope**2).sum())
+    score = (weight * slope * residual).sum(axis=1)  # (n,) markers summed: their errors are correlated
+    frames = len(time_s)
+    per_beat = frames / max(hz * float(np.ptp(time_s)), 1.0)
+    lags = int(min(per_beat / 2, frames / 4))
+    spread = float(score @ score)
+    for lag in range(1, lags + 1):
+        spread += 2 * (1 - lag / (lags + 1)) * float(score[lag:] @ score[:-lag])
+    spread = max(spread, 0.25 * float(score @ score))
+    fitted = 1 + coefficients.shape[0]
+    return float(np.sqrt(spread * frames / max(frames - fitted, 1)) / curvature)
+
+
+def _frequency_slope(time_s: np.ndarray, hz: float, coefficients: np.ndarray) -> np.ndarray:
+    angle = 2 * np.pi * hz * time_s[:, None]
+    total = np.zeros((len(time_s), coefficients.shape[1]))
+    for k in range(1, HARMONICS + 1):
+        cos, sin = coefficients[2 * k], coefficients[2 * k + 1]
+        total += k * (sin * np.cos(k * angle) - cos * np.sin(k * angle))
+    return 2 * np.pi * time_s[:, None] * total
+
+
+def _explained(lateral_m: np.ndarray, residual: np.ndarray, weight: np.ndarray) -> float:
+    values = np.nan_to_num(lateral_m)
+    mean = (weight * values).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-12)
+    total = float((weight * (values - mean) ** 2).sum())
+    return 1.0 - float((weight * residual**2).sum()) / total if total > 0 else 0.0
+
+
+def _flags(hz: float, commanded_hz: float | None, beats: float) -> tuple[Flag, ...]:
+    flags = []
+    if commanded_hz and abs(hz / commanded_hz - 1) > OFF_COMMAND:
+        message = f"the tail beats at {hz:.3f} Hz, {100 * (hz / commanded_hz - 1):+.0f} % off the commanded {commanded_hz:g} Hz"
+        flags.append(Flag("frequency_off_command", message=message))
+    if beats < 2.0:
+        flags.append(Flag("few_beats", message=f"only {beats:.1f} beats: a frequency is poorly determined by fewer than two"))
+    return tuple(flags)

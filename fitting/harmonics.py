@@ -1,0 +1,27 @@
+"""Weighted regression on a drift and the first harmonics of a beat: the linear part of all that is periodic here."""
+
+import numpy as np
+
+
+def design(time_s: np.ndarray, frequency_hz: float, harmonics: int, drift: int = 1) -> np.ndarray:
+    """(n, 1 + drift + 2 * harmonics) columns: powers of time up to `drift`, then cosine and sine of each harmonic.
+
+    Time is counted from `time_s` = 0; phases therefore refer to time 0.
+    """
+    span = max(float(np.ptp(time_s)), 1e-9)
+    powers = [((time_s - time_s.mean()) / span) ** k for k in range(drift + 1)]
+    angle = 2 * np.pi * frequency_hz * time_s
+    waves = [wave(k * angle) for k in range(1, harmonics + 1) for wave in (np.cos, np.sin)]
+    return np.stack(powers + waves, axis=1)
+
+
+def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """(c, k) coefficients of each of k series (n, k) on columns (n, c), with weights (n, k).
+
+    A series without enough weight gets the solution of least norm.
+    """
+    y = np.where(weight > 0, np.nan_to_num(series), 0.0)
+    normal = np.einsum("nc,nk,nd->kcd", columns, weight, columns)  # (k, c, c)
+    moment = np.einsum("nc,nk->kc", columns, weight * y)  # (k, c)
+    ridge = 1e-12 * np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-300
+    return np.linalg.solve(normal + ridge * np.eye(columns.shape[1]), moment[..., None])[..., 0].T

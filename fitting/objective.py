@@ -1,0 +1,156 @@
+"""The published objective, made smooth: mean marker distance in the head frame over all fit trials jointly.
+
+The parameters are the five coefficients and the crank phase of each trial; the frequency of each trial is the
+measured one. Every column of parameters is one simulation of each trial, run in one batch on all cores.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from mujoco.minimize import Norm
+
+from fitting.scoring import residuals
+from fitting.trial import MeasuredTrial, tail_markers
+from swimmer import Runs, Twin
+from tracking import HeadFrame, to_head_frame
+
+COEFFICIENT_BOUNDS = (0.0, 10.0)
+SOFTENING_M = 0.004  # below this distance the objective is quadratic, above it grows like the distance
+SETTLED_S = 0.25  # the tail has forgotten its start by then
+LOST_M = 1.0  # distance that stands for a simulation that blew up
+
+
+@dataclass(frozen=True, eq=False)
+class Swims:
+    """The trials a set of parameters is compared with, and the twin that swims them."""
+
+    twin: Twin
+    trials: tuple[MeasuredTrial, ...]
+
+    def simulate(self, parameters: np.ndarray) -> list[HeadFrame]:
+        """Head frames (s, k, m, 2) of each trial for s columns of parameters (p, s); what diverges is nan.
+
+        All trials run in one batch, each until the last of its k frames that is scored.
+        """
+        count, frames = parameters.shape[1], [int(np.flatnonzero(t.scored)[-1]) + 1 for t in self.trials]
+        times = [np.pad(t.time_s[:n], (0, max(frames) - n), mode="edge") for t, n in zip(self.trials, frames, strict=True)]
+        runs = Runs(
+            coefficients=np.tile(parameters[:5].T, (len(self.trials), 1)),
+            frequency_hz=np.repeat([t.frequency.hz for t in self.trials], count),
+            phase_rad=parameters[5:].reshape(-1),
+            velocity=np.repeat([t.start_velocity for t in self.trials], count, axis=0),
+        )
+        markers = self.twin.simulate(runs, np.repeat(times, count, axis=0), allow_divergence=True).marker_m
+        parts = np.split(markers, len(self.trials))
+        return [head_frame(trial, part[:, :n]) for trial, part, n in zip(self.trials, parts, frames, strict=True)]
+
+    def errors(self, parameters: np.ndarray) -> np.ndarray:
+        """(2 e, s) components of the e weighted marker errors, m: x and y of one marker follow each other.
+
+        Args:
+            parameters: (p, s) coefficients, then a phase a trial (rad).
+        """
+        parts = []
+        for trial, simulated in zip(self.trials, self.simulate(parameters), strict=True):
+            error = residuals(trial, simulated, trial.scored)[:, trial.weight[trial.scored] > 0]  # (s, e, 2)
+            parts.append(np.nan_to_num(error, nan=LOST_M).reshape(len(error), -1).T)
+        return np.concatenate(parts)
+
+    @property
+    def norm(self) -> "MeanDistance":
+        """The objective as a function of the errors: the mean over trials of the mean over samples."""
+        weights = [trial.weight[trial.scored] for trial in self.trials]
+        return MeanDistance(np.concatenate([w[w > 0] / (len(weights) * w.sum()) for w in weights]))
+
+    def mean_distance(self, parameters: np.ndarray) -> np.ndarray:
+        """(s,) the published objective for (p, s) parameters: mean distance a trial, mean over trials, m."""
+        total = np.zeros(parameters.shape[1])
+        for trial, simulated in zip(self.trials, self.simulate(parameters), strict=True):
+            distance = np.linalg.norm(residuals(trial, simulated, trial.scored), axis=-1)  # (s, k, m)
+            good = trial.weight[trial.scored] > 0
+            total += np.nan_to_num(distance[:, good], nan=LOST_M).mean(axis=1)
+        return total / len(self.trials)
+
+
+def swim(
+    twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, phase_rad: np.ndarray, frequency_hz: float
+) -> HeadFrame:
+    """Head frames (s, n, m, 2) of s simulations of one trial, started with its own velocity.
+
+    Args:
+        twin: with the trial's markers.
+        trial: n frames.
+        coefficients: (s, 5).
+        phase_rad: (s,) crank angle at time 0.
+        frequency_hz: of the crank, for all.
+    """
+    count = len(phase_rad)
+    runs = Runs(
+        coefficients=np.ascontiguousarray(coefficients),
+        frequency_hz=np.full(count, frequency_hz),
+        phase_rad=np.asarray(phase_rad, float),
+        velocity=np.tile(trial.start_velocity, (count, 1)),
+    )
+    trajectories = twin.simulate(runs, trial.time_s, allow_divergence=True)
+    return head_frame(trial, trajectories.marker_m)
+
+
+def head_frame(trial: MeasuredTrial, marker_m: np.ndarray) -> HeadFrame:
+    """Simulated markers (..., k, m, 2) of a trial in the head frame."""
+    return to_head_frame(marker_m, trial.markers.index("nose"), trial.markers.index("neck"))
+
+
+class MeanDistance(Norm):
+    """sum of w (sqrt(d^2 + s^2) - s) over weighted distances d: their mean, made smooth where they vanish.
+
+    The curvature handed to Gauss-Newton is that of the reweighted quadratic that touches this function from above,
+    so that a full step always descends (iteratively reweighted least squares; Weiszfeld 1937).
+
+    Args:
+        weight: (e,) of each error, adding up to 1.
+    """
+
+    def __init__(self, weight: np.ndarray) -> None:
+        self._weight = weight
+
+    def value(self, r: np.ndarray) -> np.float64:
+        """The objective, m, for errors r (2 e, 1), m."""
+        smooth = np.sqrt(self._distance_sq(r) + SOFTENING_M**2)
+        return np.float64(self._weight @ (smooth - SOFTENING_M))
+
+    def grad_hess(self, r: np.ndarray, proj: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Gradient (p, 1) and curvature (p, p) after projection on proj (2 e, p)."""
+        pull = np.repeat(self._weight / np.sqrt(self._distance_sq(r) + SOFTENING_M**2), 2)[:, None]
+        return proj.T @ (pull * r), proj.T @ (pull * proj)
+
+    def _distance_sq(self, r: np.ndarray) -> np.ndarray:
+        return (r.reshape(-1, 2) ** 2).sum(axis=1)
+
+
+def phase_from_harmonic(
+    twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float
+) -> np.ndarray:
+    """Crank phases at time 0 that bring the twin's tail in step with the measured one.
+
+    One simulation at phase 0 tells how far the tail's first harmonic lags behind the crank.
+
+    Args:
+        twin, trial, frequency_hz: as for `swim`.
+        coefficients: (s, 5).
+
+    Returns:
+        (s,) rad.
+    """
+    simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz)
+    tail = tail_markers(twin.robot, trial.markers)
+    frames = trial.known & (trial.time_s > SETTLED_S)
+    turn = np.exp(-2j * np.pi * frequency_hz * trial.time_s[frames])[:, None]
+    weight = trial.weight[frames][:, tail]  # (k, t)
+
+    def harmonic(shape_m: np.ndarray) -> np.ndarray:
+        lateral = np.nan_to_num(shape_m[..., frames, :, :][..., tail, 1])  # (..., k, t)
+        mean = (weight * lateral).sum(axis=-2, keepdims=True) / np.maximum(weight.sum(axis=0), 1e-12)
+        return (weight * (lateral - mean) * turn).sum(axis=-2)
+
+    measured, modelled = harmonic(trial.head.shape_m), harmonic(simulated.shape_m)
+    return np.angle((measured * modelled.conj()).sum(axis=-1))

@@ -1,0 +1,68 @@
+"""The space the coefficients are searched in: their square roots, with a crank phase a trial.
+
+Marker distances change by factors of a coefficient rather than by amounts, so the published box [0, 10]^5 is
+searched in square roots: small coefficients are resolved, zero is still reached.
+"""
+
+import numpy as np
+
+from fitting.objective import COEFFICIENT_BOUNDS, Swims, phase_from_harmonic
+
+# Steps of the differences. Trajectories are smooth in the large, but Kutta lift switches its side within a fraction
+# of a degree where a thin plate moves edge-on, which roughens them by some 0.05 mm: small steps would measure that.
+ROOT_STEP = 0.08
+PHASE_STEP_RAD = 0.03
+FREE_TURNS_RAD = 100.0  # phases are free; the optimiser asks for finite bounds
+ROOTS = np.sqrt(COEFFICIENT_BOUNDS)
+
+
+class SearchSpace:
+    """The objective of a set of swims over roots of coefficients and phases; counts what it simulates.
+
+    Points are columns (p, s): five roots, then a phase (rad) for each of the t trials.
+    """
+
+    def __init__(self, swims: Swims) -> None:
+        self.swims = swims
+        self.norm = swims.norm
+        self.evaluations = 0
+        free = np.full(len(swims.trials), FREE_TURNS_RAD)
+        self.low = np.append(np.full(5, ROOTS[0]), -free)
+        self.high = np.append(np.full(5, ROOTS[1]), free)
+
+    @property
+    def size(self) -> int:
+        """p, the number of parameters."""
+        return len(self.low)
+
+    def errors(self, points: np.ndarray) -> np.ndarray:
+        """(2 e, s) marker errors of points (p,) or (p, s), m."""
+        columns = points.reshape(self.size, -1)
+        self.evaluations += columns.shape[1]
+        return self.swims.errors(parameters(columns))
+
+    def slopes(self, x: np.ndarray, _errors: np.ndarray) -> np.ndarray:
+        """(2 e, p) central differences of the errors at x (p, 1), one-sided at a bound, all in one batch."""
+        step = np.append(np.full(5, ROOT_STEP), np.full(self.size - 5, PHASE_STEP_RAD))
+        above = np.minimum(x + np.diag(step), self.high[:, None])  # (p, p), one parameter moved in each column
+        below = np.maximum(x - np.diag(step), self.low[:, None])
+        up, down = np.split(self.errors(np.hstack([above, below])), 2, axis=1)
+        return (up - down) / np.diag(above - below)
+
+    def objectives(self, points: np.ndarray) -> np.ndarray:
+        """(s,) softened mean distance of points (p, s), m."""
+        return np.array([self.norm.value(column[:, None]) for column in self.errors(points).T])
+
+    def in_step(self, coefficients: np.ndarray) -> np.ndarray:
+        """(p, s) points: sets of coefficients (s, 5), each with the crank phases that bring the tail in step."""
+        twin, trials = self.swims.twin, self.swims.trials
+        self.evaluations += len(coefficients)
+        phases = [phase_from_harmonic(twin, trial, coefficients, trial.frequency.hz) for trial in trials]
+        return np.vstack([np.sqrt(coefficients).T, phases])
+
+
+def parameters(points: np.ndarray) -> np.ndarray:
+    """(p, ...) coefficients and phases of points (p, ...)."""
+    result = np.array(points, float)
+    result[:5] **= 2
+    return result

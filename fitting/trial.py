@@ -1,0 +1,153 @@
+"""A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, what is scored."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.frequency import SwimFrequency, estimate_frequency
+from fitting.harmonics import design, weighted_fit
+from fitting.speed import forward_speed
+from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
+from swimmer import RobotSpec
+from tracking import HeadFrame, check_tracks, to_head_frame, to_pool
+
+KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
+SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredTrial:
+    """One swim as measured.
+
+    Attributes:
+        name, role, commanded_hz: as in the session.
+        markers: names of the m markers.
+        time_s: (n,) from the first frame, s.
+        position_m: (n, m, 2) on the pool, right-handed seen from above, m.
+        head: the same in the head frame (published normaliser).
+        weight: (n, m) 0 where a sample is flagged, missing, or its frame has no trusted head.
+        frequency: over the whole trial.
+        start_frequency: over the known part only; the same for a fit trial.
+        start_velocity: (3,) of the head at time 0 in its own axes (m/s, m/s, rad/s), from the known part.
+        known: (n,) frames that may set the trial's own numbers.
+        kept: (n,) frames compared: after warm-up, and for held-out trials after the known part.
+        scored: (n,) the first 4 s of the kept frames.
+        speed: forward speed over the whole beats of the kept frames, m/s.
+        metres_per_px: scale of the picture.
+        flags: of tracks and frequency.
+    """
+
+    name: str
+    role: str
+    commanded_hz: float | None
+    markers: tuple[str, ...]
+    time_s: np.ndarray
+    position_m: np.ndarray
+    head: HeadFrame
+    weight: np.ndarray
+    frequency: SwimFrequency
+    start_frequency: SwimFrequency
+    start_velocity: np.ndarray
+    known: np.ndarray
+    kept: np.ndarray
+    scored: np.ndarray
+    speed: float
+    metres_per_px: float
+    flags: tuple[Flag, ...]
+
+    @property
+    def used_fraction(self) -> float:
+        """Share of the kept samples that count."""
+        return float((self.weight[self.kept] > 0).mean())
+
+
+def tail_markers(robot: RobotSpec, markers: tuple[str, ...]) -> list[int]:
+    """Indices of the markers behind the head, from head to fin."""
+    behind = [i for i, name in enumerate(markers) if robot.markers[name].body != "head"]
+    return sorted(behind, key=lambda i: robot.markers[markers[i]].position_m[0])
+
+
+def measure_trial(
+    spec: TrialSpec, tracks: Tracks, camera: CameraSpec, robot: RobotSpec, warmup_s: float
+) -> MeasuredTrial:
+    """Checks, scales and normalises the tracks of one swim and finds its frequency, start and speed.
+
+    Raises:
+        NotEnoughData: no tail marker, too short for its warm-up, or less than one beat.
+    """
+    quality = check_tracks(tracks, robot)
+    pool = to_pool(tracks, camera, quality.weight)
+    nose, neck = pool.markers.index("nose"), pool.markers.index("neck")
+    tail = tail_markers(robot, pool.markers)
+    if not tail:
+        raise NotEnoughData(f"trial {spec.name}: none of its markers sits on the tail; the fit needs at least one")
+    weight = quality.weight * ((quality.weight[:, nose] > 0) & (quality.weight[:, neck] > 0))[:, None]
+    head = to_head_frame(pool.position_m, nose, neck)
+    time_s = pool.time_s
+
+    def beat(frames: np.ndarray) -> SwimFrequency:
+        lateral = head.shape_m[frames][:, tail, 1]
+        return estimate_frequency(time_s[frames], lateral, weight[frames][:, tail], spec.commanded_hz)
+
+    everything = np.ones(len(time_s), bool)
+    frequency = beat(everything)
+    known = _known(spec.role, time_s, frequency.hz)
+    start_frequency = frequency if known.all() else _beat_of_part(beat, known, frequency)
+    kept = _kept(spec, time_s, known, warmup_s)
+    start = time_s[kept][0]
+    return MeasuredTrial(
+        name=spec.name,
+        role=spec.role,
+        commanded_hz=spec.commanded_hz,
+        markers=pool.markers,
+        time_s=time_s,
+        position_m=pool.position_m,
+        head=head,
+        weight=weight,
+        frequency=frequency,
+        start_frequency=start_frequency,
+        start_velocity=_start_velocity(time_s, head, start_frequency.hz),
+        known=known,
+        kept=kept,
+        scored=kept & (time_s < start + SCORED_S - 1e-9),
+        speed=float(forward_speed(time_s, head.forward_m, kept, frequency.hz)),
+        metres_per_px=pool.metres_per_px,
+        flags=(*quality.flags, *frequency.flags),
+    )
+
+
+def _known(role: str, time_s: np.ndarray, hz: float) -> np.ndarray:
+    """All of a fit trial; the first two beats of a held-out one, at most its first half."""
+    if role == "fit":
+        return np.ones(len(time_s), bool)
+    return time_s < min(KNOWN_BEATS / hz, time_s[-1] / 2) + 1e-9
+
+
+def _kept(spec: TrialSpec, time_s: np.ndarray, known: np.ndarray, warmup_s: float) -> np.ndarray:
+    kept = time_s >= warmup_s - 1e-9
+    if spec.role != "fit":
+        kept &= ~known
+    if kept.sum() < 12:
+        raise NotEnoughData(
+            f"trial {spec.name}: {time_s[-1]:.2f} s leave {int(kept.sum())} frames after {warmup_s:g} s of warm-up; "
+            "at least 12 are needed: shorten [fit] warmup_s or record longer"
+        )
+    return kept
+
+
+def _beat_of_part(beat, known: np.ndarray, whole: SwimFrequency) -> SwimFrequency:  # type: ignore[no-untyped-def]
+    """The frequency of the known part; where that holds no whole beat, of the whole trial."""
+    try:
+        return beat(known)
+    except NotEnoughData:
+        return whole
+
+
+def _start_velocity(time_s: np.ndarray, head: HeadFrame, hz: float) -> np.ndarray:
+    """(3,) velocity of the head at time 0 from a drift and two harmonics over the first two beats."""
+    first = time_s <= min(KNOWN_BEATS / hz, time_s[-1]) + 1e-9
+    series = np.concatenate([head.path_m, head.heading_rad[:, None]], axis=1)[first]  # (k, 3)
+    columns = design(time_s[first], hz, harmonics=2)
+    c = weighted_fit(columns, series, np.isfinite(series).astype(float))
+    angular = 2 * np.pi * hz
+    return c[1] / max(float(np.ptp(time_s[first])), 1e-9) + angular * (c[3] + 2 * c[5])

@@ -1,0 +1,30 @@
+"""The robot and its models: description, MJCF, twin, elongated body theory. Imports `session` only."""
+
+from swimmer.ebt import TailMotion, added_mass_per_length, drag, mean_thrust, steady_speed
+from swimmer.fluid import PUBLISHED_COEFFICIENTS, FluidCoefficients
+from swimmer.kinematics import MarkerKinematics
+from swimmer.mjcf import DRY, FREE_DECAY, SWIM, TIMESTEP_S, Scene, build_mjcf
+from swimmer.robot import RobotSpec, load_robot
+from swimmer.twin import Runs, Trajectories, Twin
+
+__all__ = [
+    "DRY",
+    "FREE_DECAY",
+    "PUBLISHED_COEFFICIENTS",
+    "SWIM",
+    "TIMESTEP_S",
+    "FluidCoefficients",
+    "MarkerKinematics",
+    "RobotSpec",
+    "Runs",
+    "Scene",
+    "TailMotion",
+    "Trajectories",
+    "Twin",
+    "added_mass_per_length",
+    "build_mjcf",
+    "drag",
+    "load_robot",
+    "mean_thrust",
+    "steady_speed",
+]

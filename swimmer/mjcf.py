@@ -1,0 +1,221 @@
+"""The robot's MJCF, built with `MjSpec` in the names of the public contract.
+
+The model is planar: `surge`, `sway` and `yaw` of the head, the `crank`, and one hinge a tail segment. Every rigid
+link carries one fluid ellipsoid (the caudal fin a second one on the last link), so a step costs a fraction of the
+published model's. Two spatial tendons run from the crank's arms through the guides of the segments.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from swimmer.fluid import PUBLISHED_COEFFICIENTS, FluidCoefficients
+from swimmer.robot import RobotSpec, Segment
+
+TIMESTEP_S = 0.0045
+SIDES = (("left", -1.0), ("right", +1.0))  # heading is -x and z is up, so left is -y
+
+_PLASTIC = (0.33, 0.55, 0.78, 1.0)
+_FRAME = (0.62, 0.65, 0.70, 1.0)
+_FIN = (0.90, 0.45, 0.25, 1.0)
+_MARKER = (0.95, 0.60, 0.10, 1.0)
+_CRANK_MASS_KG, _CRANK_INERTIA_KG_M2 = 1e-3, 1e-10  # the shaft's own mass is the head's; its inertia the armature's
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Where the robot is: swimming in water, or with its head clamped in air; with or without its tendons."""
+
+    in_water: bool = True
+    head_clamped: bool = False
+    with_tendons: bool = True
+    timestep_s: float = TIMESTEP_S
+
+
+SWIM = Scene()
+DRY = Scene(in_water=False, head_clamped=True)
+FREE_DECAY = Scene(in_water=False, head_clamped=True, with_tendons=False)
+
+
+def build_mjcf(
+    robot: RobotSpec,
+    coefficients: FluidCoefficients = PUBLISHED_COEFFICIENTS,
+    scene: Scene = SWIM,
+) -> mujoco.MjSpec:
+    """The MJCF of a robot, uncompiled: `.compile()` gives the model, `.to_xml()` the text once compiled.
+
+    Args:
+        robot: the robot.
+        coefficients: MuJoCo's five fluid coefficients, the same for every link.
+        scene: water or air, head free or clamped, tendons or none.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = robot.name
+    _set_options(spec, robot, scene)
+    head = _add_head(spec, robot, coefficients, scene)
+    _add_crank(head, robot)
+    last = _add_tail(head, robot, coefficients)
+    _add_fin(last, robot, coefficients)
+    _add_markers(spec, robot)
+    if scene.with_tendons:
+        for side, sign in SIDES:
+            _add_tendon(spec, robot, side, sign)
+    _add_motor(spec, robot)
+    return spec
+
+
+def _set_options(spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene) -> None:
+    option = spec.option
+    option.timestep = scene.timestep_s
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICIT
+    option.gravity = (0.0, 0.0, 0.0)
+    if scene.in_water:
+        option.density, option.viscosity = robot.water.density_kg_m3, robot.water.viscosity_pa_s
+    flags = mujoco.mjtDisableBit
+    # No constraints to solve; and a state that blows up must stay visible, so the engine may not reset it.
+    option.disableflags = int(flags.mjDSBL_CONSTRAINT | flags.mjDSBL_CONTACT | flags.mjDSBL_AUTORESET)
+    spec.compiler.degree = False
+    spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1080
+
+
+def _add_head(
+    spec: mujoco.MjSpec, robot: RobotSpec, coefficients: FluidCoefficients, scene: Scene
+) -> mujoco.MjsBody:
+    head = spec.worldbody.add_body(name="head")
+    if not scene.head_clamped:
+        slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
+        head.add_joint(name="surge", type=slide, axis=(1, 0, 0))
+        head.add_joint(name="sway", type=slide, axis=(0, 1, 0))
+        head.add_joint(name="yaw", type=hinge, axis=(0, 0, 1))
+    for part in robot.head.part:
+        head.add_geom(
+            name=part.name,
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=part.centre_m,
+            size=part.half_size_m,
+            mass=part.mass_kg,
+            rgba=_FRAME,
+        )
+    _add_plate(head, "head_fluid", robot.head.fluid_centre_m, robot.head.fluid_half_size_m, 0.0, coefficients)
+    return head
+
+
+def _add_plate(
+    body: mujoco.MjsBody,
+    name: str,
+    centre_m: tuple[float, float, float],
+    half_size_m: tuple[float, float, float],
+    mass_kg: float,
+    coefficients: FluidCoefficients,
+) -> None:
+    """A box whose fluid forces are those of the ellipsoid with its half sizes as semi-axes."""
+    geom = body.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        pos=centre_m,
+        size=half_size_m,
+        mass=mass_kg,
+        rgba=_FRAME if name == "head_fluid" else _FIN if name == "caudal_fin" else _PLASTIC,
+        fluid_ellipsoid=1,
+        fluid_coefs=coefficients,
+    )
+    if mass_kg == 0.0:
+        geom.rgba = (*_FRAME[:3], 0.25)
+
+
+def _add_crank(head: mujoco.MjsBody, robot: RobotSpec) -> None:
+    crank = head.add_body(name="crank", pos=robot.crank.position_m)
+    crank.explicitinertial = True
+    crank.mass = _CRANK_MASS_KG
+    crank.inertia = (_CRANK_INERTIA_KG_M2,) * 3
+    crank.add_joint(
+        name="crank", type=mujoco.mjtJoint.mjJNT_HINGE, axis=(0, 1, 0), armature=robot.crank.armature_kg_m2
+    )
+    for side, sign in SIDES:
+        crank.add_site(
+            name=f"anchor_{side}",
+            pos=(0.0, sign * robot.crank.anchor_offset_m, sign * robot.crank.anchor_radius_m),
+            size=(0.004, 0.004, 0.004),
+        )
+
+
+def _add_tail(head: mujoco.MjsBody, robot: RobotSpec, coefficients: FluidCoefficients) -> mujoco.MjsBody:
+    """The segments as a chain; each body's origin is its hinge. Returns the last one."""
+    body, origin = head, 0.0
+    for i, (segment, hinge_x) in enumerate(zip(robot.tail.segment, robot.hinge_x_m, strict=True)):
+        body = body.add_body(name=robot.hinges[i], pos=(hinge_x - origin, 0.0, 0.0))
+        origin = hinge_x
+        body.add_joint(
+            name=robot.hinges[i],
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=(0, 0, 1),
+            stiffness=robot.tail.hinge_stiffness_n_m,
+            damping=robot.tail.hinge_damping_n_m_s,
+        )
+        front, rear = robot.segment_x_m[i] - hinge_x
+        _add_link_plate(body, robot, i, coefficients)
+        guide_x = rear - robot.tail.guide_inset_m
+        for side, sign in SIDES:
+            body.add_site(
+                name=f"guide_{i + 1}_{side}",
+                pos=(guide_x, sign * segment.guide_offset_m, 0.0),
+                size=(0.002, 0.002, 0.002),
+            )
+    return body
+
+
+def _add_link_plate(
+    body: mujoco.MjsBody, robot: RobotSpec, i: int, coefficients: FluidCoefficients
+) -> None:
+    """The link's plate spans from its hinge to the next one: the flexible gaps are part of the surface."""
+    segments: tuple[Segment, ...] = robot.tail.segment
+    segment, start = segments[i], float(robot.hinge_x_m[i])
+    end = float(robot.hinge_x_m[i + 1]) if i + 1 < len(segments) else robot.fin_root_x_m
+    half = (end - start) / 2
+    volume = segment.length_m * segment.thickness_m * 2 * segment.half_height_m
+    _add_plate(
+        body,
+        f"{robot.hinges[i]}_plate",
+        (half, 0.0, 0.0),
+        (half, segment.thickness_m / 2, segment.half_height_m),
+        volume * robot.tail.density_kg_m3,
+        coefficients,
+    )
+
+
+def _add_fin(body: mujoco.MjsBody, robot: RobotSpec, coefficients: FluidCoefficients) -> None:
+    fin = robot.caudal_fin
+    centre = (robot.fin_root_x_m + fin.centre_m - float(robot.hinge_x_m[-1]), 0.0, 0.0)
+    half_size = (fin.chord_m / 2, fin.thickness_m / 2, fin.span_m / 2)
+    _add_plate(body, "caudal_fin", centre, half_size, fin.mass_kg, coefficients)
+
+
+def _add_markers(spec: mujoco.MjSpec, robot: RobotSpec) -> None:
+    origins = {"head": 0.0, **dict(zip(robot.hinges, robot.hinge_x_m, strict=True))}
+    for name, marker in robot.markers.items():
+        x, y, z = marker.position_m
+        spec.body(marker.body).add_site(
+            name=f"marker_{name}",
+            pos=(x - origins[marker.body], y, z),
+            size=(0.006, 0.006, 0.006),
+            rgba=_MARKER,
+        )
+
+
+def _add_tendon(spec: mujoco.MjSpec, robot: RobotSpec, side: str, sign: float) -> None:
+    tendon = spec.add_tendon(
+        name=f"tendon_{side}",
+        stiffness=np.array([robot.tendons.stiffness_n_m, 0.0, 0.0]),
+        damping=np.array([robot.tendons.damping_n_s_m, 0.0, 0.0]),
+        width=0.001,
+    )
+    tendon.wrap_site(f"anchor_{side}")
+    other = "right" if sign < 0 else "left"
+    for i, segment in enumerate(robot.tail.segment):
+        tendon.wrap_site(f"guide_{i + 1}_{other if segment.tendon_crosses else side}")
+
+
+def _add_motor(spec: mujoco.MjSpec, robot: RobotSpec) -> None:
+    motor = spec.add_actuator(name="motor", target="crank", trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    motor.set_to_velocity(kv=robot.crank.speed_gain_n_m_s)

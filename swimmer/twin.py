@@ -1,0 +1,243 @@
+"""The twin: many simulations of one robot at once, from crank speeds to marker trajectories.
+
+Everything that differs between simulations (coefficients, frequency, phase, any field of the model) is written into
+one `mujoco.batch.Batch`, so nothing is compiled inside a fit and all cores are used.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from scipy.interpolate import CubicSpline
+
+from session import SimulationDiverged
+
+from swimmer.kinematics import MarkerKinematics
+from swimmer.mjcf import DRY, SWIM, Scene, build_mjcf
+from swimmer.robot import RobotSpec
+
+FORCE_FIELDS = slice(1, 6)  # of geom_fluid: blunt, slender, angular drag, Kutta and Magnus lift
+PLAUSIBLE_HINGE_RAD = np.pi / 2  # the published model stops its hinges at 80 degrees; beyond 90 nothing is physical
+PLAUSIBLE_SPEED_M_S = 5.0
+_PHASES, _STEPS_PER_PHASE = 48, 20  # of the quasi-static tail poses: one turn of the crank in 4 s
+_CHUNK = 512  # simulations whose trajectories are held in memory at once
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """What differs between n simulations.
+
+    Attributes:
+        coefficients: (n, 5) blunt, slender and angular drag, Kutta and Magnus lift.
+        frequency_hz: (n,) turns of the crank a second.
+        phase_rad: (n,) crank angle at time 0; the tail is straight at 0 and pulled to the left at pi / 2.
+        velocity: (n, 3) of the head at time 0 in its own axes: along +x (backward), along +y (right), m/s; yaw, rad/s.
+        fields: further fields of the model by name, each (n, ...), for instance `jnt_stiffness`.
+    """
+
+    coefficients: np.ndarray
+    frequency_hz: np.ndarray
+    phase_rad: np.ndarray
+    velocity: np.ndarray | None = None
+    fields: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.frequency_hz)
+
+    def __post_init__(self) -> None:
+        n = len(self.frequency_hz)
+        shapes = {"coefficients": (n, 5), "phase_rad": (n,)} | ({} if self.velocity is None else {"velocity": (n, 3)})
+        for name, expected in shapes.items():
+            if (found := np.shape(getattr(self, name))) != expected:
+                raise ValueError(f"{name}: found shape {found}, expected {expected} for {n} simulations")
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectories:
+    """What n simulations give at f times.
+
+    Attributes:
+        time_s: (f,) or (n, f).
+        marker_m: (n, f, m, 2) in the pool: the head's frame starts at the origin, heading along -x, m.
+        head: (n, f, 3) x, y (m) and yaw (rad) of the head's frame.
+        hinges_rad: (n, f, h).
+        crank_rad: (n, f).
+        diverged: (n,) True where the simulation blew up; its arrays then hold nan from there on.
+    """
+
+    time_s: np.ndarray
+    marker_m: np.ndarray
+    head: np.ndarray
+    hinges_rad: np.ndarray
+    crank_rad: np.ndarray
+    diverged: np.ndarray
+
+
+class Twin:
+    """The robot's simulator.
+
+    Args:
+        robot: the robot.
+        markers: names of the m markers wanted; default all of the robot's.
+        scene: in water or clamped in air; its time step.
+        workers: threads; 0 for all cores.
+    """
+
+    def __init__(
+        self,
+        robot: RobotSpec,
+        markers: tuple[str, ...] | None = None,
+        scene: Scene = SWIM,
+        workers: int = 0,
+    ) -> None:
+        self.robot = robot
+        self.markers = tuple(robot.markers) if markers is None else markers
+        self.scene = scene
+        self.model = build_mjcf(robot, scene=scene).compile()
+        self._workers = workers
+        self._kinematics = MarkerKinematics(robot, self.markers)
+        self._batches: dict[tuple[int, frozenset[str]], Batch] = {}
+        joint = {self.model.joint(i).name: i for i in range(self.model.njnt)}
+        self._hinges = [joint[name] for name in robot.hinges]
+        self._crank = joint["crank"]
+        self._fluid_geoms = np.flatnonzero(self.model.geom_fluid[:, 0] > 0)
+
+    def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
+        """Simulates every run from time 0 and reads the markers off at the given times.
+
+        The crank starts at its phase, turning; the tail starts in the pose that the tendons give it there, moving
+        with the crank; the head with the velocity asked for (at rest by default).
+
+        Args:
+            runs: n simulations.
+            time_s: (f,) common to all or (n, f), not before 0, s.
+            allow_divergence: return nan and mark what diverges instead of raising.
+
+        Raises:
+            SimulationDiverged: a simulation blew up and `allow_divergence` is False.
+        """
+        parts = [
+            self._simulate_chunk(_part(runs, rows), time_s[rows] if time_s.ndim == 2 else time_s)
+            for rows in _chunks(len(runs))
+        ]
+        head, hinges, crank, diverged = (np.concatenate(part) for part in zip(*parts, strict=True))
+        if diverged.any() and not allow_divergence:
+            raise SimulationDiverged(_divergence_message(runs, diverged))
+        marker = self._kinematics(head, hinges)
+        return Trajectories(time_s, marker, head, hinges, crank, diverged)
+
+    def _simulate_chunk(self, runs: Runs, time_s: np.ndarray) -> tuple[np.ndarray, ...]:
+        batch = self._batch(runs)
+        self._write_start(batch, runs)
+        steps = int(np.ceil(time_s.max() / self.scene.timestep_s)) + 2
+        start = batch.bind("qpos").copy()
+        rolled = batch.rollout(steps, record=("qpos",))["qpos"]  # (n, steps, q)
+        states = np.concatenate([start[:, None], rolled], axis=1)
+        diverged = self._diverged(states)
+        states[diverged] = np.nan
+        at = _interpolate(states, time_s / self.scene.timestep_s)  # (n, f, q)
+        head = np.zeros((*at.shape[:2], 3)) if self.scene.head_clamped else at[..., :3]
+        return head, at[..., self._hinges], at[..., self._crank], diverged
+
+    def _batch(self, runs: Runs) -> Batch:
+        """A batch of the right size that expands just the fields these runs set."""
+        key = (len(runs), frozenset(runs.fields))
+        if key not in self._batches:
+            if len(self._batches) > 8:
+                self._batches.clear()
+            self._batches[key] = Batch(self.model, len(runs), self._workers)
+        batch = self._batches[key]
+        batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+        fluid = batch.expand("geom_fluid")
+        fluid[:, self._fluid_geoms, FORCE_FIELDS] = runs.coefficients[:, None, :]
+        for name, values in runs.fields.items():
+            batch.expand(name)[:] = values
+        return batch
+
+    def _write_start(self, batch: Batch, runs: Runs) -> None:
+        speed = 2 * np.pi * runs.frequency_hz
+        position, velocity = batch.bind("qpos"), batch.bind("qvel")
+        position[:, self._hinges] = self._pose(runs.phase_rad)
+        velocity[:, self._hinges] = self._pose(runs.phase_rad, 1) * speed[:, None]
+        position[:, self._crank], velocity[:, self._crank] = runs.phase_rad, speed
+        if runs.velocity is not None and not self.scene.head_clamped:
+            velocity[:, :3] = runs.velocity
+        batch.bind("ctrl")[:, 0] = speed
+
+    @cached_property
+    def _pose(self) -> CubicSpline:
+        """Hinge angles (h,) that the tendons hold, as a smooth periodic function of the crank's phase (rad).
+
+        Read off the second of two slow turns of the crank with the head clamped in air; the first only settles.
+        """
+        table = np.zeros((_PHASES + 1, len(self._hinges)))
+        if self.scene.with_tendons:
+            model = build_mjcf(self.robot, scene=DRY).compile()
+            data = mujoco.MjData(model)
+            data.qvel[0] = data.ctrl[0] = 2 * np.pi / (_PHASES * _STEPS_PER_PHASE * model.opt.timestep)
+            for i in range(2 * _PHASES):
+                table[i % _PHASES] = data.qpos[1:]
+                mujoco.mj_step(model, data, _STEPS_PER_PHASE)
+            table[-1] = table[0]
+        return CubicSpline(np.linspace(0.0, 2 * np.pi, _PHASES + 1), table, bc_type="periodic")
+
+    def _diverged(self, states: np.ndarray) -> np.ndarray:
+        """(n,) True where a state is not finite, stands still, or is out of all proportion."""
+        with np.errstate(invalid="ignore"):
+            finite = np.isfinite(states).all(axis=(1, 2))
+            bent = np.abs(states[..., self._hinges]).max(axis=(1, 2)) > PLAUSIBLE_HINGE_RAD
+            stopped = (np.diff(states[:, -3:, self._crank], axis=1) == 0).all(axis=1)
+            fast = np.zeros(len(states), bool)
+            if not self.scene.head_clamped:
+                step = np.abs(np.diff(states[..., :2], axis=1)).max(axis=(1, 2))
+                fast = step > PLAUSIBLE_SPEED_M_S * self.scene.timestep_s
+        moving = states[:, -1, self._crank] != states[:, 0, self._crank]
+        return ~finite | bent | fast | (stopped & moving)
+
+
+def _chunks(n: int) -> list[slice]:
+    return [slice(i, min(i + _CHUNK, n)) for i in range(0, n, _CHUNK)]
+
+
+def _part(runs: Runs, rows: slice) -> Runs:
+    if rows == slice(0, len(runs)):
+        return runs
+    return Runs(
+        runs.coefficients[rows],
+        runs.frequency_hz[rows],
+        runs.phase_rad[rows],
+        None if runs.velocity is None else runs.velocity[rows],
+        {name: values[rows] for name, values in runs.fields.items()},
+    )
+
+
+def _interpolate(states: np.ndarray, where: np.ndarray) -> np.ndarray:
+    """(n, s, q) samples one step apart, read at fractional steps (f,) or (n, f): cubic Lagrange, (n, f, q)."""
+    low = np.clip(np.floor(where).astype(int), 1, states.shape[1] - 3)
+    t = where - low
+    weights = np.stack(
+        [
+            -t * (t - 1) * (t - 2) / 6,
+            (t + 1) * (t - 1) * (t - 2) / 2,
+            -(t + 1) * t * (t - 2) / 2,
+            (t + 1) * t * (t - 1) / 6,
+        ]
+    )
+    rows = slice(None) if where.ndim == 1 else np.arange(len(states))[:, None]
+    total = np.zeros((len(states), where.shape[-1], states.shape[2]))
+    for offset, weight in zip((-1, 0, 1, 2), weights, strict=True):
+        total += weight[..., None] * states[rows, low + offset]
+    return total
+
+
+def _divergence_message(runs: Runs, diverged: np.ndarray) -> str:
+    first = int(np.flatnonzero(diverged)[0])
+    coefficients = ", ".join(f"{c:.3g}" for c in runs.coefficients[first])
+    return (
+        f"{int(diverged.sum())} of {len(runs)} simulations diverged; the first at coefficients [{coefficients}], "
+        f"{runs.frequency_hz[first]:.3g} Hz. Expected a bounded motion; try a smaller time step or keep the "
+        "coefficients within [0, 10]."
+    )

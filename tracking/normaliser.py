@@ -1,0 +1,105 @@
+"""The head-frame normaliser: marker trajectories freed of where and how the swimmer started and turned.
+
+"Simple Models, Real Swimming" (2026), data processing: in every frame all markers are rotated so that nose -> neck is
++x, with the nose as origin; to that each frame adds the head's displacement since the frame before, taken in the axes
+of that frame. Forward is therefore -x, as in the robot frame.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+Displacement = Literal["nose", "head_mean"]
+
+
+@dataclass(frozen=True, eq=False)
+class HeadFrame:
+    """Markers in the head frame.
+
+    Attributes:
+        position_m: (..., n, m, 2) the published trajectory: shape plus accumulated displacement, m.
+        shape_m: (..., n, m, 2) relative to the nose in every frame, m.
+        path_m: (..., n, 2) accumulated displacement of the head along its own axes, 0 in the first frame, m.
+        heading_rad: (..., n) angle of nose -> neck in the pool, unwrapped, counter-clockwise seen from above.
+        displacement: which published form of the head's displacement was used.
+    """
+
+    position_m: np.ndarray
+    shape_m: np.ndarray
+    path_m: np.ndarray
+    heading_rad: np.ndarray
+    displacement: Displacement
+
+    @property
+    def forward_m(self) -> np.ndarray:
+        """(..., n) distance swum along the head's own axis, forward positive, m."""
+        return -self.path_m[..., 0]
+
+
+def to_head_frame(
+    position_m: np.ndarray,
+    nose: int,
+    neck: int,
+    displacement: Displacement = "nose",
+    head: tuple[int, ...] | None = None,
+) -> HeadFrame:
+    """Markers in the pool -> markers in the head frame, for any number of trajectories at once.
+
+    Args:
+        position_m: (..., n, m, 2) markers in a right-handed frame fixed to the pool, z towards the camera, m. Frames
+            in which nose or neck is missing (nan) are missing in the result; the displacement bridges them.
+        nose: index of the nose marker.
+        neck: index of the neck marker.
+        displacement: "nose" adds the nose's displacement; "head_mean" the mean displacement of `head`.
+        head: indices of the markers whose mean is the head's place; default nose and neck.
+
+    Raises:
+        ValueError: an unknown displacement.
+    """
+    if displacement not in ("nose", "head_mean"):
+        raise ValueError(f"displacement: found {displacement!r}, expected one of 'nose', 'head_mean'")
+    axis = position_m[..., neck, :] - position_m[..., nose, :]  # (..., n, 2)
+    axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+    shape = _turn(position_m - position_m[..., nose : nose + 1, :], axis[..., None, :])  # (..., n, m, 2)
+
+    markers = [nose] if displacement == "nose" else list(head or (nose, neck))
+    place = _bridged(position_m[..., markers, :].mean(axis=-2))  # (..., n, 2)
+    steps = _turn(np.diff(place, axis=-2), _bridged(axis)[..., 1:, :])  # (..., n - 1, 2)
+    path = np.concatenate([np.zeros_like(place[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
+    angle = np.arctan2(axis[..., 1], axis[..., 0])  # (..., n)
+    return HeadFrame(
+        position_m=shape + path[..., None, :],
+        shape_m=shape,
+        path_m=path,
+        heading_rad=_unwrapped(angle),
+        displacement=displacement,
+    )
+
+
+def _turn(vector: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """(..., 2) components of a vector along the unit `axis` and along the axis a quarter turn counter-clockwise."""
+    along = vector[..., 0] * axis[..., 0] + vector[..., 1] * axis[..., 1]
+    across = vector[..., 1] * axis[..., 0] - vector[..., 0] * axis[..., 1]
+    return np.stack([along, across], axis=-1)
+
+
+def _bridged(series: np.ndarray) -> np.ndarray:
+    """(..., n, 2) with missing samples interpolated linearly in time, held constant at the ends."""
+    if np.isfinite(series).all():
+        return series
+    flat = series.reshape(-1, series.shape[-2], 2).copy()
+    frames = np.arange(series.shape[-2])
+    for one in flat:
+        known = np.isfinite(one).all(axis=1)
+        if known.any():
+            for column in range(2):
+                one[:, column] = np.interp(frames, frames[known], one[known, column])
+    return flat.reshape(series.shape)
+
+
+def _unwrapped(angle: np.ndarray) -> np.ndarray:
+    """(..., n) without jumps of a whole turn; missing samples stay missing."""
+    turns = _bridged(np.stack([np.cos(angle), np.sin(angle)], axis=-1))
+    whole = np.unwrap(np.arctan2(turns[..., 1], turns[..., 0]), axis=-1)
+    return np.where(np.isfinite(angle), whole, np.nan)
