@@ -1,6 +1,7 @@
 """The robot and its models: description, MJCF, twin, elongated body theory. Imports `session` only."""
 
 from swimmer.ebt import TailMotion, added_mass_per_length, drag, mean_thrust, steady_speed
+from swimmer.engine import ENGINE, check_engine, model_sha256
 from swimmer.fluid import PUBLISHED_COEFFICIENTS, FluidCoefficients
 from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import DRY, FREE_DECAY, SWIM, TIMESTEP_S, Scene, build_mjcf
@@ -9,6 +10,7 @@ from swimmer.twin import Runs, Trajectories, Twin
 
 __all__ = [
     "DRY",
+    "ENGINE",
     "FREE_DECAY",
     "PUBLISHED_COEFFICIENTS",
     "SWIM",
@@ -23,8 +25,10 @@ __all__ = [
     "Twin",
     "added_mass_per_length",
     "build_mjcf",
+    "check_engine",
     "drag",
     "load_robot",
     "mean_thrust",
+    "model_sha256",
     "steady_speed",
 ]

@@ -20,7 +20,8 @@ _PLASTIC = (0.33, 0.55, 0.78, 1.0)
 _FRAME = (0.62, 0.65, 0.70, 1.0)
 _FIN = (0.90, 0.45, 0.25, 1.0)
 _MARKER = (0.95, 0.60, 0.10, 1.0)
-_CRANK_MASS_KG, _CRANK_INERTIA_KG_M2 = 1e-3, 1e-10  # the shaft's own mass is the head's; its inertia the armature's
+_SPECK_M, _SPECK_KG = 1e-4, 1e-3
+_ARM_HALF_WIDTH_M = 0.005  # for the eye only
 
 
 @dataclass(frozen=True)
@@ -126,12 +127,17 @@ def _add_plate(
 
 def _add_crank(head: mujoco.MjsBody, robot: RobotSpec) -> None:
     crank = head.add_body(name="crank", pos=robot.crank.position_m)
-    crank.explicitinertial = True
-    crank.mass = _CRANK_MASS_KG
-    crank.inertia = (_CRANK_INERTIA_KG_M2,) * 3
     crank.add_joint(
         name="crank", type=mujoco.mjtJoint.mjJNT_HINGE, axis=(0, 1, 0), armature=robot.crank.armature_kg_m2
     )
+    # The shaft's own mass is a part of the head and its inertia the armature's: this speck only satisfies the
+    # compiler, and is too small for the water to feel.
+    crank.add_geom(name="crank_axis", size=(_SPECK_M, 0, 0), mass=_SPECK_KG, rgba=_FRAME)
+    for side, sign in SIDES:
+        middle = (0.0, sign * robot.crank.anchor_offset_m, sign * robot.crank.arm_m / 2)
+        half_size = (_ARM_HALF_WIDTH_M, _ARM_HALF_WIDTH_M / 2, robot.crank.arm_m / 2)
+        box = mujoco.mjtGeom.mjGEOM_BOX
+        crank.add_geom(name=f"crank_arm_{side}", type=box, pos=middle, size=half_size, mass=0.0, rgba=_FIN)
     for side, sign in SIDES:
         crank.add_site(
             name=f"anchor_{side}",

@@ -5,7 +5,7 @@ one `mujoco.batch.Batch`, so nothing is compiled inside a fit and all cores are 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import mujoco
@@ -22,7 +22,7 @@ from swimmer.robot import RobotSpec
 FORCE_FIELDS = slice(1, 6)  # of geom_fluid: blunt, slender, angular drag, Kutta and Magnus lift
 PLAUSIBLE_HINGE_RAD = np.pi / 2  # the published model stops its hinges at 80 degrees; beyond 90 nothing is physical
 PLAUSIBLE_SPEED_M_S = 5.0
-_PHASES, _STEPS_PER_PHASE = 48, 20  # of the quasi-static tail poses: one turn of the crank in 4 s
+_PHASES, _SLOW_TURN_S = 48, 4.0  # of the table of quasi-static tail poses
 _CHUNK = 512  # simulations whose trajectories are held in memory at once
 
 
@@ -175,12 +175,13 @@ class Twin:
         """
         table = np.zeros((_PHASES + 1, len(self._hinges)))
         if self.scene.with_tendons:
-            model = build_mjcf(self.robot, scene=DRY).compile()
+            model = build_mjcf(self.robot, scene=replace(DRY, timestep_s=self.scene.timestep_s)).compile()
             data = mujoco.MjData(model)
-            data.qvel[0] = data.ctrl[0] = 2 * np.pi / (_PHASES * _STEPS_PER_PHASE * model.opt.timestep)
+            steps = round(_SLOW_TURN_S / _PHASES / model.opt.timestep)
+            data.qvel[0] = data.ctrl[0] = 2 * np.pi / (_PHASES * steps * model.opt.timestep)
             for i in range(2 * _PHASES):
                 table[i % _PHASES] = data.qpos[1:]
-                mujoco.mj_step(model, data, _STEPS_PER_PHASE)
+                mujoco.mj_step(model, data, steps)
             table[-1] = table[0]
         return CubicSpline(np.linspace(0.0, 2 * np.pi, _PHASES + 1), table, bc_type="periodic")
 

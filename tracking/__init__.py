@@ -1,0 +1,17 @@
+"""From videos and tracks to marker positions one can trust: track quality and the head-frame normaliser."""
+
+from tracking.camera import PoolTracks, to_pool, undistort
+from tracking.normaliser import Displacement, HeadFrame, to_head_frame
+from tracking.quality import QualityLimits, TrackQuality, check_tracks
+
+__all__ = [
+    "Displacement",
+    "HeadFrame",
+    "PoolTracks",
+    "QualityLimits",
+    "TrackQuality",
+    "check_tracks",
+    "to_head_frame",
+    "to_pool",
+    "undistort",
+]
