@@ -73,6 +73,7 @@ def _restart(restart: Restart) -> dict[str, Any]:
         "objective_mm": restart.objective_m * MILLIMETRES,
         "history_mm": (restart.history_m * MILLIMETRES).tolist(),
         "converged": restart.converged,
+        "swims_forward": restart.swims_forward,
     }
 
 
@@ -100,4 +101,5 @@ def _read_restart(data: Mapping[str, Any]) -> Restart:
         objective_m=data["objective_mm"] / MILLIMETRES,
         history_m=np.array(data["history_mm"]) / MILLIMETRES,
         converged=data["converged"],
+        swims_forward=data["swims_forward"],
     )

@@ -2,16 +2,18 @@
 
 The objective has several valleys and a rough floor (see `fitting.search_space`), so one descent is not enough:
 screen the box, give the best few points that lie apart a short heat, polish the winners, then hop around the best.
-Where good restarts end apart, the result says so.
+A twin that would swim backward from rest ranks behind all that swim forward (see `fitting.from_rest`). Where good
+restarts end apart, the result says so.
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mujoco.minimize import IterLog, least_squares
 from scipy.stats import qmc
 
+from fitting.from_rest import swims_forward
 from fitting.objective import COEFFICIENT_BOUNDS, Swims
 from fitting.search_space import ROOTS, SearchSpace, parameters
 from session import Flag
@@ -21,6 +23,7 @@ NAMES = FluidCoefficients._fields
 _TOLERANCE = 1e-3  # relative size of a step that ends a descent
 _DAMPING_FACTOR = 3.0  # between tries of a step
 _HOP = (0.35, 0.08)  # spread of hops in roots and in phases (rad)
+_CHECKED = 8  # of the hops, whether they swim forward
 _AT_BOUND = 1e-3  # of the range
 _AS_GOOD = 1.01  # objective within this factor of the best
 _APART = 0.5  # difference between coefficients of equally good restarts that is worth a flag
@@ -63,6 +66,7 @@ class Restart:
         objective_m: softened mean distance at the end, m.
         history_m: (i,) the same after each iteration, m.
         converged: the last step was small enough before the iterations ran out.
+        swims_forward: the twin swims forward from rest.
     """
 
     start: np.ndarray
@@ -71,6 +75,7 @@ class Restart:
     objective_m: float
     history_m: np.ndarray
     converged: bool
+    swims_forward: bool = True
 
     @property
     def point(self) -> np.ndarray:
@@ -111,14 +116,12 @@ def fit_coefficients(swims: Swims, effort: Effort = FULL, seed: int = 0) -> Coef
     """
     began = time.perf_counter()
     space, random = SearchSpace(swims), np.random.default_rng(seed)
-    restarts = [_descend(space, start, effort.heat_iterations) for start in _starts(space, effort, random)]
-    restarts.sort(key=_objective)
-    for i, heat in enumerate(restarts[: effort.finalists]):
-        restarts[i] = _descend(space, heat.point, effort.final_iterations, heat)
+    restarts = _ranked(space, [_descend(space, start, effort.heat_iterations) for start in _starts(space, effort, random)])
+    heats = restarts[: effort.finalists]
+    restarts = _ranked(space, restarts + [_descend(space, heat.point, effort.final_iterations, heat) for heat in heats])
     for _ in range(effort.hops):
-        restarts.sort(key=_objective)
-        restarts += [_descend(space, point, 5) for point in _hops(space, restarts[0], effort.hop_width, random)]
-    restarts.sort(key=_objective)
+        hops = [_descend(space, point, 5) for point in _hops(space, restarts[0], effort.hop_width, random)]
+        restarts = _ranked(space, restarts + hops)
     best = restarts[0]
     return CoefficientFit(
         coefficients=FluidCoefficients(*map(float, best.coefficients)),
@@ -145,11 +148,13 @@ def _starts(space: SearchSpace, effort: Effort, random: np.random.Generator) -> 
 
 
 def _hops(space: SearchSpace, best: Restart, width: int, random: np.random.Generator) -> list[np.ndarray]:
-    """(p,) the two best of some random points around the best so far."""
+    """(p,) the two best of some random points around the best so far, forward swimmers first."""
     spread = np.append(np.full(5, _HOP[0]), np.full(space.size - 5, _HOP[1]))
     points = best.point[:, None] + spread[:, None] * random.normal(size=(space.size, width))
     points = np.clip(points, space.low[:, None], space.high[:, None])
-    return [points[:, i] for i in np.argsort(space.objectives(points))[:2]]
+    points = points[:, np.argsort(space.objectives(points))[:_CHECKED]]
+    forward = swims_forward(space.swims.twin, parameters(points)[:5].T, space.swims.trials)
+    return list(points[:, np.argsort(~forward, kind="stable")[:2]].T)
 
 
 def _descend(space: SearchSpace, start: np.ndarray, iterations: int, before: Restart | None = None) -> Restart:
@@ -179,8 +184,12 @@ def _descend(space: SearchSpace, start: np.ndarray, iterations: int, before: Res
     )
 
 
-def _objective(restart: Restart) -> float:
-    return restart.objective_m
+def _ranked(space: SearchSpace, restarts: list[Restart]) -> list[Restart]:
+    """Best first: those that swim forward from rest, each group by its objective."""
+    coefficients = np.array([restart.coefficients for restart in restarts])
+    forward = swims_forward(space.swims.twin, coefficients, space.swims.trials)
+    checked = [replace(r, swims_forward=bool(f)) for r, f in zip(restarts, forward, strict=True)]
+    return sorted(checked, key=lambda restart: (not restart.swims_forward, restart.objective_m))
 
 
 def _flags(restarts: list[Restart]) -> tuple[Flag, ...]:
@@ -194,9 +203,24 @@ def _flags(restarts: list[Restart]) -> tuple[Flag, ...]:
     ]
     if not best.converged:
         flags.append(Flag("not_converged", message="the best start was still improving when the iterations ran out"))
-    as_good = [r.coefficients for r in restarts if r.objective_m <= _AS_GOOD * best.objective_m]
+    flags += _direction_flags(restarts)
+    peers = [r for r in restarts if r.swims_forward == best.swims_forward]
+    as_good = [r.coefficients for r in peers if r.objective_m <= _AS_GOOD * best.objective_m]
     spread = np.ptp(as_good, axis=0)  # (5,)
     if apart := [f"{name} (by {s:.2g})" for name, s in zip(NAMES, spread, strict=True) if s > _APART]:
         message = f"{len(as_good)} restarts fit equally well (within 1 %) but differ in {', '.join(apart)}"
         flags.append(Flag("restarts_disagree", message=message))
     return tuple(flags)
+
+
+def _direction_flags(restarts: list[Restart]) -> list[Flag]:
+    best, closest = restarts[0], min(restarts, key=lambda r: r.objective_m)
+    if not best.swims_forward:
+        return [Flag("swims_backward", message="started from rest, the fitted twin swims backward at some frequencies")]
+    if closest.objective_m < best.objective_m:
+        message = (
+            f"coefficients {100 * (1 - closest.objective_m / best.objective_m):.0f} % closer to the tracks were "
+            "rejected: started from rest, that twin swims backward"
+        )
+        return [Flag("rejected_restart", message=message)]
+    return []

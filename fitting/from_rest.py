@@ -1,0 +1,47 @@
+"""Does a calibrated twin swim forward from rest, as the robot does?
+
+MuJoCo's fluid model has two steady states for many sets of coefficients: started at the measured speed such a twin
+follows the trials, started from rest it settles swimming backward. No trial that begins mid-swim can tell them
+apart, but the robot itself does: it starts from rest.
+"""
+
+import numpy as np
+
+from fitting.speed import forward_speed
+from fitting.trial import MeasuredTrial
+from swimmer import Runs, Twin
+from tracking import to_head_frame
+
+BEATS = 6.0  # simulated, of which the second half counts
+FREQUENCIES = 3
+FRAME_S = 1 / 30
+
+
+def probed_frequencies(trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
+    """(f,) from half the slowest to the fastest of the trials, Hz."""
+    measured = [trial.frequency.hz for trial in trials]
+    return np.geomspace(0.5 * min(measured), max(measured), FREQUENCIES)
+
+
+def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+    """(s, f) forward speed after half of some beats from rest, m/s, for s sets of coefficients (s, 5)."""
+    sets = len(coefficients)
+    nose, neck = twin.markers.index("nose"), twin.markers.index("neck")
+    speeds = np.zeros((sets, len(frequency_hz)))
+    for i, hz in enumerate(frequency_hz):
+        time_s = np.arange(0.0, BEATS / hz, FRAME_S)
+        runs = Runs(np.asarray(coefficients, float), np.full(sets, hz), np.zeros(sets))
+        head = to_head_frame(twin.simulate(runs, time_s, allow_divergence=True).marker_m, nose, neck)
+        speeds[:, i] = forward_speed(time_s, head.forward_m, time_s >= BEATS / 2 / hz, hz)
+    return speeds
+
+
+def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
+    """(s,) whether each set of coefficients (s, 5) swims forward from rest over the range of the trials.
+
+    Always True when a trial itself was measured swimming backward.
+    """
+    if any(trial.speed <= 0 for trial in trials):
+        return np.ones(len(coefficients), bool)
+    with np.errstate(invalid="ignore"):
+        return (speed_from_rest(twin, coefficients, probed_frequencies(trials)) > 0).all(axis=1)
