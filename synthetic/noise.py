@@ -1,0 +1,60 @@
+"""What a tracker adds to where a marker is: errors that last, a box placed by hand, a grid of half pixels."""
+
+import numpy as np
+from scipy.signal import lfilter
+
+from session import Table
+from swimmer.robot import NonNegative
+
+
+class TrackingNoise(Table):
+    """Errors of tracked boxes, the same in x and y and independent between markers.
+
+    The defaults are those we measured on the published tracks: boxes of whole pixels, hence centres on a
+    half-pixel grid, and residuals that stay correlated over 3 to 17 frames at 60 frames a second.
+
+    Attributes:
+        sd_px: standard deviation of the error that changes with time, before rounding to the grid.
+        correlation_s: time in which its correlation falls to 1/e; 0 for white noise.
+        placement_sd_px: standard deviation of the offset between a box and its marker, constant over a trial.
+        half_pixel_grid: whether positions are rounded to halves of a pixel.
+    """
+
+    sd_px: NonNegative = 0.5
+    correlation_s: NonNegative = 0.1
+    placement_sd_px: NonNegative = 2.0
+    half_pixel_grid: bool = True
+
+
+NOISELESS = TrackingNoise(sd_px=0.0, correlation_s=0.0, placement_sd_px=0.0, half_pixel_grid=False)
+
+
+def lasting_errors(
+    shape: tuple[int, ...], step_s: float, noise: TrackingNoise, random: np.random.Generator
+) -> np.ndarray:
+    """Stationary errors with exponentially falling autocorrelation, px.
+
+    The exact discretisation of the Ornstein-Uhlenbeck process: AR(1) with coefficient
+    exp(-step / correlation), begun in the stationary distribution (Gillespie 1996, Exact numerical simulation
+    of the Ornstein-Uhlenbeck process and its integral, Phys. Rev. E 54, 2084).
+
+    Args:
+        shape: (n, ...) n frames of independent series.
+        step_s: time between frames.
+        noise: its `sd_px` and `correlation_s` are used.
+        random: source of the draws.
+    """
+    carried = np.exp(-step_s / noise.correlation_s) if noise.correlation_s > 0 else 0.0
+    fresh = noise.sd_px * random.standard_normal(shape)
+    fresh[1:] *= np.sqrt(1.0 - carried**2)
+    return lfilter([1.0], [1.0, -carried], fresh, axis=0)
+
+
+def placement_offsets(markers: int, noise: TrackingNoise, random: np.random.Generator) -> np.ndarray:
+    """(m, 2) where the boxes of a trial sit on their markers, px."""
+    return noise.placement_sd_px * random.standard_normal((markers, 2))
+
+
+def on_grid(position_px: np.ndarray, noise: TrackingNoise) -> np.ndarray:
+    """Positions of any shape on the grid of the tracker, px; unchanged where it has none."""
+    return np.round(2.0 * position_px) / 2.0 if noise.half_pixel_grid else position_px

@@ -1,0 +1,121 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from session import InputError, load_session
+from swimmer import RobotSpec, load_robot
+from synthetic import NOISELESS, Gap, default_plan, make_session, read_truth
+from tests.synthetic.plans import FAST, files_of, measured, small_plan, tracks_of
+
+
+def short_tailed_robot() -> RobotSpec:
+    """Another swimmer: four tail segments instead of five, a longer nose, its own markers."""
+    robot = load_robot().model_dump()
+    robot["name"] = "short_tail"
+    robot["tail"]["segment"] = robot["tail"]["segment"][:4]
+    robot["markers"] = {
+        name: marker for name, marker in robot["markers"].items() if marker["body"] != "tail_5"
+    }
+    robot["markers"]["nose"]["position_m"] = (-0.09, 0.0, 0.05)
+    robot["markers"]["fin"] = {"body": "tail_4", "position_m": (0.45, 0.0, 0.1)}
+    return RobotSpec.model_validate(robot)
+
+
+def test_a_session_loads_without_a_fault_and_says_what_was_planned(tmp_path: Path) -> None:
+    plan = small_plan(name="two swims")
+    session = load_session(make_session(tmp_path / "s", plan), lambda _: tuple(load_robot().markers))
+
+    assert (session.name, session.markers, session.warmup_s) == ("two swims", plan.markers, plan.warmup_s)
+    for trial, planned in zip(session.trials, plan.trials, strict=True):
+        assert (trial.name, trial.kind, trial.role) == (planned.name, "swim", planned.role)
+        assert trial.commanded_hz == planned.commanded_hz
+        assert len(tracks_of(session, trial.name).time_s) == len(planned.time_s(plan.camera))
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_what_is_measured_in_a_default_session_is_its_truth(seed: int, tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "s", default_plan(seed))
+    truth = read_truth(folder)
+
+    for name, trial in measured(folder).items():
+        assert trial.frequency.hz == pytest.approx(truth.trials[name].frequency_hz, rel=0.01)
+        assert trial.speed == pytest.approx(truth.trials[name].speed_m_s, abs=0.006)
+        assert truth.trials[name].speed_m_s > 0.05
+
+
+def test_the_same_plan_gives_the_same_bytes(tmp_path: Path) -> None:
+    one, two = (files_of(make_session(tmp_path / name, small_plan())) for name in ("one", "two"))
+
+    assert one == two
+
+
+def test_another_seed_gives_other_tracks_of_the_same_swims(tmp_path: Path) -> None:
+    one, two = (make_session(tmp_path / str(seed), small_plan(seed=seed)) for seed in (1, 2))
+
+    assert files_of(one)["trials/slow.csv.gz"] != files_of(two)["trials/slow.csv.gz"]
+    assert read_truth(one).trials["slow"].speed_m_s == read_truth(two).trials["slow"].speed_m_s
+
+
+def test_changing_one_trial_leaves_the_others_as_they_are(tmp_path: Path) -> None:
+    one = files_of(make_session(tmp_path / "one", small_plan()))
+    two = files_of(make_session(tmp_path / "two", small_plan(slow={"frequency_hz": 0.7, "seconds": 2.0})))
+
+    assert one["trials/slow.csv.gz"] != two["trials/slow.csv.gz"]
+    assert one["trials/fast.csv.gz"] == two["trials/fast.csv.gz"]
+
+
+def test_tracks_are_the_true_positions_with_the_errors_that_were_planned(tmp_path: Path) -> None:
+    plan = small_plan(slow={"seconds": 20.0})
+    noisy, clean = (
+        make_session(tmp_path / name, plan.model_copy(update={"noise": noise}))
+        for name, noise in (("noisy", plan.noise), ("clean", NOISELESS))
+    )
+    found, true = (tracks_of(load_session(folder), "slow").position_px for folder in (noisy, clean))
+    offsets = np.array(list(read_truth(noisy).trials["slow"].placement_px.values()))
+
+    errors = found - true - offsets
+    assert errors.std() == pytest.approx(np.hypot(plan.noise.sd_px, 0.5 / np.sqrt(12)), rel=0.05)
+    assert np.abs(errors.mean(axis=0)).max() < 0.2
+    assert not np.any(list(read_truth(clean).trials["slow"].placement_px.values()))
+
+
+def test_missing_samples_are_missing_in_the_tracks(tmp_path: Path) -> None:
+    gap = Gap(marker="tail_2", first=10, frames=5)
+    session = load_session(make_session(tmp_path / "s", small_plan(slow={"faults": (gap,)})))
+    tracks = tracks_of(session, "slow")
+    missing = np.isnan(tracks.position_px).any(axis=2)
+
+    assert missing.sum() == 5
+    assert missing[gap.span, session.markers.index("tail_2")].all()
+    np.testing.assert_array_equal(tracks.confidence, ~missing)
+
+
+def test_another_robot_comes_with_its_description(tmp_path: Path) -> None:
+    robot = short_tailed_robot()
+    markers = ("nose", "neck", "pectoral_left", "tail_2", "tail_4", "fin")
+    folder = make_session(tmp_path / "s", small_plan(robot=robot, markers=markers))
+    session = load_session(folder, lambda file: tuple(load_robot(file).markers))
+
+    assert load_robot(session.robot_file) == robot
+    assert session.camera.scale_length_m == pytest.approx(0.155)
+    assert read_truth(folder).plan.swimmer == robot
+    trial = measured(folder)["fast"]
+    assert trial.frequency.hz == pytest.approx(FAST["frequency_hz"], rel=0.01)
+    assert trial.flags == ()
+
+
+def test_a_folder_in_use_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("keep")
+
+    with pytest.raises(InputError, match="something that is already there"):
+        make_session(tmp_path, small_plan())
+    assert files_of(tmp_path) == {"mine.txt": b"keep"}
+
+
+def test_a_session_that_cannot_be_made_leaves_nothing(tmp_path: Path) -> None:
+    unseen = Gap(marker="tail_2", first=0, frames=241)
+
+    with pytest.raises(InputError, match="marker 'tail_2' is missing in every frame"):
+        make_session(tmp_path / "s", small_plan(slow={"faults": (unseen,)}))
+    assert list(tmp_path.iterdir()) == []
