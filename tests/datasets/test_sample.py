@@ -1,0 +1,84 @@
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from session import Session, load_session, load_tracks
+from swimmer import load_robot
+from synthetic.card import checksums
+from synthetic.sample import make_sample, sample_plan
+from synthetic.truth import Truth, read_truth
+from tests.synthetic.plans import measured
+
+SAMPLE = Path(__file__).resolve().parents[2] / "datasets" / "sample"
+GRID_PX = 0.5
+
+
+@pytest.fixture(scope="module")
+def remade(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_sample(tmp_path_factory.mktemp("remade") / "sample")
+
+
+def positions(session: Session, name: str) -> np.ndarray:
+    path = session.trial(name).tracks
+    assert path is not None
+    return load_tracks(path, session.markers, session.camera.fps).position_px
+
+
+def listed(card: Path) -> dict[str, str]:
+    """The files and checksums of a card."""
+    return dict(re.findall(r"^\| `([^`]+)` \| `([0-9a-f]{64})` \|$", card.read_text(), re.MULTILINE))
+
+
+def test_the_checksums_of_the_card_are_those_of_the_files() -> None:
+    assert listed(SAMPLE / "CARD.md") == checksums(SAMPLE)
+    assert len(checksums(SAMPLE)) == 2 + len(sample_plan().trials)
+
+
+@pytest.mark.parametrize("part", ["What", "How made", "Truth", "Seed", "Licence", "Checksums"])
+def test_the_card_tells(part: str) -> None:
+    assert f"**{part}" in (SAMPLE / "CARD.md").read_text()
+
+
+def test_the_sample_is_small_and_has_what_a_sample_needs() -> None:
+    session = load_session(SAMPLE, lambda _: tuple(load_robot().markers))
+    plan = read_truth(SAMPLE).plan
+
+    assert sum((SAMPLE / name).stat().st_size for name in checksums(SAMPLE)) < 300_000
+    assert len({trial.commanded_hz for trial in session.trials}) >= 5
+    assert {trial.role for trial in session.trials} == {"fit", "holdout"}
+    assert sum(len(trial.faults) for trial in plan.trials) == 1
+    assert plan.noise.sd_px > 0
+
+
+def test_the_sample_is_what_its_plan_makes(remade: Path) -> None:
+    """To the bit on one machine; on another a sample on the edge may round to the next place of the grid."""
+    committed, again = load_session(SAMPLE), load_session(remade)
+
+    assert (SAMPLE / "session.toml").read_text() == (remade / "session.toml").read_text()
+    for trial in committed.trials:
+        apart = np.abs(positions(committed, trial.name) - positions(again, trial.name))
+        assert apart.max() <= GRID_PX
+        assert (apart > 0).mean() < 0.001
+
+
+def test_the_truth_of_the_sample_is_what_its_plan_makes(remade: Path) -> None:
+    committed, again = read_truth(SAMPLE), read_truth(remade)
+
+    assert committed.plan == again.plan == sample_plan()
+    for name, trial in committed.trials.items():
+        assert trial.speed_m_s == pytest.approx(again.trials[name].speed_m_s, abs=1e-5)
+        assert trial.frequency_hz == pytest.approx(again.trials[name].frequency_hz, rel=1e-6)
+        assert trial.phase_rad == pytest.approx(again.trials[name].phase_rad, abs=1e-5)
+
+
+def test_frequency_speed_and_fault_of_the_sample_are_found() -> None:
+    truth: Truth = read_truth(SAMPLE)
+    planned = {trial.name: trial for trial in truth.plan.trials}
+
+    for name, trial in measured(SAMPLE).items():
+        assert trial.frequency.hz == pytest.approx(truth.trials[name].frequency_hz, rel=0.01)
+        assert trial.speed == pytest.approx(truth.trials[name].speed_m_s, abs=0.006)
+        found = [(flag.kind, flag.markers[0]) for flag in trial.flags]
+        assert found == [(fault.kind, fault.marker) for fault in planned[name].faults]
