@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.coefficients import FULL, CoefficientFit, Effort, fit_coefficients
+from fitting.coefficients import FULL, CoefficientFit, Effort, Progress, fit_coefficients
 from fitting.ebt import EbtFit, fit_ebt, measured_tail_motion
 from fitting.forecast import fit_phase, forecast
 from fitting.objective import Swims
@@ -92,9 +92,22 @@ class Calibration:
 
 
 def calibrate(
-    trials: list[MeasuredTrial], robot: RobotSpec, effort: Effort = FULL, seed: int = 0, workers: int = 0
+    trials: list[MeasuredTrial],
+    robot: RobotSpec,
+    effort: Effort = FULL,
+    seed: int = 0,
+    workers: int = 0,
+    progress: Progress | None = None,
 ) -> Calibration:
     """Fits the coefficients and elongated body theory on the fit trials, then compares every trial.
+
+    Args:
+        trials: all swims, fit and held-out.
+        robot: the robot.
+        effort: how hard to search.
+        seed: of the search.
+        workers: threads; 0 for all cores.
+        progress: see `fit_coefficients`.
 
     Raises:
         NotEnoughData: no fit trial.
@@ -103,7 +116,7 @@ def calibrate(
     if not fitted:
         raise NotEnoughData('no swim has role = "fit"; give at least one trial of session.toml that role')
     twin = Twin(robot, trials[0].markers, workers=workers)
-    fit = fit_coefficients(Swims(twin, tuple(fitted)), effort, seed)
+    fit = fit_coefficients(Swims(twin, tuple(fitted)), effort, seed, progress)
     phases = dict(zip([t.name for t in fitted], fit.phase_rad, strict=True))
     return assemble(trials, twin, fit, phases)
 

@@ -7,6 +7,7 @@ restarts end apart, the result says so.
 """
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,9 +21,11 @@ from session import Flag
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
 NAMES = FluidCoefficients._fields
+Progress = Callable[[float, float], None]
 _TOLERANCE = 1e-3  # relative size of a step that ends a descent
 _DAMPING_FACTOR = 3.0  # between tries of a step
 _HOP = (0.35, 0.08)  # spread of hops in roots and in phases (rad)
+_HOP_ITERATIONS = 5
 _CHECKED = 8  # of the hops, whether they swim forward
 _AT_BOUND = 1e-3  # of the range
 _AS_GOOD = 1.01  # objective within this factor of the best
@@ -50,6 +53,11 @@ class Effort:
     hops: int
     hop_width: int
     apart: float = 1.6
+
+    @property
+    def descents(self) -> int:
+        """How many descents there will be at most."""
+        return self.starts + self.finalists + 2 * self.hops
 
 
 FULL = Effort(64, starts=6, finalists=3, heat_iterations=3, final_iterations=8, hops=2, hop_width=40)
@@ -106,22 +114,34 @@ class CoefficientFit:
     flags: tuple[Flag, ...]
 
 
-def fit_coefficients(swims: Swims, effort: Effort = FULL, seed: int = 0) -> CoefficientFit:
+def fit_coefficients(
+    swims: Swims, effort: Effort = FULL, seed: int = 0, progress: Progress | None = None
+) -> CoefficientFit:
     """Fits the five coefficients and a crank phase a trial.
 
     Args:
         swims: the fit trials and the twin.
         effort: how hard to search.
         seed: of screening and hops.
+        progress: called with the share done, 0 to 1, and the best mean distance so far, m.
     """
     began = time.perf_counter()
     space, random = SearchSpace(swims), np.random.default_rng(seed)
-    restarts = _ranked(space, [_descend(space, start, effort.heat_iterations) for start in _starts(space, effort, random)])
-    heats = restarts[: effort.finalists]
-    restarts = _ranked(space, restarts + [_descend(space, heat.point, effort.final_iterations, heat) for heat in heats])
+    restarts: list[Restart] = []
+
+    def add(points: list[np.ndarray], iterations: int, before: list[Restart] | None = None) -> list[Restart]:
+        for i, point in enumerate(points):
+            restarts.append(_descend(space, point, iterations, before[i] if before else None))
+            if progress is not None:
+                best_m = min(restart.objective_m for restart in restarts)
+                progress(min(len(restarts) / effort.descents, 1.0), best_m)
+        restarts[:] = _ranked(space, restarts)
+        return restarts
+
+    heats = add(_starts(space, effort, random), effort.heat_iterations)[: effort.finalists]
+    add([heat.point for heat in heats], effort.final_iterations, heats)
     for _ in range(effort.hops):
-        hops = [_descend(space, point, 5) for point in _hops(space, restarts[0], effort.hop_width, random)]
-        restarts = _ranked(space, restarts + hops)
+        add(_hops(space, restarts[0], effort.hop_width, random), _HOP_ITERATIONS)
     best = restarts[0]
     return CoefficientFit(
         coefficients=FluidCoefficients(*map(float, best.coefficients)),

@@ -21,6 +21,7 @@ from session.lock import session_lock
 from session.motor import MOTOR_COLUMNS, MotorLog, load_motor
 from session.results import (
     Provenance,
+    plain_json,
     program_version,
     read_result_json,
     sha256_of,
@@ -69,6 +70,7 @@ __all__ = [
     "mark_current",
     "new_folder",
     "new_from_fishsim",
+    "plain_json",
     "program_version",
     "read_result_json",
     "read_toml",

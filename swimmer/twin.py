@@ -131,9 +131,10 @@ class Twin:
 
     def _simulate_chunk(self, runs: Runs, time_s: np.ndarray) -> tuple[np.ndarray, ...]:
         batch = self._batch(runs)
-        self._write_start(batch, runs)
+        start, velocity = self.start(runs)
+        batch.bind("qpos")[:], batch.bind("qvel")[:] = start, velocity
+        batch.bind("ctrl")[:, 0] = 2 * np.pi * runs.frequency_hz
         steps = int(np.ceil(time_s.max() / self.scene.timestep_s)) + 2
-        start = batch.bind("qpos").copy()
         rolled = batch.rollout(steps, record=("qpos",))["qpos"]  # (n, steps, q)
         states = np.concatenate([start[:, None], rolled], axis=1)
         diverged = self._diverged(states)
@@ -157,15 +158,16 @@ class Twin:
             batch.expand(name)[:] = values
         return batch
 
-    def _write_start(self, batch: Batch, runs: Runs) -> None:
-        speed = 2 * np.pi * runs.frequency_hz
-        position, velocity = batch.bind("qpos"), batch.bind("qvel")
+    def start(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+        """(n, q) positions and (n, v) velocities of the joints at time 0."""
+        count, speed = len(runs), 2 * np.pi * runs.frequency_hz
+        position, velocity = np.zeros((count, self.model.nq)), np.zeros((count, self.model.nv))
         position[:, self._hinges] = self._pose(runs.phase_rad)
         velocity[:, self._hinges] = self._pose(runs.phase_rad, 1) * speed[:, None]
         position[:, self._crank], velocity[:, self._crank] = runs.phase_rad, speed
         if runs.velocity is not None and not self.scene.head_clamped:
             velocity[:, :3] = runs.velocity
-        batch.bind("ctrl")[:, 0] = speed
+        return position, velocity
 
     @cached_property
     def _pose(self) -> CubicSpline:

@@ -1,0 +1,35 @@
+"""Reports of several sessions and the index that lists them."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from calib.pipeline import EffortName, Pipeline
+from reports import IndexEntry, write_index
+from session import read_result_json
+
+Working = Callable[[Path, EffortName, int, bool], AbstractContextManager[Pipeline]]
+
+
+def report_batch(
+    folders: Sequence[Path], effort: EffortName, workers: int, index: Path | None, working: Working
+) -> Iterator[Path]:
+    """Brings the report of each session up to date and yields it; the index comes last when there are several.
+
+    Args:
+        folders: the sessions.
+        effort, workers: as on the command line.
+        index: where the index goes; default `index.html` beside the first session.
+        working: opens and locks a session.
+    """
+    entries = []
+    for folder in folders:
+        with working(folder, effort, workers, False) as pipeline:
+            path = pipeline.report()
+        data = read_result_json(pipeline.calibration_file)
+        entries.append(IndexEntry.from_calibration(pipeline.session.name, path, data))
+        yield path
+    if len(entries) > 1:
+        target = index or folders[0].resolve().parent / "index.html"
+        write_index(target, entries)
+        yield target

@@ -1,0 +1,1 @@
+"""What is claimed of speed and accuracy, measured: `calib benchmark …`."""

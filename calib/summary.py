@@ -1,0 +1,34 @@
+"""A `calibration.json` in a few lines for the terminal."""
+
+from collections.abc import Mapping
+from typing import Any
+
+
+def calibration_lines(data: Mapping[str, Any]) -> list[str]:
+    """A line a trial, then coefficients, means and warnings.
+
+    Args:
+        data: the content of `calibration.json`.
+    """
+    lines = [f"{'trial':12} {'role':8} {'Hz':>6} {'marker mm':>10} {'speed m/s':>10} {'twin':>8} {'EBT':>8}"]
+    for name, trial in data["trials"].items():
+        numbers = (
+            _shown(trial["frequency_hz"], 6, 3),
+            _shown(trial["marker_error_mm"], 10, 1),
+            _shown(trial["speed_measured"], 10, 4),
+            _shown(trial["speed_twin"], 8, 4),
+            _shown(trial["speed_ebt"], 8, 4),
+        )
+        lines.append(f"{name:12} {trial['role']:8} {' '.join(numbers)}")
+    lines.append("coefficients " + ", ".join(f"{name} {value:.3g}" for name, value in data["coefficients"].items()))
+    for role, label in (("fit", "fit trials"), ("holdout", "held out")):
+        if (summary := data["summary"][role]) is not None:
+            lines.append(
+                f"{label}: markers {_shown(summary['marker_error_mm'], 0, 1)} mm, mean speed error "
+                f"{_shown(summary['speed_mae_twin'], 0, 4)} m/s (EBT {_shown(summary['speed_mae_ebt'], 0, 4)})"
+            )
+    return lines + [f"! {flag['message']}" for flag in data["flags"]]
+
+
+def _shown(value: float | None, width: int, decimals: int) -> str:
+    return f"{'–':>{width}}" if value is None else f"{value:{width}.{decimals}f}"
