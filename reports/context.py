@@ -1,0 +1,27 @@
+"""What every section of a report may read."""
+
+from dataclasses import dataclass
+
+from fitting import CalibratedTrial, Calibration
+from session import Provenance, Session
+
+
+@dataclass(frozen=True, eq=False)
+class ReportContext:
+    """The results of one session.
+
+    Attributes:
+        session: as described in its folder.
+        calibration: the calibrated twin beside every trial.
+        provenance: what it was made with.
+        notes: further sentences for the reader, such as what was left out.
+    """
+
+    session: Session
+    calibration: Calibration
+    provenance: Provenance
+    notes: tuple[str, ...] = ()
+
+    def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
+        """The fit or the held-out trials, in the order of the session."""
+        return tuple(trial for trial in self.calibration.trials if trial.measured.role == role)

@@ -1,0 +1,58 @@
+"""How numbers are printed: millimetres at this edge, a true minus, and a dash for what is not known."""
+
+import math
+from collections.abc import Sequence
+
+MISSING = "–"
+MM = 1000.0  # millimetres in a metre
+
+
+def shown(value: float | None, decimals: int = 1, *, signed: bool = False) -> str:
+    """The number with this many decimals; a dash for None, nan and infinity."""
+    if value is None or not math.isfinite(value):
+        return MISSING
+    text = f"{value:{'+' if signed else ''}.{decimals}f}"
+    return text.lstrip("+-") if not float(text) else text.replace("-", "−")
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """The number with this many significant digits; a dash for None, nan and infinity."""
+    if value is None or not math.isfinite(value):
+        return MISSING
+    return f"{value:.{digits}g}".replace("-", "−")
+
+
+def in_mm(value_m: float | None, decimals: int = 1, *, signed: bool = False) -> str:
+    """Metres, or metres a second, printed as millimetres."""
+    return shown(None if value_m is None else value_m * MM, decimals, signed=signed)
+
+
+def percent(share: float | None) -> str:
+    """A share as a percentage; it says 100 % only when nothing is left out."""
+    if share is None or not math.isfinite(share):
+        return MISSING
+    return f"{share:.0%}".replace("%", " %") if share in (0.0, 1.0) else f"{min(100 * share, 99.9):.1f} %"
+
+
+def counted(count: int, noun: str) -> str:
+    """`1 trial`, `2 trials`."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def listed(names: Sequence[str], most: int = 6) -> str:
+    """`a, b and c`; of many the first few and how many more."""
+    if len(names) > most:
+        return f"{', '.join(names[:most])} and {len(names) - most} more"
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
+
+
+def shortened(name: str, most: int = 14) -> str:
+    """A name that fits into a figure."""
+    return name if len(name) <= most else f"{name[: most - 1]}…"
+
+
+def sentence(text: str) -> str:
+    """The text with a full stop and, unless it starts with a name such as `tail_1`, a capital letter."""
+    text = text.strip()
+    start = text[:1].upper() if text.split(" ")[0].isalpha() else text[:1]
+    return start + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")

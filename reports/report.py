@@ -1,0 +1,46 @@
+"""`results/report.html`: one self-contained page a session."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from fitting import Calibration
+from reports.context import ReportContext
+from reports.numbers import counted
+from reports.page import render_page
+from reports.sections import SECTIONS
+from session import Provenance, Session, write_whole
+
+
+def write_report(
+    path: Path, session: Session, calibration: Calibration, provenance: Provenance, notes: Sequence[str] = ()
+) -> None:
+    """Writes the report of one session, whole or not at all.
+
+    Args:
+        path: usually `results/report.html` of the session.
+        session: as described in its folder.
+        calibration: the calibrated twin beside every trial.
+        provenance: what it was made with.
+        notes: further sentences for the reader, such as which trials were left out and why.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written.
+    """
+    write_whole(path, render_report(session, calibration, provenance, notes))
+
+
+def render_report(
+    session: Session, calibration: Calibration, provenance: Provenance, notes: Sequence[str] = ()
+) -> str:
+    """The report as HTML: opens offline, holds its figures, and loads nothing."""
+    context = ReportContext(session, calibration, provenance, tuple(notes))
+    built = [build(context) for build in SECTIONS]
+    trials = counted(len(calibration.trials), "trial")
+    return render_page(
+        "report.html.j2",
+        title=f"{session.name} – swimcal report",
+        session=session.name,
+        byline=f"{calibration.robot.name}, {trials} · {provenance.program}, MuJoCo {provenance.mujoco}, "
+        f"effort {provenance.effort}, seed {provenance.seed}",
+        sections=[section for section in built if section is not None],
+    )

@@ -1,0 +1,72 @@
+"""Where the numbers come from: inputs, versions, the robot, and what was assumed rather than measured."""
+
+from reports.blocks import Column, Points, Section, Table, Terms
+from reports.context import ReportContext
+from reports.numbers import MISSING, shown, significant
+
+
+def build(context: ReportContext) -> Section:
+    """Everything it takes to make the report again."""
+    inputs = tuple(sorted(context.provenance.inputs.items()))
+    columns = (Column("input", numeric=False), Column("sha256", numeric=False))
+    return Section(
+        "Provenance",
+        "provenance",
+        (
+            Points("Assumed, not measured in this session", _assumptions(context)),
+            Terms(_made_with(context)),
+            Terms(_robot(context)),
+            Table("Input files, by name in the session folder.", columns, inputs, folded=len(inputs) > 8),
+        ),
+    )
+
+
+def _assumptions(context: ReportContext) -> tuple[str, ...]:
+    session, robot = context.session, context.calibration.robot
+    source = (
+        "published values of the built-in robot" if session.robot_file is None else "values of the robot file"
+    )
+    scale = (
+        "The scale of every picture is the nose-neck distance of "
+        f"{shown(session.camera.scale_length_m * 1000)} mm"
+    )
+    lens = session.camera.calibration
+    return (
+        f"Hinge stiffness ({significant(robot.tail.hinge_stiffness_n_m)} N m/rad) and crank arm "
+        f"({significant(robot.crank.arm_m * 1000)} mm) are the {source}.",
+        f"{scale}; {'lens distortion is not corrected' if lens is None else 'the lens is calibrated'}.",
+        "The crank turns at a constant speed: the beat of the tail, not the command.",
+        "The robot swims level, at the surface, in still water far from walls.",
+        "Elongated body theory is the published steady form; of its two numbers only the ratio c_D / β "
+        "counts.",
+    )
+
+
+def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:
+    made = context.provenance
+    return (
+        ("program", made.program),
+        ("engine", f"MuJoCo {made.mujoco}"),
+        ("model sha256", made.model_sha256),
+        ("seed", str(made.seed)),
+        ("effort", made.effort),
+        ("warm-up", f"{context.session.warmup_s:g} s of every trial left out"),
+    )
+
+
+def _robot(context: ReportContext) -> tuple[tuple[str, str], ...]:
+    robot, file = context.calibration.robot, context.session.robot_file
+    mass_kg = sum(part.mass_kg for part in robot.head.part)
+    return (
+        ("robot", f"{robot.name} ({'built in' if file is None else file.name})"),
+        ("length", f"{significant(robot.length_m * 1000)} mm, nose marker to end of the fin"),
+        ("head", f"{significant(mass_kg)} kg"),
+        ("tail", f"{len(robot.hinges)} hinges of {significant(robot.tail.hinge_stiffness_n_m)} N m/rad"),
+        (
+            "tendons",
+            f"{significant(robot.tendons.stiffness_n_m / 1000)} kN/m, {robot.tendons.damping_n_s_m:g} N s/m",
+        ),
+        ("crank arm", f"{significant(robot.crank.arm_m * 1000)} mm"),
+        ("water", f"{robot.water.density_kg_m3:g} kg/m³, {robot.water.viscosity_pa_s:g} Pa s"),
+        ("markers", ", ".join(context.session.markers) or MISSING),
+    )

@@ -1,0 +1,86 @@
+"""How far the tracks can be trusted: which samples are flagged, and as what."""
+
+from collections import Counter
+
+from fitting import CalibratedTrial
+from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.caveats import track_flags
+from reports.context import ReportContext
+from reports.figures import flagged_samples_figure
+from reports.numbers import counted, listed, percent, shown
+from reports.svg import inline_svg
+from session import FLAG_KINDS
+
+COLUMNS = (
+    Column("trial", numeric=False),
+    Column("what was seen", numeric=False),
+    Column("stretches"),
+    Column("longest", "frames"),
+    Column("markers", numeric=False),
+)
+
+
+def build(context: ReportContext) -> Section:
+    """A matrix a trial, and the flags counted by kind."""
+    trials = context.calibration.trials
+    rows = [row for trial in trials for row in _rows(trial)]
+    if rows:
+        caption = (
+            "Flags by trial and kind; every stretch is listed with its trial. What is flagged counts nowhere."
+        )
+        table: Table | Prose = Table(caption, COLUMNS, tuple(rows))
+    else:
+        table = Prose("No sample of any trial is flagged: every marker counts in every frame.")
+    text = (
+        "Tracks are judged before any fit, each sample by the other markers of its frame and by its own "
+        "motion. Flagged samples get no weight."
+    )
+    return Section(
+        "Track quality", "tracks", (Prose(text), Plots(_matrices(trials)), table), _caveats(context)
+    )
+
+
+def _matrices(trials: tuple[CalibratedTrial, ...]) -> tuple[Plot, ...]:
+    plots = []
+    for number, trial in enumerate(trials, start=1):
+        name, measured = f"flags-{number}", trial.measured
+        share = float((measured.weight > 0).mean())
+        plots.append(
+            Plot(
+                inline_svg(flagged_samples_figure(measured), name, f"Flagged samples of {measured.name}"),
+                name,
+                f"{measured.name}: {percent(share)} of {counted(measured.weight.size, 'sample')} count.",
+            )
+        )
+    return tuple(plots)
+
+
+def _rows(trial: CalibratedTrial) -> list[tuple[str, ...]]:
+    flags = track_flags(trial.measured)
+    rows: list[tuple[str, ...]] = []
+    for kind, count in Counter(flag.kind for flag in flags).most_common():
+        of_kind = [flag for flag in flags if flag.kind == kind]
+        frames = [flag.frames or (0, len(trial.measured.time_s) - 1) for flag in of_kind]
+        longest = max(last - first + 1 for first, last in frames)
+        markers = tuple(dict.fromkeys(name for flag in of_kind for name in flag.markers))
+        what = (
+            f"{kind.replace('_', ' ')}: {FLAG_KINDS[kind]}" if kind in FLAG_KINDS else kind.replace("_", " ")
+        )
+        rows.append((trial.measured.name, what, str(count), str(longest), listed(markers)))
+    return rows
+
+
+def _caveats(context: ReportContext) -> tuple[str, ...]:
+    caveats = []
+    for trial in context.calibration.trials:
+        share = trial.measured.used_fraction
+        if share < 0.8:
+            caveats.append(f"{trial.measured.name}: only {percent(share)} of the compared samples count.")
+    if context.session.camera.calibration is None:
+        scales = [trial.measured.metres_per_px * 1000 for trial in context.calibration.trials]
+        caveats.append(
+            "No lens calibration is given: distances near the edge of the picture may be off. The scale "
+            f"({shown(min(scales), 2)} to {shown(max(scales), 2)} mm per pixel) is the median nose-neck "
+            "distance."
+        )
+    return tuple(caveats)

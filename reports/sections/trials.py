@@ -1,0 +1,145 @@
+"""Each trial beside the twin: shape through the beat, distance swum, lateral motion, scores and flags."""
+
+import numpy as np
+
+from fitting import CalibratedTrial
+from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
+from reports.caveats import beats_compared, scored_seconds, track_flags, trial_caveats
+from reports.context import ReportContext
+from reports.figures import beat_midlines, forward_path_figure, lateral_motion_figure, tail_envelope_figure
+from reports.numbers import MISSING, counted, in_mm, percent, sentence, shown
+from reports.svg import inline_svg
+from swimmer import RobotSpec
+
+SCORES = (
+    Column("marker distance", "mm"),
+    Column("over all samples", "mm"),
+    Column("shape alone", "mm"),
+    Column("samples used", "%"),
+    Column("speed measured", "mm/s"),
+    Column("twin", "mm/s"),
+    Column("EBT", "mm/s"),
+)
+
+
+def build(context: ReportContext) -> Section:
+    """One part a trial, in the order of the session."""
+    intro = (
+        "Measured and simulated motion of each trial, in the head frame. Grey ground marks what is not "
+        "compared: the warm-up, and of a held-out trial the first beats, which set its frequency, phase and "
+        "start. The bar on top marks the window that the marker distance is taken over."
+    )
+    trials = context.calibration.trials
+    parts = tuple(
+        _part(number, trial, context.calibration.robot) for number, trial in enumerate(trials, start=1)
+    )
+    return Section("Trials", "trials", (Prose(intro),), parts=parts)
+
+
+def _part(number: int, trial: CalibratedTrial, robot: RobotSpec) -> Section:
+    measured = trial.measured
+    role = "fit" if measured.role == "fit" else "held out"
+    plots = (_envelope(number, trial, robot), _path(number, trial), _lateral(number, trial, robot))
+    return Section(
+        f"{measured.name} – {shown(measured.frequency.hz, 2)} Hz, {role}",
+        f"trial-{number}",
+        (_scores(trial), Plots(plots), _flags(trial)),
+        trial_caveats(trial),
+    )
+
+
+def _scores(trial: CalibratedTrial) -> Table:
+    measured, scores = trial.measured, trial.scores
+    command = "" if measured.commanded_hz is None else f", commanded {shown(measured.commanded_hz, 2)} Hz"
+    row = (
+        in_mm(scores.marker_error_m),
+        in_mm(scores.marker_error_all_m),
+        in_mm(scores.shape_error_m),
+        percent(scores.used_fraction).removesuffix(" %"),
+        in_mm(measured.speed),
+        in_mm(trial.speed_twin),
+        in_mm(trial.speed_ebt),
+    )
+    return Table(
+        f"Tail beat {shown(measured.frequency.hz, 4)} ± {shown(measured.frequency.se_hz, 4)} Hz{command}; "
+        f"the twin's crank turns at {shown(trial.simulated_hz, 4)} Hz from a phase of "
+        f"{shown(_degrees(trial.phase_rad), 0)}°. Scored over {shown(scored_seconds(measured))} s, speeds "
+        f"over {counted(beats_compared(measured), 'whole beat')}.",
+        SCORES,
+        (row,),
+    )
+
+
+def _degrees(phase_rad: float) -> float:
+    """The phase between -180 and 180 degrees."""
+    return float((np.degrees(phase_rad) + 180.0) % 360.0 - 180.0)
+
+
+def _envelope(number: int, trial: CalibratedTrial, robot: RobotSpec) -> Plot:
+    measured, simulated = beat_midlines(trial, robot)
+    return Plot(
+        inline_svg(
+            tail_envelope_figure(trial, robot), f"trial-{number}-envelope", "Midlines of the body in a beat"
+        ),
+        f"trial-{number}-envelope",
+        "Midlines at sixteen phases of the beat, mean over all compared beats, to scale; the nose is at 0. "
+        f"The dotted outline is the measured envelope in both. The last marker sweeps {_sweep(measured)} "
+        f"mm, the twin's {_sweep(simulated)} mm.",
+    )
+
+
+def _sweep(midlines_m: np.ndarray) -> str:
+    """Side to side of the last marker, mm."""
+    tip = midlines_m[:, -1, 1]
+    return MISSING if np.isnan(tip).all() else in_mm(float(np.nanmax(tip) - np.nanmin(tip)), 0)
+
+
+def _path(number: int, trial: CalibratedTrial) -> Plot:
+    return Plot(
+        inline_svg(forward_path_figure(trial), f"trial-{number}-path", "Distance swum over time"),
+        f"trial-{number}-path",
+        "Distance swum along the head's own axis, 0 at the first compared frame. The lines part as fast as "
+        "the speeds differ; the dashed line has the slope that elongated body theory gives.",
+    )
+
+
+def _lateral(number: int, trial: CalibratedTrial, robot: RobotSpec) -> Plot:
+    return Plot(
+        inline_svg(
+            lateral_motion_figure(trial, robot),
+            f"trial-{number}-lateral",
+            "Lateral motion of the tail over time",
+        ),
+        f"trial-{number}-lateral",
+        "Lateral motion of the tail markers relative to the head, from root (top) to fin, all to the scale "
+        "on the right. A steady lag is an error of phase, a growing one an error of frequency.",
+        wide=True,
+        scrolls=True,
+    )
+
+
+def _flags(trial: CalibratedTrial) -> Block:
+    flags = track_flags(trial.measured)
+    if not flags:
+        return Prose("No stretch of its tracks is flagged.")
+    rows = []
+    for flag in flags:
+        first, last = flag.frames or (0, len(trial.measured.time_s) - 1)
+        start, end = (
+            trial.measured.time_s[min(frame, len(trial.measured.time_s) - 1)] for frame in (first, last)
+        )
+        when = f"{shown(start, 2)} to {shown(end, 2)}"
+        rows.append((flag.kind.replace("_", " "), f"{first} to {last}", when, sentence(flag.message)))
+    columns = (
+        Column("flag", numeric=False),
+        Column("frames"),
+        Column("time", "s"),
+        Column("what was seen", numeric=False),
+    )
+    return Table(
+        f"{'1 flagged stretch' if len(flags) == 1 else f'{len(flags)} flagged stretches'}, left out of the "
+        "fit",
+        columns,
+        tuple(rows),
+        folded=True,
+    )

@@ -1,0 +1,56 @@
+"""A matplotlib figure as inline SVG: small, in the page's own font, its colours left to the page."""
+
+import io
+import re
+
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from reports.style import INKS, applied
+
+_VARIABLE = {ink.light: f"var(--{name}, {ink.light})" for name, ink in INKS.items()}
+POINTS = 72.0  # of an inch
+_NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+
+
+def inline_svg(figure: Figure, name: str, alt: str) -> Markup:
+    """The figure for a page.
+
+    Every colour of `reports.style.INKS` becomes `var(--<ink>, <its light colour>)`, so a page may redefine
+    it, and a copy saved from the page still shows it.
+
+    Args:
+        figure: drawn with the colours of `reports.style`.
+        name: unique in the page; its ids start with it.
+        alt: what it shows, for those who cannot see it.
+    """
+    buffer = io.StringIO()
+    with applied():
+        figure.savefig(buffer, format="svg", metadata=_NO_METADATA)
+    text = buffer.getvalue()
+    body = re.sub(
+        r"<[^>]*>", lambda tag: _for_page(tag[0], name), text[text.index("</defs>") + len("</defs>") :]
+    )
+    width, height = figure.get_size_inches() * POINTS
+    head = Markup(
+        '<svg role="img" aria-label="{}" viewBox="0 0 {:.1f} {:.1f}" xmlns="http://www.w3.org/2000/svg"'
+        ' xmlns:xlink="http://www.w3.org/1999/xlink" style="stroke-linejoin: round; stroke-linecap: butt">'
+    ).format(alt, width, height)
+    return head + Markup(re.sub(r"\n\s*", "", body))
+
+
+def _for_page(tag: str, name: str) -> str:
+    """One tag with the page's colours and font, ids of its own, and no needless digits."""
+    if tag.startswith("<g id="):
+        return "" if tag.endswith("/>") else "<g>"
+    tag = re.sub(r"\s+", " ", tag)
+    tag = re.sub(r"#[0-9a-f]{6}\b", lambda colour: _VARIABLE.get(colour[0], colour[0]), tag)
+    tag = re.sub(r"-?\d+\.\d{2,}", _rounded, tag)
+    tag = re.sub(r"font-family: [^;\"]*;? ?", "", tag)
+    return re.sub(r'\bid="|url\(#|href="#', lambda match: f"{match[0]}{name}-", tag)
+
+
+def _rounded(number: re.Match[str]) -> str:
+    """One decimal of a point is a thirtieth of a millimetre on paper; scales and angles keep their digits."""
+    value = float(number[0])
+    return f"{value:.1f}" if abs(value) >= 10 else f"{value:.2f}"

@@ -1,0 +1,159 @@
+"""A small calibration made by hand: a travelling wave for each trial, and a twin that is a little off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fitting import (
+    CalibratedTrial,
+    Calibration,
+    CoefficientFit,
+    EbtFit,
+    MeasuredTrial,
+    Restart,
+    SpeedSweep,
+    SwimFrequency,
+    score,
+)
+from session import CameraSpec, Flag, Provenance, Session, TrialSpec
+from swimmer import FluidCoefficients, RobotSpec, load_robot
+from tracking import HeadFrame
+
+MARKERS = ("nose", "neck", "dorsal_fin", "tail_1", "tail_3", "tail_5", "caudal_fin")
+FPS = 30.0
+ROLES = {"slow": ("holdout", 0.5), "medium": ("fit", 0.8), "fast": ("fit", 1.3)}
+BEST = FluidCoefficients(0.4, 7.8, 2.8, 3.8, 0.0)
+
+
+def made_session(name: str = "pool", **changes: Any) -> Session:
+    """The session of `made_calibration`; its files are not there."""
+    folder = Path("/sessions") / "pool"
+    trials = tuple(
+        TrialSpec(trial, "swim", tracks=folder / f"{trial}.csv", commanded_hz=hz, role=role)
+        for trial, (role, hz) in ROLES.items()
+    )
+    session = Session(
+        folder, name, None, CameraSpec(FPS, 0.142), MARKERS, warmup_s=1.0, seed=0, trials=trials
+    )
+    return replace(session, **changes)
+
+
+def made_provenance() -> Provenance:
+    inputs = {"session.toml": "a" * 64, "slow.csv": "b" * 64}
+    return Provenance("4.0.0", "c" * 64, inputs, seed=7, effort="quick", program="swimcal 0.1.0")
+
+
+def made_calibration(names: tuple[str, ...] = tuple(ROLES), *, flagged: bool = True) -> Calibration:
+    """Trials of these names; `flagged` gives the slow one a merge, a lost head and a frequency off command."""
+    robot = load_robot()
+    trials = tuple(made_trial(robot, name, flagged=flagged and name == "slow") for name in names)
+    hz = np.linspace(0.4, 1.5, 12)
+    flags = (Flag("unidentifiable", message="EBT: only c_D / beta is identifiable from the speed"),)
+    sweep = SpeedSweep(hz, 0.1 * hz, 0.12 * hz, fitted_hz=(0.8, 1.3))
+    return Calibration(robot, made_fit(), EbtFit(1.0, 1.63, flags), trials, sweep)
+
+
+def made_fit() -> CoefficientFit:
+    """Three starts: the best at a bound, another as good elsewhere, one that swims backward."""
+    ends = (BEST, BEST._replace(angular_drag=6.0), BEST._replace(kutta_lift=9.0))
+    restarts = tuple(
+        Restart(
+            start=np.full(5, 5.0),
+            coefficients=np.array(end),
+            phase_rad=np.zeros(2),
+            objective_m=objective,
+            history_m=np.array([0.06, 0.04, objective]),
+            converged=rank == 0,
+            swims_forward=rank < 2,
+        )
+        for rank, (end, objective) in enumerate(zip(ends, (0.0300, 0.0301, 0.029), strict=True))
+    )
+    flags = (Flag("at_bound", message="magnus_lift = 0 lies at its bound 0: the data pull it further"),)
+    return CoefficientFit(BEST, np.zeros(2), 0.031, restarts, evaluations=321, seconds=4.2, flags=flags)
+
+
+def made_trial(
+    robot: RobotSpec, name: str, *, flagged: bool = False, seconds: float = 6.0
+) -> CalibratedTrial:
+    """One trial beside its twin."""
+    role, hz = ROLES.get(name, ("fit", 1.0))
+    time_s = np.arange(0.0, seconds, 1 / FPS)
+    measured = measured_trial(robot, name, role, hz, time_s)
+    if flagged:
+        measured = with_faults(measured)
+    twin = swimming(robot, time_s, hz, speed=0.11 * hz, size=1.15)
+    extrapolated = Flag("extrapolated", message=f"{hz:.3f} Hz lies outside the fitted 0.800 to 1.300 Hz")
+    return CalibratedTrial(
+        measured=measured,
+        simulated=twin,
+        phase_rad=3.5,
+        simulated_hz=hz * 1.001,
+        scores=score(measured, twin),
+        speed_twin=0.11 * hz,
+        speed_ebt=0.13 * hz,
+        flags=(*measured.flags, *((extrapolated,) if role == "holdout" else ())),
+    )
+
+
+def measured_trial(robot: RobotSpec, name: str, role: str, hz: float, time_s: np.ndarray) -> MeasuredTrial:
+    head = swimming(robot, time_s, hz, speed=0.1 * hz)
+    frequency = SwimFrequency(hz, 0.0005, 0.0, 0.1, 0.99, hz * float(time_s[-1]), hz)
+    known = np.ones(len(time_s), bool) if role == "fit" else time_s < time_s[-1] / 2
+    kept = (time_s >= 1.0) if role == "fit" else ~known
+    return MeasuredTrial(
+        name=name,
+        role=role,
+        commanded_hz=hz,
+        markers=MARKERS,
+        time_s=time_s,
+        position_m=head.position_m,
+        head=head,
+        weight=np.ones((len(time_s), len(MARKERS))),
+        frequency=frequency,
+        start_frequency=frequency,
+        start_velocity=np.zeros(3),
+        known=known,
+        kept=kept,
+        scored=kept & (time_s < time_s[kept][0] + 4.0),
+        speed=0.1 * hz,
+        metres_per_px=0.00105,
+        flags=(),
+    )
+
+
+def with_faults(trial: MeasuredTrial) -> MeasuredTrial:
+    """The trial with a merge of two markers, frames without a head, and a frequency that is off."""
+    weight = trial.weight.copy()
+    weight[100:140, MARKERS.index("tail_3")] = 0.0
+    weight[20:25] = 0.0
+    flags = (
+        Flag(
+            "merged_markers",
+            ("tail_3", "tail_1"),
+            (100, 139),
+            "tail_3 sits on tail_1: 2 px apart, expected 60",
+        ),
+        Flag("jump", ("neck",), (20, 24), "neck jumps, up to 40 px from where the others put it"),
+        Flag("frequency_off_command", message="the tail beats at 0.500 Hz, -25 % off the commanded 0.67 Hz"),
+    )
+    return replace(trial, weight=weight, flags=flags)
+
+
+def swimming(robot: RobotSpec, time_s: np.ndarray, hz: float, speed: float, size: float = 1.0) -> HeadFrame:
+    """A straight head and a tail that bends more towards the fin, swimming forward steadily."""
+    place = robot.marker_positions_m(MARKERS)
+    behind = np.maximum(place[:, 0] - robot.tail.start_m, 0.0)
+    angle = 2 * np.pi * hz * time_s[:, None] - 6.0 * behind
+    shape = np.stack(
+        [
+            np.broadcast_to(place[:, 0] - place[0, 0], angle.shape),
+            size * 2.0 * behind**1.5 * np.sin(angle),
+        ],
+        axis=2,
+    )
+    path = np.stack([-speed * time_s, np.zeros_like(time_s)], axis=1)
+    return HeadFrame(shape + path[:, None], shape, path, np.zeros_like(time_s), "nose")

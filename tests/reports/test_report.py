@@ -1,0 +1,168 @@
+"""The report as a file: complete, self-contained, and honest about what is missing."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reports import render_report, write_report
+from session import Flag, ResultsNotWritable
+from swimmer import load_robot
+from tests.reports.page import Page
+from tests.reports.sample import made_calibration, made_provenance, made_session, made_trial
+
+
+@pytest.fixture(scope="module")
+def page() -> Page:
+    return Page(
+        render_report(made_session(), made_calibration(), made_provenance(), ["free decay was left out"])
+    )
+
+
+def page_of(calibration: object, session: object = None) -> Page:
+    return Page(render_report(session or made_session(), calibration, made_provenance()))  # type: ignore[arg-type]
+
+
+def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
+    sections = ["summary", "speed", "trials", "coefficients", "tracks", "provenance", "reading"]
+    links = [target[1:] for target in page.targets if target.startswith("#")]
+
+    assert [name for name in page.ids if name in sections] == sections
+    assert set(links) <= set(page.ids)
+    assert page.open == []
+
+
+def test_no_id_occurs_twice(page: Page) -> None:
+    assert len(page.ids) == len(set(page.ids))
+
+
+def test_nothing_is_asked_for_from_outside(page: Page) -> None:
+    html = render_report(made_session(), made_calibration(("medium",)), made_provenance())
+
+    assert all(target.startswith(("#", "data:,")) for target in page.targets), page.targets
+    assert "@import" not in html
+    assert "url(http" not in html
+    assert "<img" not in html
+    assert "default-src 'none'" in html
+
+
+def test_the_first_sentences_give_the_numbers_that_the_calibration_has(page: Page) -> None:
+    summary = made_calibration().summary("holdout")
+
+    assert summary is not None
+    assert f"to within {summary.speed_mae_twin * 1000:.0f} mm/s" in page.text
+    assert f"(elongated body theory: {summary.speed_mae_ebt * 1000:.0f} mm/s)" in page.text
+    assert f"{summary.marker_error_m * 1000:.0f} mm on the held-out ones" in page.text
+
+
+def test_doubts_stand_in_the_summary_and_with_their_trial(page: Page) -> None:
+    summary, rest = page.text.split("Speed Forward", 1)[0], page.text
+
+    assert "magnus_lift = 0 lies at its bound 0: the data pull it further." in summary
+    assert "1 of 1 outside the fitted frequencies" in summary
+    assert "slow: the swim frequency differs from the command" in summary.replace("Slow", "slow")
+    assert "The tail beats at 0.500 Hz, -25 % off the commanded 0.67 Hz." in rest
+    assert "The speeds are slopes over one beat." in rest
+    assert "No lens calibration is given" in rest
+    assert "Hinge stiffness (0.65 N m/rad) and crank arm (39.5 mm) are the published values" in rest
+
+
+def test_flags_are_listed_with_their_times_and_counted(page: Page) -> None:
+    assert "merged markers 100 to 139 3.33 to 4.63 tail_3 sits on tail_1: 2 px apart" in page.text
+    assert "merged markers: two markers sit on one spot 1 40 tail_3 and tail_1" in page.text
+
+
+def test_notes_of_the_run_are_printed(page: Page) -> None:
+    assert "Free decay was left out." in page.text
+
+
+def test_provenance_names_inputs_versions_and_seed(page: Page) -> None:
+    for text in ("session.toml " + "a" * 64, "c" * 64, "MuJoCo 4.0.0", "swimcal 0.1.0", "seed 7", "quick"):
+        assert text in page.text
+
+
+def test_without_held_out_trials_it_says_that_nothing_was_predicted() -> None:
+    page = page_of(made_calibration(("medium", "fast")))
+
+    assert "no trial was held out : nothing here says how well it predicts" in page.text
+    assert "No trial was held out: every speed error below is one of the fit." in page.text
+    assert not re.search(r"\bnan\b", page.text)
+
+
+def test_without_flags_it_says_that_every_sample_counts() -> None:
+    page = page_of(made_calibration(("medium", "fast"), flagged=False))
+
+    assert "No sample of any trial is flagged: every marker counts in every frame." in page.text
+    assert page.text.count("No stretch of its tracks is flagged.") == 2
+
+
+def test_a_single_trial_is_enough() -> None:
+    page = page_of(made_calibration(("fast",)))
+
+    assert "on 1 fit trial (1.30 Hz)" in page.text
+
+
+def test_what_is_not_known_is_a_dash() -> None:
+    calibration = made_calibration(("slow", "medium"), flagged=False)
+    unknown = replace(calibration.trials[0], speed_ebt=np.nan, speed_twin=np.nan)
+    sweep = replace(calibration.sweep, speed_twin=np.full(12, np.nan))
+    page = page_of(replace(calibration, trials=(unknown, *calibration.trials[1:]), sweep=sweep))
+
+    assert not re.search(r"\bnan\b", page.text)
+    assert "predicts the swimming speed to within – mm/s" in page.text
+    assert "The twin diverged at 12 frequencies, which are left out." in page.text
+
+
+def test_a_trial_of_which_nothing_counts_is_drawn_and_said() -> None:
+    trial = made_trial(load_robot(), "fast")
+    measured = replace(trial.measured, weight=np.zeros_like(trial.measured.weight))
+    lost = replace(
+        trial, measured=measured, scores=trial.scores._replace(used_fraction=0.0, marker_error_m=np.nan)
+    )
+    page = page_of(replace(made_calibration(), trials=(lost,)))
+
+    assert "Only 0 % of the scored samples count" in page.text
+    assert "fast: only 0 % of the compared samples count." in page.text
+
+
+def test_missing_samples_of_a_marker_do_not_stop_the_figures() -> None:
+    trial = made_trial(load_robot(), "fast")
+    shape = trial.measured.head.shape_m.copy()
+    shape[:, -1] = np.nan
+    measured = replace(trial.measured, head=replace(trial.measured.head, shape_m=shape))
+    page = page_of(replace(made_calibration(), trials=(replace(trial, measured=measured),)))
+
+    assert "The last marker sweeps – mm" in page.text
+
+
+def test_names_and_messages_are_escaped() -> None:
+    hostile = "<script>alert('x')</script> & $co_"
+    calibration = made_calibration(("medium",))
+    flags = (Flag("odd_kind", message=hostile),)
+    calibration = replace(calibration, fit=replace(calibration.fit, flags=flags))
+    html = render_report(made_session(name=hostile), calibration, made_provenance(), [hostile])
+
+    assert "<script>alert" not in html
+    assert Page(html).text.count("<script>alert('x')</script> & $co_") >= 4
+
+
+def test_the_same_results_give_the_same_file() -> None:
+    calibration = made_calibration(("medium",))
+
+    first, second = (render_report(made_session(), calibration, made_provenance()) for _ in range(2))
+
+    assert first == second
+
+
+def test_it_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    path = tmp_path / "results" / "report.html"
+    arguments = (made_session(), made_calibration(("medium",)), made_provenance())
+    write_report(path, *arguments)
+    assert path.read_text().startswith("<!DOCTYPE html>")
+    assert path.stat().st_size < 1e6
+    assert [file.name for file in path.parent.iterdir()] == ["report.html"]
+
+    with pytest.raises(ResultsNotWritable):
+        write_report(path / "no" / "folder.html", *arguments)
