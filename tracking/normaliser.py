@@ -1,8 +1,8 @@
 """The head-frame normaliser: marker trajectories freed of where and how the swimmer started and turned.
 
-"Simple Models, Real Swimming" (2026), data processing: in every frame all markers are rotated so that nose -> neck is
-+x, with the nose as origin; to that each frame adds the head's displacement since the frame before, taken in the axes
-of that frame. Forward is therefore -x, as in the robot frame.
+"Simple Models, Real Swimming" (2026), data processing: in every frame all markers are rotated so that nose ->
+neck is +x, with the nose as origin; to that each frame adds the head's displacement since the frame before,
+taken in the axes of that frame. Forward is therefore -x, as in the robot frame.
 """
 
 from dataclasses import dataclass
@@ -47,8 +47,9 @@ def to_head_frame(
     """Markers in the pool -> markers in the head frame, for any number of trajectories at once.
 
     Args:
-        position_m: (..., n, m, 2) markers in a right-handed frame fixed to the pool, z towards the camera, m. Frames
-            in which nose or neck is missing (nan) are missing in the result; the displacement bridges them.
+        position_m: (..., n, m, 2) markers in a right-handed frame fixed to the pool, z towards the camera, m.
+            Frames in which nose or neck is missing (nan) are missing in the result; the displacement bridges
+            them.
         nose: index of the nose marker.
         neck: index of the neck marker.
         displacement: "nose" adds the nose's displacement; "head_mean" the mean displacement of `head`.
@@ -59,13 +60,12 @@ def to_head_frame(
     """
     if displacement not in ("nose", "head_mean"):
         raise ValueError(f"displacement: found {displacement!r}, expected one of 'nose', 'head_mean'")
-    axis = position_m[..., neck, :] - position_m[..., nose, :]  # (..., n, 2)
-    axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+    axis = _unit(position_m[..., neck, :] - position_m[..., nose, :])  # (..., n, 2)
     shape = _turn(position_m - position_m[..., nose : nose + 1, :], axis[..., None, :])  # (..., n, m, 2)
 
     markers = [nose] if displacement == "nose" else list(head or (nose, neck))
     place = _bridged(position_m[..., markers, :].mean(axis=-2))  # (..., n, 2)
-    steps = _turn(np.diff(place, axis=-2), _bridged(axis)[..., 1:, :])  # (..., n - 1, 2)
+    steps = _turn(np.diff(place, axis=-2), _unit(_bridged(axis))[..., 1:, :])  # (..., n - 1, 2)
     path = np.concatenate([np.zeros_like(place[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
     angle = np.arctan2(axis[..., 1], axis[..., 0])  # (..., n)
     return HeadFrame(
@@ -77,8 +77,13 @@ def to_head_frame(
     )
 
 
+def _unit(vector: np.ndarray) -> np.ndarray:
+    """(..., 2) of length 1."""
+    return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
+
+
 def _turn(vector: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """(..., 2) components of a vector along the unit `axis` and along the axis a quarter turn counter-clockwise."""
+    """(..., 2) components of a vector along the unit `axis` and along the axis a quarter turn to its left."""
     along = vector[..., 0] * axis[..., 0] + vector[..., 1] * axis[..., 1]
     across = vector[..., 1] * axis[..., 0] - vector[..., 0] * axis[..., 1]
     return np.stack([along, across], axis=-1)

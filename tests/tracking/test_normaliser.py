@@ -1,0 +1,138 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.tracking.fish import MARKERS, PX_PER_M, swimming_fish
+from tracking import HeadFrame, to_head_frame
+from tracking.normaliser import Displacement
+
+NOSE, NECK = 0, 1
+
+
+def swim(frames: int = 120, seed: int = 1) -> np.ndarray:
+    """(n, m, 2) in the pool, y up, m."""
+    return swimming_fish(1.0, seed, frames=frames) * [1, -1] / PX_PER_M
+
+
+def moved(position_m: np.ndarray, turn: float, shift: np.ndarray) -> np.ndarray:
+    cos, sin = np.cos(turn), np.sin(turn)
+    return position_m @ np.array([[cos, sin], [-sin, cos]]) + shift
+
+
+def by_loop(position_m: np.ndarray, displacement: Displacement) -> np.ndarray:
+    """The published recursion, frame by frame and marker by marker."""
+    path, place_before, frames = np.zeros(2), None, []
+    for markers in position_m:
+        forward = (markers[NECK] - markers[NOSE]) / np.linalg.norm(markers[NECK] - markers[NOSE])
+        axes = np.array([forward, [-forward[1], forward[0]]])
+        place = markers[NOSE] if displacement == "nose" else (markers[NOSE] + markers[NECK]) / 2
+        if place_before is not None:
+            path = path + axes @ (place - place_before)
+        place_before = place
+        frames.append([axes @ (marker - markers[NOSE]) + path for marker in markers])
+    return np.array(frames)
+
+
+@pytest.mark.parametrize("displacement", ["nose", "head_mean"])
+def test_the_published_recursion_as_a_plain_loop_gives_the_same(displacement: Displacement) -> None:
+    position = swim()
+    frame = to_head_frame(position, NOSE, NECK, displacement)
+    assert frame.position_m == pytest.approx(by_loop(position, displacement), abs=1e-12)
+    assert frame.displacement == displacement
+
+
+@given(st.floats(-10, 10), st.floats(-5, 5), st.floats(-5, 5))
+def test_where_and_how_the_pool_lies_does_not_matter(turn: float, x: float, y: float) -> None:
+    position = swim(frames=30)
+    one = to_head_frame(position, NOSE, NECK)
+    other = to_head_frame(moved(position, turn, np.array([x, y])), NOSE, NECK)
+    assert other.position_m == pytest.approx(one.position_m, abs=1e-9)
+    assert other.path_m == pytest.approx(one.path_m, abs=1e-9)
+    assert np.diff(other.heading_rad) == pytest.approx(np.diff(one.heading_rad), abs=1e-9)
+    assert np.sin(other.heading_rad - one.heading_rad) == pytest.approx(np.sin(turn), abs=1e-9)
+
+
+@pytest.mark.parametrize("displacement", ["nose", "head_mean"])
+def test_a_straight_swim_gives_the_distance_forward(displacement: Displacement) -> None:
+    body = np.stack([np.linspace(0, 0.5, len(MARKERS)), np.zeros(len(MARKERS))], axis=1)
+    swum = 0.2 * np.arange(60) / 60
+    position = moved(body - np.stack([swum, 0 * swum], axis=1)[:, None], 0.7, np.array([1.0, 2.0]))
+    frame = to_head_frame(position, NOSE, NECK, displacement)
+    assert frame.forward_m == pytest.approx(swum)
+    assert frame.path_m[:, 1] == pytest.approx(0, abs=1e-12)
+    assert frame.shape_m == pytest.approx(np.broadcast_to(body, frame.shape_m.shape))
+    assert frame.heading_rad == pytest.approx(0.7)
+
+
+def test_many_trajectories_at_once_are_as_one_after_another() -> None:
+    swims = np.stack([swim(seed=seed) for seed in range(4)]).reshape(2, 2, -1, len(MARKERS), 2)
+    swims[0, 1, 20:24, NOSE] = np.nan
+    together = to_head_frame(swims, NOSE, NECK)
+    for i in np.ndindex(2, 2):
+        alone = to_head_frame(swims[i], NOSE, NECK)
+        for name in ("position_m", "shape_m", "path_m", "heading_rad", "forward_m"):
+            assert getattr(together, name)[i] == pytest.approx(getattr(alone, name), nan_ok=True)
+
+
+def test_a_marker_of_the_head_missing_for_some_frames_is_bridged() -> None:
+    position = swim()
+    gappy = position.copy()
+    gappy[40:46, NOSE] = np.nan
+    whole, frame = to_head_frame(position, NOSE, NECK), to_head_frame(gappy, NOSE, NECK)
+    assert np.isnan(frame.position_m[40:46]).all()
+    assert np.isnan(frame.heading_rad[40:46]).all()
+    known = np.r_[0:40, 46:120]
+    assert np.isfinite(frame.position_m[known]).all()
+    assert frame.position_m[:40] == pytest.approx(whole.position_m[:40])
+    assert frame.position_m[46:] == pytest.approx(whole.position_m[46:], abs=0.004)
+    assert np.isfinite(frame.path_m).all()
+
+
+def test_a_tail_marker_missing_concerns_no_other() -> None:
+    position = swim()
+    gappy = position.copy()
+    gappy[40:46, 5] = np.nan
+    frame = to_head_frame(gappy, NOSE, NECK).position_m
+    assert np.isnan(frame[40:46, 5]).all()
+    frame[40:46, 5] = to_head_frame(position, NOSE, NECK).position_m[40:46, 5]
+    assert frame == pytest.approx(to_head_frame(position, NOSE, NECK).position_m)
+
+
+def spinning(frames: int, step_rad: float, length_m: float) -> np.ndarray:
+    """(n, 2, 2) nose and neck, the nose fixed while the head turns."""
+    angle = step_rad * np.arange(frames)
+    neck = length_m * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return np.stack([np.zeros_like(neck), neck], axis=1)
+
+
+@given(st.floats(-0.3, 0.3), st.floats(0.05, 0.3))
+def test_the_two_published_displacements_differ_by_the_turning_of_the_head(
+    step: float, length: float
+) -> None:
+    # the head's mean is h = (length / 2, 0) from the nose in its axes, so that a turn by `step` between
+    # two frames moves it by h - R(-step) h in the axes of the later one: (1 - cos, sin) * length / 2
+    position = spinning(10, step, length)
+    nose, mean = (to_head_frame(position, NOSE, NECK, form) for form in ("nose", "head_mean"))
+    each = length / 2 * np.array([1 - np.cos(step), np.sin(step)])
+    assert nose.path_m == pytest.approx(0, abs=1e-12)
+    assert mean.path_m - nose.path_m == pytest.approx(np.arange(10)[:, None] * each, abs=1e-12)
+    assert mean.shape_m == pytest.approx(nose.shape_m)
+
+
+def test_heading_is_unwrapped() -> None:
+    frame = to_head_frame(spinning(100, 0.2, 0.142), NOSE, NECK)
+    assert frame.heading_rad == pytest.approx(0.2 * np.arange(100))
+
+
+def test_other_markers_can_make_the_head() -> None:
+    position = swim()
+    frame = to_head_frame(position, NOSE, NECK, "head_mean", head=(NOSE, NECK, 2))
+    assert isinstance(frame, HeadFrame)
+    by_two = to_head_frame(position, NOSE, NECK, "head_mean")
+    assert np.abs(frame.path_m - by_two.path_m).max() > 1e-4
+
+
+def test_an_unknown_displacement_is_refused_with_the_choices() -> None:
+    with pytest.raises(ValueError, match="found 'neck', expected one of 'nose', 'head_mean'"):
+        to_head_frame(swim(5), NOSE, NECK, "neck")  # type: ignore[arg-type]
