@@ -1,0 +1,344 @@
+import warnings
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+
+from session import Flag, Tracks, load_tracks
+from swimmer.robot import Marker
+from tests.session.sample import FISHSIM, needs_fishsim
+from tests.tracking.fish import FAULTS, FPS, MARKERS, ROBOT, swimming_fish, tracks_of, with_fault
+from tracking import QualityLimits, TrackQuality, check_tracks
+
+SPEEDS_HZ = (0.3, 1.0, 2.25)
+
+
+def checked(position_px: np.ndarray, markers: Sequence[str] = MARKERS) -> TrackQuality:
+    return check_tracks(tracks_of(position_px, markers), ROBOT)
+
+
+def left_out(position_px: np.ndarray) -> np.ndarray:
+    return checked(position_px).weight == 0
+
+
+def flags_of_marker(quality: TrackQuality, name: str) -> list[Flag]:
+    return [flag for flag in quality.flags if flag.markers[0] == name]
+
+
+# ---- faults put into clean tracks
+
+
+def shares_found(kind: str, clean: Sequence[np.ndarray], seed: int) -> tuple[float, float]:
+    """Share of samples misplaced by 8 px or more that are left out; share of the clean ones that are."""
+    rng = np.random.default_rng(seed)
+    found = misplaced = false = untouched = 0
+    for clean_px in clean:
+        already = left_out(clean_px)
+        for k in range(len(MARKERS)):
+            faulty = with_fault(kind, clean_px, k, rng)
+            out = left_out(faulty.position_px)
+            far = faulty.touched & (np.linalg.norm(faulty.position_px - clean_px, axis=2) >= 8)
+            near = np.apply_along_axis(np.convolve, 0, faulty.touched, np.ones(7), "same") > 0
+            found, misplaced = found + (out & far).sum(), misplaced + far.sum()
+            false, untouched = false + (out & ~near & ~already).sum(), untouched + (~near).sum()
+    return found / misplaced, false / untouched
+
+
+@pytest.mark.parametrize("kind", FAULTS)
+def test_faults_in_a_made_up_fish_are_left_out_and_nothing_else(kind: str) -> None:
+    recall, false = shares_found(kind, [swimming_fish(hz, seed=1) for hz in SPEEDS_HZ], seed=2)
+    assert recall >= 0.95
+    assert false <= 0.005
+
+
+@needs_fishsim
+@pytest.mark.parametrize("kind", FAULTS)
+def test_faults_in_clean_real_trials_are_left_out_and_nothing_else(kind: str) -> None:
+    recall, false = shares_found(kind, [real("f1_00").position_px, real("f0_75").position_px], seed=3)
+    assert recall >= 0.95
+    assert false <= 0.005
+
+
+@pytest.mark.parametrize("hz", [0.3, 0.6, 1.0, 1.6, 2.25, 2.5])
+@pytest.mark.parametrize("seed", [10, 11, 12])
+def test_a_fish_without_faults_has_no_flags(hz: float, seed: int) -> None:
+    assert left_out(swimming_fish(hz, seed)).mean() <= 0.005
+
+
+@pytest.mark.parametrize(("moved", "onto"), [(6, 7), (7, 6), (5, 4), (4, 5), (8, 7)])
+@pytest.mark.parametrize("share", [0.6, 0.9])
+def test_a_merge_for_most_of_a_trial_is_laid_to_the_one_that_moved(
+    moved: int, onto: int, share: float
+) -> None:
+    position = swimming_fish(1.0, seed=4)
+    span = slice(10, 10 + int(share * len(position)))
+    rng = np.random.default_rng(5)
+    position[span, moved] = position[span, onto] + np.round(rng.normal(1, 0.7, (span.stop - span.start, 2)))
+    quality = checked(position)
+    out = quality.weight == 0
+    assert out[span, moved].mean() > 0.95
+    out[span, moved] = False
+    assert out.mean() <= 0.005
+    (flag,) = flags_of_marker(quality, MARKERS[moved])
+    assert flag.kind == "merged_markers"
+    assert flag.markers == (MARKERS[moved], MARKERS[onto])
+
+
+def test_a_merge_throughout_a_trial_is_laid_to_the_marker_that_moved() -> None:
+    position = swimming_fish(1.0, seed=4)
+    position[:, 6] = position[:, 7] + 1.0
+    quality = checked(position)
+    assert [(flag.kind, flag.markers, flag.frames) for flag in quality.flags] == [
+        ("merged_markers", ("tail_4", "tail_5"), (0, len(position) - 1))
+    ]
+    assert quality.used_fraction == pytest.approx(8 / 9)
+
+
+# ---- names, numbers and places
+
+
+def test_a_frozen_box_is_named_so() -> None:
+    position = swimming_fish(1.0, seed=6)
+    position[100:140, 5] = position[99, 5]
+    (flag,) = checked(position).flags
+    assert (flag.kind, flag.markers) == ("frozen_marker", ("tail_3",))
+    assert flag.frames is not None
+    assert flag.frames == pytest.approx((100, 139), abs=3)
+    assert "stands still" in flag.message
+
+
+def test_a_fish_at_rest_has_no_frozen_boxes() -> None:
+    still = np.repeat(swimming_fish(1.0, seed=6)[:1], 120, axis=0)
+    assert checked(still).flags == ()
+
+
+def test_a_short_leap_is_a_jump() -> None:
+    position = swimming_fish(1.0, seed=6)
+    position[150:152, 4] += [14.0, -9.0]
+    (flag,) = checked(position).flags
+    assert (flag.kind, flag.markers, flag.frames) == ("jump", ("tail_2",), (150, 151))
+    assert "jumps, 16 px" in flag.message
+
+
+def test_a_marker_that_rides_on_another_spot_breaks_its_segment_length() -> None:
+    position = swimming_fish(1.0, seed=6)
+    body = position[80:120, 7] - position[80:120, 5]
+    position[80:120, 6] -= 11 * body / np.linalg.norm(body, axis=1, keepdims=True)
+    (flag,) = checked(position).flags
+    assert (flag.kind, flag.markers, flag.frames) == ("segment_length", ("tail_4",), (80, 119))
+    assert "expected" in flag.message
+
+
+def test_a_swap_flags_both_markers() -> None:
+    position = swimming_fish(1.0, seed=6)
+    position[100:130, [5, 6]] = position[100:130, [6, 5]]
+    flagged = {name for flag in checked(position).flags for name in flag.markers}
+    assert flagged == {"tail_3", "tail_4"}
+
+
+@pytest.mark.parametrize("k", [0, 1, 2])
+@pytest.mark.parametrize("seed", [6, 7, 8])
+def test_of_three_markers_on_the_rigid_head_the_one_that_leapt_is_left_out(k: int, seed: int) -> None:
+    position = swimming_fish(1.0, seed)
+    position[100:140, k] += [7.0, 9.0]
+    out = left_out(position)
+    assert out[100:140, k].all()
+    assert out.sum() == 40
+
+
+def test_missing_samples_are_gaps_and_do_not_disturb_the_rest() -> None:
+    position = swimming_fish(1.0, seed=6)
+    position[50:70, 4] = np.nan
+    position[100:110] = np.nan
+    quality = checked(position)
+    assert {flag.kind for flag in quality.flags} == {"gap"}
+    assert [flag.frames for flag in flags_of_marker(quality, "tail_2")] == [(50, 69), (100, 109)]
+    assert (quality.weight == 0).sum() == 20 + 10 * len(MARKERS)
+    assert "20 frames" in flags_of_marker(quality, "tail_2")[0].message
+
+
+def test_every_sample_of_weight_0_lies_in_a_flag_of_its_marker() -> None:
+    position = swimming_fish(1.0, seed=6)
+    position[20:30, 3] = np.nan
+    position[60:90, 6] = position[60:90, 7]
+    position[200:203, 0] += 20
+    quality = checked(position)
+    named = np.zeros(quality.weight.shape, dtype=bool)
+    for flag in quality.flags:
+        assert flag.frames is not None
+        named[flag.frames[0] : flag.frames[1] + 1, MARKERS.index(flag.markers[0])] = True
+    assert (named == (quality.weight == 0)).all()
+    assert quality.used_fraction == pytest.approx(1 - named.mean())
+
+
+def test_weights_are_the_confidence_of_the_tracker() -> None:
+    tracks = tracks_of(swimming_fish(1.0, seed=6))
+    sure = np.random.default_rng(7).uniform(0.2, 1, tracks.confidence.shape)
+    quality = check_tracks(Tracks(tracks.markers, tracks.time_s, tracks.position_px, sure), ROBOT)
+    assert (quality.weight == sure).all()
+
+
+def test_wider_limits_believe_more() -> None:
+    position = swimming_fish(1.0, seed=6)
+    position[100:130, 4] += [8.0, 8.0]
+    wide = QualityLimits(floor_px=40.0)
+    assert left_out(position).sum() == 30
+    assert check_tracks(tracks_of(position), ROBOT, wide).flags == ()
+
+
+def test_a_marker_the_robot_lacks_is_refused_with_the_choices() -> None:
+    with pytest.raises(ValueError, match=r"no marker beak on fish_057; choices: nose, neck, .*caudal_fin"):
+        check_tracks(tracks_of(np.zeros((5, 2, 2)), ["nose", "beak"]), ROBOT)
+
+
+# ---- invariance and other swimmers
+
+
+def turned(position: np.ndarray) -> np.ndarray:
+    return (position - 2000) @ np.array([[0.0, 1.0], [-1.0, 0.0]]) + 2000
+
+
+@pytest.mark.parametrize("change", [turned, lambda position: position + np.array([300.0, -150.0])])
+def test_where_the_fish_swims_does_not_matter(change: Callable[[np.ndarray], np.ndarray]) -> None:
+    position = swimming_fish(1.0, seed=6)
+    position[100:120, 4] += [8.0, 8.0]
+    assert (left_out(position) == left_out(change(position))).all()
+
+
+def test_the_order_of_the_markers_does_not_matter() -> None:
+    position = swimming_fish(1.0, seed=6)
+    position[100:120, 4] += [8.0, 8.0]
+    position[40:60, 8] = position[39, 8]
+    order = np.random.default_rng(8).permutation(len(MARKERS))
+    shuffled = checked(position[:, order], [MARKERS[k] for k in order])
+    assert (shuffled.weight == checked(position).weight[:, order]).all()
+
+
+def test_time_stamps_with_a_hole_are_no_fault() -> None:
+    position = swimming_fish(1.0, seed=6)
+    keep = np.r_[0:100, 125:300]
+    tracks = Tracks(MARKERS, keep / FPS, position[keep], np.ones((len(keep), len(MARKERS))))
+    assert check_tracks(tracks, ROBOT).flags == ()
+
+
+def test_eleven_markers_with_pectorals() -> None:
+    eleven = tuple(ROBOT.markers)
+    position = swimming_fish(1.0, seed=9, markers=eleven)
+    assert checked(position, eleven).flags == ()
+    k = eleven.index("pectoral_left")
+    position[100:130, k] += [9.0, -6.0]
+    (flag,) = checked(position, eleven).flags
+    assert (flag.markers, flag.frames) == (("pectoral_left",), (100, 129))
+
+
+@pytest.mark.parametrize("segments", [3, 7])
+def test_a_robot_with_another_number_of_segments(segments: int) -> None:
+    head = {name: ROBOT.markers[name] for name in ("nose", "neck", "dorsal_fin")}
+    tail = {
+        f"tail_{i + 1}": Marker(body="tail_1", position_m=(0.31 + 0.16 * i / (segments - 1), 0.0, 0.05))
+        for i in range(segments)
+    }
+    robot = ROBOT.model_copy(update={"markers": {**head, **tail}})
+    names = tuple(robot.markers)
+    position = swimming_fish(1.2, seed=9, markers=names, robot=robot)
+    assert check_tracks(tracks_of(position, names), robot).flags == ()
+    position[100:130, 4] = position[100:130, 5] + 1
+    (flag,) = check_tracks(tracks_of(position, names), robot).flags
+    assert flag.markers == ("tail_2", "tail_3")
+    assert flag.frames == (100, 129)
+
+
+# ---- poor input
+
+
+@pytest.mark.parametrize("frames", [0, 1, 2, 3, 5, 12])
+def test_short_trials_are_believed(frames: int) -> None:
+    assert checked(swimming_fish(1.0, seed=6)[:frames]).flags == ()
+
+
+@pytest.mark.parametrize("kept", [(0,), (0, 1), (0, 1, 8), (3, 4, 5)])
+def test_few_markers_are_judged_without_false_flags(kept: tuple[int, ...]) -> None:
+    position = swimming_fish(1.0, seed=6)[:, kept]
+    assert checked(position, [MARKERS[k] for k in kept]).flags == ()
+
+
+def test_degenerate_tracks_raise_no_warnings() -> None:
+    rng = np.random.default_rng(0)
+    random = rng.uniform(0, 3000, (60, 9, 2))
+    sparse = np.where(rng.random((60, 9, 1)) < 0.8, np.nan, swimming_fish(1.0, seed=6, frames=60))
+    never_together = np.full((60, 9, 2), np.nan)
+    never_together[np.arange(60), np.arange(60) % 9] = 5.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for position in (random, sparse, never_together, np.zeros((60, 9, 2)), np.full((60, 9, 2), np.nan)):
+            quality = checked(position)
+            assert np.isfinite(quality.weight).all()
+            assert 0 <= quality.used_fraction <= 1
+
+
+# ---- the public trials: the truth was found by eye, in plots of segment lengths and head-frame paths
+
+SEEN_BY_EYE: dict[str, dict[str, list[tuple[int, int]]]] = {
+    "f0_50": {
+        "tail_3": [(13, 27)],
+        "tail_2": [(20, 23)],
+        "caudal_fin": [(122, 122), (184, 187), (334, 338)],
+    },
+    "f0_75": {},
+    "f1_00": {"tail_1": [(5, 5)], "tail_2": [(13, 13)]},
+    "f1_25": {
+        "tail_4": [(31, 60), (93, 125), (154, 190), (220, 254), (281, 300)],
+        "tail_1": [(60, 62), (125, 130)],
+        "neck": [(13, 15)],
+        "caudal_fin": [(53, 56), (108, 112)],
+    },
+    "f1_75": {"tail_4": [(26, 35), (83, 103)], "tail_1": [(22, 27)], "caudal_fin": [(198, 202)]},
+}
+"""Stretches in which a box is off, slight ones too."""
+
+CERTAIN = {
+    "f0_50": {"tail_3": [(24, 27)]},
+    "f1_25": {"tail_4": [(31, 60), (101, 125), (159, 190), (223, 254), (284, 300)]},
+    "f1_75": {"tail_4": [(26, 35), (83, 103)], "tail_1": [(24, 26)], "caudal_fin": [(201, 202)]},
+}
+"""Those by 10 px and more, which must be left out."""
+
+
+def real(name: str) -> Tracks:
+    return load_tracks(FISHSIM / f"{name}.csv", MARKERS, FPS)
+
+
+def marked(stretches: dict[str, list[tuple[int, int]]], frames: int) -> np.ndarray:
+    mask = np.zeros((frames, len(MARKERS)), dtype=bool)
+    for name, spans in stretches.items():
+        for first, last in spans:
+            mask[first : last + 1, MARKERS.index(name)] = True
+    return mask
+
+
+@needs_fishsim
+@pytest.mark.parametrize("name", SEEN_BY_EYE)
+def test_flags_of_the_public_trials_are_what_the_eye_sees(name: str) -> None:
+    tracks = real(name)
+    out = check_tracks(tracks, ROBOT).weight == 0
+    must, may = marked(CERTAIN.get(name, {}), len(out)), marked(SEEN_BY_EYE[name], len(out))
+    assert out[must].all()
+    assert out[~may].mean() <= 0.001
+    assert out.mean() <= 0.06
+
+
+@needs_fishsim
+def test_the_merges_of_f1_75_are_laid_to_tail_4() -> None:
+    quality = check_tracks(real("f1_75"), ROBOT)
+    merges = [flag for flag in quality.flags if flag.kind == "merged_markers"]
+    assert [(flag.markers, flag.frames) for flag in merges] == [
+        (("tail_4", "tail_5"), (26, 35)),
+        (("tail_4", "tail_5"), (83, 103)),
+    ]
+    assert "tail_4 sits on tail_5: 7 px, expected 27 px" in merges[0].message
+
+
+@needs_fishsim
+@pytest.mark.parametrize("name", SEEN_BY_EYE)
+def test_a_reader_gets_few_flags(name: str) -> None:
+    assert len(check_tracks(real(name), ROBOT).flags) <= 12
