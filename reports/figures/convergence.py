@@ -1,6 +1,5 @@
 """How each start of the search went."""
 
-import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -15,17 +14,18 @@ def convergence_figure(fit: CoefficientFit) -> Figure:
     figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
     for rank, restart in reversed(list(enumerate(fit.restarts))):
         colour, width = (TWIN, 1.8) if rank == 0 else (MUTED, 0.9)
-        history = restart.history_m * MM
-        axes.plot(
-            np.arange(len(history)), history, color=colour, linewidth=width, alpha=1.0 if rank == 0 else 0.7
-        )
+        history, line = restart.history_m * MM, "-" if restart.swims_forward else ":"
+        alpha = 1.0 if rank == 0 else 0.7
+        axes.plot(history, line, color=colour, linewidth=width, alpha=alpha)
         face = colour if restart.converged else "none"
         axes.plot(len(history) - 1, history[-1], "o", color=colour, markerfacecolor=face, markersize=4.5)
     axes.plot([], [], "-o", color=TWIN, markersize=4.5, label="best")
     axes.plot([], [], "-o", color=MUTED, markersize=4.5, label="converged")
     axes.plot([], [], "-o", color=MUTED, markerfacecolor="none", markersize=4.5, label="stopped early")
+    if any(not restart.swims_forward for restart in fit.restarts):
+        axes.plot([], [], ":", color=MUTED, linewidth=0.9, label="swims backward")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("iteration")
     axes.set_ylabel("objective (mm)")
-    legend_above(axes, 3)
+    legend_above(axes, 2)
     return figure

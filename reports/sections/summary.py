@@ -138,5 +138,18 @@ def _doubts(context: ReportContext) -> tuple[str, ...]:
     everywhere = len(calibration.trials)
     for kind, trials in names.items():
         where = "every trial" if len(trials) == everywhere else listed(trials)
-        doubts.append(sentence(f"{where}: {FLAG_KINDS.get(kind, kind.replace('_', ' '))}"))
+        size = _off_command(context) if kind == "frequency_off_command" else ""
+        doubts.append(sentence(f"{where}: {FLAG_KINDS.get(kind, kind.replace('_', ' '))}{size}"))
     return tuple(doubts)
+
+
+def _off_command(context: ReportContext) -> str:
+    """By how much the flagged trials beat faster or slower than commanded, as far as the command is known."""
+    measured = [trial.measured for trial in context.calibration.trials]
+    flagged = [
+        m for m in measured if m.commanded_hz and any(f.kind == "frequency_off_command" for f in m.flags)
+    ]
+    off = sorted(
+        {shown(100 * (m.frequency.hz / (m.commanded_hz or 1.0) - 1), 0, signed=True) for m in flagged}
+    )
+    return f" by {' % or '.join(off)} %" if 0 < len(off) < 3 else ""

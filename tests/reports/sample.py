@@ -48,7 +48,7 @@ def made_provenance() -> Provenance:
 
 
 def made_calibration(names: tuple[str, ...] = tuple(ROLES), *, flagged: bool = True) -> Calibration:
-    """Trials of these names; `flagged` gives the slow one a merge, a lost head and a frequency off command."""
+    """Trials of these names; `flagged` gives the slow one a merge, a lost head, a frequency off command."""
     robot = load_robot()
     trials = tuple(made_trial(robot, name, flagged=flagged and name == "slow") for name in names)
     hz = np.linspace(0.4, 1.5, 12)
