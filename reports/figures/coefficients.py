@@ -45,7 +45,7 @@ def _legend(axes: Axes, any_at_bound: bool, any_backward: bool) -> None:
     axes.plot([], [], "|", color=INK, markersize=9, markeredgewidth=1.6, label="published")
     axes.plot([], [], "o", color=MUTED, markersize=3.5, label="other starts")
     if any_backward:
-        axes.plot([], [], "x", color=MUTED, markersize=3.5, label="swims backward")
+        axes.plot([], [], "x", color=MUTED, markersize=3.5, label="backward")
     legend_above(axes, 3, columnspacing=1.0, handletextpad=0.3)
 
 

@@ -23,7 +23,7 @@ def convergence_figure(fit: CoefficientFit) -> Figure:
     axes.plot([], [], "-o", color=MUTED, markersize=4.5, label="converged")
     axes.plot([], [], "-o", color=MUTED, markerfacecolor="none", markersize=4.5, label="stopped early")
     if any(not restart.swims_forward for restart in fit.restarts):
-        axes.plot([], [], ":", color=MUTED, linewidth=0.9, label="swims backward")
+        axes.plot([], [], ":", color=MUTED, linewidth=0.9, label="backward")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("iteration")
     axes.set_ylabel("objective (mm)")

@@ -49,10 +49,10 @@ def test_every_figure_draws_within_its_frame(figure) -> None:  # type: ignore[no
     box = drawn.get_tightbbox()
     width, height = drawn.get_size_inches()
 
-    assert box.x0 > -0.06
-    assert box.y0 > -0.06
-    assert box.x1 < width + 0.06
-    assert box.y1 < height + 0.06
+    assert box.x0 > -0.02
+    assert box.y0 > -0.02
+    assert box.x1 < width + 0.02
+    assert box.y1 < height + 0.02
 
 
 def test_midlines_of_a_beat_are_those_of_the_wave() -> None:
