@@ -9,7 +9,14 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from calib.pipeline import EffortName, Options, Pipeline, open_session, program
 from calib.summary import calibration_lines
@@ -38,7 +45,10 @@ def main() -> None:
         print(f"calib: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
     except KeyboardInterrupt:
-        print("\ncalib: stopped. What was finished is kept; the same command goes on from there.", file=sys.stderr)
+        print(
+            "\ncalib: stopped. What was finished is kept; the same command goes on from there.",
+            file=sys.stderr,
+        )
         sys.exit(130)
 
 
@@ -53,9 +63,7 @@ def version(
 
 
 @app.command()
-def run(
-    session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False
-) -> None:
+def run(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:
     """Does everything the session's data allow: fit, calibrated MJCF, report."""
     with _working(session, effort, workers, as_json) as pipeline:
         report = pipeline.report()
@@ -63,9 +71,7 @@ def run(
 
 
 @app.command()
-def fit(
-    session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False
-) -> None:
+def fit(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:
     """Finds swim frequencies, crank phases, the five fluid coefficients and EBT; writes the calibrated MJCF."""
     with _working(session, effort, workers, as_json) as pipeline:
         pipeline.fit()
@@ -78,7 +84,8 @@ def report(
     effort: Effort = "full",
     workers: Workers = 0,
     index: Annotated[
-        Path | None, typer.Option(help="where the index of several sessions goes; default: index.html beside the first")
+        Path | None,
+        typer.Option(help="where the index of several sessions goes; default: index.html beside the first"),
     ] = None,
 ) -> None:
     """Writes the HTML report of each session, and an index when there are several."""
@@ -92,7 +99,8 @@ def report(
 def new(
     session: Annotated[Path, typer.Argument(metavar="SESSION", help="the folder to make")],
     from_fishsim: Annotated[
-        Path | None, typer.Option(help="a checkout of the authors' repository, or a folder of its marker CSVs")
+        Path | None,
+        typer.Option(help="a checkout of the authors' repository, or a folder of its marker CSVs"),
     ] = None,
     synthetic: Annotated[bool, typer.Option("--synthetic", help="a session made with the twin, truth known")] = False,
     fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
@@ -112,7 +120,8 @@ def new(
 @app.command()
 def mjcf(
     source: Annotated[
-        Path | None, typer.Argument(metavar="[SESSION | ROBOT]", help="session folder or robot TOML; default: the 0.57 m fish")
+        Path | None,
+        typer.Argument(metavar="[SESSION | ROBOT]", help="session folder or robot TOML; default: the 0.57 m fish"),
     ] = None,
     out: Annotated[Path, typer.Option(help="the file to write")] = Path("robot.xml"),
     effort: Effort = "full",
@@ -175,7 +184,11 @@ def _tell(pipeline: Pipeline, result: Path, as_json: bool) -> None:
     """The outcome on standard output; the path of the main result comes last."""
     data = read_result_json(pipeline.calibration_file)
     if as_json:
-        made = {"result": str(result), "made": [str(path) for path in pipeline.made], "notes": list(pipeline.notes)}
+        made = {
+            "result": str(result),
+            "made": [str(path) for path in pipeline.made],
+            "notes": list(pipeline.notes),
+        }
         print(json.dumps(made | {"calibration": data}, indent=1))
         return
     for line in (*pipeline.notes, *calibration_lines(data)):

@@ -103,7 +103,12 @@ class Pipeline:
     def fingerprint(self) -> str:
         """Of all that the calibration depends on."""
         stamp = self.provenance
-        parameters = {"mujoco": stamp.mujoco, "model": stamp.model_sha256, "seed": stamp.seed, "effort": stamp.effort}
+        parameters = {
+            "mujoco": stamp.mujoco,
+            "model": stamp.model_sha256,
+            "seed": stamp.seed,
+            "effort": stamp.effort,
+        }
         return fingerprint_of(stamp.inputs, parameters)
 
     @property
@@ -132,7 +137,7 @@ class Pipeline:
         specs = [spec for spec in self.session.trials if _is_usable(spec)]
         if not specs:
             raise NotEnoughData(
-                f"{self.session.name}: no swim with tracks. Expected at least one [[trial]] with kind = \"swim\" and a "
+                f'{self.session.name}: no swim with tracks. Expected at least one [[trial]] with kind = "swim" and a '
                 f"tracks file; found {len(self.session.trials)} trials. {' '.join(self.notes)}"
             )
         measured, problems = [], []
@@ -191,9 +196,7 @@ class Pipeline:
         tell = self.options.tell
         tell("fitting the coefficients", 0.0)
         effort = EFFORTS[self.options.effort]
-        calibration = calibrate(
-            self.trials, self.robot, effort, self.session.seed, self.options.workers, progress
-        )
+        calibration = calibrate(self.trials, self.robot, effort, self.session.seed, self.options.workers, progress)
         mjcf_file = self.session.results / "calibrated.xml"
         write_result_json(self.calibration_file, self.provenance, calibration_payload(calibration))
         write_whole(mjcf_file, calibrated_mjcf(calibration))

@@ -121,9 +121,7 @@ def calibrate(
     return assemble(trials, twin, fit, phases)
 
 
-def assemble(
-    trials: list[MeasuredTrial], twin: Twin, fit: CoefficientFit, phases: dict[str, float]
-) -> Calibration:
+def assemble(trials: list[MeasuredTrial], twin: Twin, fit: CoefficientFit, phases: dict[str, float]) -> Calibration:
     """Every trial beside a twin whose coefficients are known.
 
     Args:

@@ -236,7 +236,12 @@ def _flags(restarts: list[Restart]) -> tuple[Flag, ...]:
 def _direction_flags(restarts: list[Restart]) -> list[Flag]:
     best, closest = restarts[0], min(restarts, key=lambda r: r.objective_m)
     if not best.swims_forward:
-        return [Flag("swims_backward", message="started from rest, the fitted twin swims backward at some frequencies")]
+        return [
+            Flag(
+                "swims_backward",
+                message="started from rest, the fitted twin swims backward at some frequencies",
+            )
+        ]
     if closest.objective_m < best.objective_m:
         message = (
             f"coefficients {100 * (1 - closest.objective_m / best.objective_m):.0f} % closer to the tracks were "

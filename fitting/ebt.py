@@ -88,8 +88,8 @@ def tail_motion(
     return TailMotion(_mean_square(rate[rate_good]), _mean_square(slope[slope_good]))
 
 
-def _mean_square(values: np.ndarray) -> np.float64:
-    return np.float64((values**2).mean()) if len(values) else np.float64("nan")
+def _mean_square(values: np.ndarray) -> np.ndarray:
+    return np.array((values**2).mean() if len(values) else np.nan)
 
 
 def _flags(ratio: float, highest: float) -> tuple[Flag, ...]:

@@ -33,9 +33,7 @@ def forecast(
     """The twin's head frame (n, m, 2) of one trial."""
     values = np.array([coefficients], float)
     head = swim(twin, trial, values, np.array([phase_rad]), frequency_hz)
-    return HeadFrame(
-        head.position_m[0], head.shape_m[0], head.path_m[0], head.heading_rad[0], head.displacement
-    )
+    return HeadFrame(head.position_m[0], head.shape_m[0], head.path_m[0], head.heading_rad[0], head.displacement)
 
 
 def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, twin: Twin) -> np.ndarray:

@@ -166,8 +166,14 @@ def _explained(lateral_m: np.ndarray, residual: np.ndarray, weight: np.ndarray) 
 def _flags(hz: float, commanded_hz: float | None, beats: float) -> tuple[Flag, ...]:
     flags = []
     if commanded_hz and abs(hz / commanded_hz - 1) > OFF_COMMAND:
-        message = f"the tail beats at {hz:.3f} Hz, {100 * (hz / commanded_hz - 1):+.0f} % off the commanded {commanded_hz:g} Hz"
+        off = 100 * (hz / commanded_hz - 1)
+        message = f"the tail beats at {hz:.3f} Hz, {off:+.0f} % off the commanded {commanded_hz:g} Hz"
         flags.append(Flag("frequency_off_command", message=message))
     if beats < 2.0:
-        flags.append(Flag("few_beats", message=f"only {beats:.1f} beats: a frequency is poorly determined by fewer than two"))
+        flags.append(
+            Flag(
+                "few_beats",
+                message=f"only {beats:.1f} beats: fewer than two determine a frequency poorly",
+            )
+        )
     return tuple(flags)

@@ -23,6 +23,11 @@ def probed_frequencies(trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
     return np.geomspace(0.5 * min(measured), max(measured), FREQUENCIES)
 
 
+def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
+    """Seconds simulated to check one set of coefficients."""
+    return float((BEATS / probed_frequencies(trials)).sum())
+
+
 def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
     """(s, f) forward speed after half of some beats from rest, m/s, for s sets of coefficients (s, 5)."""
     sets = len(coefficients)
@@ -44,4 +49,4 @@ def swims_forward(twin: Twin, coefficients: np.ndarray, trials: tuple[MeasuredTr
     if any(trial.speed <= 0 for trial in trials):
         return np.ones(len(coefficients), bool)
     with np.errstate(invalid="ignore"):
-        return (speed_from_rest(twin, coefficients, probed_frequencies(trials)) > 0).all(axis=1)
+        return np.asarray((speed_from_rest(twin, coefficients, probed_frequencies(trials)) > 0).all(axis=1))

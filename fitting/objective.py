@@ -33,7 +33,9 @@ class Swims:
         All trials run in one batch, each until the last of its k frames that is scored.
         """
         count, frames = parameters.shape[1], [int(np.flatnonzero(t.scored)[-1]) + 1 for t in self.trials]
-        times = [np.pad(t.time_s[:n], (0, max(frames) - n), mode="edge") for t, n in zip(self.trials, frames, strict=True)]
+        times = [
+            np.pad(t.time_s[:n], (0, max(frames) - n), mode="edge") for t, n in zip(self.trials, frames, strict=True)
+        ]
         runs = Runs(
             coefficients=np.tile(parameters[:5].T, (len(self.trials), 1)),
             frequency_hz=np.repeat([t.frequency.hz for t in self.trials], count),
@@ -127,9 +129,7 @@ class MeanDistance(Norm):
         return (r.reshape(-1, 2) ** 2).sum(axis=1)
 
 
-def phase_from_harmonic(
-    twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float
-) -> np.ndarray:
+def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
     """Crank phases at time 0 that bring the twin's tail in step with the measured one.
 
     One simulation at phase 0 tells how far the tail's first harmonic lags behind the crank.

@@ -33,7 +33,11 @@ class SpeedSweep:
 
 
 def sweep_speed(
-    twin: Twin, coefficients: FluidCoefficients, ebt: EbtFit, frequency_hz: np.ndarray, fitted_hz: tuple[float, float]
+    twin: Twin,
+    coefficients: FluidCoefficients,
+    ebt: EbtFit,
+    frequency_hz: np.ndarray,
+    fitted_hz: tuple[float, float],
 ) -> SpeedSweep:
     """Simulates one long swim a frequency, all in one batch.
 

@@ -16,24 +16,18 @@ def trial_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
     measured, scores = trial.measured, trial.scores
     caveats = [sentence(flag.message) for flag in whole_trial_flags(trial)]
     if scores.used_fraction < LITTLE_USED:
-        caveats.append(
-            f"Only {percent(scores.used_fraction)} of the scored samples count; the rest is flagged."
-        )
+        caveats.append(f"Only {percent(scores.used_fraction)} of the scored samples count; the rest is flagged.")
     if (seconds := scored_seconds(measured)) < 0.98 * SCORED_S:
         caveats.append(f"The marker distance is a mean over {shown(seconds)} s instead of {SCORED_S:g} s.")
     if (beats := beats_compared(measured)) < FEW_BEATS:
-        caveats.append(
-            f"The speeds are slopes over {'one beat' if beats == 1 else 'less than one whole beat'}."
-        )
+        caveats.append(f"The speeds are slopes over {'one beat' if beats == 1 else 'less than one whole beat'}.")
     return tuple(caveats)
 
 
 def speed_caveats(trial: CalibratedTrial) -> tuple[str, ...]:
     """What makes its speed doubtful, in a word each."""
     kinds = {
-        flag.kind: flag.kind.replace("_", " ")
-        for flag in trial.flags
-        if flag.kind in ("extrapolated", "few_beats")
+        flag.kind: flag.kind.replace("_", " ") for flag in trial.flags if flag.kind in ("extrapolated", "few_beats")
     }
     beats = beats_compared(trial.measured)
     short = () if beats >= FEW_BEATS else ("one beat" if beats == 1 else "less than a beat",)

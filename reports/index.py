@@ -73,8 +73,7 @@ def render_index(entries: Sequence[IndexEntry], folder: Path) -> str:
         "index.html.j2",
         title="Calibrated sessions",
         summary=(
-            f"{counted(len(entries), 'session')}, {fitted + held_out} trials: {fitted} fitted, {held_out} "
-            "held out"
+            f"{counted(len(entries), 'session')}, {fitted + held_out} trials: {fitted} fitted, {held_out} held out"
         ),
         entries=[
             {

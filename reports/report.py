@@ -29,9 +29,7 @@ def write_report(
     write_whole(path, render_report(session, calibration, provenance, notes))
 
 
-def render_report(
-    session: Session, calibration: Calibration, provenance: Provenance, notes: Sequence[str] = ()
-) -> str:
+def render_report(session: Session, calibration: Calibration, provenance: Provenance, notes: Sequence[str] = ()) -> str:
     """The report as HTML: opens offline, holds its figures, and loads nothing."""
     context = ReportContext(session, calibration, provenance, tuple(notes))
     built = [build(context) for build in SECTIONS]

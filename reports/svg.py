@@ -28,9 +28,7 @@ def inline_svg(figure: Figure, name: str, alt: str) -> Markup:
     with applied():
         figure.savefig(buffer, format="svg", metadata=_NO_METADATA)
     text = buffer.getvalue()
-    body = re.sub(
-        r"<[^>]*>", lambda tag: _for_page(tag[0], name), text[text.index("</defs>") + len("</defs>") :]
-    )
+    body = re.sub(r"<[^>]*>", lambda tag: _for_page(tag[0], name), text[text.index("</defs>") + len("</defs>") :])
     width, height = figure.get_size_inches() * POINTS
     head = Markup(
         '<svg role="img" aria-label="{}" viewBox="0 0 {:.1f} {:.1f}" xmlns="http://www.w3.org/2000/svg"'

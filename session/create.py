@@ -163,11 +163,7 @@ def _fishsim_files(source: Path) -> dict[str, Path]:
     """The track files by trial name, slowest first."""
     folder = next((place for place in (source / "Data" / "Markers", source) if place.is_dir()), source)
     found = sorted(folder.glob("*.csv")) if folder.is_dir() else []
-    named = {
-        match[1]: path
-        for path in found
-        if (match := re.fullmatch(r"(?:markers_)?(f\d+_\d+)\.csv", path.name))
-    }
+    named = {match[1]: path for path in found if (match := re.fullmatch(r"(?:markers_)?(f\d+_\d+)\.csv", path.name))}
     if not named:
         faults = FaultCollector(str(source))
         faults.add(
@@ -196,9 +192,7 @@ def _fitted(source: Path, asked: tuple[str, ...], there: tuple[str, ...]) -> tup
             )
     fitted = asked or tuple(name for name in FISHSIM_FIT if name in there)
     if not fitted:
-        faults.add(
-            "", "no trial to fit", expected="at least one", choices=there, next_step="Name it with --fit."
-        )
+        faults.add("", "no trial to fit", expected="at least one", choices=there, next_step="Name it with --fit.")
     faults.raise_if_any()
     return fitted
 

@@ -18,6 +18,9 @@ FLAG_KINDS: dict[str, str] = {
     "restarts_disagree": "different starts end at different estimates",
     "unidentifiable": "the data do not determine this number",
     "frequency_off_command": "the swim frequency differs from the command",
+    "few_beats": "too few beats for a frequency to be trusted",
+    "swims_backward": "started from rest, the fitted twin swims backward",
+    "rejected_restart": "closer coefficients were rejected because their twin swims backward from rest",
     "extrapolated": "outside the range of the trials that were fitted",
 }
 """The kinds of flag and what each says. Later stages may use further kinds of their own."""

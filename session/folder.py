@@ -114,9 +114,7 @@ class Session:
         return tuple(dict.fromkeys(file for file in files if file is not None))
 
 
-def load_session(
-    folder: Path, robot_markers: RobotMarkers | None = None, *, check_tracks: bool = True
-) -> Session:
+def load_session(folder: Path, robot_markers: RobotMarkers | None = None, *, check_tracks: bool = True) -> Session:
     """Reads and checks a session folder; nothing is written.
 
     Args:
@@ -145,9 +143,7 @@ def load_session(
 
 def file_hashes(session: Session) -> dict[str, str]:
     """The sha256 of every input file by its name relative to the session folder, with forward slashes."""
-    return {
-        Path(os.path.relpath(file, session.folder)).as_posix(): sha256_of(file) for file in session.inputs()
-    }
+    return {Path(os.path.relpath(file, session.folder)).as_posix(): sha256_of(file) for file in session.inputs()}
 
 
 def _read_session_file(folder: Path) -> TomlSource:
@@ -188,9 +184,7 @@ def _camera(content: SessionFile, folder: Path, faults: FaultCollector) -> Camer
     return CameraSpec(camera.fps, camera.scale_length_m, calibration, file)
 
 
-def _check_recordings(
-    source: TomlSource, content: SessionFile | None, folder: Path, faults: FaultCollector
-) -> None:
+def _check_recordings(source: TomlSource, content: SessionFile | None, folder: Path, faults: FaultCollector) -> None:
     """Reads the tracks and motor logs that are there, also when `session.toml` has faults of its own."""
     markers = markers_in(source)
     for key, trial in trials_in(source):
@@ -210,9 +204,7 @@ def _present(folder: Path, name: object) -> Path | None:
     return folder / name if isinstance(name, str) and name and is_file(folder / name) else None
 
 
-def _check_length(
-    source: TomlSource, key: Key, tracks: Tracks, content: SessionFile, faults: FaultCollector
-) -> None:
+def _check_length(source: TomlSource, key: Key, tracks: Tracks, content: SessionFile, faults: FaultCollector) -> None:
     """Tracks that are compared with the twin go on after the warm-up."""
     duration = float(tracks.time_s[-1] - tracks.time_s[0])
     trial = content.trial[int(key[-1])]

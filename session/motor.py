@@ -90,7 +90,5 @@ def _without_cut_row(table: RawTable) -> tuple[RawTable, tuple[Flag, ...]]:
     if table.ends_whole or not table.rows:
         return table, ()
     last = table.rows[-1]
-    flag = Flag(
-        "truncated_log", message=f"line {last.line} is cut short and was left out; the log ended mid-row"
-    )
+    flag = Flag("truncated_log", message=f"line {last.line} is cut short and was left out; the log ended mid-row")
     return RawTable(table.file, table.header, table.rows[:-1], ends_whole=True), (flag,)

@@ -122,19 +122,13 @@ def read_result_json(path: Path) -> dict[str, Any]:
     try:
         data = json.loads(path.read_bytes())
     except FileNotFoundError:
-        faults.add(
-            "", "the result is not there", expected="a result written by this program", next_step=again
-        )
+        faults.add("", "the result is not there", expected="a result written by this program", next_step=again)
     except (OSError, ValueError, RecursionError) as error:
-        faults.add(
-            "", "the result cannot be read", found=str(error), expected="a JSON object", next_step=again
-        )
+        faults.add("", "the result cannot be read", found=str(error), expected="a JSON object", next_step=again)
     faults.raise_if_any()
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         found = f"schema {data.get('schema')!r}" if isinstance(data, dict) else type(data).__name__
-        faults.add(
-            "", "not a result of this version", found=found, expected=f"schema {SCHEMA}", next_step=again
-        )
+        faults.add("", "not a result of this version", found=found, expected=f"schema {SCHEMA}", next_step=again)
     faults.raise_if_any()
     return data
 

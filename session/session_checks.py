@@ -63,9 +63,7 @@ def check_trials(source: TomlSource, faults: FaultCollector) -> None:
                 choices=RECORDINGS,
             )
         if "boxes" in trial and "video" not in trial:
-            faults.add(
-                source.where((*key, "boxes")), "boxes without a video", expected='video = "…" beside them'
-            )
+            faults.add(source.where((*key, "boxes")), "boxes without a video", expected='video = "…" beside them')
         if trial.get("kind") in ("swim", "dry") and "commanded_hz" not in trial:
             faults.add(
                 source.where((*key, "commanded_hz")),
@@ -114,9 +112,7 @@ def is_file(path: Path) -> bool:
         return False
 
 
-def _check_differ(
-    source: TomlSource, named: Iterable[tuple[Key, str]], noun: str, faults: FaultCollector
-) -> None:
+def _check_differ(source: TomlSource, named: Iterable[tuple[Key, str]], noun: str, faults: FaultCollector) -> None:
     """No name stands twice; names that differ in case only would share a file on some systems."""
     first: dict[str, Key] = {}
     for key, name in named:

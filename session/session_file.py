@@ -22,9 +22,7 @@ FEWEST_MARKERS = 3
 def _safe_name(name: str) -> str:
     """The name, if it can be part of a file's name on any system."""
     if len(name) > 100 or not re.fullmatch(r"[A-Za-z0-9_]([A-Za-z0-9_.-]*[A-Za-z0-9_-])?", name):
-        raise key_error(
-            "not a usable name", expected="up to 100 letters, digits, _, - and . within, such as f1_00"
-        )
+        raise key_error("not a usable name", expected="up to 100 letters, digits, _, - and . within, such as f1_00")
     return name
 
 

@@ -49,9 +49,7 @@ def is_current(target: Path, fingerprint: str) -> bool:
     if not isinstance(stamp, dict) or stamp.get("fingerprint") != fingerprint:
         return False
     outputs = stamp.get("outputs")
-    return isinstance(outputs, dict) and all(
-        _stands(results / name, sha256) for name, sha256 in outputs.items()
-    )
+    return isinstance(outputs, dict) and all(_stands(results / name, sha256) for name, sha256 in outputs.items())
 
 
 def mark_current(target: Path, fingerprint: str, also: Iterable[Path] = ()) -> None:

@@ -128,9 +128,7 @@ def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector
         except ValueError:
             plain = False
         if not plain:
-            numbers = [
-                _checked(table.file, row, column, columns, bad_cells) for column in range(len(columns))
-            ]
+            numbers = [_checked(table.file, row, column, columns, bad_cells) for column in range(len(columns))]
         values.append(numbers)
     faults.extend_capped(ragged)
     faults.extend_capped(bad_cells)
@@ -143,13 +141,9 @@ def check_time(table: RawTable, time_s: np.ndarray, faults: FaultCollector) -> N
     def fault(row: int, what: str, found: str) -> Fault:
         return Fault(table.file, f"line {table.rows[row].line}", what, found, "a later time in every row")
 
-    faults.extend_capped(
-        [fault(k, "time_s is missing", "") for k in np.flatnonzero(np.isnan(time_s)).tolist()]
-    )
+    faults.extend_capped([fault(k, "time_s is missing", "") for k in np.flatnonzero(np.isnan(time_s)).tolist()])
     late = (1 + np.flatnonzero(time_s[1:] <= time_s[:-1])).tolist()
-    faults.extend_capped(
-        [fault(k, "time does not increase", f"{time_s[k]} after {time_s[k - 1]}") for k in late]
-    )
+    faults.extend_capped([fault(k, "time does not increase", f"{time_s[k]} after {time_s[k - 1]}") for k in late])
 
 
 def _cells(line: str) -> list[str]:
@@ -179,7 +173,5 @@ def _checked(file: str, row: Row, column: int, columns: tuple[str, ...], bad_cel
         return value
     what = "not a number" if value is None else "an infinite value"
     where = f"line {row.line}, column {column + 1} ({columns[column]})"
-    bad_cells.append(
-        Fault(file, where, what, shown(cell), "a finite number, or an empty cell for a missing sample")
-    )
+    bad_cells.append(Fault(file, where, what, shown(cell), "a finite number, or an empty cell for a missing sample"))
     return math.nan

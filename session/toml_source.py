@@ -88,9 +88,7 @@ class TomlSource:
                 what, expected = str(context["error"]), ""
             case _:
                 what, choices = "wrong value", choices_of(annotation)
-                expected = (
-                    "one of the choices" if choices else re.sub(r"^\w+ should (be|have) ", "", details["msg"])
-                )
+                expected = "one of the choices" if choices else re.sub(r"^\w+ should (be|have) ", "", details["msg"])
                 next_step = did_you_mean(str(details["input"]), choices)
         return Fault(self.file, self.where(key), what, found, expected, choices, next_step)
 
@@ -161,9 +159,7 @@ def _parse(file: str, text: str) -> dict[str, Any]:
         line = re.match(r"line (\d+)", place)
         last = len(text.rstrip().split("\n"))
         where = f"line {line[1] if line else last}"
-        faults.add(
-            where, "not valid TOML", found=message[:1].lower() + message[1:], expected="TOML, https://toml.io"
-        )
+        faults.add(where, "not valid TOML", found=message[:1].lower() + message[1:], expected="TOML, https://toml.io")
     faults.raise_if_any()
     raise AssertionError("unreachable")
 

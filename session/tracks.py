@@ -54,9 +54,7 @@ class Tracks:
         return Tracks(tuple(markers), self.time_s, self.position_px[:, index], self.confidence[:, index])
 
 
-def load_tracks(
-    path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2, file: str | None = None
-) -> Tracks:
+def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2, file: str | None = None) -> Tracks:
     """Reads the tracks of one trial, in either format of the session folder.
 
     With a header ``time_s,<marker>_x,<marker>_y,<marker>_confidence,…`` the columns may come in any order,
@@ -103,9 +101,7 @@ def save_tracks(path: Path, tracks: Tracks) -> None:
     write_whole(path, "\n".join([",".join(names), *rows, ""]))
 
 
-def _check_columns(
-    table: RawTable, columns: tuple[str, ...], markers: tuple[str, ...], faults: FaultCollector
-) -> None:
+def _check_columns(table: RawTable, columns: tuple[str, ...], markers: tuple[str, ...], faults: FaultCollector) -> None:
     if table.header is None:
         _check_width(table, markers, faults)
         return
@@ -124,9 +120,7 @@ def _check_columns(
         if name not in known
     ]
     missing = [
-        Fault(
-            table.file, "line 1", f"column {name!r} is missing", "", f"{TIME}, and _x and _y of every marker"
-        )
+        Fault(table.file, "line 1", f"column {name!r} is missing", "", f"{TIME}, and _x and _y of every marker")
         for name in needed
         if name not in columns
     ]

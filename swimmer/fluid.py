@@ -119,11 +119,9 @@ def _added_mass(r: np.ndarray, v: np.ndarray, w: np.ndarray, density: float) -> 
     return Wrench(np.cross(momentum, w), np.cross(momentum, v) + np.cross(spin, w))
 
 
-def _drag(
-    r: np.ndarray, v: np.ndarray, w: np.ndarray, area: float, c: FluidCoefficients, density: float
-) -> Wrench:
+def _drag(r: np.ndarray, v: np.ndarray, w: np.ndarray, area: float, c: FluidCoefficients, density: float) -> Wrench:
     """f = -rho |v| [C_blunt A + C_slender (A_max - A)] v and g = -rho |(C_angular I + C_slender (I_max - I)) w| w."""
-    short, middle, long = np.sort(r)
+    _, middle, long = np.sort(r)
     largest_area, largest_moment = np.pi * middle * long, 8 / 15 * np.pi * middle * long**4
     moments = np.array([8 / 15 * np.pi * r[i] * max(r[i - 1], r[i - 2]) ** 4 for i in range(3)])
     resisted = c.angular_drag * moments + c.slender_drag * (largest_moment - moments)

@@ -80,9 +80,7 @@ def _set_options(spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene) -> None:
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1080
 
 
-def _add_head(
-    spec: mujoco.MjSpec, robot: RobotSpec, coefficients: FluidCoefficients, scene: Scene
-) -> mujoco.MjsBody:
+def _add_head(spec: mujoco.MjSpec, robot: RobotSpec, coefficients: FluidCoefficients, scene: Scene) -> mujoco.MjsBody:
     head = spec.worldbody.add_body(name="head")
     if not scene.head_clamped:
         slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
@@ -91,7 +89,7 @@ def _add_head(
         head.add_joint(name="yaw", type=hinge, axis=(0, 0, 1))
     for part in robot.head.part:
         head.add_geom(
-            name=part.name,
+            name=f"part_{part.name}",  # its own prefix: no other geom's name can be the same
             type=mujoco.mjtGeom.mjGEOM_BOX,
             pos=part.centre_m,
             size=part.half_size_m,
@@ -127,9 +125,7 @@ def _add_plate(
 
 def _add_crank(head: mujoco.MjsBody, robot: RobotSpec) -> None:
     crank = head.add_body(name="crank", pos=robot.crank.position_m)
-    crank.add_joint(
-        name="crank", type=mujoco.mjtJoint.mjJNT_HINGE, axis=(0, 1, 0), armature=robot.crank.armature_kg_m2
-    )
+    crank.add_joint(name="crank", type=mujoco.mjtJoint.mjJNT_HINGE, axis=(0, 1, 0), armature=robot.crank.armature_kg_m2)
     # The shaft's own mass is a part of the head and its inertia the armature's: this speck only satisfies the
     # compiler, and is too small for the water to feel.
     crank.add_geom(name="crank_axis", size=(_SPECK_M, 0, 0), mass=_SPECK_KG, rgba=_FRAME)
@@ -159,7 +155,7 @@ def _add_tail(head: mujoco.MjsBody, robot: RobotSpec, coefficients: FluidCoeffic
             stiffness=robot.tail.hinge_stiffness_n_m,
             damping=robot.tail.hinge_damping_n_m_s,
         )
-        front, rear = robot.segment_x_m[i] - hinge_x
+        rear = robot.segment_x_m[i, 1] - hinge_x
         _add_link_plate(body, robot, i, coefficients)
         guide_x = rear - robot.tail.guide_inset_m
         for side, sign in SIDES:
@@ -171,9 +167,7 @@ def _add_tail(head: mujoco.MjsBody, robot: RobotSpec, coefficients: FluidCoeffic
     return body
 
 
-def _add_link_plate(
-    body: mujoco.MjsBody, robot: RobotSpec, i: int, coefficients: FluidCoefficients
-) -> None:
+def _add_link_plate(body: mujoco.MjsBody, robot: RobotSpec, i: int, coefficients: FluidCoefficients) -> None:
     """The link's plate spans from its hinge to the next one: the flexible gaps are part of the surface."""
     segments: tuple[Segment, ...] = robot.tail.segment
     segment, start = segments[i], float(robot.hinge_x_m[i])

@@ -90,9 +90,7 @@ TrackFault = Annotated[Merge | Freeze | Jump | Gap, Field(discriminator="kind")]
 """Any of the faults; told apart by `kind` where read from a file."""
 
 
-def with_faults(
-    position_px: np.ndarray, markers: tuple[str, ...], faults: Iterable[TrackFault]
-) -> np.ndarray:
+def with_faults(position_px: np.ndarray, markers: tuple[str, ...], faults: Iterable[TrackFault]) -> np.ndarray:
     """Tracks with faults, which apply in the order given.
 
     Args:

@@ -53,9 +53,7 @@ def simulate_swims(plan: SyntheticPlan) -> tuple[TrueSwim, ...]:
     seen = twin.simulate(runs, plan.run_in_s + max(times, key=len))
     swims = [
         _swim(plan, trial, time_s, marker_m[: len(time_s)], crank_rad[: len(time_s)])
-        for trial, time_s, marker_m, crank_rad in zip(
-            plan.trials, times, seen.marker_m, seen.crank_rad, strict=True
-        )
+        for trial, time_s, marker_m, crank_rad in zip(plan.trials, times, seen.marker_m, seen.crank_rad, strict=True)
     ]
     _check_in_image(swims, plan.camera)
     return tuple(swims)
@@ -81,9 +79,7 @@ def _swim(
     )
 
 
-def _in_image(
-    marker_m: np.ndarray, nose: int, neck: int, trial: SyntheticTrial, camera: SyntheticCamera
-) -> np.ndarray:
+def _in_image(marker_m: np.ndarray, nose: int, neck: int, trial: SyntheticTrial, camera: SyntheticCamera) -> np.ndarray:
     """(n, m, 2) pixels, y down, of markers (n, m, 2) in the pool, y up."""
     axis = marker_m[0, nose] - marker_m[0, neck]
     turn = trial.heading_rad - np.arctan2(axis[1], axis[0])

@@ -1,7 +1,7 @@
 """From videos and tracks to marker positions one can trust: track quality and the head-frame normaliser."""
 
 from tracking.camera import PoolTracks, to_pool, undistort
-from tracking.normaliser import Displacement, HeadFrame, to_head_frame
+from tracking.normaliser import Displacement, HeadFrame, from_head_frame, to_head_frame
 from tracking.quality import QualityLimits, TrackQuality, check_tracks
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "QualityLimits",
     "TrackQuality",
     "check_tracks",
+    "from_head_frame",
     "to_head_frame",
     "to_pool",
     "undistort",

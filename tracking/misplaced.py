@@ -43,9 +43,7 @@ def misplaced(
     return wrong
 
 
-def clashing(
-    model: BodyModel, position_px: np.ndarray, active: np.ndarray, least_px: np.ndarray
-) -> np.ndarray:
+def clashing(model: BodyModel, position_px: np.ndarray, active: np.ndarray, least_px: np.ndarray) -> np.ndarray:
     """(n, m) of two markers on one spot the one that is further from its place; both if that is not clear.
 
     Args:

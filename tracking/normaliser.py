@@ -82,6 +82,18 @@ def _unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
 
 
+def from_head_frame(head: HeadFrame) -> np.ndarray:
+    """Back to the pool: (..., n, m, 2) markers, m, with the head's place (nose, or mean of the head) starting at 0.
+
+    The inverse of `to_head_frame` up to a shift of the pool.
+    """
+    axis = np.stack([np.cos(head.heading_rad), np.sin(head.heading_rad)], axis=-1)  # (..., n, 2)
+    turned_back = axis * np.array([1.0, -1.0])
+    steps = _turn(np.diff(head.path_m, axis=-2), turned_back[..., 1:, :])
+    place = np.concatenate([np.zeros_like(head.path_m[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
+    return _turn(head.shape_m, turned_back[..., None, :]) + place[..., None, :]
+
+
 def _turn(vector: np.ndarray, axis: np.ndarray) -> np.ndarray:
     """(..., 2) components of a vector along the unit `axis` and along the axis a quarter turn to its left."""
     along = vector[..., 0] * axis[..., 0] + vector[..., 1] * axis[..., 1]

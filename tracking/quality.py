@@ -82,9 +82,7 @@ def check_tracks(tracks: Tracks, layout: RobotSpec, limits: QualityLimits | None
         ValueError: a marker that the layout lacks.
     """
     if unknown := [name for name in tracks.markers if name not in layout.markers]:
-        raise ValueError(
-            f"no marker {', '.join(unknown)} on {layout.name}; choices: {', '.join(layout.markers)}"
-        )
+        raise ValueError(f"no marker {', '.join(unknown)} on {layout.name}; choices: {', '.join(layout.markers)}")
     findings = _findings(tracks, layout, limits or QualityLimits())
     believed = findings.present & ~findings.wrong
     return TrackQuality(np.where(believed, tracks.confidence, 0.0), flags_of(findings, tracks.markers))

@@ -1,4 +1,4 @@
-"""How fast the twin is and what its step costs in accuracy. Ratios within one run; absolute times vary with machines."""
+"""How fast the twin is and what its step costs in accuracy. Ratios count: absolute times vary with machines."""
 
 import time
 from dataclasses import dataclass, replace
@@ -86,12 +86,18 @@ def speed_table(outcome: SpeedOutcome) -> str:
     """The outcome for a terminal."""
     rows = [
         ("step of the exported file", f"{1000 * outcome.timestep_s:g} ms"),
-        ("one core, times real time", f"{outcome.real_time_one_core:.0f} x   (authors' model: 14.58 x in the paper)"),
+        (
+            "one core, times real time",
+            f"{outcome.real_time_one_core:.0f} x   (authors' model: 14.58 x in the paper)",
+        ),
         (f"all {outcome.cores} cores, times real time", f"{outcome.real_time_all_cores:.0f} x"),
         ("bare mj_step without fluid, one core", f"{outcome.real_time_without_fluid:.0f} x"),
         ("a step costs, over one without fluid", f"{outcome.fluid_cost:.2f} x"),
         ("all cores over one", f"{outcome.scaling:.2f} x"),
-        ("markers against 8 x finer steps, mean", f"{outcome.marker_mean_mm:.3f} mm   (worst frequency, 0.3 to 2 Hz)"),
+        (
+            "markers against 8 x finer steps, mean",
+            f"{outcome.marker_mean_mm:.3f} mm   (worst frequency, 0.3 to 2 Hz)",
+        ),
         ("the same, root mean square", f"{outcome.marker_rms_mm:.3f} mm"),
         ("the same, largest single distance", f"{outcome.marker_max_mm:.3f} mm   (tip of the caudal fin)"),
         ("mean speed against 8 x finer steps", f"{100 * outcome.speed_difference:.2f} %   (worst frequency)"),

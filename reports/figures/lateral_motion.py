@@ -53,9 +53,7 @@ def _draw_row(axes: Axes, time_s: np.ndarray, value: np.ndarray, good: np.ndarra
     axes.plot(time_s, np.where(good, value, np.nan), color=INK, linewidth=1.1)
     for first, last in runs(~good & np.isfinite(value)):
         stretch = slice(max(first - 1, 0), last + 2)
-        axes.plot(
-            time_s[stretch], value[stretch], color=WARN, linewidth=2.2, solid_capstyle="round", zorder=1.5
-        )
+        axes.plot(time_s[stretch], value[stretch], color=WARN, linewidth=2.2, solid_capstyle="round", zorder=1.5)
 
 
 def _scale_bar(axes: Axes, offset: float, step: float) -> None:

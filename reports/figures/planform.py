@@ -49,13 +49,9 @@ def _draw_tail(axes: Axes, robot: RobotSpec) -> None:
     axes.plot([start, end], [0, 0], color=MUTED, linewidth=1.0)
     for (front, rear), segment in zip(robot.segment_x_m * MM, robot.tail.segment, strict=True):
         reach = max(segment.guide_offset_m, segment.thickness_m) * MM + 3
-        rib = Rectangle(
-            (front, -reach), rear - front, 2 * reach, facecolor=SHADE, edgecolor=MUTED, linewidth=0.7
-        )
+        rib = Rectangle((front, -reach), rear - front, 2 * reach, facecolor=SHADE, edgecolor=MUTED, linewidth=0.7)
         axes.add_patch(rib)
-    axes.plot(
-        robot.hinge_x_m * MM, np.zeros(len(robot.hinge_x_m)), "o", color=MUTED, markersize=3.5, zorder=3
-    )
+    axes.plot(robot.hinge_x_m * MM, np.zeros(len(robot.hinge_x_m)), "o", color=MUTED, markersize=3.5, zorder=3)
     fin = robot.caudal_fin
     tip = end + (fin.centre_m + fin.chord_m / 2) * MM
     axes.plot([end, tip], [0, 0], color=TWIN, linewidth=3.0, solid_capstyle="butt")
@@ -74,16 +70,12 @@ def _draw_tendons(axes: Axes, robot: RobotSpec) -> None:
 def _draw_markers(axes: Axes, markers: tuple[str, ...], places: np.ndarray, half_width: float) -> None:
     """Rings with slanted names; those off the middle are named beside their ring."""
     for name, (x, y, _) in zip(markers, places, strict=True):
-        axes.plot(
-            x, y, "o", color=INK, markerfacecolor=SURFACE, markersize=5.5, markeredgewidth=1.4, zorder=4
-        )
+        axes.plot(x, y, "o", color=INK, markerfacecolor=SURFACE, markersize=5.5, markeredgewidth=1.4, zorder=4)
         on_middle = abs(y) < 1.0
         if on_middle:
             axes.plot([x, x], [0, 0.56 * half_width], color=FAINT, linewidth=0.7, zorder=1)
         height = 0.58 * half_width if on_middle else y + 6
-        axes.text(
-            x, height, name.replace("_", " "), rotation=45, fontsize=9, ha="left", va="bottom", zorder=5
-        )
+        axes.text(x, height, name.replace("_", " "), rotation=45, fontsize=9, ha="left", va="bottom", zorder=5)
 
 
 def _draw_scale(axes: Axes, left: float, right: float, half_width: float) -> None:

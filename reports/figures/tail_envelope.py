@@ -83,9 +83,7 @@ def _folded(beats: np.ndarray, shape_m: np.ndarray, good: np.ndarray) -> np.ndar
 def _draw_midlines(axes: Axes, midlines: np.ndarray, colour: str) -> None:
     for line in midlines:
         axes.plot(line[:, 0], line[:, 1], color=colour, linewidth=0.9, alpha=0.55)
-    axes.plot(
-        midlines[..., 0].ravel(), midlines[..., 1].ravel(), ".", color=colour, markersize=2.2, alpha=0.7
-    )
+    axes.plot(midlines[..., 0].ravel(), midlines[..., 1].ravel(), ".", color=colour, markersize=2.2, alpha=0.7)
 
 
 def _draw_outline(axes: Axes, midlines: np.ndarray) -> None:

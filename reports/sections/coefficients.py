@@ -44,9 +44,7 @@ def build(context: ReportContext) -> Section:
         f"{in_mm(fit.mean_distance_m)} mm. {_agreement(fit)}"
     )
     caveats = tuple(sentence(flag.message or flag.kind) for flag in fit.flags)
-    return Section(
-        "Fluid coefficients", "coefficients", (Plots((values, ways)), Prose(text), _table(fit)), caveats
-    )
+    return Section("Fluid coefficients", "coefficients", (Plots((values, ways)), Prose(text), _table(fit)), caveats)
 
 
 def _equals(fit: CoefficientFit) -> np.ndarray:

@@ -23,13 +23,8 @@ def build(context: ReportContext) -> Section:
 
 def _assumptions(context: ReportContext) -> tuple[str, ...]:
     session, robot = context.session, context.calibration.robot
-    source = (
-        "published values of the built-in robot" if session.robot_file is None else "values of the robot file"
-    )
-    scale = (
-        "The scale of every picture is the nose-neck distance of "
-        f"{shown(session.camera.scale_length_m * 1000)} mm"
-    )
+    source = "published values of the built-in robot" if session.robot_file is None else "values of the robot file"
+    scale = f"The scale of every picture is the nose-neck distance of {shown(session.camera.scale_length_m * 1000)} mm"
     lens = session.camera.calibration
     return (
         f"Hinge stiffness ({significant(robot.tail.hinge_stiffness_n_m)} N m/rad) and crank arm "
@@ -37,8 +32,7 @@ def _assumptions(context: ReportContext) -> tuple[str, ...]:
         f"{scale}; {'lens distortion is not corrected' if lens is None else 'the lens is calibrated'}.",
         "The crank turns at a constant speed: the beat of the tail, not the command.",
         "The robot swims level, at the surface, in still water far from walls.",
-        "Elongated body theory is the published steady form; of its two numbers only the ratio c_D / β "
-        "counts.",
+        "Elongated body theory is the published steady form; of its two numbers only the ratio c_D / β counts.",
     )
 
 

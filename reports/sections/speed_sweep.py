@@ -41,16 +41,13 @@ def build(context: ReportContext) -> Section:
     errors = Plot(
         inline_svg(speed_errors_figure(calibration), "speed-errors", "Error of the predicted speed by trial"),
         "speed-errors",
-        "How far off each prediction is, fastest trial on top. Filled marks are fit trials, open ones were "
-        "held out.",
+        "How far off each prediction is, fastest trial on top. Filled marks are fit trials, open ones were held out.",
     )
     return Section(
         "Speed",
         "speed",
         (Plots((sweep, errors)), _table(context), Prose(_theory(context))),
-        ()
-        if context.trials("holdout")
-        else ("No trial was held out: every speed error below is one of the fit.",),
+        () if context.trials("holdout") else ("No trial was held out: every speed error below is one of the fit.",),
     )
 
 

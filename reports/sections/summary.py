@@ -44,9 +44,7 @@ def _headline(context: ReportContext) -> Markup:
         )
     if fit is not None:
         parts.append(
-            Markup(
-                "The twin’s markers stay <strong>{}&nbsp;mm</strong> from the measured ones on {}{}."
-            ).format(
+            Markup("The twin’s markers stay <strong>{}&nbsp;mm</strong> from the measured ones on {}{}.").format(
                 in_mm(fit.marker_error_m, 0),
                 _trials(context.trials("fit"), "fit"),
                 _held_out_markers(holdout),
@@ -75,9 +73,7 @@ def _speed_errors(summary: Summary) -> tuple[str, str]:
 def _held_out_markers(holdout: Summary | None) -> Markup | str:
     if holdout is None:
         return ""
-    return Markup(" and <strong>{}&nbsp;mm</strong> on the held-out ones").format(
-        in_mm(holdout.marker_error_m, 0)
-    )
+    return Markup(" and <strong>{}&nbsp;mm</strong> on the held-out ones").format(in_mm(holdout.marker_error_m, 0))
 
 
 def _tiles(context: ReportContext) -> tuple[Tile, ...]:
@@ -128,9 +124,7 @@ def _holdout_warning(context: ReportContext) -> str:
 def _doubts(context: ReportContext) -> tuple[str, ...]:
     """Flags of the fit in full, those of whole trials by kind."""
     calibration = context.calibration
-    doubts = [
-        sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != "unidentifiable"
-    ]
+    doubts = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != "unidentifiable"]
     names: dict[str, list[str]] = {}
     for trial in calibration.trials:
         for kind in dict.fromkeys(flag.kind for flag in whole_trial_flags(trial)):
@@ -146,10 +140,6 @@ def _doubts(context: ReportContext) -> tuple[str, ...]:
 def _off_command(context: ReportContext) -> str:
     """By how much the flagged trials beat faster or slower than commanded, as far as the command is known."""
     measured = [trial.measured for trial in context.calibration.trials]
-    flagged = [
-        m for m in measured if m.commanded_hz and any(f.kind == "frequency_off_command" for f in m.flags)
-    ]
-    off = sorted(
-        {shown(100 * (m.frequency.hz / (m.commanded_hz or 1.0) - 1), 0, signed=True) for m in flagged}
-    )
+    flagged = [m for m in measured if m.commanded_hz and any(f.kind == "frequency_off_command" for f in m.flags)]
+    off = sorted({shown(100 * (m.frequency.hz / (m.commanded_hz or 1.0) - 1), 0, signed=True) for m in flagged})
     return f" by {' % or '.join(off)} %" if 0 < len(off) < 3 else ""

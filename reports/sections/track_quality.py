@@ -25,9 +25,7 @@ def build(context: ReportContext) -> Section:
     trials = context.calibration.trials
     rows = [row for trial in trials for row in _rows(trial)]
     if rows:
-        caption = (
-            "Flags by trial and kind; every stretch is listed with its trial. What is flagged counts nowhere."
-        )
+        caption = "Flags by trial and kind; every stretch is listed with its trial. What is flagged counts nowhere."
         table: Table | Prose = Table(caption, COLUMNS, tuple(rows))
     else:
         table = Prose("No sample of any trial is flagged: every marker counts in every frame.")
@@ -35,9 +33,7 @@ def build(context: ReportContext) -> Section:
         "Tracks are judged before any fit, each sample by the other markers of its frame and by its own "
         "motion. Flagged samples get no weight."
     )
-    return Section(
-        "Track quality", "tracks", (Prose(text), Plots(_matrices(trials)), table), _caveats(context)
-    )
+    return Section("Track quality", "tracks", (Prose(text), Plots(_matrices(trials)), table), _caveats(context))
 
 
 def _matrices(trials: tuple[CalibratedTrial, ...]) -> tuple[Plot, ...]:
@@ -63,9 +59,7 @@ def _rows(trial: CalibratedTrial) -> list[tuple[str, ...]]:
         frames = [flag.frames or (0, len(trial.measured.time_s) - 1) for flag in of_kind]
         longest = max(last - first + 1 for first, last in frames)
         markers = tuple(dict.fromkeys(name for flag in of_kind for name in flag.markers))
-        what = (
-            f"{kind.replace('_', ' ')}: {FLAG_KINDS[kind]}" if kind in FLAG_KINDS else kind.replace("_", " ")
-        )
+        what = f"{kind.replace('_', ' ')}: {FLAG_KINDS[kind]}" if kind in FLAG_KINDS else kind.replace("_", " ")
         rows.append((trial.measured.name, what, str(count), str(longest), listed(markers)))
     return rows
 

@@ -30,9 +30,7 @@ def build(context: ReportContext) -> Section:
         "start. The bar on top marks the window that the marker distance is taken over."
     )
     trials = context.calibration.trials
-    parts = tuple(
-        _part(number, trial, context.calibration.robot) for number, trial in enumerate(trials, start=1)
-    )
+    parts = tuple(_part(number, trial, context.calibration.robot) for number, trial in enumerate(trials, start=1))
     return Section("Trials", "trials", (Prose(intro),), parts=parts)
 
 
@@ -78,9 +76,7 @@ def _degrees(phase_rad: float) -> float:
 def _envelope(number: int, trial: CalibratedTrial, robot: RobotSpec) -> Plot:
     measured, simulated = beat_midlines(trial, robot)
     return Plot(
-        inline_svg(
-            tail_envelope_figure(trial, robot), f"trial-{number}-envelope", "Midlines of the body in a beat"
-        ),
+        inline_svg(tail_envelope_figure(trial, robot), f"trial-{number}-envelope", "Midlines of the body in a beat"),
         f"trial-{number}-envelope",
         "Midlines at sixteen phases of the beat, mean over all compared beats, to scale; the nose is at 0. "
         f"The dotted outline is the measured envelope in both. The last marker sweeps {_sweep(measured)} "
@@ -125,9 +121,7 @@ def _flags(trial: CalibratedTrial) -> Block:
     rows = []
     for flag in flags:
         first, last = flag.frames or (0, len(trial.measured.time_s) - 1)
-        start, end = (
-            trial.measured.time_s[min(frame, len(trial.measured.time_s) - 1)] for frame in (first, last)
-        )
+        start, end = (trial.measured.time_s[min(frame, len(trial.measured.time_s) - 1)] for frame in (first, last))
         when = f"{shown(start, 2)} to {shown(end, 2)}"
         rows.append((flag.kind.replace("_", " "), f"{first} to {last}", when, sentence(flag.message)))
     columns = (
@@ -137,8 +131,7 @@ def _flags(trial: CalibratedTrial) -> Block:
         Column("what was seen", numeric=False),
     )
     return Table(
-        f"{'1 flagged stretch' if len(flags) == 1 else f'{len(flags)} flagged stretches'}, left out of the "
-        "fit",
+        f"{'1 flagged stretch' if len(flags) == 1 else f'{len(flags)} flagged stretches'}, left out of the fit",
         columns,
         tuple(rows),
         folded=True,

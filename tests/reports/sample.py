@@ -36,9 +36,7 @@ def made_session(name: str = "pool", **changes: Any) -> Session:
         TrialSpec(trial, "swim", tracks=folder / f"{trial}.csv", commanded_hz=hz, role=role)
         for trial, (role, hz) in ROLES.items()
     )
-    session = Session(
-        folder, name, None, CameraSpec(FPS, 0.142), MARKERS, warmup_s=1.0, seed=0, trials=trials
-    )
+    session = Session(folder, name, None, CameraSpec(FPS, 0.142), MARKERS, warmup_s=1.0, seed=0, trials=trials)
     return replace(session, **changes)
 
 
@@ -76,9 +74,7 @@ def made_fit() -> CoefficientFit:
     return CoefficientFit(BEST, np.zeros(2), 0.031, restarts, evaluations=321, seconds=4.2, flags=flags)
 
 
-def made_trial(
-    robot: RobotSpec, name: str, *, flagged: bool = False, seconds: float = 6.0
-) -> CalibratedTrial:
+def made_trial(robot: RobotSpec, name: str, *, flagged: bool = False, seconds: float = 6.0) -> CalibratedTrial:
     """One trial beside its twin."""
     role, hz = ROLES.get(name, ("fit", 1.0))
     time_s = np.arange(0.0, seconds, 1 / FPS)

@@ -51,9 +51,7 @@ def opened(page: Path, *more: str) -> subprocess.CompletedProcess[str]:
         "--host-resolver-rules=MAP * ~NOTFOUND",
         f"--user-data-dir={page}.profile",
     ]
-    return subprocess.run(
-        [*command, *more, page.as_uri()], capture_output=True, text=True, timeout=120, check=True
-    )
+    return subprocess.run([*command, *more, page.as_uri()], capture_output=True, text=True, timeout=120, check=True)
 
 
 @pytest.mark.parametrize("name", ["report.html", "index.html"])
@@ -84,9 +82,7 @@ def test_it_is_no_wider_than_a_phone(folder: Path) -> None:
     assert title == "390 px"
 
 
-@pytest.mark.parametrize(
-    ("button", "start"), [(0, "sweep.svg blob:file:"), (1, ("sweep.png data:image/png;base64,"))]
-)
+@pytest.mark.parametrize(("button", "start"), [(0, "sweep.svg blob:file:"), (1, ("sweep.png data:image/png;base64,"))])
 def test_a_figure_can_be_saved(folder: Path, button: int, start: str) -> None:
     title = probed(
         folder,

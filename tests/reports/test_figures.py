@@ -61,9 +61,7 @@ def test_midlines_of_a_beat_are_those_of_the_wave() -> None:
     shape = trial.measured.head.shape_m
 
     assert measured.shape == (16, len(MARKERS), 2)
-    np.testing.assert_allclose(
-        measured[..., 0], np.broadcast_to(shape[0, :, 0], (16, len(MARKERS))), atol=1e-9
-    )
+    np.testing.assert_allclose(measured[..., 0], np.broadcast_to(shape[0, :, 0], (16, len(MARKERS))), atol=1e-9)
     assert np.ptp(measured[:, -1, 1]) == pytest.approx(np.ptp(shape[:, -1, 1]), rel=0.05)
     assert np.ptp(twin[:, -1, 1]) == pytest.approx(1.15 * np.ptp(measured[:, -1, 1]), rel=0.03)
 

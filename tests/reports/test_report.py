@@ -16,9 +16,7 @@ from tests.reports.sample import made_calibration, made_provenance, made_session
 
 @pytest.fixture(scope="module")
 def page() -> Page:
-    return Page(
-        render_report(made_session(), made_calibration(), made_provenance(), ["free decay was left out"])
-    )
+    return Page(render_report(made_session(), made_calibration(), made_provenance(), ["free decay was left out"]))
 
 
 def page_of(calibration: object, session: object = None) -> Page:
@@ -118,9 +116,7 @@ def test_what_is_not_known_is_a_dash() -> None:
 def test_a_trial_of_which_nothing_counts_is_drawn_and_said() -> None:
     trial = made_trial(load_robot(), "fast")
     measured = replace(trial.measured, weight=np.zeros_like(trial.measured.weight))
-    lost = replace(
-        trial, measured=measured, scores=trial.scores._replace(used_fraction=0.0, marker_error_m=np.nan)
-    )
+    lost = replace(trial, measured=measured, scores=trial.scores._replace(used_fraction=0.0, marker_error_m=np.nan))
     page = page_of(replace(made_calibration(), trials=(lost,)))
 
     assert "Only 0 % of the scored samples count" in page.text

@@ -18,9 +18,7 @@ from tests.session.sample import MARKERS, SESSION_TOML, make_session, tracks_tex
 HEADER = "time_s,nose_x,nose_y,nose_confidence,neck_x,neck_y,tail_1_x,tail_1_y"
 WITH_HEADER = HEADER + "\n" + "".join(f"{k / 60},1,2,0.5,3,4,5,{k}\n" for k in range(6))
 MOTOR = ",".join(MOTOR_COLUMNS) + "\n" + "".join(f"{k},0.1,6.28,0.5,12,30,0\n" for k in range(6))
-CAMERA = (
-    "[camera]\nwidth_px = 3840\nheight_px = 2160\nfx_px = 2e3\nfy_px = 2e3\ncx_px = 1920.0\ncy_px = 1080.0\n"
-)
+CAMERA = "[camera]\nwidth_px = 3840\nheight_px = 2160\nfx_px = 2e3\nfy_px = 2e3\ncx_px = 1920.0\ncy_px = 1080.0\n"
 PIECES = [
     "",
     ",",
@@ -63,9 +61,7 @@ def mutated(text: str) -> st.SearchStrategy[bytes]:
 
 def cells() -> st.SearchStrategy[bytes]:
     """Rows of cells of every sort."""
-    cell = st.one_of(
-        st.floats().map(str), st.integers().map(str), st.sampled_from([*PIECES, *HEADER.split(",")])
-    )
+    cell = st.one_of(st.floats().map(str), st.integers().map(str), st.sampled_from([*PIECES, *HEADER.split(",")]))
     rows = st.lists(st.lists(cell, max_size=9).map(",".join), max_size=9)
     return rows.map(lambda lines: "\n".join(lines).encode())
 
@@ -163,9 +159,7 @@ scalars = st.one_of(
 )
 values = st.recursive(
     scalars,
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=4), st.dictionaries(st.sampled_from(KEYS), inner, max_size=4)
-    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.sampled_from(KEYS), inner, max_size=4)),
     max_leaves=12,
 )
 

@@ -23,9 +23,7 @@ def public_tracks(folder: Path, *names: str) -> Path:
 
 
 def test_a_checkout_and_a_folder_of_files_make_the_same_session(tmp_path: Path) -> None:
-    public_tracks(
-        tmp_path / "checkout/Data/Markers", "markers_f1_00", "markers_f2_25", "rotatedMarkers_f1_00"
-    )
+    public_tracks(tmp_path / "checkout/Data/Markers", "markers_f1_00", "markers_f2_25", "rotatedMarkers_f1_00")
     public_tracks(tmp_path / "plain", "f1_00", "f2_25")
     texts = set()
     for source in ("checkout", "plain"):

@@ -38,8 +38,7 @@ def test_a_session_loads_with_its_defaults(tmp_path: Path) -> None:
 def test_robot_and_camera_files_are_read(tmp_path: Path) -> None:
     folder = make_session(
         tmp_path / "pool",
-        SESSION_TOML.replace("0.142\n", '0.142\ncalibration = "cam.toml"\n')
-        + '[robot]\nfile = "robot.toml"\n',
+        SESSION_TOML.replace("0.142\n", '0.142\ncalibration = "cam.toml"\n') + '[robot]\nfile = "robot.toml"\n',
     )
     (folder / "cam.toml").write_text(CAMERA)
     (folder / "robot.toml").write_text("")
@@ -134,8 +133,7 @@ def test_an_unknown_trial_is_told_with_the_choices(tmp_path: Path) -> None:
         (
             "commanded_hz = 1.5",
             "",
-            "line 17, trial[1].commanded_hz: key is missing; "
-            "expected crank turns a second, for a trial of kind 'swim'",
+            "line 17, trial[1].commanded_hz: key is missing; expected crank turns a second, for a trial of kind 'swim'",
         ),
         ("commanded_hz = 1.5", "commanded_hz = -1.5", "trial[1].commanded_hz: wrong value; found -1.5"),
         (

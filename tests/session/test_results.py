@@ -37,9 +37,7 @@ def test_a_file_is_written_and_replaced_and_folders_are_made(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("failure", [RuntimeError("lost"), KeyboardInterrupt()])
-def test_a_failure_midway_leaves_the_old_file_and_nothing_else(
-    tmp_path: Path, failure: BaseException
-) -> None:
+def test_a_failure_midway_leaves_the_old_file_and_nothing_else(tmp_path: Path, failure: BaseException) -> None:
     path = tmp_path / "a.json"
     write_whole(path, "old")
 

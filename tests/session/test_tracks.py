@@ -32,8 +32,7 @@ def test_headerless_rows_are_frames_at_the_nominal_rate(tmp_path: Path) -> None:
 
 def test_columns_come_in_any_order_and_confidence_is_optional(tmp_path: Path) -> None:
     text = (
-        "neck_y,neck_x,nose_confidence,tail_1_x,tail_1_y,nose_x,nose_y,time_s\n"
-        "4,3,0.5,5,6,1,2,0.1\n4,3,,5,6,1,2,0.3\n"
+        "neck_y,neck_x,nose_confidence,tail_1_x,tail_1_y,nose_x,nose_y,time_s\n4,3,0.5,5,6,1,2,0.1\n4,3,,5,6,1,2,0.3\n"
     )
     tracks = load_tracks(written(tmp_path, text), MARKERS, 60.0)
     np.testing.assert_array_equal(tracks.position_px[0], [[1, 2], [3, 4], [5, 6]])
@@ -139,7 +138,5 @@ def test_absent_file_and_folder_are_told(tmp_path: Path) -> None:
 @needs_fishsim
 def test_the_public_tracks_load_whole() -> None:
     markers = ("nose", "neck", "dorsal_fin", *(f"tail_{k}" for k in range(1, 6)), "caudal_fin")
-    frames = {
-        path.stem: len(load_tracks(path, markers, 60.0).time_s) for path in sorted(FISHSIM.glob("f*.csv"))
-    }
+    frames = {path.stem: len(load_tracks(path, markers, 60.0).time_s) for path in sorted(FISHSIM.glob("f*.csv"))}
     assert frames == {"f0_50": 541, "f0_75": 301, "f1_00": 301, "f1_25": 301, "f1_75": 301}

@@ -82,9 +82,7 @@ def test_a_marker_cannot_merge_onto_itself() -> None:
     ],
     ids=lambda fault: fault.kind,
 )
-def test_track_quality_flags_the_fault_under_its_kind_and_where_it_is(
-    fault: TrackFault, tmp_path: Path
-) -> None:
+def test_track_quality_flags_the_fault_under_its_kind_and_where_it_is(fault: TrackFault, tmp_path: Path) -> None:
     session = load_session(make_session(tmp_path / "s", small_plan(slow={"faults": (fault,)})))
     quality = check_tracks(tracks_of(session, "slow"), load_robot())
     weight = quality.weight[:, session.markers.index(fault.marker)]

@@ -54,9 +54,7 @@ def test_negative_noise_is_refused() -> None:
 
 
 @pytest.mark.parametrize(("seconds", "frames"), [(4.0, 241), (0.1, 7), (1.01, 61)])
-def test_a_trial_has_a_frame_at_its_start_and_at_every_tick_up_to_its_end(
-    seconds: float, frames: int
-) -> None:
+def test_a_trial_has_a_frame_at_its_start_and_at_every_tick_up_to_its_end(seconds: float, frames: int) -> None:
     trial = SyntheticTrial(**SLOW | {"seconds": seconds})
 
     assert len(trial.time_s(small_plan().camera)) == frames

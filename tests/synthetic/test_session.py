@@ -14,9 +14,7 @@ def short_tailed_robot() -> RobotSpec:
     robot = load_robot().model_dump()
     robot["name"] = "short_tail"
     robot["tail"]["segment"] = robot["tail"]["segment"][:4]
-    robot["markers"] = {
-        name: marker for name, marker in robot["markers"].items() if marker["body"] != "tail_5"
-    }
+    robot["markers"] = {name: marker for name, marker in robot["markers"].items() if marker["body"] != "tail_5"}
     robot["markers"]["nose"]["position_m"] = (-0.09, 0.0, 0.05)
     robot["markers"]["fin"] = {"body": "tail_4", "position_m": (0.45, 0.0, 0.1)}
     return RobotSpec.model_validate(robot)

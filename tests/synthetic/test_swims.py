@@ -62,8 +62,7 @@ def test_the_truth_of_a_swim_is_that_of_the_simulated_crank_and_nose() -> None:
 
 def test_a_swim_is_centred_in_the_image_unless_its_start_is_given() -> None:
     centred, placed = (
-        simulate_swims(small_plan(slow={"start_px": start}))[0].position_px
-        for start in (None, (1800.0, 900.0))
+        simulate_swims(small_plan(slow={"start_px": start}))[0].position_px for start in (None, (1800.0, 900.0))
     )
 
     np.testing.assert_allclose(placed[0, 0], [1800.0, 900.0])

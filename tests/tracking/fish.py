@@ -77,9 +77,7 @@ def with_fault(kind: str, clean_px: np.ndarray, k: int, rng: np.random.Generator
     position, touched = clean_px.copy(), np.zeros((n, m), dtype=bool)
     touched[span, k] = True
     if kind == "merge":
-        position[span, k] = clean_px[span, other] + np.round(
-            rng.normal(0, 2, 2) + rng.normal(0, 0.5, (long, 2))
-        )
+        position[span, k] = clean_px[span, other] + np.round(rng.normal(0, 2, 2) + rng.normal(0, 0.5, (long, 2)))
     elif kind == "freeze":
         position[span, k] = clean_px[first - 1, k]
     elif kind == "swap":

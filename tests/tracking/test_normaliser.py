@@ -107,9 +107,7 @@ def spinning(frames: int, step_rad: float, length_m: float) -> np.ndarray:
 
 
 @given(st.floats(-0.3, 0.3), st.floats(0.05, 0.3))
-def test_the_two_published_displacements_differ_by_the_turning_of_the_head(
-    step: float, length: float
-) -> None:
+def test_the_two_published_displacements_differ_by_the_turning_of_the_head(step: float, length: float) -> None:
     # the head's mean is h = (length / 2, 0) from the nose in its axes, so that a turn by `step` between
     # two frames moves it by h - R(-step) h in the axes of the later one: (1 - cos, sin) * length / 2
     position = spinning(10, step, length)

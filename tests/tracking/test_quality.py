@@ -67,9 +67,7 @@ def test_a_fish_without_faults_has_no_flags(hz: float, seed: int) -> None:
 
 @pytest.mark.parametrize(("moved", "onto"), [(6, 7), (7, 6), (5, 4), (4, 5), (8, 7)])
 @pytest.mark.parametrize("share", [0.6, 0.9])
-def test_a_merge_for_most_of_a_trial_is_laid_to_the_one_that_moved(
-    moved: int, onto: int, share: float
-) -> None:
+def test_a_merge_for_most_of_a_trial_is_laid_to_the_one_that_moved(moved: int, onto: int, share: float) -> None:
     position = swimming_fish(1.0, seed=4)
     span = slice(10, 10 + int(share * len(position)))
     rng = np.random.default_rng(5)

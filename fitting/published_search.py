@@ -1,0 +1,85 @@
+"""The published search: Bayesian optimisation of the coefficients, then Nelder-Mead over coefficients and phases.
+
+"Simple Models, Real Swimming" (2026) finds its five coefficients so, on the mean marker distance after warm-up. The
+proposals of the Bayesian optimisation come in batches (constant liar) so that all cores are used; its Gaussian
+process runs on one BLAS thread, which is several times faster at this size.
+"""
+
+import nlopt
+import numpy as np
+from bayes_opt import BayesianOptimization, acquisition
+from scipy.stats import qmc
+from threadpoolctl import threadpool_limits
+
+from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.published_objective import BudgetSpent, PublishedObjective
+
+INITIAL, BATCH = 16, 4  # Sobol points before the first proposal; proposals a batch
+BAYESIAN_SHARE = 0.3  # of the budget, the rest is Nelder-Mead's
+_SIMPLEX = (1.0, 0.1)  # first steps of the simplex, in coefficients and in phases (rad)
+
+
+def bayesian(objective: PublishedObjective, budget_s: float, seed: int) -> None:
+    """Spends a budget of simulated seconds on Bayesian optimisation over the five coefficients."""
+    low, high = COEFFICIENT_BOUNDS
+    names = [f"c{i}" for i in range(5)]
+    liar = acquisition.ConstantLiar(acquisition.ExpectedImprovement(xi=5e-4, random_state=seed))
+    search = BayesianOptimization(
+        None, dict.fromkeys(names, (low, high)), acquisition_function=liar, random_state=seed, verbose=0
+    )
+
+    def evaluate(coefficients: np.ndarray) -> None:
+        distances = objective.in_step(coefficients)
+        for values, distance in zip(coefficients, distances, strict=True):
+            search.register(dict(zip(names, values, strict=True)), -float(distance))
+
+    with threadpool_limits(1):
+        evaluate(low + (high - low) * qmc.Sobol(5, rng=np.random.default_rng(seed)).random(INITIAL))
+        while objective.spent_s < budget_s:
+            proposals = [search.suggest() for _ in range(BATCH)]
+            evaluate(np.array([[float(p[name]) for name in names] for p in proposals]))
+
+
+def nelder_mead(objective: PublishedObjective, budget_s: float, start: np.ndarray) -> None:
+    """Spends the rest of a budget on bounded Nelder-Mead (nlopt) from a point (p,) of coefficients and phases."""
+    optimiser = nlopt.opt(nlopt.LN_NELDERMEAD, len(start))
+    low, high = objective.bounds
+    optimiser.set_lower_bounds(low)
+    optimiser.set_upper_bounds(high)
+    steps = np.append(np.full(5, _SIMPLEX[0]), np.full(len(start) - 5, _SIMPLEX[1]))
+    steps[start + steps > high] *= -1
+    optimiser.set_initial_step(steps)
+    optimiser.set_xtol_rel(1e-5)
+
+    def value(x: np.ndarray, _gradient: np.ndarray) -> float:
+        if objective.spent_s >= budget_s:
+            raise BudgetSpent
+        return float(objective(np.array(x)[:, None])[0])
+
+    optimiser.set_min_objective(value)
+    try:
+        optimiser.optimize(np.clip(start, low, high))
+    except BudgetSpent:
+        return
+
+
+def bayesian_then_nelder_mead(objective: PublishedObjective, budget_s: float, seed: int) -> None:
+    """The published order of the two."""
+    bayesian(objective, BAYESIAN_SHARE * budget_s, seed)
+    nelder_mead(objective, budget_s, objective.best_point)
+
+
+def nelder_mead_alone(objective: PublishedObjective, budget_s: float, seed: int) -> None:
+    """Nelder-Mead from random points of the box, started again until the budget is spent."""
+    low, high = COEFFICIENT_BOUNDS
+    random = np.random.default_rng(seed)
+    while objective.spent_s < budget_s:
+        nelder_mead(objective, budget_s, objective.phased(low + (high - low) * random.random((1, 5)))[:, 0])
+
+
+def random_search(objective: PublishedObjective, budget_s: float, seed: int) -> None:
+    """Uniform points of the box, in batches."""
+    low, high = COEFFICIENT_BOUNDS
+    random = np.random.default_rng(seed)
+    while objective.spent_s < budget_s:
+        objective.in_step(low + (high - low) * random.random((INITIAL, 5)))
