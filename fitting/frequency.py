@@ -1,7 +1,7 @@
 """The swim frequency: harmonic regression of the tail markers, with an honest standard error.
 
 All tail markers share one frequency; each has its own mean, drift and harmonics. The standard error allows for
-residuals that are correlated in time and across markers (sandwich estimate, Newey and West 1987).
+residuals that are correlated in time and across markers (`fitting.frequency_error`).
 """
 
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import median_abs_deviation
 
+from fitting.frequency_error import standard_error
 from fitting.harmonics import design, weighted_fit
 from session import Flag, NotEnoughData
 
@@ -130,21 +131,11 @@ def _huber(residual: np.ndarray, weight: np.ndarray) -> np.ndarray:
 def _standard_error(
     time_s: np.ndarray, residual: np.ndarray, coefficients: np.ndarray, weight: np.ndarray, hz: float
 ) -> float:
-    """Sandwich standard error of the frequency, everything else fitted along with it."""
     columns = design(time_s, hz, HARMONICS)
     slope = _frequency_slope(time_s, hz, coefficients)  # (n, k) d model / d hz
     slope = slope - columns @ weighted_fit(columns, slope, weight)
-    curvature = float((weight * slope**2).sum())
-    score = (weight * slope * residual).sum(axis=1)  # (n,) markers summed: their errors are correlated
-    frames = len(time_s)
-    per_beat = frames / max(hz * float(np.ptp(time_s)), 1.0)
-    lags = int(min(per_beat / 2, frames / 4))
-    spread = float(score @ score)
-    for lag in range(1, lags + 1):
-        spread += 2 * (1 - lag / (lags + 1)) * float(score[lag:] @ score[:-lag])
-    spread = max(spread, 0.25 * float(score @ score))
-    fitted = 1 + coefficients.shape[0]
-    return float(np.sqrt(spread * frames / max(frames - fitted, 1)) / curvature)
+    frames_per_beat = len(time_s) / max(hz * float(np.ptp(time_s)), 1.0)
+    return standard_error(columns, slope, residual, weight, frames_per_beat)
 
 
 def _frequency_slope(time_s: np.ndarray, hz: float, coefficients: np.ndarray) -> np.ndarray:

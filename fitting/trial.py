@@ -1,5 +1,6 @@
 """A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, what is scored."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,10 @@ from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
 from swimmer import RobotSpec
 from tracking import HeadFrame, check_tracks, to_head_frame, to_pool
 
+Beat = Callable[[np.ndarray], SwimFrequency]
+"""The frequency of some frames (n,)."""
+
+FIRST_BEATS = 1.2  # of the command, in which a held-out trial is first asked for its frequency
 KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
 SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
 
@@ -91,7 +96,7 @@ def measure_trial(
 
     everything = np.ones(len(time_s), bool)
     frequency = beat(everything)
-    known = _known(spec.role, time_s, frequency.hz)
+    known = _known(spec, time_s, beat)
     start_frequency = frequency if known.all() else _beat_of_part(beat, known, frequency)
     kept = _kept(spec, time_s, known, warmup_s)
     start = time_s[kept][0]
@@ -106,7 +111,7 @@ def measure_trial(
         weight=weight,
         frequency=frequency,
         start_frequency=start_frequency,
-        start_velocity=_start_velocity(time_s, head, start_frequency.hz),
+        start_velocity=_start_velocity(time_s[known], head.path_m[known], head.heading_rad[known], start_frequency.hz),
         known=known,
         kept=kept,
         scored=kept & (time_s < start + SCORED_S - 1e-9),
@@ -116,11 +121,25 @@ def measure_trial(
     )
 
 
-def _known(role: str, time_s: np.ndarray, hz: float) -> np.ndarray:
-    """All of a fit trial; the first two beats of a held-out one, at most its first half."""
-    if role == "fit":
+def _known(spec: TrialSpec, time_s: np.ndarray, beat: Beat) -> np.ndarray:
+    """(n,) all of a fit trial; the first two beats of a held-out one, at most its first half.
+
+    How long two beats take is found from no later frames either: the known part grows, from a little over one beat of
+    the command, until it holds two beats of its own.
+    """
+    if spec.role == "fit":
         return np.ones(len(time_s), bool)
-    return time_s < min(KNOWN_BEATS / hz, time_s[-1] / 2) + 1e-9
+    half = time_s[-1] / 2
+    end = min(FIRST_BEATS / spec.commanded_hz, half) if spec.commanded_hz else half
+    while end < half:
+        try:
+            needed = KNOWN_BEATS / beat(time_s < end + 1e-9).hz
+        except NotEnoughData:
+            needed = 1.25 * end
+        if needed < end + np.median(np.diff(time_s)):
+            break
+        end = min(needed, half)
+    return time_s < end + 1e-9
 
 
 def _kept(spec: TrialSpec, time_s: np.ndarray, known: np.ndarray, warmup_s: float) -> np.ndarray:
@@ -135,7 +154,7 @@ def _kept(spec: TrialSpec, time_s: np.ndarray, known: np.ndarray, warmup_s: floa
     return kept
 
 
-def _beat_of_part(beat, known: np.ndarray, whole: SwimFrequency) -> SwimFrequency:  # type: ignore[no-untyped-def]
+def _beat_of_part(beat: Beat, known: np.ndarray, whole: SwimFrequency) -> SwimFrequency:
     """The frequency of the known part; where that holds no whole beat, of the whole trial."""
     try:
         return beat(known)
@@ -143,10 +162,10 @@ def _beat_of_part(beat, known: np.ndarray, whole: SwimFrequency) -> SwimFrequenc
         return whole
 
 
-def _start_velocity(time_s: np.ndarray, head: HeadFrame, hz: float) -> np.ndarray:
-    """(3,) velocity of the head at time 0 from a drift and two harmonics over the first two beats."""
-    first = time_s <= min(KNOWN_BEATS / hz, time_s[-1]) + 1e-9
-    series = np.concatenate([head.path_m, head.heading_rad[:, None]], axis=1)[first]  # (k, 3)
+def _start_velocity(time_s: np.ndarray, path_m: np.ndarray, heading_rad: np.ndarray, hz: float) -> np.ndarray:
+    """(3,) velocity of the head at time 0 from a drift and two harmonics over the first two beats, at most."""
+    first = time_s <= KNOWN_BEATS / hz + 1e-9
+    series = np.column_stack([path_m, heading_rad])[first]  # (k, 3)
     columns = design(time_s[first], hz, harmonics=2)
     c = weighted_fit(columns, series, np.isfinite(series).astype(float))
     angular = 2 * np.pi * hz
