@@ -155,13 +155,14 @@ def fit_coefficients(
 
 
 def _starts(space: SearchSpace, effort: Effort, random: np.random.Generator) -> list[np.ndarray]:
-    """(p,) the most promising points of the box that lie apart, each with phases that fit it."""
+    """(p,) the most promising points of the box that lie apart, forward swimmers first, in step with the trials."""
     roots = ROOTS[0] + np.ptp(ROOTS) * qmc.Sobol(5, rng=random).random(effort.screened)
     points = space.in_step(np.vstack([PUBLISHED_COEFFICIENTS, roots**2]))
+    points = _forward_first(space, points[:, np.argsort(space.objectives(points))[: effort.screened // 2]])
     chosen: list[np.ndarray] = []
-    for i in np.argsort(space.objectives(points)):
-        if all(np.linalg.norm(points[:5, i] - other[:5]) > effort.apart for other in chosen):
-            chosen.append(points[:, i])
+    for point in points.T:
+        if all(np.linalg.norm(point[:5] - other[:5]) > effort.apart for other in chosen):
+            chosen.append(point)
         if len(chosen) == effort.starts:
             break
     return chosen
@@ -172,9 +173,13 @@ def _hops(space: SearchSpace, best: Restart, width: int, random: np.random.Gener
     spread = np.append(np.full(5, _HOP[0]), np.full(space.size - 5, _HOP[1]))
     points = best.point[:, None] + spread[:, None] * random.normal(size=(space.size, width))
     points = np.clip(points, space.low[:, None], space.high[:, None])
-    points = points[:, np.argsort(space.objectives(points))[:_CHECKED]]
+    return list(_forward_first(space, points[:, np.argsort(space.objectives(points))[:_CHECKED]])[:, :2].T)
+
+
+def _forward_first(space: SearchSpace, points: np.ndarray) -> np.ndarray:
+    """(p, s) the same points, those whose twin swims forward from rest first, else in the order given."""
     forward = swims_forward(space.swims.twin, parameters(points)[:5].T, space.swims.trials)
-    return list(points[:, np.argsort(~forward, kind="stable")[:2]].T)
+    return points[:, np.argsort(~forward, kind="stable")]
 
 
 def _descend(space: SearchSpace, start: np.ndarray, iterations: int, before: Restart | None = None) -> Restart:
@@ -184,7 +189,7 @@ def _descend(space: SearchSpace, start: np.ndarray, iterations: int, before: Res
         start.copy(),
         space.errors,
         bounds=(space.low, space.high),
-        jacobian=space.slopes,
+        jacobian=space.slopes_ahead if before is None else space.slopes,
         norm=space.norm,
         xtol=_TOLERANCE,
         gtol=1e-10,

@@ -17,6 +17,7 @@ from session import Flag, NotEnoughData
 HARMONICS = 3
 SEARCH_HZ = (0.1, 6.0)
 OFF_COMMAND = 0.05  # relative difference to the command that is worth a flag
+LEAST_EXPLAINED = 0.5  # of the tail's motion; below, something else than a beat moves it
 _REWEIGHTINGS = 3
 _HUBER = 2.0  # residuals beyond this many robust standard deviations count less
 
@@ -78,15 +79,16 @@ def estimate_frequency(
     if beats < 1.0:
         raise NotEnoughData(f"{np.ptp(time_s):.2f} s hold {beats:.2f} beats at {hz:.2f} Hz; at least one is needed")
     cos, sin = coefficients[2, -1], coefficients[3, -1]
+    explained = _explained(lateral_m, residual, weight)
     return SwimFrequency(
         hz=hz,
         se_hz=_standard_error(time_s, residual, coefficients, weight, hz),
         phase_rad=float(np.arctan2(-sin, cos)),
         amplitude_m=float(np.hypot(cos, sin)),
-        explained=_explained(lateral_m, residual, weight),
+        explained=explained,
         beats=beats,
         commanded_hz=commanded_hz,
-        flags=_flags(hz, commanded_hz, beats),
+        flags=_flags(hz, commanded_hz, beats, explained),
     )
 
 
@@ -154,8 +156,11 @@ def _explained(lateral_m: np.ndarray, residual: np.ndarray, weight: np.ndarray) 
     return 1.0 - float((weight * residual**2).sum()) / total if total > 0 else 0.0
 
 
-def _flags(hz: float, commanded_hz: float | None, beats: float) -> tuple[Flag, ...]:
+def _flags(hz: float, commanded_hz: float | None, beats: float, explained: float) -> tuple[Flag, ...]:
     flags = []
+    if explained < LEAST_EXPLAINED:
+        message = f"a beat of {hz:.3f} Hz explains only {100 * explained:.0f} % of the tail's motion: do not trust it"
+        flags.append(Flag("unidentifiable", message=message))
     if commanded_hz and abs(hz / commanded_hz - 1) > OFF_COMMAND:
         off = 100 * (hz / commanded_hz - 1)
         message = f"the tail beats at {hz:.3f} Hz, {off:+.0f} % off the commanded {commanded_hz:g} Hz"

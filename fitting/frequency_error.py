@@ -29,7 +29,7 @@ def standard_error(
         frames_per_beat: how many.
 
     Returns:
-        Hz; nan where no marker has more blocks than regressors.
+        Hz; nan where no marker has more blocks than regressors, or none beats.
     """
     block = np.arange(len(residual)) // max(round(frames_per_beat / BLOCKS_PER_BEAT), 1)
     total = _summed(weight, block)  # (b, k)
@@ -40,11 +40,12 @@ def standard_error(
         series = np.column_stack([residual[:, k], columns, slope[:, k]])
         mean = _summed(weight[:, k : k + 1] * series, block)[used] / total[used, k : k + 1]
         markers.append(_Marker(used, mean[:, 0], mean[:, 1:]))
-    if all(marker.freedom <= 0 for marker in markers):
+    curvature = float((weight * slope**2).sum())
+    if curvature <= 0 or all(marker.freedom <= 0 for marker in markers):
         return float("nan")
     spreads, deviances = np.array([_spread(pull, markers, correlation) for correlation in CORRELATIONS]).T
     spread = softmax(-deviances / 2) @ spreads  # the correlation is not known either
-    return float(np.sqrt(spread) / (weight * slope**2).sum())
+    return float(np.sqrt(spread)) / curvature
 
 
 @dataclass(frozen=True, eq=False)
