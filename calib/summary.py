@@ -5,7 +5,7 @@ from typing import Any
 
 
 def calibration_lines(data: Mapping[str, Any]) -> list[str]:
-    """A line a trial, then coefficients, means and warnings.
+    """A line a trial, then coefficients, means, and every flag: of each trial, then of the fit as a whole.
 
     Args:
         data: the content of `calibration.json`.
@@ -27,7 +27,14 @@ def calibration_lines(data: Mapping[str, Any]) -> list[str]:
                 f"{label}: markers {_shown(summary['marker_error_mm'], 0, 1)} mm, mean speed error "
                 f"{_shown(summary['speed_mae_twin'], 0, 4)} m/s (EBT {_shown(summary['speed_mae_ebt'], 0, 4)})"
             )
+    for name, trial in data["trials"].items():
+        lines += [f"! {name}: {_place(flag)}{flag['message']}" for flag in trial["flags"]]
     return lines + [f"! {flag['message']}" for flag in data["flags"]]
+
+
+def _place(flag: Mapping[str, Any]) -> str:
+    """Kind and frames of a flag of the tracks; nothing for one that concerns a whole trial."""
+    return "" if flag["frames"] is None else f"frames {flag['frames'][0]} to {flag['frames'][1]}, {flag['kind']}: "
 
 
 def _shown(value: float | None, width: int, decimals: int) -> str:

@@ -1,17 +1,19 @@
 """The first identification from end to end: measured swims in, a calibrated twin with its scores out."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from fitting.coefficients import FULL, CoefficientFit, Effort, Progress, fit_coefficients
-from fitting.ebt import EbtFit, fit_ebt, measured_tail_motion
+from fitting.ebt import FORMS, EbtFit, fit_ebt
 from fitting.forecast import fit_phase, forecast
 from fitting.objective import Swims
 from fitting.scoring import Scores, score
 from fitting.speed import forward_speed
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
-from fitting.trial import MeasuredTrial
+from fitting.tail_tip import measured_tail, simulated_tail
+from fitting.trial import MeasuredTrial, tail_markers
 from session import Flag, NotEnoughData, SimulationDiverged
 from swimmer import FluidCoefficients, RobotSpec, Twin
 from tracking import HeadFrame
@@ -27,7 +29,9 @@ class CalibratedTrial:
         phase_rad: crank phase at time 0.
         simulated_hz: frequency the twin was driven with (held-out trials: from their known part only).
         scores: marker distances over the scored frames.
-        speed_twin, speed_ebt: forward speed over the kept whole beats, m/s; EBT from the measured tail.
+        speed_twin: forward speed of the twin over the kept whole beats, m/s.
+        ebt: speed by each form of elongated body theory from the measured tail, m/s, by the form's name.
+        ebt_of_twin: the same from the twin's own tail, so that EBT too forecasts from the command alone.
         flags: of tracks and frequency, and of this comparison.
     """
 
@@ -37,17 +41,36 @@ class CalibratedTrial:
     simulated_hz: float
     scores: Scores
     speed_twin: float
-    speed_ebt: float
+    ebt: Mapping[str, float]
+    ebt_of_twin: Mapping[str, float]
     flags: tuple[Flag, ...]
+
+    @property
+    def speed_ebt(self) -> float:
+        """Speed by elongated body theory as published, m/s."""
+        return self.ebt["published"]
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Means over the trials of one role: marker distance (m) and absolute speed errors (m/s)."""
+    """Means over the trials of one role: marker distance (m) and absolute speed errors (m/s).
+
+    `speed_mae` has one entry for the twin, each form of elongated body theory, and each form from the twin's tail
+    ("<form>, twin's tail").
+    """
 
     marker_error_m: float
-    speed_mae_twin: float
-    speed_mae_ebt: float
+    speed_mae: Mapping[str, float]
+
+    @property
+    def speed_mae_twin(self) -> float:
+        """Of the twin, m/s."""
+        return self.speed_mae["twin"]
+
+    @property
+    def speed_mae_ebt(self) -> float:
+        """Of elongated body theory as published, m/s."""
+        return self.speed_mae["published"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,14 +80,14 @@ class Calibration:
     Attributes:
         robot: with the structure that was used.
         fit: the coefficients and how they were found.
-        ebt: elongated body theory on the same fit trials.
+        ebts: elongated body theory in its forms, each fitted to the same fit trials, by name.
         trials: all swims, in the order of the session.
         sweep: simulated speed over frequency.
     """
 
     robot: RobotSpec
     fit: CoefficientFit
-    ebt: EbtFit
+    ebts: Mapping[str, EbtFit]
     trials: tuple[CalibratedTrial, ...]
     sweep: SpeedSweep
 
@@ -72,6 +95,11 @@ class Calibration:
     def coefficients(self) -> FluidCoefficients:
         """The five coefficients."""
         return self.fit.coefficients
+
+    @property
+    def ebt(self) -> EbtFit:
+        """Elongated body theory as published."""
+        return self.ebts["published"]
 
     @property
     def flags(self) -> tuple[Flag, ...]:
@@ -83,12 +111,20 @@ class Calibration:
         chosen = [t for t in self.trials if t.measured.role == role]
         if not chosen:
             return None
-        measured = np.array([t.measured.speed for t in chosen])
+        errors: dict[str, list[float]] = {}
+        for trial in chosen:
+            for name, speed in speeds_of(trial).items():
+                errors.setdefault(name, []).append(abs(speed - trial.measured.speed))
         return Summary(
             marker_error_m=float(np.mean([t.scores.marker_error_m for t in chosen])),
-            speed_mae_twin=float(np.mean(np.abs(np.array([t.speed_twin for t in chosen]) - measured))),
-            speed_mae_ebt=float(np.mean(np.abs(np.array([t.speed_ebt for t in chosen]) - measured))),
+            speed_mae={name: float(np.mean(values)) for name, values in errors.items()},
         )
+
+
+def speeds_of(trial: CalibratedTrial) -> dict[str, float]:
+    """Every model's forward speed for one trial, m/s: the twin, EBT from the measured tail, EBT from the twin's."""
+    from_twin = {f"{name}, twin's tail": speed for name, speed in trial.ebt_of_twin.items()}
+    return {"twin": trial.speed_twin, **trial.ebt, **from_twin}
 
 
 def calibrate(
@@ -132,21 +168,22 @@ def assemble(trials: list[MeasuredTrial], twin: Twin, fit: CoefficientFit, phase
     """
     robot = twin.robot
     fitted = [trial for trial in trials if trial.role == "fit"]
-    motions = [measured_tail_motion(trial, robot, trial.kept) for trial in fitted]
-    ebt = fit_ebt(motions, np.array([trial.speed for trial in fitted]), robot)
+    tails = [measured_tail(trial, robot, trial.kept) for trial in fitted]
+    measured = np.array([trial.speed for trial in fitted])
+    ebts = {form.name: fit_ebt(form, tails, measured, robot) for form in FORMS}
     fitted_hz = (min(t.frequency.hz for t in fitted), max(t.frequency.hz for t in fitted))
     compared = []
     for trial in trials:
         known = phases.get(trial.name)
         phase = fit_phase(twin, trial, fit.coefficients) if known is None else float(known)
-        compared.append(_compare(twin, trial, fit.coefficients, ebt, phase, fitted_hz))
+        compared.append(_compare(twin, trial, fit.coefficients, ebts, phase, fitted_hz))
     frequencies = sweep_frequencies([trial.frequency.hz for trial in trials])
     return Calibration(
         robot=robot,
         fit=fit,
-        ebt=ebt,
+        ebts=ebts,
         trials=tuple(compared),
-        sweep=sweep_speed(twin, fit.coefficients, ebt, frequencies, fitted_hz),
+        sweep=sweep_speed(twin, fit.coefficients, ebts, frequencies, fitted_hz),
     )
 
 
@@ -154,7 +191,7 @@ def _compare(
     twin: Twin,
     trial: MeasuredTrial,
     coefficients: FluidCoefficients,
-    ebt: EbtFit,
+    ebts: Mapping[str, EbtFit],
     phase_rad: float,
     fitted_hz: tuple[float, float],
 ) -> CalibratedTrial:
@@ -162,6 +199,10 @@ def _compare(
     simulated = forecast(twin, trial, coefficients, phase_rad, hz)
     if not np.isfinite(simulated.path_m).all():
         raise SimulationDiverged(f"trial {trial.name}: the twin diverged with the fitted coefficients at {hz:.3g} Hz")
+    robot = twin.robot
+    measured_swim = measured_tail(trial, robot, trial.kept)
+    tail = tail_markers(robot, trial.markers)[-2:]
+    twin_swim = simulated_tail(trial.time_s, simulated, tail, trial.kept, trial.frequency.hz)
     return CalibratedTrial(
         measured=trial,
         simulated=simulated,
@@ -169,7 +210,8 @@ def _compare(
         simulated_hz=hz,
         scores=score(trial, simulated),
         speed_twin=float(forward_speed(trial.time_s, simulated.forward_m, trial.kept, trial.frequency.hz)),
-        speed_ebt=float(ebt.speed(measured_tail_motion(trial, twin.robot, trial.kept), twin.robot)),
+        ebt={name: ebt.speed(measured_swim, robot) for name, ebt in ebts.items()},
+        ebt_of_twin={name: ebt.speed(twin_swim, robot) for name, ebt in ebts.items()},
         flags=(*trial.flags, *_extrapolated(trial, fitted_hz)),
     )
 

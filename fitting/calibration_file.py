@@ -21,7 +21,11 @@ def calibration_payload(calibration: Calibration) -> dict[str, Any]:
         "hinge_stiffness": calibration.robot.tail.hinge_stiffness_n_m,
         "crank_arm_m": calibration.robot.crank.arm_m,
         "trials": {trial.measured.name: _trial(trial) for trial in calibration.trials},
-        "ebt": {"beta": calibration.ebt.beta, "drag_coefficient": calibration.ebt.drag_coefficient},
+        "ebt": {
+            "beta": calibration.ebt.beta,
+            "drag_coefficient": calibration.ebt.drag_coefficient,
+            "forms": {name: ebt.drag_coefficient / ebt.beta for name, ebt in calibration.ebts.items()},
+        },
         "summary": {role: _summary(calibration.summary(role)) for role in ("fit", "holdout")},
         "flags": [flag.to_json() for flag in calibration.flags],
         "fit": {
@@ -49,7 +53,9 @@ def _trial(trial: CalibratedTrial) -> dict[str, Any]:
         "speed_measured": measured.speed,
         "speed_twin": trial.speed_twin,
         "speed_ebt": trial.speed_ebt,
-        "speed_ebt_large": None,
+        "speed_ebt_large": trial.ebt["large"],
+        "speed_ebt_smoothed": trial.ebt["smoothed"],
+        "speed_ebt_of_twin": dict(trial.ebt_of_twin),
         "head_displacement": measured.head.displacement,
         "flags": [flag.to_json() for flag in trial.flags],
     }
@@ -62,6 +68,7 @@ def _summary(summary: Summary | None) -> dict[str, Any] | None:
         "marker_error_mm": summary.marker_error_m * MILLIMETRES,
         "speed_mae_twin": summary.speed_mae_twin,
         "speed_mae_ebt": summary.speed_mae_ebt,
+        "speed_mae": dict(summary.speed_mae),
     }
 
 

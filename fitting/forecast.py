@@ -5,7 +5,7 @@ import numpy as np
 from fitting.objective import SETTLED_S, phase_from_harmonic, swim
 from fitting.trial import MeasuredTrial, tail_markers
 from swimmer import FluidCoefficients, Twin
-from tracking import HeadFrame
+from tracking import HeadFrame, one_of
 
 _REACH_RAD = 0.6  # the harmonic phase is right to within this
 _TRIES = 13
@@ -32,8 +32,7 @@ def forecast(
 ) -> HeadFrame:
     """The twin's head frame (n, m, 2) of one trial."""
     values = np.array([coefficients], float)
-    head = swim(twin, trial, values, np.array([phase_rad]), frequency_hz)
-    return HeadFrame(head.position_m[0], head.shape_m[0], head.path_m[0], head.heading_rad[0], head.displacement)
+    return one_of(swim(twin, trial, values, np.array([phase_rad]), frequency_hz), 0)
 
 
 def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, twin: Twin) -> np.ndarray:

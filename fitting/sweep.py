@@ -1,14 +1,16 @@
 """The frequency sweep: the speed at which the calibrated twin settles, and what elongated body theory makes of it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.ebt import EbtFit, tail_motion
+from fitting.ebt import EbtFit
 from fitting.speed import forward_speed
+from fitting.tail_tip import simulated_tail
 from fitting.trial import tail_markers
 from swimmer import FluidCoefficients, Runs, Twin
-from tracking import to_head_frame
+from tracking import one_of, to_head_frame
 
 BEATS, SETTLING_BEATS, LEAST_S = 14.0, 6.0, 8.0
 START_SPEED_M_S = 0.10  # at low frequency the twin has two steady states; started forward it finds the forward one
@@ -22,20 +24,25 @@ class SpeedSweep:
     Attributes:
         frequency_hz: (f,) of the crank.
         speed_twin: (f,) forward speed of the twin, m/s; nan where it diverged.
-        speed_ebt: (f,) of elongated body theory for the twin's own tail motion, m/s.
+        ebt: (f,) of each form of elongated body theory for the twin's own tail motion, m/s, by the form's name.
         fitted_hz: lowest and highest frequency of the fit trials; outside the curves are extrapolated.
     """
 
     frequency_hz: np.ndarray
     speed_twin: np.ndarray
-    speed_ebt: np.ndarray
+    ebt: Mapping[str, np.ndarray]
     fitted_hz: tuple[float, float]
+
+    @property
+    def speed_ebt(self) -> np.ndarray:
+        """(f,) of elongated body theory as published, m/s."""
+        return self.ebt["published"]
 
 
 def sweep_speed(
     twin: Twin,
     coefficients: FluidCoefficients,
-    ebt: EbtFit,
+    ebts: Mapping[str, EbtFit],
     frequency_hz: np.ndarray,
     fitted_hz: tuple[float, float],
 ) -> SpeedSweep:
@@ -44,7 +51,7 @@ def sweep_speed(
     Args:
         twin: of the calibrated robot.
         coefficients: frozen.
-        ebt: frozen.
+        ebts: forms of elongated body theory, frozen.
         frequency_hz: (f,).
         fitted_hz: range of the fit trials.
     """
@@ -60,13 +67,16 @@ def sweep_speed(
     markers = twin.simulate(runs, time_s, allow_divergence=True).marker_m
     head = to_head_frame(markers, twin.markers.index("nose"), twin.markers.index("neck"))
     tail = tail_markers(twin.robot, twin.markers)[-2:]
-    speeds = np.full((2, count), np.nan)
+    speed_twin = np.full(count, np.nan)
+    speeds = {name: np.full(count, np.nan) for name in ebts}
     for i, hz in enumerate(frequency_hz):
         kept = (time_s >= SETTLING_BEATS / hz) & (time_s < seconds[i])
-        speeds[0, i] = forward_speed(time_s, head.forward_m[i], kept, hz)
-        motion = tail_motion(time_s, head.shape_m[i][:, tail], np.ones((len(time_s), 2)), kept, hz)
-        speeds[1, i] = ebt.speed(motion, twin.robot)
-    return SpeedSweep(frequency_hz, speeds[0], speeds[1], fitted_hz)
+        speed_twin[i] = forward_speed(time_s, head.forward_m[i], kept, hz)
+        if np.isfinite(speed_twin[i]):
+            swim = simulated_tail(time_s, one_of(head, i), tail, kept, hz)
+            for name, ebt in ebts.items():
+                speeds[name][i] = ebt.speed(swim, twin.robot)
+    return SpeedSweep(frequency_hz, speed_twin, speeds, fitted_hz)
 
 
 def sweep_frequencies(measured_hz: list[float], count: int = 25) -> np.ndarray:

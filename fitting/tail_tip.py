@@ -12,8 +12,7 @@ from scipy.signal import savgol_filter
 from fitting.harmonics import design, weighted_fit
 from fitting.speed import whole_beats
 from fitting.trial import MeasuredTrial, tail_markers
-from swimmer import RobotSpec, TailMotion
-from swimmer.large_amplitude import TipMotion
+from swimmer import RobotSpec, TailMotion, TipMotion
 from tracking import HeadFrame, from_head_frame
 
 WINDOW, ORDER = 11, 2  # frames and degree of the Savitzky-Golay filter

@@ -4,6 +4,7 @@ from swimmer.ebt import TailMotion, added_mass_per_length, drag, mean_thrust, st
 from swimmer.engine import ENGINE, check_engine, model_sha256
 from swimmer.fluid import PUBLISHED_COEFFICIENTS, FluidCoefficients
 from swimmer.kinematics import MarkerKinematics
+from swimmer.large_amplitude import TipMotion, mean_thrust_large, steady_speed_large
 from swimmer.mjcf import DRY, FREE_DECAY, SWIM, TIMESTEP_S, Scene, build_mjcf
 from swimmer.robot import RobotSpec, load_robot
 from swimmer.twin import Runs, Trajectories, Twin
@@ -21,6 +22,7 @@ __all__ = [
     "Runs",
     "Scene",
     "TailMotion",
+    "TipMotion",
     "Trajectories",
     "Twin",
     "added_mass_per_length",
@@ -29,6 +31,8 @@ __all__ = [
     "drag",
     "load_robot",
     "mean_thrust",
+    "mean_thrust_large",
     "model_sha256",
     "steady_speed",
+    "steady_speed_large",
 ]

@@ -1,7 +1,7 @@
 """From videos and tracks to marker positions one can trust: track quality and the head-frame normaliser."""
 
 from tracking.camera import PoolTracks, to_pool, undistort
-from tracking.normaliser import Displacement, HeadFrame, from_head_frame, to_head_frame
+from tracking.normaliser import Displacement, HeadFrame, from_head_frame, one_of, to_head_frame
 from tracking.quality import QualityLimits, TrackQuality, check_tracks
 
 __all__ = [
@@ -12,6 +12,7 @@ __all__ = [
     "TrackQuality",
     "check_tracks",
     "from_head_frame",
+    "one_of",
     "to_head_frame",
     "to_pool",
     "undistort",

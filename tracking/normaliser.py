@@ -82,6 +82,13 @@ def _unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
 
 
+def one_of(heads: HeadFrame, index: int) -> HeadFrame:
+    """One of several trajectories (s, n, m, 2)."""
+    return HeadFrame(
+        heads.position_m[index], heads.shape_m[index], heads.path_m[index], heads.heading_rad[index], heads.displacement
+    )
+
+
 def from_head_frame(head: HeadFrame) -> np.ndarray:
     """Back to the pool: (..., n, m, 2) markers, m, with the head's place (nose, or mean of the head) starting at 0.
 
