@@ -1,0 +1,30 @@
+from __future__ import annotations
+
+import pytest
+
+from fitting import MeasuredTrial, Swims
+from swimmer import Twin, load_robot
+from synthetic import Truth
+from tests.fitting.swims import noise_free
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, MeasuredTrial], Truth]:
+    """Noise-free swims of the twin, and their truth."""
+    return noise_free(tmp_path_factory.mktemp("noise_free"))
+
+
+@pytest.fixture(scope="session")
+def trials(made: tuple[dict[str, MeasuredTrial], Truth]) -> dict[str, MeasuredTrial]:
+    return made[0]
+
+
+@pytest.fixture(scope="session")
+def truth(made: tuple[dict[str, MeasuredTrial], Truth]) -> Truth:
+    return made[1]
+
+
+@pytest.fixture(scope="session")
+def swims(trials: dict[str, MeasuredTrial]) -> Swims:
+    """The two fit trials and a twin for them."""
+    return Swims(Twin(load_robot(), trials["slow"].markers), (trials["slow"], trials["fast"]))

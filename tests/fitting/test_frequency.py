@@ -1,0 +1,212 @@
+"""The swim frequency of tails whose beat is known, of the real ones, and the honesty of its standard error."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting import estimate_frequency, measure_trial
+from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks, TrialSpec, load_tracks
+from swimmer import load_robot
+from synthetic import Freeze, Gap, Jump, Merge, TrackFault, with_faults
+from tests.fitting.tails import noisy, tail
+from tests.session.sample import FISHSIM, needs_fishsim
+
+REAL = ("f0_50", "f0_75", "f1_00", "f1_25", "f1_75")
+FAULTS: tuple[TrackFault, ...] = (
+    Freeze(marker="caudal_fin", first=40, frames=50),
+    Merge(marker="tail_3", onto="tail_4", first=100, frames=120),
+    Jump(marker="tail_5", first=200, frames=6, offset_px=(80.0, -60.0)),
+    Gap(marker="tail_4", first=230, frames=25),
+)
+
+
+@pytest.mark.parametrize("hz", [0.3, 0.55, 1.0, 1.7, 3.0])
+@pytest.mark.parametrize("beats", [1.2, 2.0, 3.7, 10.0])
+def test_a_clean_beat_is_found_whatever_its_speed_and_length(hz: float, beats: float) -> None:
+    found = estimate_frequency(*tail(hz, beats))
+
+    assert found.hz == pytest.approx(hz, rel=2e-4)
+    assert found.beats == pytest.approx(beats, rel=0.02)
+    assert found.explained > 0.999
+
+
+@pytest.mark.parametrize("hz", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("beats", [1.2, 3.0, 10.0])
+def test_drift_and_noise_leave_it_within_one_percent(hz: float, beats: float) -> None:
+    boxes = noisy(tail(hz, beats, drift=0.03), 0.9, np.random.default_rng(3))
+
+    assert estimate_frequency(*boxes).hz == pytest.approx(hz, rel=0.01 if beats > 2 else 0.04)
+
+
+@pytest.mark.parametrize(
+    "harmonics",
+    [(1.0, 0.45, 0.3), (1.0, 0.0, 0.5), (1.0, 0.6, 0.0), (0.7, 0.0, 0.0)],
+    ids=["rich", "third", "second", "pure"],
+)
+@pytest.mark.parametrize("hz", [0.5, 1.1])
+def test_harmonics_trap_it_neither_at_a_multiple_nor_at_a_fraction(hz: float, harmonics: tuple[float, ...]) -> None:
+    boxes = noisy(tail(hz, 6.3, harmonics=harmonics), 0.8, np.random.default_rng(5))
+
+    assert estimate_frequency(*boxes).hz == pytest.approx(hz, rel=0.01)
+
+
+def test_the_command_does_not_pull_it() -> None:
+    boxes = noisy(tail(0.75, 4.0), 0.9, np.random.default_rng(1))
+    free, told = estimate_frequency(*boxes), estimate_frequency(*boxes, commanded_hz=1.5)
+
+    assert told.hz == free.hz
+
+
+def test_samples_of_no_weight_count_for_nothing() -> None:
+    clean = tail(0.8, 4.0)
+    broken, weight = clean.lateral_m.copy(), clean.weight.copy()
+    broken[50:150, 4] = broken[50, 4]
+    broken[170:220, 3] = np.nan
+    weight[50:150, 4] = weight[170:220, 3] = 0.0
+
+    assert estimate_frequency(clean.time_s, broken, weight).hz == pytest.approx(0.8, rel=2e-4)
+
+
+def test_outliers_nobody_flagged_are_tamed() -> None:
+    clean = tail(0.8, 4.0)
+    random = np.random.default_rng(2)
+    boxes = noisy(clean, 0.8, random)
+    hit = random.random(boxes.lateral_m.shape) < 0.03
+    boxes.lateral_m[hit] += random.choice([-0.08, 0.08], hit.sum())
+
+    assert estimate_frequency(*boxes).hz == pytest.approx(0.8, rel=0.005)
+
+
+def test_frames_may_be_unevenly_spaced() -> None:
+    clean = tail(1.0, 6.0)
+    kept = np.sort(np.random.default_rng(0).choice(len(clean.time_s), 200, replace=False))
+
+    assert estimate_frequency(*(part[kept] for part in clean)).hz == pytest.approx(1.0, rel=2e-4)
+
+
+def test_phase_and_amplitude_are_those_of_the_last_marker() -> None:
+    clean = tail(1.0, 5.0, harmonics=(1.0,))
+    found = estimate_frequency(*clean)
+
+    assert found.amplitude_m == pytest.approx(0.06, rel=1e-3)
+    expected = found.amplitude_m * np.cos(2 * np.pi * clean.time_s + found.phase_rad)
+    np.testing.assert_allclose(clean.lateral_m[:, 4], expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("correlation", [0.8, 0.95])
+def test_its_95_percent_interval_holds_the_truth_about_as_often(correlation: float) -> None:
+    clean = tail(0.8, 2.9, fps=30.0, drift=0.01)
+    draws = [
+        estimate_frequency(*noisy(clean, correlation**2, np.random.default_rng([seed, int(100 * correlation)])))
+        for seed in range(400)
+    ]
+    z = np.array([(found.hz - 0.8) / found.se_hz for found in draws])
+
+    assert 0.90 <= (np.abs(z) < 1.96).mean() <= 0.99
+    assert abs(z.mean()) < 0.2
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("hz", "beats"), [(0.4, 1.6), (0.75, 2.8), (1.0, 5.0), (1.3, 6.5)])
+@pytest.mark.parametrize("correlation", [0.8, 0.9, 0.95])
+def test_its_interval_is_honest_for_trials_like_the_public_ones(hz: float, beats: float, correlation: float) -> None:
+    clean = tail(hz, beats, drift=0.01)
+    draws = [
+        estimate_frequency(*noisy(clean, correlation, np.random.default_rng([seed, int(100 * correlation)])))
+        for seed in range(400)
+    ]
+
+    assert 0.90 <= np.mean([abs(found.hz - hz) < 1.96 * found.se_hz for found in draws]) <= 0.99
+
+
+def test_more_beats_and_less_noise_make_its_standard_error_smaller() -> None:
+    def error(beats: float, sd_m: float) -> float:
+        return estimate_frequency(*noisy(tail(1.0, beats), 0.9, np.random.default_rng(4), sd_m=sd_m)).se_hz
+
+    assert error(8.0, 1e-3) < error(3.0, 1e-3) < error(3.0, 4e-3)
+
+
+def test_too_few_frames_have_no_standard_error() -> None:
+    clean = tail(1.0, 1.5, fps=8.0)
+    rows = np.arange(len(clean.time_s)) % 2 == 0
+    weight = np.stack([rows, ~rows, rows, ~rows, rows], axis=1).astype(float)  # 7 frames a marker
+
+    assert np.isnan(estimate_frequency(clean.time_s, clean.lateral_m, weight).se_hz)
+    assert np.isfinite(estimate_frequency(*clean).se_hz)
+
+
+def test_flags_say_what_is_doubtful() -> None:
+    clean = tail(1.0, 4.0)
+    assert estimate_frequency(*clean, commanded_hz=1.03).flags == ()
+
+    (off,) = estimate_frequency(*clean, commanded_hz=1.25).flags
+    assert off.kind == "frequency_off_command"
+    assert "-20 % off the commanded 1.25 Hz" in off.message
+
+    (few,) = estimate_frequency(*tail(1.0, 1.6)).flags
+    assert few.kind == "few_beats"
+    assert "1.6 beats" in few.message
+
+
+def test_a_tail_that_does_not_beat_is_not_given_a_beat_in_silence() -> None:
+    still = tail(1.0, 4.0)
+    noise = still._replace(lateral_m=np.random.default_rng(0).normal(0, 1e-3, still.lateral_m.shape))
+
+    assert [flag.kind for flag in estimate_frequency(*noise).flags] == ["unidentifiable"]
+    assert "do not trust it" in estimate_frequency(*still._replace(lateral_m=0 * still.lateral_m)).flags[0].message
+
+
+@pytest.mark.parametrize(
+    ("frames", "weight", "message"), [(30, 1.0, "hold 0.[0-9]+ beats"), (300, 0.0, "fewer than 12 frames")]
+)
+def test_less_than_a_beat_is_refused(frames: int, weight: float, message: str) -> None:
+    part = (series[:frames] for series in tail(0.4, 3.0))
+    time_s, lateral_m, ones = part
+
+    with pytest.raises(NotEnoughData, match=message):
+        estimate_frequency(time_s, lateral_m, weight * ones)
+
+
+def crossings_hz(tracks: Tracks) -> float:
+    """The beat of the caudal fin by another road: a line through the times at which it crosses the body's axis."""
+    nose, neck, fin = (tracks.position_px[:, tracks.markers.index(name)] for name in ("nose", "neck", "caudal_fin"))
+    axis = (neck - nose) / np.linalg.norm(neck - nose, axis=1, keepdims=True)
+    lateral = (fin - nose)[:, 0] * axis[:, 1] - (fin - nose)[:, 1] * axis[:, 0]
+    lateral = np.convolve(np.pad(lateral, 6, mode="edge"), np.hanning(15)[1:-1] / np.hanning(15).sum(), mode="valid")
+    lateral = lateral - (lateral.max() + lateral.min()) / 2
+    before = np.flatnonzero(np.diff(np.sign(lateral)) != 0)
+    share = lateral[before] / (lateral[before] - lateral[before + 1])
+    times = tracks.time_s[before] + share * np.diff(tracks.time_s)[before]
+    number, rising = np.arange(len(times)), (np.arange(len(times)) % 2).astype(float)
+    line = np.linalg.lstsq(np.column_stack([np.ones_like(times), rising, number]), times, rcond=None)[0]
+    return float(0.5 / line[2])
+
+
+def real(name: str) -> Tracks:
+    return load_tracks(FISHSIM / f"{name}.csv", FISHSIM_MARKERS, 60.0)
+
+
+def measured_hz(tracks: Tracks, name: str) -> float:
+    camera = CameraSpec(fps=60.0, scale_length_m=0.142, calibration=None, file=None)
+    spec = TrialSpec(name, "swim", commanded_hz=float(name[1:].replace("_", ".")))
+    return measure_trial(spec, tracks, camera, load_robot(), 1.0).frequency.hz
+
+
+@needs_fishsim
+@pytest.mark.parametrize("name", REAL)
+def test_every_real_trial_beats_as_often_as_its_fin_crosses_the_axis(name: str) -> None:
+    assert measured_hz(real(name), name) == pytest.approx(crossings_hz(real(name)), rel=0.01)
+
+
+@needs_fishsim
+@pytest.mark.parametrize("name", REAL)
+def test_faults_put_into_real_tracks_do_not_change_their_beat(name: str) -> None:
+    tracks = real(name)
+    position_px = with_faults(tracks.position_px, tracks.markers, FAULTS)
+    confidence = np.isfinite(position_px).all(axis=2).astype(float)
+    faulty = replace(tracks, position_px=position_px, confidence=confidence)
+
+    assert measured_hz(faulty, name) == pytest.approx(measured_hz(tracks, name), rel=0.01)

@@ -1,0 +1,170 @@
+"""A measured swim: what is known of a held-out one, what is compared, where it starts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fitting import MeasuredTrial, Swims, fit_phase, measure_trial, tail_markers
+from session import CameraSpec, NotEnoughData, Session, Tracks, load_session, load_tracks
+from swimmer import load_robot
+from synthetic import Truth, make_session
+from tests.fitting.swims import PLAN
+
+NOTHING_AHEAD = ("start_frequency", "start_velocity", "known")
+"""What a held-out trial may learn from its known part only."""
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> Session:
+    return load_session(make_session(tmp_path_factory.mktemp("trial") / "session", PLAN))
+
+
+def tracks_of(session: Session, name: str) -> Tracks:
+    path = session.trial(name).tracks
+    assert path is not None
+    return load_tracks(path, session.markers, session.camera.fps)
+
+
+def measured(session: Session, name: str, tracks: Tracks | None = None, **changes: object) -> MeasuredTrial:
+    spec = replace(session.trial(name), **changes)  # type: ignore[arg-type]
+    return measure_trial(spec, tracks or tracks_of(session, name), session.camera, load_robot(), session.warmup_s)
+
+
+def first_frames(tracks: Tracks, seconds: float) -> Tracks:
+    kept = tracks.time_s <= seconds + 1e-9
+    return Tracks(tracks.markers, tracks.time_s[kept], tracks.position_px[kept], tracks.confidence[kept])
+
+
+def test_a_fit_trial_knows_all_of_itself_and_is_scored_for_4_s_after_warm_up(session: Session) -> None:
+    trial = measured(session, "new", role="fit")
+
+    assert trial.known.all()
+    assert trial.start_frequency == trial.frequency
+    np.testing.assert_array_equal(trial.kept, trial.time_s >= 1.0 - 1e-9)
+    assert trial.time_s[trial.scored][[0, -1]] == pytest.approx([1.0, 5.0 - 1 / 60], abs=1e-6)
+
+
+def test_a_held_out_trial_knows_its_first_two_beats_and_is_scored_on_the_rest(session: Session) -> None:
+    trial = measured(session, "new")
+
+    assert trial.time_s[trial.known][-1] == pytest.approx(2.0, abs=0.05)
+    assert not (trial.known & trial.kept).any()
+    assert (trial.known | trial.kept).all()
+    np.testing.assert_array_equal(trial.scored, trial.kept)
+
+
+@pytest.mark.parametrize("commanded_hz", [0.5, 0.9, 1.1, 1.5])
+def test_what_two_beats_are_does_not_hang_on_the_command(session: Session, commanded_hz: float) -> None:
+    known = measured(session, "new", commanded_hz=commanded_hz).known
+
+    assert measured(session, "new").time_s[known][-1] == pytest.approx(2.0, abs=0.45 if commanded_hz < 0.6 else 0.06)
+
+
+def test_of_a_short_held_out_trial_half_is_known(session: Session) -> None:
+    trial = measured(session, "new", first_frames(tracks_of(session, "new"), 3.0))
+
+    assert trial.time_s[trial.known][-1] == pytest.approx(1.5)
+    assert trial.time_s[trial.kept][0] == pytest.approx(1.5 + 1 / 60)
+
+
+@pytest.mark.parametrize("seconds", [5.0, 3.0])
+def test_nothing_of_a_held_out_trial_is_taken_from_the_frames_it_is_scored_on(
+    session: Session, swims: Swims, truth: Truth, seconds: float
+) -> None:
+    """Its rest is replaced by another swim, of another speed and heading, joined to it without a jump."""
+    true = first_frames(tracks_of(session, "new"), seconds)
+    other = tracks_of(session, "fast").position_px
+    trial = measured(session, "new", true)
+    count = int(trial.known.sum())
+    position_px = true.position_px.copy()
+    length = len(position_px) - count
+    rest = np.resize(other, (length, *other.shape[1:]))
+    position_px[count:] = rest + position_px[count - 1, 0] - rest[0, 0]
+    changed = measured(session, "new", replace(true, position_px=position_px))
+
+    assert (changed.weight[:count] == trial.weight[:count]).all()
+    np.testing.assert_array_equal(changed.known, trial.known)
+    assert changed.start_frequency.hz == pytest.approx(trial.start_frequency.hz, rel=1e-6)
+    np.testing.assert_allclose(changed.start_velocity, trial.start_velocity, atol=1e-6)
+    phases = [fit_phase(swims.twin, one, truth.plan.coefficients) for one in (trial, changed)]
+    assert phases[0] == pytest.approx(phases[1], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["slow", "fast", "new"])
+def test_it_starts_with_the_speed_it_swims_at(name: str, trials: dict[str, MeasuredTrial], truth: Truth) -> None:
+    trial = trials[name]
+
+    assert -trial.start_velocity[0] == pytest.approx(truth.trials[name].speed_m_s, abs=0.06)
+    step = np.gradient(trial.head.path_m, trial.time_s, axis=0)[1]
+    np.testing.assert_allclose(trial.start_velocity[:2], step, atol=0.03)
+
+
+@pytest.mark.parametrize("name", ["slow", "fast", "new"])
+def test_speed_and_frequency_are_the_true_ones(name: str, trials: dict[str, MeasuredTrial], truth: Truth) -> None:
+    assert trials[name].frequency.hz == pytest.approx(truth.trials[name].frequency_hz, rel=1e-3)
+    if name != "new":  # kept frames differ for a held-out trial
+        assert trials[name].speed == pytest.approx(truth.trials[name].speed_m_s, rel=5e-3)
+
+
+def test_frames_without_a_trusted_head_count_for_no_marker(session: Session) -> None:
+    tracks = tracks_of(session, "slow")
+    confidence = tracks.confidence.copy()
+    confidence[50:60, tracks.markers.index("neck")] = 0.0
+    trial = measured(session, "slow", replace(tracks, confidence=confidence))
+
+    assert not trial.weight[50:60].any()
+    assert (trial.weight[:50] > 0).all()
+
+
+def test_rotating_and_shifting_the_pool_changes_nothing(session: Session) -> None:
+    tracks = tracks_of(session, "slow")
+    cos, sin = np.cos(0.7), np.sin(0.7)
+    turned = replace(tracks, position_px=tracks.position_px @ np.array([[cos, sin], [-sin, cos]]) + [300.0, -120.0])
+    here, there = measured(session, "slow"), measured(session, "slow", turned)
+
+    np.testing.assert_allclose(there.head.position_m, here.head.position_m, atol=1e-9)
+    np.testing.assert_allclose(there.start_velocity, here.start_velocity, atol=1e-7)
+    assert there.frequency.hz == pytest.approx(here.frequency.hz, abs=1e-7)
+    assert there.speed == pytest.approx(here.speed, abs=1e-9)
+
+
+def test_tail_markers_go_from_head_to_fin() -> None:
+    names = ("caudal_fin", "nose", "tail_2", "neck", "tail_1", "dorsal_fin")
+
+    assert [names[i] for i in tail_markers(load_robot(), names)] == ["tail_1", "tail_2", "caudal_fin"]
+
+
+def test_too_short_a_trial_is_refused(session: Session) -> None:
+    with pytest.raises(
+        NotEnoughData, match=r"trial slow: 1.10 s leave 7 frames .* 12 are needed: shorten \[fit\] warmup_s"
+    ):
+        measured(session, "slow", first_frames(tracks_of(session, "fast"), 1.1))
+
+
+def test_without_a_tail_marker_there_is_nothing_to_fit(session: Session, tmp_path: Path) -> None:
+    head_only = tracks_of(session, "slow").select(("nose", "neck", "dorsal_fin"))
+
+    with pytest.raises(NotEnoughData, match="trial slow: none of its markers sits on the tail"):
+        measured(session, "slow", head_only)
+
+
+def test_a_tail_nobody_can_trust_is_refused(session: Session) -> None:
+    tracks = tracks_of(session, "slow")
+    confidence = tracks.confidence.copy()
+    confidence[:, 3:] = 0.0
+
+    with pytest.raises(NotEnoughData, match="fewer than 12 frames with a usable tail marker"):
+        measured(session, "slow", replace(tracks, confidence=confidence))
+
+
+def test_the_camera_sets_the_scale(session: Session) -> None:
+    far = CameraSpec(60.0, 2 * session.camera.scale_length_m, None, None)
+    near = measured(session, "slow")
+    double = measure_trial(session.trial("slow"), tracks_of(session, "slow"), far, load_robot(), 1.0)
+
+    assert double.speed == pytest.approx(2 * near.speed)
+    assert double.metres_per_px == pytest.approx(2 * near.metres_per_px)
