@@ -11,14 +11,20 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from session import Table, load_toml
+from session import Table, key_error, load_toml
+from swimmer.robot_checks import crank_faults, guide_faults, marker_faults, part_faults, raise_together
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
-Point = tuple[float, float, float]  # x, y, z in the robot frame, m
-HalfSize = tuple[Positive, Positive, Positive]
+# What the engine can hold; and a length in millimetres, or a mass in grams, is most likely outside.
+Length = Annotated[float, Field(ge=1e-5, le=10.0)]
+Offset = Annotated[float, Field(ge=0.0, le=10.0)]
+Coordinate = Annotated[float, Field(ge=-10.0, le=10.0)]
+Mass = Annotated[float, Field(ge=1e-6, le=100.0)]
+Point = tuple[Coordinate, Coordinate, Coordinate]  # x, y, z in the robot frame, m
+HalfSize = tuple[Length, Length, Length]
 
 
 class Water(Table):
@@ -34,7 +40,7 @@ class Part(Table):
     name: str
     centre_m: Point
     half_size_m: HalfSize
-    mass_kg: Positive
+    mass_kg: Mass
 
 
 class Head(Table):
@@ -44,16 +50,30 @@ class Head(Table):
     fluid_half_size_m: HalfSize
     part: Annotated[tuple[Part, ...], Field(min_length=1)]
 
+    @field_validator("part")
+    @classmethod
+    def _differ(cls, part: tuple[Part, ...]) -> tuple[Part, ...]:
+        raise_together(part_faults(part))
+        return part
+
 
 class Crank(Table):
     """The shaft (along y) with two arms 180 degrees apart; a tendon is anchored near the end of each."""
 
     position_m: Point
-    arm_m: Positive
-    anchor_inset_m: NonNegative
-    anchor_offset_m: Positive
+    arm_m: Length
+    anchor_inset_m: Offset
+    anchor_offset_m: Length
     armature_kg_m2: Positive
     speed_gain_n_m_s: Positive
+
+    @field_validator("anchor_inset_m")
+    @classmethod
+    def _on_the_arm(cls, anchor_inset_m: float, info: ValidationInfo) -> float:
+        arm_m = info.data.get("arm_m")
+        if arm_m is not None and anchor_inset_m >= arm_m:
+            raise key_error("the tendon anchor is not on the arm", expected=f"less than arm_m = {arm_m:g}")
+        return anchor_inset_m
 
     @property
     def anchor_radius_m(self) -> float:
@@ -64,34 +84,51 @@ class Crank(Table):
 class Segment(Table):
     """A rigid tail segment and the flexible gap before it, which bends at one hinge in its middle."""
 
-    gap_m: Positive
-    length_m: Positive
-    thickness_m: Positive
-    half_height_m: Positive
-    guide_offset_m: NonNegative
+    gap_m: Length
+    length_m: Length
+    thickness_m: Length
+    half_height_m: Length
+    guide_offset_m: Offset
     tendon_crosses: bool = False
 
 
 class Tail(Table):
     """The articulated part: segments in order from the head, all hinges alike."""
 
-    start_m: float
+    start_m: Coordinate
     hinge_stiffness_n_m: Positive
     hinge_damping_n_m_s: NonNegative
-    density_kg_m3: Positive
-    guide_inset_m: NonNegative
+    density_kg_m3: Annotated[float, Field(ge=1.0, le=3e4)]
+    guide_inset_m: Offset
     segment: Annotated[tuple[Segment, ...], Field(min_length=1)]
+
+    @field_validator("segment")
+    @classmethod
+    def _hold_their_guides(cls, segment: tuple[Segment, ...], info: ValidationInfo) -> tuple[Segment, ...]:
+        raise_together(guide_faults(segment, info.data.get("guide_inset_m")))
+        return segment
+
+    @property
+    def hinges(self) -> tuple[str, ...]:
+        """Names of the hinges, which are also those of the bodies behind them."""
+        return tuple(f"tail_{i + 1}" for i in range(len(self.segment)))
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of the rigid links, from the head to the last segment."""
+        return ("head", *self.hinges)
 
 
 class CaudalFin(Table):
     """The fin, rigid with the last segment; a plate of span x chord at the centre of its planform."""
 
-    gap_m: NonNegative
-    centre_m: float
-    chord_m: Positive
-    span_m: Positive
-    thickness_m: Positive
-    mass_kg: Positive
+    gap_m: Offset
+    length_m: Length
+    centre_m: Coordinate
+    chord_m: Length
+    span_m: Length
+    thickness_m: Length
+    mass_kg: Mass
 
 
 class Tendons(Table):
@@ -111,7 +148,7 @@ class Marker(Table):
 class ElongatedBody(Table):
     """What elongated body theory needs: depth d at the trailing edge and the reference area S of the drag."""
 
-    depth_m: Positive
+    depth_m: Length
     reference_area_m2: Positive
 
 
@@ -132,42 +169,35 @@ class RobotSpec(Table):
     markers: dict[str, Marker]
     elongated_body: ElongatedBody
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> "RobotSpec":
-        wrong = [f"{name} (on {m.body})" for name, m in self.markers.items() if m.body not in self.links]
-        if wrong:
-            raise ValueError(f"markers on links the robot lacks: {', '.join(wrong)}; links: {', '.join(self.links)}")
-        if missing := {"nose", "neck"} - self.markers.keys():
-            raise ValueError(f"the head frame needs the markers nose and neck; missing: {', '.join(sorted(missing))}")
-        off = [n for n in ("nose", "neck") if self.markers[n].body != "head"]
-        if off:
-            raise ValueError(f"nose and neck must be carried by the head; {', '.join(off)} is not")
-        if self.markers["nose"].position_m[0] >= self.markers["neck"].position_m[0]:
-            raise ValueError("the nose must lie before the neck (smaller x)")
-        if self.crank.anchor_inset_m >= self.crank.arm_m:
-            raise ValueError("crank.anchor_inset_m must be smaller than crank.arm_m")
-        if self.crank.position_m[0] + self.crank.arm_m >= self.tail.start_m:
-            raise ValueError("the crank must turn clear of the tail: position_m[0] + arm_m < tail.start_m")
-        if short := [i for i, s in enumerate(self.tail.segment) if s.length_m < self.tail.guide_inset_m]:
-            raise ValueError(f"tail.guide_inset_m is longer than tail.segment[{short[0]}]")
-        return self
+    @field_validator("tail")
+    @classmethod
+    def _clear_of_the_crank(cls, tail: Tail, info: ValidationInfo) -> Tail:
+        raise_together(crank_faults(info.data.get("crank"), tail.start_m))
+        return tail
+
+    @field_validator("markers")
+    @classmethod
+    def _on_the_robot(cls, markers: dict[str, Marker], info: ValidationInfo) -> dict[str, Marker]:
+        tail = info.data.get("tail")
+        raise_together(marker_faults(markers, tail.links if tail else ()))
+        return markers
 
     @cached_property
     def links(self) -> tuple[str, ...]:
         """Names of the rigid links that can carry markers, from the head to the last segment."""
-        return ("head", *self.hinges)
+        return self.tail.links
 
     @cached_property
     def hinges(self) -> tuple[str, ...]:
         """Names of the tail hinges, which are also those of the bodies behind them."""
-        return tuple(f"tail_{i + 1}" for i in range(len(self.tail.segment)))
+        return self.tail.hinges
 
     @cached_property
     def hinge_x_m(self) -> np.ndarray:
         """(h,) x of each hinge on the straight robot, m."""
         gaps = np.array([s.gap_m for s in self.tail.segment])
         lengths = np.array([s.length_m for s in self.tail.segment])
-        return self.tail.start_m + np.cumsum(gaps + lengths) - lengths - gaps / 2
+        return _read_only(self.tail.start_m + np.cumsum(gaps + lengths) - lengths - gaps / 2)
 
     @cached_property
     def segment_x_m(self) -> np.ndarray:
@@ -175,7 +205,7 @@ class RobotSpec(Table):
         half_gaps = np.array([s.gap_m for s in self.tail.segment]) / 2
         lengths = np.array([s.length_m for s in self.tail.segment])
         front = self.hinge_x_m + half_gaps
-        return np.stack([front, front + lengths], axis=1)
+        return _read_only(np.stack([front, front + lengths], axis=1))
 
     @cached_property
     def fin_root_x_m(self) -> float:
@@ -189,9 +219,8 @@ class RobotSpec(Table):
 
     @property
     def length_m(self) -> float:
-        """From the nose marker to the end of the caudal fin, m."""
-        end = self.fin_root_x_m + self.caudal_fin.centre_m + self.caudal_fin.chord_m / 2
-        return end - self.markers["nose"].position_m[0]
+        """From the nose marker to the tips of the caudal fin, m."""
+        return self.fin_root_x_m + self.caudal_fin.length_m - self.markers["nose"].position_m[0]
 
     def marker_positions_m(self, names: tuple[str, ...]) -> np.ndarray:
         """(m, 3) places of the named markers on the straight robot, robot frame, m."""
@@ -205,6 +234,12 @@ def load_robot(path: Path | None = None) -> RobotSpec:
         session.InputError: all faults of the file, each with its line.
     """
     return _default_robot() if path is None else load_toml(Path(path), RobotSpec)
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    """The array itself: one robot serves the whole program, so nobody may change it."""
+    array.setflags(write=False)
+    return array
 
 
 @lru_cache(maxsize=1)
