@@ -14,7 +14,6 @@ from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
 
 from session import SimulationDiverged
-
 from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import DRY, SWIM, Scene, build_mjcf
 from swimmer.robot import RobotSpec
@@ -53,6 +52,9 @@ class Runs:
         for name, expected in shapes.items():
             if (found := np.shape(getattr(self, name))) != expected:
                 raise ValueError(f"{name}: found shape {found}, expected {expected} for {n} simulations")
+        for name, values in self.fields.items():
+            if (found := np.shape(values))[:1] != (n,):
+                raise ValueError(f"fields[{name!r}]: found shape {found}, expected ({n}, ...) for {n} simulations")
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +67,7 @@ class Trajectories:
         head: (n, f, 3) x, y (m) and yaw (rad) of the head's frame.
         hinges_rad: (n, f, h).
         crank_rad: (n, f).
-        diverged: (n,) True where the simulation blew up; its arrays then hold nan from there on.
+        diverged: (n,) True where the simulation blew up; its arrays then hold nan alone.
     """
 
     time_s: np.ndarray
@@ -117,8 +119,12 @@ class Twin:
             allow_divergence: return nan and mark what diverges instead of raising.
 
         Raises:
-            SimulationDiverged: a simulation blew up and `allow_divergence` is False.
+            SimulationDiverged: a simulation blew up and `allow_divergence` is False; or the tail cannot even be
+                brought into the poses it starts in.
+            ValueError: a time before 0.
         """
+        if np.min(time_s) < 0:
+            raise ValueError(f"time_s: found {np.min(time_s):g} s, expected times from 0, where the runs start")
         parts = [
             self._simulate_chunk(_part(runs, rows), time_s[rows] if time_s.ndim == 2 else time_s)
             for rows in _chunks(len(runs))
@@ -184,6 +190,12 @@ class Twin:
             for i in range(2 * _PHASES):
                 table[i % _PHASES] = data.qpos[1:]
                 mujoco.mj_step(model, data, steps)
+            if not (np.abs(table) < PLAUSIBLE_HINGE_RAD).all():  # nan too
+                raise SimulationDiverged(
+                    f"The tail of {self.robot.name} cannot be brought into its starting poses: with steps of "
+                    f"{self.scene.timestep_s:g} s its tendons are unstable. Expected a bounded motion; try a smaller "
+                    "time step or softer tendons."
+                )
             table[-1] = table[0]
         return CubicSpline(np.linspace(0.0, 2 * np.pi, _PHASES + 1), table, bc_type="periodic")
 

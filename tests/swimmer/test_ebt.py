@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swimmer import TailMotion, added_mass_per_length, drag, mean_thrust, steady_speed
+from tests.swimmer.robots import FISH
+
+BODY = FISH.elongated_body
+sizes = st.floats(0.01, 10.0)
+
+
+def travelling_wave(amplitude_m: float, wave_number: float, angular_rad_s: float) -> TailMotion:
+    """Mean squares at a fixed place of h = A cos(k x - w t), averaged over one beat."""
+    time_s = np.linspace(0, 2 * np.pi / angular_rad_s, 400, endpoint=False)
+    phase = wave_number * 0.4 - angular_rad_s * time_s
+    h_t = amplitude_m * angular_rad_s * np.sin(phase)
+    h_x = -amplitude_m * wave_number * np.sin(phase)
+    return TailMotion(np.asarray(np.mean(h_t**2)), np.asarray(np.mean(h_x**2)))
+
+
+@given(amplitude=st.floats(0.001, 0.2), wave_number=st.floats(0.5, 30.0), angular=sizes, speed=st.floats(0, 2))
+def test_thrust_of_a_travelling_wave_is_the_closed_form(
+    amplitude: float, wave_number: float, angular: float, speed: float
+) -> None:
+    """T = 1/4 m A^2 (w^2 - U^2 k^2), with Lighthill's 1/2 and 1/2 from the mean of a squared sine."""
+    motion = travelling_wave(amplitude, wave_number, angular)
+    assert motion.lateral_speed_sq == pytest.approx((amplitude * angular) ** 2 / 2)
+    assert motion.slope_sq == pytest.approx((amplitude * wave_number) ** 2 / 2)
+    expected = 0.25 * 7.0 * amplitude**2 * (angular**2 - (speed * wave_number) ** 2)
+    scale = 7.0 * amplitude**2 * (angular**2 + (speed * wave_number) ** 2)
+    assert mean_thrust(motion, np.array(speed), 7.0) == pytest.approx(expected, abs=1e-12 * scale)
+
+
+def test_a_fish_as_fast_as_its_wave_has_no_thrust() -> None:
+    motion = travelling_wave(0.05, 8.0, 6.0)
+    assert mean_thrust(motion, np.array(6.0 / 8.0), 7.0) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_added_mass_of_a_circular_section_is_that_of_the_displaced_water() -> None:
+    """m = 1/4 rho pi d^2 at beta = 1; 7.85 kg/m for the robot's tail, as in facts and paper."""
+    mass = added_mass_per_length(BODY, 1000.0, 1.0)
+    assert mass == pytest.approx(np.pi * 1000.0 * (BODY.depth_m / 2) ** 2)
+    assert mass == pytest.approx(7.854, abs=1e-3)
+
+
+def test_drag_is_the_quadratic_law_with_the_published_area() -> None:
+    assert drag(np.array([0.0, 0.2, 0.4]), FISH, 0.31) == pytest.approx(
+        0.5 * 1000.0 * 0.31 * 0.10 * np.array([0.0, 0.04, 0.16])
+    )
+
+
+@given(lateral=sizes, slope=sizes, beta=st.floats(0.1, 2.0), drag_coefficient=sizes)
+def test_thrust_and_drag_balance_at_the_steady_speed(
+    lateral: float, slope: float, beta: float, drag_coefficient: float
+) -> None:
+    motion = TailMotion(np.array([lateral]), np.array([slope]))
+    speed = steady_speed(motion, FISH, beta, drag_coefficient)
+    mass = added_mass_per_length(BODY, FISH.water.density_kg_m3, beta)
+    np.testing.assert_allclose(
+        mean_thrust(motion, speed, mass), drag(speed, FISH, drag_coefficient), rtol=1e-9, atol=1e-9 * mass
+    )
+
+
+@given(lateral=sizes, slope=sizes, ratio=st.floats(0.1, 10.0))
+def test_only_the_ratio_of_drag_coefficient_and_beta_matters(lateral: float, slope: float, ratio: float) -> None:
+    motion = TailMotion(np.array([lateral]), np.array([slope]))
+    one = steady_speed(motion, FISH, 0.91, 0.31)
+    np.testing.assert_allclose(steady_speed(motion, FISH, 0.91 * ratio, 0.31 * ratio), one, rtol=1e-12)
+
+
+def test_without_drag_the_fish_is_as_fast_as_its_wave() -> None:
+    motion = travelling_wave(0.05, 8.0, 6.0)
+    assert steady_speed(motion, FISH, 1.0, 0.0) == pytest.approx(6.0 / 8.0)
+
+
+def test_many_swims_are_computed_at_once() -> None:
+    motion = TailMotion(np.array([0.01, 0.04, 0.09]), np.array([0.1, 0.2, 0.0]))
+    together = steady_speed(motion, FISH, 0.91, 0.31)
+    alone = [steady_speed(TailMotion(*pair), FISH, 0.91, 0.31) for pair in zip(*motion, strict=True)]
+    np.testing.assert_array_equal(together, alone)
+    assert (np.diff(together) > 0).all()
+
+
+def test_a_still_tail_gives_no_speed() -> None:
+    assert steady_speed(TailMotion(np.array(0.0), np.array(0.0)), FISH, 0.9, 0.0) == 0.0

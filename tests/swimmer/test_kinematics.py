@@ -1,0 +1,47 @@
+import mujoco
+import numpy as np
+import pytest
+
+from swimmer import DRY, SWIM, MarkerKinematics, RobotSpec, Scene, build_mjcf
+from tests.swimmer.engine_state import random_state
+from tests.swimmer.robots import FISH, every_robot
+
+
+def sites(data: mujoco.MjData, names: tuple[str, ...]) -> np.ndarray:
+    """(m, 2) where the engine has the markers."""
+    return np.array([data.site(f"marker_{name}").xpos[:2] for name in names])
+
+
+@pytest.mark.parametrize("scene", [SWIM, DRY], ids=["swim", "dry"])
+@every_robot
+def test_markers_are_where_the_engine_has_them(robot: RobotSpec, scene: Scene) -> None:
+    names = tuple(reversed(robot.markers))
+    model = build_mjcf(robot, scene=scene).compile()
+    states = [random_state(model, seed) for seed in range(20)]
+    hinges = np.array([[d.joint(name).qpos[0] for name in robot.hinges] for d in states])  # (20, h)
+    head = np.zeros((20, 3)) if scene.head_clamped else np.array([d.qpos[:3] for d in states])
+
+    places = MarkerKinematics(robot, names)(head, hinges)  # (20, m, 2)
+
+    expected = np.array([sites(data, names) for data in states])
+    np.testing.assert_allclose(places, expected, atol=1e-12)
+
+
+def test_leading_axes_are_kept() -> None:
+    rng = np.random.default_rng(0)
+    head, hinges = rng.normal(size=(3, 4, 3)), rng.normal(size=(3, 4, 5))
+    kinematics = MarkerKinematics(FISH, ("nose", "tail_3"))
+    places = kinematics(head, hinges)
+    assert places.shape == (3, 4, 2, 2)
+    np.testing.assert_array_equal(places[2, 1], kinematics(head[2, 1], hinges[2, 1]))
+
+
+def test_moving_the_head_moves_every_marker_alike() -> None:
+    rng = np.random.default_rng(1)
+    hinges, names = rng.normal(size=5), tuple(FISH.markers)
+    kinematics = MarkerKinematics(FISH, names)
+    at_rest = kinematics(np.zeros(3), hinges)
+    shift, yaw = np.array([0.3, -1.2]), 2.1
+    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    moved = kinematics(np.array([*shift, yaw]), hinges)
+    np.testing.assert_allclose(moved, at_rest @ turn.T + shift, atol=1e-12)

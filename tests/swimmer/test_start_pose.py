@@ -1,0 +1,68 @@
+"""The tail starts where its tendons hold it, so that nothing is torn at any phase of the crank."""
+
+import mujoco
+import numpy as np
+
+from swimmer import DRY, FREE_DECAY, RobotSpec, Twin, build_mjcf
+from tests.swimmer.engine_state import at_pose, stretch
+from tests.swimmer.robots import FISH, every_robot
+from tests.swimmer.swims import runs
+
+PHASES = np.linspace(0, 2 * np.pi, 25)
+
+
+def hinges_at_start(robot: RobotSpec) -> np.ndarray:
+    """(phases, h) hinge angles at time 0."""
+    twin = Twin(robot)
+    position, _ = twin.start(runs(np.full(len(PHASES), 0.5), PHASES))
+    return position[:, 4:]
+
+
+@every_robot
+def test_tendons_are_near_their_rest_length_at_any_phase(robot: RobotSpec) -> None:
+    """Within 3 %, where a straight tail would tear them by more than 9 %."""
+    model = build_mjcf(robot, scene=DRY).compile()
+    straight, held = [], []
+    for phase, hinges in zip(PHASES, hinges_at_start(robot), strict=True):
+        straight.append(stretch(model, robot, phase, np.zeros(len(hinges))))
+        held.append(stretch(model, robot, phase, hinges))
+    assert np.abs(held).max() < 0.03
+    assert np.abs(straight).max() > 0.09
+
+
+@every_robot
+def test_the_held_tail_stays_when_the_crank_stands(robot: RobotSpec) -> None:
+    """To half a degree: it is the pose in which tendons and hinges balance."""
+    model = build_mjcf(robot, scene=DRY).compile()
+    for phase, hinges in zip(PHASES, hinges_at_start(robot), strict=True):
+        data = at_pose(model, {"crank": phase, **dict(zip(robot.hinges, hinges, strict=True))})
+        mujoco.mj_step(model, data, 200)
+        np.testing.assert_allclose(data.qpos[1:], hinges, atol=np.radians(0.5))
+
+
+@every_robot
+def test_the_tail_starts_moving_with_the_crank(robot: RobotSpec) -> None:
+    """Its velocity is the derivative of the held pose along the crank's turn."""
+    twin, speed, small = Twin(robot), 2 * np.pi * 0.8, 1e-4
+    _, velocity = twin.start(runs(np.full(25, 0.8), PHASES))
+    before, _ = twin.start(runs(np.full(25, 0.8), PHASES - small))
+    after, _ = twin.start(runs(np.full(25, 0.8), PHASES + small))
+    rate = (after - before)[:, 4:] / (2 * small) * speed
+    np.testing.assert_allclose(velocity[:, 4:], rate, atol=1e-4)
+    np.testing.assert_allclose(velocity[:, 3], speed)
+
+
+def test_the_start_needs_no_settling() -> None:
+    """Dry and slow, the first beat is the second one."""
+    twin = Twin(FISH, scene=DRY)
+    beat = np.linspace(0, 2.0, 121)
+    swum = twin.simulate(runs(np.full(4, 0.5), PHASES[:24:6]), np.concatenate([beat, beat + 2.0]))
+    first, second = np.split(swum.marker_m, 2, axis=1)
+    np.testing.assert_allclose(first, second, atol=1e-3)
+
+
+def test_without_tendons_the_tail_starts_straight() -> None:
+    twin = Twin(FISH, scene=FREE_DECAY)
+    position, velocity = twin.start(runs(1.0, 1.3))
+    assert not position[:, 1:].any()
+    assert not velocity[:, 1:].any()

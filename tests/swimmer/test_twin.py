@@ -1,0 +1,236 @@
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from swimmer import DRY, SWIM, MarkerKinematics, RobotSpec, Runs, Scene, Trajectories, Twin, build_mjcf
+from swimmer import twin as twin_module
+from tests.swimmer.robots import FISH, every_robot
+from tests.swimmer.swims import random_runs, runs
+
+FRAMES = np.arange(0, 1.5, 1 / 60)
+
+
+def stepped(twin: Twin, one: Runs, steps: int) -> np.ndarray:
+    """(steps + 1, nq) positions of a single simulation, by `mj_step` on a model of its own."""
+    model = build_mjcf(twin.robot, scene=twin.scene).compile()
+    model.geom_fluid[model.geom_fluid[:, 0] > 0, 1:6] = one.coefficients[0]
+    for name, values in one.fields.items():
+        getattr(model, name)[:] = values[0]
+    data = mujoco.MjData(model)
+    position, velocity = twin.start(one)
+    data.qpos[:], data.qvel[:] = position[0], velocity[0]
+    data.ctrl[0] = 2 * np.pi * one.frequency_hz[0]
+    states = [data.qpos.copy()]
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+        states.append(data.qpos.copy())
+    return np.array(states)
+
+
+def alone(many: Runs, i: int) -> Runs:
+    rows = slice(i, i + 1)
+    return Runs(
+        many.coefficients[rows],
+        many.frequency_hz[rows],
+        many.phase_rad[rows],
+        None if many.velocity is None else many.velocity[rows],
+        {name: values[rows] for name, values in many.fields.items()},
+    )
+
+
+def joined(swum: Trajectories, i: int) -> np.ndarray:
+    """(f, nq) the joint positions of one simulation, in the order of the model."""
+    return np.concatenate([swum.head[i], swum.crank_rad[i][:, None], swum.hinges_rad[i]], axis=1)
+
+
+def assert_identical(one: Trajectories, other: Trajectories) -> None:
+    for name in ("marker_m", "head", "hinges_rad", "crank_rad", "diverged"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+@every_robot
+def test_the_batch_equals_a_plain_loop_of_mj_step(robot: RobotSpec) -> None:
+    """Each with its own coefficients, frequency, phase, initial velocity, stiffness and tendons."""
+    twin, n, steps = Twin(robot), 3, 300
+    rng = np.random.default_rng(0)
+    many = random_runs(
+        n,
+        seed=1,
+        velocity=rng.normal(0, 0.1, (n, 3)),
+        fields={
+            "jnt_stiffness": twin.model.jnt_stiffness * rng.uniform(0.7, 1.4, (n, 1)),
+            "tendon_stiffness": twin.model.tendon_stiffness * rng.uniform(0.5, 1.0, (n, 1)),
+        },
+    )
+    swum = twin.simulate(many, np.arange(steps) * twin.scene.timestep_s)
+    for i in range(n):
+        expected = stepped(twin, alone(many, i), steps - 1)
+        np.testing.assert_allclose(joined(swum, i), expected, rtol=0, atol=1e-12)
+
+
+def test_a_field_of_one_simulation_does_not_touch_another_nor_the_next_call() -> None:
+    twin = Twin(FISH)
+    two = random_runs(2, seed=2)
+    plain = twin.simulate(two, FRAMES)
+    stiffness = np.stack([twin.model.jnt_stiffness, twin.model.jnt_stiffness * 3])
+    changed = twin.simulate(replace(two, fields={"jnt_stiffness": stiffness}), FRAMES)
+    np.testing.assert_array_equal(changed.marker_m[0], plain.marker_m[0])
+    assert np.abs(changed.hinges_rad[1] - plain.hinges_rad[1]).max() > 0.01
+    assert_identical(twin.simulate(two, FRAMES), plain)
+
+
+def test_arrays_have_the_documented_shapes_and_order() -> None:
+    names = ("caudal_fin", "nose", "pectoral_left")
+    swum = Twin(FISH, names).simulate(random_runs(4, seed=3), FRAMES)
+    f = len(FRAMES)
+    assert swum.marker_m.shape == (4, f, 3, 2)
+    assert swum.head.shape == (4, f, 3)
+    assert swum.hinges_rad.shape == (4, f, 5)
+    assert swum.crank_rad.shape == (4, f)
+    assert not swum.diverged.any()
+    full = Twin(FISH).simulate(random_runs(4, seed=3), FRAMES)
+    columns = [list(FISH.markers).index(name) for name in names]
+    np.testing.assert_array_equal(swum.marker_m, full.marker_m[:, :, columns])
+
+
+def test_result_does_not_depend_on_chunks_or_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    many = random_runs(7, seed=4, velocity=np.full((7, 3), 0.01), fields={"jnt_stiffness": np.full((7, 9), 0.5)})
+    whole = Twin(FISH).simulate(many, FRAMES)
+    assert_identical(Twin(FISH, workers=1).simulate(many, FRAMES), whole)
+    monkeypatch.setattr(twin_module, "_CHUNK", 3)
+    in_chunks = Twin(FISH, workers=2).simulate(many, FRAMES)
+    assert_identical(in_chunks, whole)
+    own_times = np.tile(FRAMES, (7, 1))
+    assert_identical(Twin(FISH).simulate(many, own_times), whole)
+
+
+def test_result_does_not_depend_on_the_company() -> None:
+    twin, many = Twin(FISH), random_runs(5, seed=5)
+    together = twin.simulate(many, FRAMES)
+    np.testing.assert_array_equal(twin.simulate(alone(many, 3), FRAMES).marker_m[0], together.marker_m[3])
+
+
+def test_each_simulation_may_have_its_own_frame_times() -> None:
+    twin, many = Twin(FISH), random_runs(2, seed=6)
+    times = np.stack([FRAMES, FRAMES * 0.5 + 0.003])
+    swum = twin.simulate(many, times)
+    for i in range(2):
+        np.testing.assert_array_equal(swum.marker_m[i], twin.simulate(alone(many, i), times[i]).marker_m[0])
+
+
+def test_frames_between_steps_lie_on_the_smooth_path_through_them() -> None:
+    """To a few micrometres, in the first steps, where the motion is the least smooth."""
+    twin, step = Twin(FISH), SWIM.timestep_s
+    one = runs(1.2, 0.4)
+    grid = np.arange(0, 1.0, step)
+    on_steps, between = twin.simulate(one, grid).marker_m[0], twin.simulate(one, grid + step / 2).marker_m[0]
+    # Midpoints by the next higher order than the cubic that is tested: 6-point Lagrange.
+    weights = np.array([3, -25, 150, 150, -25, 3]) / 256
+    count = len(grid) - 5
+    expected = sum(w * on_steps[k : k + count] for k, w in enumerate(weights))
+    np.testing.assert_allclose(between[2 : 2 + count], expected, rtol=0, atol=5e-6)
+
+
+@pytest.mark.parametrize("degree", range(4))
+def test_interpolation_is_exact_for_cubics_up_to_both_ends(degree: int) -> None:
+    where = np.array([0.0, 0.3, 1.0, 4.5, 8.9, 9.0])
+    samples = (np.arange(12.0) ** degree)[None, :, None]
+    found = twin_module._interpolate(samples, where)
+    np.testing.assert_allclose(found[0, :, 0], where**degree, rtol=1e-12)
+
+
+def test_interpolation_error_falls_with_the_fourth_power_of_the_step() -> None:
+    errors = []
+    for step in (0.1, 0.05):
+        where = np.arange(0.5, 2.0 / step - 2)
+        samples = np.sin(3 * step * np.arange(2.0 / step + 3))[None, :, None]
+        found = twin_module._interpolate(samples, where)[0, :, 0]
+        errors.append(np.abs(found - np.sin(3 * step * where)).max())
+    assert 13 < errors[0] / errors[1] < 19
+
+
+def test_a_whole_turn_of_phase_changes_nothing() -> None:
+    twin = Twin(FISH)
+    swum = twin.simulate(runs([1.0, 1.0], [0.9, 0.9 + 2 * np.pi]), FRAMES)
+    np.testing.assert_allclose(swum.marker_m[1], swum.marker_m[0], atol=1e-9)
+
+
+@every_robot
+def test_half_a_turn_of_phase_mirrors_the_swim(robot: RobotSpec) -> None:
+    middle = tuple(name for name, marker in robot.markers.items() if marker.position_m[1] == 0)
+    swum = Twin(robot, middle).simulate(runs([1.0, 1.0], [0.9, 0.9 + np.pi]), FRAMES)
+    np.testing.assert_allclose(swum.marker_m[1], swum.marker_m[0] * [1, -1], atol=5e-4)
+    assert np.abs(swum.marker_m[0, ..., 1]).max() > 0.02
+
+
+def test_at_a_quarter_turn_the_crank_has_pulled_the_tail_to_the_left() -> None:
+    """Heading is -x and z is up, so left is -y."""
+    twin = Twin(FISH, ("nose", "caudal_fin"), scene=DRY)
+    swum = twin.simulate(runs(np.full(4, 0.5), [0.0, np.pi / 2, np.pi, 3 * np.pi / 2]), np.zeros(1))
+    straight, left, back, right = swum.marker_m[:, 0, 1, 1]
+    assert left < -0.08
+    assert right > 0.08
+    assert abs(straight) < 1e-3
+    assert abs(back) < 1e-3
+
+
+def test_the_crank_turns_as_told_from_its_phase() -> None:
+    swum = Twin(FISH).simulate(runs([0.5, 1.0, 2.0], [0.1, 1.1, 4.0]), FRAMES)
+    expected = np.array([[0.1], [1.1], [4.0]]) + 2 * np.pi * np.array([[0.5], [1.0], [2.0]]) * FRAMES
+    np.testing.assert_allclose(swum.crank_rad, expected, atol=0.05)
+
+
+def test_the_head_starts_at_the_origin_with_the_velocity_asked_for() -> None:
+    velocity, step = np.array([[-0.3, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 1.5]]), 1e-4
+    twin = Twin(FISH, scene=replace(SWIM, timestep_s=step))
+    swum = twin.simulate(runs(np.full(3, 0.5), velocity=velocity), np.array([0.0, step]))
+    still = twin.simulate(runs(0.5), np.array([step])).head[0, 0]
+    np.testing.assert_allclose(swum.head[:, 0], 0.0, atol=1e-15)
+    np.testing.assert_allclose((swum.head[:, 1] - still) / step, velocity, atol=0.02)
+
+
+def test_a_clamped_head_stays_even_when_pushed() -> None:
+    twin = Twin(FISH, scene=DRY)
+    swum = twin.simulate(runs(1.0, velocity=np.array([[0.5, 0.5, 3.0]])), FRAMES)
+    assert not swum.head.any()
+    on_head = [name for name, marker in FISH.markers.items() if marker.body == "head"]
+    columns = [twin.markers.index(name) for name in on_head]
+    places = FISH.marker_positions_m(tuple(on_head))[:, :2]
+    np.testing.assert_allclose(swum.marker_m[0][:, columns], np.broadcast_to(places, (90, 5, 2)), atol=1e-15)
+    assert np.ptp(swum.marker_m[0, :, twin.markers.index("tail_5"), 1]) > 0.05
+
+
+@pytest.mark.parametrize("scene", [SWIM, DRY], ids=["swim", "dry"])
+def test_after_the_first_second_an_eight_times_finer_step_bends_the_tail_alike(scene: Scene) -> None:
+    """Markers in the head's own axes differ by at most 0.2 mm in the mean."""
+    one, time_s = runs([0.5, 1.0, 1.5], 0.5), np.arange(1.0, 3.0, 1 / 60)
+    fine = replace(scene, timestep_s=scene.timestep_s / 8)
+    in_head = MarkerKinematics(FISH, tuple(FISH.markers))
+    hinges = [Twin(FISH, scene=s).simulate(one, time_s).hinges_rad for s in (scene, fine)]
+    shapes = [in_head(np.zeros((*h.shape[:2], 3)), h) for h in hinges]
+    assert np.linalg.norm(shapes[0] - shapes[1], axis=-1).mean() < 0.2e-3
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"coefficients": np.zeros((2, 4))}, r"coefficients: found shape \(2, 4\), expected \(2, 5\)"),
+        ({"phase_rad": np.zeros(3)}, r"phase_rad: found shape \(3,\), expected \(2,\) for 2 simulations"),
+        ({"velocity": np.zeros(3)}, r"velocity: found shape \(3,\), expected \(2, 3\)"),
+        (
+            {"fields": {"jnt_stiffness": np.zeros(9)}},
+            r"fields\['jnt_stiffness'\]: found shape \(9,\), expected \(2, ...\) for 2 simulations",
+        ),
+    ],
+)
+def test_arrays_that_do_not_belong_together_are_refused(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        replace(random_runs(2, seed=0), **change)
+
+
+def test_a_time_before_the_start_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"found -0.1 s, expected times from 0"):
+        Twin(FISH).simulate(runs(1.0), np.array([-0.1, 0.0]))
