@@ -43,7 +43,7 @@ def tail(
         harmonics: amplitude of each, relative to the first.
         drift: of the last marker over the whole recording, m.
     """
-    time_s = np.arange(int(round(beats / hz * fps)) + 1) / fps
+    time_s = np.arange(round(beats / hz * fps) + 1) / fps
     lag = np.linspace(0.3, 2.1, len(AMPLITUDE_M))
     angle = 2 * np.pi * hz * time_s[:, None] - lag
     wave = sum(size * np.sin((k + 1) * angle + 0.7 * k) for k, size in enumerate(harmonics))
@@ -54,7 +54,7 @@ def tail(
 def box_noise(
     shape: tuple[int, int], correlation: float, random: np.random.Generator, sd_m: float = 0.7 * PIXEL_M
 ) -> np.ndarray:
-    """(n, k) AR(1) errors with this correlation from frame to frame; a third of their variance is shared (the head's)."""
+    """(n, k) AR(1) errors with this correlation from frame to frame; a third of the variance is common (the head)."""
     frames, markers = shape
     fresh = random.normal(size=(frames, markers + 1))
     fresh[1:] *= np.sqrt(1 - correlation**2)

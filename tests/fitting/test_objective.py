@@ -121,7 +121,7 @@ def test_at_the_truth_there_is_hardly_any_distance(swims: Swims, truth: Truth) -
 
 
 def test_slopes_point_where_the_errors_go(swims: Swims) -> None:
-    """Against differences half as wide again; they differ, because Kutta lift that changes sides roughens the errors."""
+    """Against differences half as wide again; Kutta lift that changes sides roughens the errors."""
     space = SearchSpace(swims)
     x = np.append(np.sqrt(POINT[:5]), POINT[5:])[:, None]
     slopes = space.slopes(x, np.empty(0))

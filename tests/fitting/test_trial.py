@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -145,7 +144,7 @@ def test_too_short_a_trial_is_refused(session: Session) -> None:
         measured(session, "slow", first_frames(tracks_of(session, "fast"), 1.1))
 
 
-def test_without_a_tail_marker_there_is_nothing_to_fit(session: Session, tmp_path: Path) -> None:
+def test_without_a_tail_marker_there_is_nothing_to_fit(session: Session) -> None:
     head_only = tracks_of(session, "slow").select(("nose", "neck", "dorsal_fin"))
 
     with pytest.raises(NotEnoughData, match="trial slow: none of its markers sits on the tail"):

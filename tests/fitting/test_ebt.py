@@ -1,0 +1,139 @@
+"""Elongated body theory fitted to speeds of its own making, and the motion of a tail in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting import FORMS, EbtForm, TailSwim, fit_ebt, measured_tail, published_motion, smoothed_motion, tip_motion
+from swimmer import TailMotion, load_robot
+from tests.fitting.swims import by_hand, straight_swim
+from tests.fitting.tails import PIXEL_M, on_half_pixels
+
+Motion = Callable[[TailSwim], TailMotion]
+ROBOT = load_robot()
+AMPLITUDE, SLOPE = 0.06, 0.4
+QUIETED = 0.065
+"""Share of <h_t^2> that smoothing over 11 frames takes from a beat of 1 Hz at 60 frames a second."""
+each_motion = pytest.mark.parametrize(
+    ("motion", "kept"), [(published_motion, 1.0), (smoothed_motion, 1 - QUIETED)], ids=["published", "smoothed"]
+)
+each_form = pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+
+
+def swim(hz: float = 1.0, amplitude: float = AMPLITUDE, slope: float = SLOPE, speed: float = 0.1) -> TailSwim:
+    """A fish that swims towards -x without turning: the last marker sways, the line through the last two tilts."""
+    time_s = np.arange(301) / 60
+    lateral = amplitude * np.cos(2 * np.pi * hz * time_s)
+    tilt = slope * np.sin(2 * np.pi * hz * time_s)
+    before = np.column_stack([np.full_like(time_s, 0.40), lateral - 0.05 * tilt])
+    tip = np.stack([before, np.column_stack([np.full_like(time_s, 0.45), lateral])], axis=1)  # (n, 2, 2)
+    path = np.column_stack([-speed * time_s, np.zeros_like(time_s)])[:, None]
+    used = time_s < np.floor(time_s[-1] * hz) / hz - 1e-9
+    return TailSwim(time_s, tip, tip + path, np.zeros_like(time_s), np.ones((len(time_s), 2)), used, hz)
+
+
+SWIMS = [swim(0.5, 0.04, 0.5, 0.05), swim(0.8), swim(1.4, 0.07, 0.35, 0.2)]
+
+
+def speeds(form: EbtForm, ratio: float) -> np.ndarray:
+    return np.array([float(form.speed(form.motion(one), ROBOT, 1.0, ratio)) for one in SWIMS])
+
+
+@each_form
+@pytest.mark.parametrize("ratio", [0.05, 0.31 / 0.91, 1.63, 8.0])
+def test_each_form_recovers_the_ratio_that_made_the_speeds(form: EbtForm, ratio: float) -> None:
+    found = fit_ebt(form, SWIMS, speeds(form, ratio), ROBOT)
+
+    assert found.drag_coefficient / found.beta == pytest.approx(ratio, rel=2e-3)
+    assert [found.speed(one, ROBOT) for one in SWIMS] == pytest.approx(speeds(form, ratio), rel=1e-3)
+
+
+@each_form
+def test_errors_of_the_speeds_move_it_by_as_much_as_least_squares_would(form: EbtForm) -> None:
+    """The ratio's standard deviation against that of the linearised problem."""
+    step, sd = 1e-2, 0.002
+    slope = (speeds(form, 1.0 + step) - speeds(form, 1.0 - step)) / (2 * step)
+    random = np.random.default_rng(0)
+    fits = [fit_ebt(form, SWIMS, speeds(form, 1.0) + sd * random.normal(size=3), ROBOT) for _ in range(25)]
+
+    ratios = np.array([fit.drag_coefficient / fit.beta for fit in fits])
+    assert np.std(ratios) == pytest.approx(sd / np.linalg.norm(slope), rel=0.4)
+    assert ratios.mean() == pytest.approx(1.0, abs=float(0.6 * sd / np.linalg.norm(slope)))
+
+
+@each_form
+def test_it_says_that_only_the_ratio_is_identifiable(form: EbtForm) -> None:
+    flags = fit_ebt(form, SWIMS, speeds(form, 1.0), ROBOT).flags
+
+    assert [flag.kind for flag in flags] == ["unidentifiable"]
+    assert "c_D / beta = 1" in flags[0].message
+
+
+@pytest.mark.parametrize(("factor", "value"), [(100.0, 0.0), (1e-3, 10.0 / 0.9)], ids=["no_drag", "all_drag"])
+def test_a_ratio_at_its_bound_is_flagged(factor: float, value: float) -> None:
+    found = fit_ebt(FORMS[0], SWIMS, factor * speeds(FORMS[0], 1.0), ROBOT)
+
+    assert found.drag_coefficient / found.beta == pytest.approx(value, abs=2e-3)
+    assert "at_bound" in [flag.kind for flag in found.flags]
+    assert 0.9 <= found.beta <= 1.1
+    assert 0.0 <= found.drag_coefficient <= 10.0
+
+
+@each_motion
+def test_the_motion_of_a_wave_is_that_of_its_formula(motion: Motion, kept: float) -> None:
+    found = motion(swim())
+
+    assert found.lateral_speed_sq == pytest.approx(kept * (2 * np.pi * AMPLITUDE) ** 2 / 2, rel=0.01)
+    assert found.slope_sq == pytest.approx(SLOPE**2 / 2, rel=0.02)
+
+
+def test_half_pixels_inflate_the_published_derivative_and_hardly_the_smoothed_one() -> None:
+    slow = swim(0.4, 0.03)
+    boxes = replace(slow, tip_m=on_half_pixels(slow.tip_m))
+    true = (2 * np.pi * 0.4 * 0.03) ** 2 / 2
+    grid = (0.5 * PIXEL_M * 60) ** 2 / 6  # two rounding errors, uniform over half a pixel, a frame apart
+
+    assert published_motion(boxes).lateral_speed_sq == pytest.approx(true + grid, rel=0.15)
+    assert smoothed_motion(boxes).lateral_speed_sq == pytest.approx(true, rel=0.05)
+
+
+@each_motion
+def test_samples_left_out_do_not_enter(motion: Motion, kept: float) -> None:
+    whole = swim()
+    weight, tip = whole.weight.copy(), whole.tip_m.copy()
+    tip[100:160] = np.nan
+    weight[100:160] = 0.0
+    found = motion(replace(whole, tip_m=tip, weight=weight))
+
+    assert found.lateral_speed_sq == pytest.approx(kept * (2 * np.pi * AMPLITUDE) ** 2 / 2, rel=0.05)
+    assert found.slope_sq == pytest.approx(SLOPE**2 / 2, rel=0.05)
+
+
+def test_without_any_sample_there_is_no_motion() -> None:
+    motion = published_motion(replace(swim(), weight=np.zeros((301, 2))))
+
+    assert np.isnan(motion.lateral_speed_sq)
+    assert np.isnan(motion.slope_sq)
+
+
+def test_the_tip_sways_about_its_mean_way() -> None:
+    motion = tip_motion(swim())
+
+    assert [part.mean() for part in motion] == pytest.approx([0.0] * len(motion), abs=1e-12)
+    assert (motion[1] ** 2).mean() == pytest.approx((1 - QUIETED) * (2 * np.pi * AMPLITUDE) ** 2 / 2, rel=0.01)
+
+
+def test_of_a_trial_the_two_rearmost_markers_count_however_it_lies_in_the_pool() -> None:
+    still = swim()
+    position = straight_swim(len(still.time_s), fps=60.0)
+    position[:, 3:] += still.tip_m - still.tip_m.mean(axis=0)
+    cos, sin = np.cos(2.0), np.sin(2.0)
+    trial = by_hand(position @ np.array([[cos, sin], [-sin, cos]]), fps=60.0)
+
+    motion = published_motion(measured_tail(trial, ROBOT, trial.kept))
+    assert motion.lateral_speed_sq == pytest.approx((2 * np.pi * AMPLITUDE) ** 2 / 2, rel=5e-3)
+    assert motion.slope_sq == pytest.approx(SLOPE**2 / 2, rel=5e-3)
