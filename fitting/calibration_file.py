@@ -32,6 +32,9 @@ def calibration_payload(calibration: Calibration) -> dict[str, Any]:
             "mean_distance_mm": fit.mean_distance_m * MILLIMETRES,
             "evaluations": fit.evaluations,
             "seconds": round(fit.seconds, 2),
+            "method": fit.method,
+            "simulated_s": round(fit.spent_s, 1),
+            "trace": [[round(spent, 1), MILLIMETRES * best] for spent, best in fit.trace],
             "restarts": [_restart(restart) for restart in fit.restarts],
         },
     }
@@ -97,6 +100,9 @@ def read_fit(data: Mapping[str, Any]) -> tuple[CoefficientFit, dict[str, float]]
         evaluations=fit["evaluations"],
         seconds=fit["seconds"],
         flags=tuple(f for f in map(Flag.from_json, data["flags"]) if not f.message.startswith("EBT")),
+        method=fit["method"],
+        spent_s=fit["simulated_s"],
+        trace=tuple((spent, best / MILLIMETRES) for spent, best in fit["trace"]),
     ), phases
 
 

@@ -8,13 +8,12 @@ restarts end apart, the result says so.
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from mujoco.minimize import IterLog, least_squares
 from scipy.stats import qmc
 
-from fitting.from_rest import swims_forward
 from fitting.objective import COEFFICIENT_BOUNDS, Swims
 from fitting.search_space import ROOTS, SearchSpace, parameters
 from session import Flag
@@ -43,6 +42,7 @@ class Effort:
         heat_iterations, final_iterations: of Gauss-Newton at most.
         hops: rounds of hops around the best point so far.
         hop_width: points tried in each round, of which the best two are polished.
+        budget_s: simulated seconds for the other searches (see `fitting.methods`).
     """
 
     screened: int
@@ -52,6 +52,7 @@ class Effort:
     final_iterations: int
     hops: int
     hop_width: int
+    budget_s: float
     apart: float = 1.6
 
     @property
@@ -60,8 +61,8 @@ class Effort:
         return self.starts + self.finalists + 2 * self.hops
 
 
-FULL = Effort(64, starts=6, finalists=3, heat_iterations=3, final_iterations=8, hops=2, hop_width=40)
-QUICK = Effort(32, starts=3, finalists=1, heat_iterations=3, final_iterations=6, hops=0, hop_width=0)
+FULL = Effort(64, starts=6, finalists=3, heat_iterations=3, final_iterations=8, hops=2, hop_width=40, budget_s=12_000.0)
+QUICK = Effort(32, starts=3, finalists=1, heat_iterations=3, final_iterations=6, hops=0, hop_width=0, budget_s=3_000.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +104,9 @@ class CoefficientFit:
         evaluations: how often the fit trials were simulated.
         seconds: wall time.
         flags: bounds hit, not converged, restarts that disagree.
+        method: the search, see `fitting.methods`.
+        spent_s: seconds simulated.
+        trace: (seconds simulated, best mean distance so far in m) at every new best that swims forward.
     """
 
     coefficients: FluidCoefficients
@@ -112,6 +116,9 @@ class CoefficientFit:
     evaluations: int
     seconds: float
     flags: tuple[Flag, ...]
+    method: str = "gradient"
+    spent_s: float = 0.0
+    trace: tuple[tuple[float, float], ...] = ()
 
 
 def fit_coefficients(
@@ -128,14 +135,17 @@ def fit_coefficients(
     began = time.perf_counter()
     space, random = SearchSpace(swims), np.random.default_rng(seed)
     restarts: list[Restart] = []
+    trace: list[tuple[float, float]] = []
 
     def add(points: list[np.ndarray], iterations: int, before: list[Restart] | None = None) -> list[Restart]:
         for i, point in enumerate(points):
-            restarts.append(_descend(space, point, iterations, before[i] if before else None))
+            restart = _descend(space, point, iterations, before[i] if before else None)
+            restarts.append(restart)
+            restarts.sort(key=_rank)
+            if restarts[0] is restart and restart.swims_forward:
+                trace.append((space.spent_s, _mean_distance(swims, restart)))
             if progress is not None:
-                best_m = min(restart.objective_m for restart in restarts)
-                progress(min(len(restarts) / effort.descents, 1.0), best_m)
-        restarts[:] = _ranked(space, restarts)
+                progress(min(len(restarts) / effort.descents, 1.0), restarts[0].objective_m)
         return restarts
 
     heats = add(_starts(space, effort, random), effort.heat_iterations)[: effort.finalists]
@@ -146,11 +156,13 @@ def fit_coefficients(
     return CoefficientFit(
         coefficients=FluidCoefficients(*map(float, best.coefficients)),
         phase_rad=best.phase_rad,
-        mean_distance_m=float(swims.mean_distance(parameters(best.point)[:, None])[0]),
+        mean_distance_m=_mean_distance(swims, best),
         restarts=tuple(restarts),
         evaluations=space.evaluations,
         seconds=time.perf_counter() - began,
-        flags=_flags(restarts),
+        flags=flags_of(restarts),
+        spent_s=space.spent_s,
+        trace=tuple(trace),
     )
 
 
@@ -178,8 +190,7 @@ def _hops(space: SearchSpace, best: Restart, width: int, random: np.random.Gener
 
 def _forward_first(space: SearchSpace, points: np.ndarray) -> np.ndarray:
     """(p, s) the same points, those whose twin swims forward from rest first, else in the order given."""
-    forward = swims_forward(space.swims.twin, parameters(points)[:5].T, space.swims.trials)
-    return points[:, np.argsort(~forward, kind="stable")]
+    return points[:, np.argsort(~space.swims_forward(points), kind="stable")]
 
 
 def _descend(space: SearchSpace, start: np.ndarray, iterations: int, before: Restart | None = None) -> Restart:
@@ -206,18 +217,21 @@ def _descend(space: SearchSpace, start: np.ndarray, iterations: int, before: Res
         objective_m=float(history[-1]),
         history_m=history if before is None else np.append(before.history_m[:-1], history),
         converged=len(trace) <= iterations,
+        swims_forward=bool(space.swims_forward(x[:, None])[0]),
     )
 
 
-def _ranked(space: SearchSpace, restarts: list[Restart]) -> list[Restart]:
+def _rank(restart: Restart) -> tuple[bool, float]:
     """Best first: those that swim forward from rest, each group by its objective."""
-    coefficients = np.array([restart.coefficients for restart in restarts])
-    forward = swims_forward(space.swims.twin, coefficients, space.swims.trials)
-    checked = [replace(r, swims_forward=bool(f)) for r, f in zip(restarts, forward, strict=True)]
-    return sorted(checked, key=lambda restart: (not restart.swims_forward, restart.objective_m))
+    return not restart.swims_forward, restart.objective_m
 
 
-def _flags(restarts: list[Restart]) -> tuple[Flag, ...]:
+def _mean_distance(swims: Swims, restart: Restart) -> float:
+    return float(swims.mean_distance(parameters(restart.point)[:, None])[0])
+
+
+def flags_of(restarts: list[Restart]) -> tuple[Flag, ...]:
+    """What is doubtful about a set of restarts, best first."""
     best = restarts[0]
     low, high = COEFFICIENT_BOUNDS
     flags = [

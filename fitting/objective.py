@@ -5,6 +5,7 @@ measured one. Every column of parameters is one simulation of each trial, run in
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from mujoco.minimize import Norm
@@ -20,12 +21,25 @@ SETTLED_S = 0.25  # the tail has forgotten its start by then
 LOST_M = 1.0  # distance that stands for a simulation that blew up
 
 
+Comparison = Literal["published", "shape", "yaw"]
+
+
 @dataclass(frozen=True, eq=False)
 class Swims:
-    """The trials a set of parameters is compared with, and the twin that swims them."""
+    """The trials a set of parameters is compared with, and the twin that swims them.
+
+    Attributes:
+        twin: with the markers of the trials.
+        trials: to be compared with.
+        comparison: "published": distance in the head frame, aligned at the first scored frame. "shape": relative to
+            the nose in every frame, so that a drift of the path does not hide the tail. "yaw": as published, after
+            one turn of each trial's head frame about its nose, the best one for the simulation at hand (the nose and
+            neck boxes are placed by hand, so the measured axis may be off by some degrees).
+    """
 
     twin: Twin
     trials: tuple[MeasuredTrial, ...]
+    comparison: Comparison = "published"
 
     def simulate(self, parameters: np.ndarray) -> list[HeadFrame]:
         """Head frames (s, k, m, 2) of each trial for s columns of parameters (p, s); what diverges is nan.
@@ -54,9 +68,30 @@ class Swims:
         """
         parts = []
         for trial, simulated in zip(self.trials, self.simulate(parameters), strict=True):
-            error = residuals(trial, simulated, trial.scored)[:, trial.weight[trial.scored] > 0]  # (s, e, 2)
+            error = self.compare(trial, simulated)[:, trial.weight[trial.scored] > 0]  # (s, e, 2)
             parts.append(np.nan_to_num(error, nan=LOST_M).reshape(len(error), -1).T)
         return np.concatenate(parts)
+
+    def compare(self, trial: MeasuredTrial, simulated: HeadFrame) -> np.ndarray:
+        """(s, k, m, 2) simulated minus measured over the k scored frames of one trial, m."""
+        if self.comparison == "shape":
+            frames = trial.scored[: simulated.shape_m.shape[-3]]
+            return simulated.shape_m[..., frames, :, :] - trial.head.shape_m[trial.scored]
+        error = residuals(trial, simulated, trial.scored)
+        if self.comparison == "published":
+            return error
+        measured = scored_trajectory(trial)
+        turned = turn(measured, best_yaw(error + measured, measured, trial.weight[trial.scored])[:, None, None])
+        return error + measured - turned
+
+    def yaws(self, parameters: np.ndarray) -> np.ndarray:
+        """(s, t) best turn of each trial's measured head frame for (p, s) parameters, rad, counter-clockwise."""
+        angles = []
+        for trial, simulated in zip(self.trials, self.simulate(parameters), strict=True):
+            measured = scored_trajectory(trial)
+            error = residuals(trial, simulated, trial.scored)
+            angles.append(best_yaw(error + measured, measured, trial.weight[trial.scored]))
+        return np.stack(angles, axis=1)
 
     @property
     def norm(self) -> "MeanDistance":
@@ -65,10 +100,10 @@ class Swims:
         return MeanDistance(np.concatenate([w[w > 0] / (len(weights) * w.sum()) for w in weights]))
 
     def mean_distance(self, parameters: np.ndarray) -> np.ndarray:
-        """(s,) the published objective for (p, s) parameters: mean distance a trial, mean over trials, m."""
+        """(s,) the objective itself for (p, s) parameters: mean distance a trial, mean over trials, m."""
         total = np.zeros(parameters.shape[1])
         for trial, simulated in zip(self.trials, self.simulate(parameters), strict=True):
-            distance = np.linalg.norm(residuals(trial, simulated, trial.scored), axis=-1)  # (s, k, m)
+            distance = np.linalg.norm(self.compare(trial, simulated), axis=-1)  # (s, k, m)
             good = trial.weight[trial.scored] > 0
             total += np.nan_to_num(distance[:, good], nan=LOST_M).mean(axis=1)
         return total / len(self.trials)
@@ -100,6 +135,35 @@ def swim(
 def head_frame(trial: MeasuredTrial, marker_m: np.ndarray) -> HeadFrame:
     """Simulated markers (..., k, m, 2) of a trial in the head frame."""
     return to_head_frame(marker_m, trial.markers.index("nose"), trial.markers.index("neck"))
+
+
+def scored_trajectory(trial: MeasuredTrial) -> np.ndarray:
+    """(k, m, 2) measured markers of the scored frames in the head frame, displacement counted from the first, m."""
+    path = trial.head.path_m[trial.scored]
+    return trial.head.shape_m[trial.scored] + (path - path[0])[:, None, :]
+
+
+def best_yaw(simulated: np.ndarray, measured: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """(s,) turn of the measured markers (k, m, 2) that brings them closest to simulated ones (s, k, m, 2), rad.
+
+    Closest in mean distance: a weighted Procrustes rotation about the origin, reweighted a few times.
+    """
+    known, weight = np.nan_to_num(measured), np.where(np.isfinite(measured).all(axis=-1), weight, 0.0)
+    angle = np.zeros(len(simulated))
+    for _ in range(4):
+        distance = np.linalg.norm(simulated - turn(known, angle[:, None, None]), axis=-1)
+        pull = np.nan_to_num(weight / np.sqrt(distance**2 + SOFTENING_M**2))
+        cross = known[..., 0] * simulated[..., 1] - known[..., 1] * simulated[..., 0]
+        dot = (known * simulated).sum(axis=-1)
+        angle = np.arctan2((pull * np.nan_to_num(cross)).sum(axis=(1, 2)), (pull * np.nan_to_num(dot)).sum(axis=(1, 2)))
+    return angle
+
+
+def turn(points: np.ndarray, angle_rad: np.ndarray) -> np.ndarray:
+    """(..., 2) points turned counter-clockwise about the origin; the angles broadcast against the leading axes."""
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    x, y = points[..., 0], points[..., 1]
+    return np.stack([x * cos - y * sin, x * sin + y * cos], axis=-1)
 
 
 class MeanDistance(Norm):

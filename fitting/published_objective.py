@@ -6,9 +6,9 @@ alike; a point that would win but swims backward is handed back with a penalty.
 
 import numpy as np
 
+from fitting.coefficients import Progress
 from fitting.from_rest import seconds_from_rest, swims_forward
 from fitting.objective import COEFFICIENT_BOUNDS, Swims, phase_from_harmonic
-from fitting.scoring import residuals
 
 FREE_TURNS_RAD = 100.0  # phases are free; optimisers ask for finite bounds
 PENALTY = 1.5  # factor on the distance of what swims backward
@@ -19,11 +19,12 @@ class BudgetSpent(Exception):
 
 
 class PublishedObjective:
-    """Mean marker distance over the fit trials (or relative to the nose), as a function of coefficients and phases.
+    """Mean marker distance over the fit trials, as a function of coefficients and phases.
 
     Args:
-        swims: the fit trials and the twin.
-        shape_only: compare relative to the nose in every frame, so that a drift in heading does not hide the tail.
+        swims: the fit trials, the twin, and how they are compared.
+        budget_s: simulated seconds it is meant for, which `progress` is told the share of.
+        progress: called with that share and the best distance so far, m.
 
     Attributes:
         spent_s: seconds simulated so far, the checks from rest included.
@@ -32,9 +33,9 @@ class PublishedObjective:
         trace: (spent_s, best_m) at every new best.
     """
 
-    def __init__(self, swims: Swims, shape_only: bool = False) -> None:
+    def __init__(self, swims: Swims, budget_s: float, progress: Progress | None = None) -> None:
         self.swims = swims
-        self.shape_only = shape_only
+        self._budget_s, self._progress = budget_s, progress
         free = np.full(len(swims.trials), FREE_TURNS_RAD)
         self.bounds = (
             np.append(np.full(5, COEFFICIENT_BOUNDS[0]), -free),
@@ -48,18 +49,12 @@ class PublishedObjective:
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """(s,) distances of points (p, s), m."""
-        distances = np.zeros(points.shape[1])
-        for trial, simulated in zip(self.swims.trials, self.swims.simulate(points), strict=True):
-            if self.shape_only:
-                frames = trial.scored[: simulated.shape_m.shape[-3]]
-                error = simulated.shape_m[:, frames] - trial.head.shape_m[trial.scored]
-            else:
-                error = residuals(trial, simulated, trial.scored)
-            good = trial.weight[trial.scored] > 0
-            distances += np.nan_to_num(np.linalg.norm(error, axis=-1)[:, good], nan=1.0).mean(axis=1)
-        distances /= len(self.swims.trials)
+        distances = self.swims.mean_distance(points)
         self._count(points.shape[1])
-        return self.consider(points, distances)
+        result = self.consider(points, distances)
+        if self._progress is not None:
+            self._progress(min(self.spent_s / self._budget_s, 1.0), self.best_m)
+        return result
 
     def consider(self, points: np.ndarray, distances: np.ndarray) -> np.ndarray:
         """Takes note of points (p, s) with known distances (s,); returns these with the penalty where it applies."""

@@ -23,7 +23,7 @@ def bayesian(objective: PublishedObjective, budget_s: float, seed: int) -> None:
     """Spends a budget of simulated seconds on Bayesian optimisation over the five coefficients."""
     low, high = COEFFICIENT_BOUNDS
     names = [f"c{i}" for i in range(5)]
-    liar = acquisition.ConstantLiar(acquisition.ExpectedImprovement(xi=5e-4, random_state=seed))
+    liar = acquisition.ConstantLiar(acquisition.ExpectedImprovement(xi=5e-4))
     search = BayesianOptimization(
         None, dict.fromkeys(names, (low, high)), acquisition_function=liar, random_state=seed, verbose=0
     )

@@ -6,6 +6,7 @@ searched in square roots: small coefficients are resolved, zero is still reached
 
 import numpy as np
 
+from fitting.from_rest import seconds_from_rest, swims_forward
 from fitting.objective import COEFFICIENT_BOUNDS, Swims, phase_from_harmonic
 
 # Steps of the differences. Trajectories are smooth in the large, but Kutta lift switches its side within a fraction
@@ -20,12 +21,18 @@ class SearchSpace:
     """The objective of a set of swims over roots of coefficients and phases; counts what it simulates.
 
     Points are columns (p, s): five roots, then a phase (rad) for each of the t trials.
+
+    Attributes:
+        evaluations: points simulated so far.
+        spent_s: seconds simulated so far, the checks from rest included.
     """
 
     def __init__(self, swims: Swims) -> None:
         self.swims = swims
         self.norm = swims.norm
-        self.evaluations = 0
+        self.evaluations, self.spent_s = 0, 0.0
+        self._seconds = sum(float(trial.time_s[trial.scored][-1]) for trial in swims.trials)
+        self._seconds_from_rest = seconds_from_rest(swims.trials)
         free = np.full(len(swims.trials), FREE_TURNS_RAD)
         self.low = np.append(np.full(5, ROOTS[0]), -free)
         self.high = np.append(np.full(5, ROOTS[1]), free)
@@ -38,7 +45,7 @@ class SearchSpace:
     def errors(self, points: np.ndarray) -> np.ndarray:
         """(2 e, s) marker errors of points (p,) or (p, s), m."""
         columns = points.reshape(self.size, -1)
-        self.evaluations += columns.shape[1]
+        self._count(columns.shape[1])
         return self.swims.errors(parameters(columns))
 
     def slopes(self, x: np.ndarray, _errors: np.ndarray) -> np.ndarray:
@@ -62,9 +69,18 @@ class SearchSpace:
     def in_step(self, coefficients: np.ndarray) -> np.ndarray:
         """(p, s) points: sets of coefficients (s, 5), each with the crank phases that bring the tail in step."""
         twin, trials = self.swims.twin, self.swims.trials
-        self.evaluations += len(coefficients)
+        self._count(len(coefficients))
         phases = [phase_from_harmonic(twin, trial, coefficients, trial.frequency.hz) for trial in trials]
         return np.vstack([np.sqrt(coefficients).T, phases])
+
+    def swims_forward(self, points: np.ndarray) -> np.ndarray:
+        """(s,) whether the twin of each point (p, s) swims forward from rest."""
+        self.spent_s += self._seconds_from_rest * points.shape[1]
+        return swims_forward(self.swims.twin, parameters(points)[:5].T, self.swims.trials)
+
+    def _count(self, points: int) -> None:
+        self.evaluations += points
+        self.spent_s += self._seconds * points
 
 
 def parameters(points: np.ndarray) -> np.ndarray:

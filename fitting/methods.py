@@ -1,0 +1,100 @@
+"""The searches one can choose from: each finds the five coefficients and a phase a trial for the same objective."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from fitting.coefficients import CoefficientFit, Effort, Progress, Restart, fit_coefficients, flags_of
+from fitting.objective import Swims
+from fitting.published_objective import PublishedObjective
+from fitting.published_search import bayesian_then_nelder_mead, nelder_mead_alone, random_search
+from session import SimulationDiverged
+from swimmer import FluidCoefficients
+
+MethodName = Literal["gradient", "bo-nm", "nelder-mead", "random"]
+
+
+@dataclass(frozen=True)
+class Method:
+    """A search.
+
+    Attributes:
+        name: on the command line.
+        label: for people.
+        spend: spends a budget of simulated seconds on an objective, with a seed; None: the gradient search, which
+            stops by itself.
+    """
+
+    name: MethodName
+    label: str
+    spend: Callable[[PublishedObjective, float, int], None] | None
+
+
+METHODS: dict[str, Method] = {
+    method.name: method
+    for method in (
+        Method("gradient", "Gauss-Newton, many starts", None),
+        Method("bo-nm", "Bayesian optimisation, then Nelder-Mead (published)", bayesian_then_nelder_mead),
+        Method("nelder-mead", "Nelder-Mead alone", nelder_mead_alone),
+        Method("random", "random search", random_search),
+    )
+}
+
+
+def search(
+    method: str,
+    swims: Swims,
+    effort: Effort,
+    seed: int = 0,
+    budget_s: float | None = None,
+    progress: Progress | None = None,
+) -> CoefficientFit:
+    """Runs one search.
+
+    Args:
+        method: a key of `METHODS`.
+        swims: the fit trials, the twin, and how they are compared.
+        effort: how hard the gradient search works; for the others, the budget in simulated seconds.
+        seed: of every random draw.
+        budget_s: simulated seconds for the others, instead of the effort's.
+        progress: called with the share done, 0 to 1, and the best mean distance so far, m.
+
+    Raises:
+        KeyError: an unknown method.
+        SimulationDiverged: no point that swims forward was found within the budget.
+    """
+    spend = METHODS[method].spend
+    if spend is None:
+        return fit_coefficients(swims, effort, seed, progress)
+    began, budget = time.perf_counter(), effort.budget_s if budget_s is None else budget_s
+    objective = PublishedObjective(swims, budget, progress)
+    spend(objective, budget, seed)
+    if not np.isfinite(objective.best_m):
+        raise SimulationDiverged(
+            f"{METHODS[method].label}: none of {objective.evaluations} points within {budget:g} simulated seconds "
+            "swims forward from rest; give a larger budget or use the gradient search"
+        )
+    best = objective.best_point
+    result = Restart(
+        start=best[:5],
+        coefficients=best[:5],
+        phase_rad=best[5:],
+        objective_m=objective.best_m,
+        history_m=np.array([value for _, value in objective.trace]),
+        converged=True,
+    )
+    return CoefficientFit(
+        coefficients=FluidCoefficients(*map(float, best[:5])),
+        phase_rad=best[5:],
+        mean_distance_m=objective.best_m,
+        restarts=(result,),
+        evaluations=objective.evaluations,
+        seconds=time.perf_counter() - began,
+        flags=flags_of([result]),
+        method=method,
+        spent_s=objective.spent_s,
+        trace=tuple(objective.trace),
+    )
