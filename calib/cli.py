@@ -37,6 +37,9 @@ Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores")]
 AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]
 
 
+INTERRUPTED = 130  # what typer makes of Ctrl-C
+
+
 def main() -> None:
     """Entry point: errors of ours become one clear message and exit code 2, Ctrl-C exit code 130."""
     try:
@@ -44,12 +47,10 @@ def main() -> None:
     except SwimcalError as error:
         print(f"calib: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        print(
-            "\ncalib: stopped. What was finished is kept; the same command goes on from there.",
-            file=sys.stderr,
-        )
-        sys.exit(130)
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            print("\ncalib: stopped. What was finished is kept; the same command goes on from there.", file=sys.stderr)
+        raise
 
 
 @app.callback(invoke_without_command=True)

@@ -155,8 +155,16 @@ class Pipeline:
             raise NotEnoughData("\n".join(problems))
         return measured
 
+    def tracks(self) -> tuple[Path, ...]:
+        """`results/tracks/<trial>.csv` of every usable swim, up to date."""
+        files = tuple(self._tracks_file(spec.name) for spec in self.session.trials if _is_usable(spec))
+        if not all(is_current(file, self.fingerprint) for file in files):
+            _ = self.trials
+        return files
+
     def fit(self) -> Path:
         """`results/calibration.json` and `results/calibrated.xml`, up to date."""
+        self.tracks()
         if not is_current(self.calibration_file, self.fingerprint):
             self._calibrate()
         return self.calibration_file
@@ -180,6 +188,7 @@ class Pipeline:
 
     def report(self) -> Path:
         """`results/report.html`, up to date."""
+        self.tracks()
         if is_current(self.calibration_file, self.fingerprint) and is_current(self.report_file, self.fingerprint):
             return self.report_file
         calibration = self.calibrated()
@@ -208,9 +217,12 @@ class Pipeline:
         assert spec.tracks is not None
         return load_tracks(spec.tracks, self.session.markers, self.session.camera.fps)
 
+    def _tracks_file(self, trial: str) -> Path:
+        return self.session.results / "tracks" / f"{trial}.csv"
+
     def _save_tracks(self, tracks: Tracks, trial: MeasuredTrial) -> None:
         """The tracks as used: flagged samples keep their place, with confidence 0."""
-        path = self.session.results / "tracks" / f"{trial.name}.csv"
+        path = self._tracks_file(trial.name)
         if is_current(path, self.fingerprint):
             return
         confidence = np.where(trial.weight > 0, tracks.confidence, 0.0)

@@ -211,8 +211,8 @@ def _descend(space: SearchSpace, start: np.ndarray, iterations: int, before: Res
     )
     history = np.array([float(step.objective) for step in trace])
     return Restart(
-        start=start[:5] ** 2 if before is None else before.start,
-        coefficients=x[:5] ** 2,
+        start=parameters(start)[:5] if before is None else before.start,
+        coefficients=parameters(x)[:5],
         phase_rad=x[5:],
         objective_m=float(history[-1]),
         history_m=history if before is None else np.append(before.history_m[:-1], history),

@@ -86,5 +86,5 @@ class SearchSpace:
 def parameters(points: np.ndarray) -> np.ndarray:
     """(p, ...) coefficients and phases of points (p, ...)."""
     result = np.array(points, float)
-    result[:5] **= 2
+    result[:5] = np.clip(result[:5] ** 2, *COEFFICIENT_BOUNDS)  # the square of a bound's root may lie just beyond it
     return result
