@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from calib import pipeline
+from calib.pipeline import Options, Pipeline, open_session
+from synthetic import make_session
+from tests.calib.door import PLAN, TINY, Front, front_door
+
+
+@pytest.fixture(autouse=True)
+def little_effort(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A short search, but for tests marked `long` and those of the sample."""
+    if "true_effort" not in request.fixturenames:
+        monkeypatch.setattr(pipeline, "EFFORTS", {"quick": TINY, "full": TINY})
+
+
+@pytest.fixture
+def true_effort() -> None:
+    """Asks for the search that users get."""
+
+
+@pytest.fixture
+def calib(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Front:
+    return front_door(monkeypatch, capsys)
+
+
+@pytest.fixture(scope="session")
+def fresh_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_session(tmp_path_factory.mktemp("fresh") / "pool", PLAN)
+
+
+@pytest.fixture(scope="session")
+def finished_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("finished") / "pool"
+    shutil.copytree(fresh_session, folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pipeline, "EFFORTS", {"quick": TINY, "full": TINY})
+        Pipeline(open_session(folder), Options("quick")).report()
+    return folder
+
+
+@pytest.fixture
+def fresh(fresh_session: Path, tmp_path: Path) -> Path:
+    """A session without results, of the test's own."""
+    return Path(shutil.copytree(fresh_session, tmp_path / "pool"))
+
+
+@pytest.fixture
+def finished(finished_session: Path, tmp_path: Path) -> Path:
+    """A session with all its results (quick effort), of the test's own."""
+    return Path(shutil.copytree(finished_session, tmp_path / "pool"))

@@ -1,0 +1,86 @@
+"""The command line from outside: what it prints, writes and ends with."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from calib import cli
+from fitting import QUICK, Effort
+from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise
+
+ROOT = Path(__file__).resolve().parents[2]
+
+TINY = Effort(**vars(QUICK) | {"screened": 8, "starts": 1, "finalists": 1, "heat_iterations": 2, "final_iterations": 2})
+"""Just enough of a search for the machinery around it."""
+
+PLAN = SyntheticPlan(
+    trials=(
+        SyntheticTrial(name="slow", frequency_hz=0.8, commanded_hz=0.82, seconds=2.8, phase_rad=1.0),
+        SyntheticTrial(name="fast", frequency_hz=1.3, commanded_hz=1.35, seconds=2.5, role="holdout"),
+    ),
+    noise=TrackingNoise(),
+    run_in_s=3.0,
+)
+
+
+class Outcome(NamedTuple):
+    """What a command ended with."""
+
+    code: int
+    out: str
+    err: str
+
+
+Front = Callable[..., Outcome]
+"""Runs `calib` with these arguments."""
+
+
+def front_door(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Front:
+    """`calib` within this process, through its entry point."""
+
+    def run(*arguments: str | Path) -> Outcome:
+        monkeypatch.setattr(sys, "argv", ["calib", *map(str, arguments)])
+        capsys.readouterr()
+        code = 0
+        try:
+            cli.main()
+        except SystemExit as end:
+            code = int(end.code or 0)
+        return Outcome(code, *capsys.readouterr())
+
+    return run
+
+
+def process(*arguments: str | Path) -> subprocess.Popen[str]:
+    """`calib` as a process of its own."""
+    command = [sys.executable, "-c", "from calib.cli import main; main()", *map(str, arguments)]
+    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def files_in(folder: Path) -> dict[str, int]:
+    """The time of writing of each file below a folder, by name; temporary files of an interrupted write too."""
+    return {
+        path.relative_to(folder).as_posix(): path.stat().st_mtime_ns for path in folder.rglob("*") if path.is_file()
+    }
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+def assert_told(outcome: Outcome, *parts: str) -> None:
+    """One clear message on standard error, exit code 2, no traceback."""
+    assert outcome.code == 2, outcome
+    assert outcome.out == ""
+    assert outcome.err.startswith("calib: ")
+    assert "Traceback" not in outcome.err
+    for part in parts:
+        assert part in outcome.err

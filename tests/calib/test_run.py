@@ -1,0 +1,223 @@
+"""`calib run`: what it writes, what it skips, what it makes again, how it can be stopped."""
+
+from __future__ import annotations
+
+import json
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from calib import pipeline
+from session import session_lock
+from tests.calib.door import ROOT, Front, assert_told, edit, files_in, process
+
+SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
+RESULTS = {"calibration.json", "calibrated.xml", "report.html", "tracks/slow.csv", "tracks/fast.csv"}
+
+
+def results_of(folder: Path) -> dict[str, int]:
+    """The time of writing of each result of the contract."""
+    return {name: written for name, written in files_in(folder / "results").items() if not name.startswith(".")}
+
+
+@contextmanager
+def remade(folder: Path, *expected: str) -> Iterator[None]:
+    """Exactly these results are written within the block."""
+    before = results_of(folder)
+    yield
+    after = results_of(folder)
+    assert {name for name in after if after[name] != before.get(name)} == set(expected)
+
+
+def test_it_writes_every_result_and_names_the_report_last(calib: Front, fresh: Path) -> None:
+    outcome = calib("run", fresh, "--effort", "quick")
+
+    assert outcome.code == 0
+    assert results_of(fresh).keys() == RESULTS
+    assert outcome.out.splitlines()[-1] == str(fresh / "results" / "report.html")
+    for name in ("slow", "fast", "coefficients", "fit trials", "held out"):
+        assert name in outcome.out
+
+
+def test_what_has_not_changed_is_not_made_again(calib: Front, finished: Path) -> None:
+    with remade(finished):
+        began = time.perf_counter()
+        assert calib("run", finished, "--effort", "quick").code == 0
+        assert calib("fit", finished, "--effort", "quick").code == 0
+        assert calib("report", finished, "--effort", "quick").code == 0
+    assert time.perf_counter() - began < 2.0
+
+
+def test_another_effort_makes_all_again(calib: Front, finished: Path) -> None:
+    with remade(finished, *RESULTS):
+        calib("run", finished, "--effort", "full")
+    assert json.loads((finished / "results" / "calibration.json").read_text())["effort"] == "full"
+
+
+@pytest.mark.parametrize("change", ["seed", "role", "tracks"])
+def test_a_changed_input_makes_all_again(calib: Front, finished: Path, change: str) -> None:
+    if change == "seed":
+        edit(finished / "session.toml", "[fit]", "[fit]\nseed = 7")
+    elif change == "role":
+        edit(finished / "session.toml", 'role = "holdout"', 'role = "fit"')
+    else:
+        (finished / "trials" / "slow.csv.gz").write_bytes((finished / "trials" / "fast.csv.gz").read_bytes())
+    with remade(finished, *RESULTS):
+        assert calib("run", finished, "--effort", "quick").code == 0
+
+
+def test_a_deleted_report_is_made_again_without_a_new_fit(calib: Front, finished: Path) -> None:
+    (finished / "results" / "report.html").unlink()
+    with remade(finished, "report.html"):
+        calib("run", finished, "--effort", "quick")
+
+
+@pytest.mark.parametrize("name", ["calibration.json", "calibrated.xml"])
+def test_a_deleted_calibration_is_made_again_and_the_same(calib: Front, finished: Path, name: str) -> None:
+    path = finished / "results" / name
+    before = path.read_bytes()
+    path.unlink()
+    calib("fit", finished, "--effort", "quick")
+
+    assert _without_times(path.read_bytes()) == _without_times(before)
+
+
+def _without_times(content: bytes) -> str:
+    return "\n".join(line for line in content.decode().splitlines() if '"seconds"' not in line)
+
+
+def test_deleted_tracks_are_written_again(calib: Front, finished: Path) -> None:
+    (finished / "results" / "tracks" / "slow.csv").unlink()
+    calib("run", finished, "--effort", "quick")
+
+    assert (finished / "results" / "tracks" / "slow.csv").is_file()
+
+
+def test_an_edited_calibration_does_not_pass_for_a_result(calib: Front, finished: Path) -> None:
+    path = finished / "results" / "calibration.json"
+    true = json.loads(path.read_text())
+    path.write_text(json.dumps(true | {"mujoco": "3.12.0", "coefficients": {}}))
+    calib("run", finished, "--effort", "quick")
+
+    assert json.loads(path.read_text())["coefficients"] == true["coefficients"]
+
+
+def test_fit_stops_before_the_report(calib: Front, fresh: Path) -> None:
+    outcome = calib("fit", fresh, "--effort", "quick")
+
+    assert results_of(fresh).keys() == RESULTS - {"report.html"}
+    assert outcome.out.splitlines()[-1] == str(fresh / "results" / "calibration.json")
+
+
+def test_json_is_all_that_stands_on_standard_output(calib: Front, finished: Path) -> None:
+    outcome = calib("run", finished, "--effort", "quick", "--json")
+    told = json.loads(outcome.out)
+
+    assert outcome.err == ""
+    assert told["result"] == str(finished / "results" / "report.html")
+    assert told["made"] == []
+    assert told["calibration"] == json.loads((finished / "results" / "calibration.json").read_text())
+
+
+def test_provenance_names_engine_inputs_and_effort(finished: Path) -> None:
+    data = json.loads((finished / "results" / "calibration.json").read_text())
+
+    assert list(data)[:7] == ["schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort"]
+    assert data["mujoco"] == mujoco.__version__
+    assert set(data["inputs"]) == {"session.toml", "trials/slow.csv.gz", "trials/fast.csv.gz"}
+    assert data["effort"] == "quick"
+
+
+@pytest.mark.skipif(not SCHEMA.is_file(), reason="the public schema is not here (../shared/design/schema)")
+def test_the_calibration_has_the_public_form(finished: Path) -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    data = json.loads((finished / "results" / "calibration.json").read_text())
+
+    jsonschema.validate(data, json.loads(SCHEMA.read_text()))
+
+
+def test_the_calibrated_file_swims_in_plain_mujoco(finished: Path) -> None:
+    data = json.loads((finished / "results" / "calibration.json").read_text())
+    model = mujoco.MjModel.from_xml_path(str(finished / "results" / "calibrated.xml"))
+    state = mujoco.MjData(model)
+    coefficients = list(data["coefficients"].values())
+    fluid = model.geom_fluid[model.geom_fluid[:, 0] > 0, 1:6]
+
+    assert model.nkey == 1
+    assert model.key("slow").id == 0
+    np.testing.assert_allclose(fluid, np.tile(coefficients, (len(fluid), 1)), rtol=1e-5)
+    mujoco.mj_resetDataKeyframe(model, state, 0)
+    hz = data["trials"]["slow"]["frequency_hz"]
+    assert state.ctrl[0] == pytest.approx(2 * np.pi * hz, rel=1e-5)
+    assert state.joint("crank").qpos[0] == pytest.approx(data["trials"]["slow"]["phase_rad"], rel=1e-5)
+    mujoco.mj_step(model, state, round(3.0 / model.opt.timestep))
+    assert np.isfinite(state.qpos).all()
+    assert state.time == pytest.approx(3.0, abs=model.opt.timestep)
+    assert state.joint("surge").qpos[0] < -0.05
+    assert state.joint("crank").qvel[0] == pytest.approx(2 * np.pi * hz, rel=0.02)
+
+
+def test_from_a_straight_tail_at_any_phase_the_calibrated_file_does_not_diverge(finished: Path) -> None:
+    model = mujoco.MjModel.from_xml_path(str(finished / "results" / "calibrated.xml"))
+    for phase in np.linspace(0, 2 * np.pi, 6, endpoint=False):
+        state = mujoco.MjData(model)
+        state.joint("crank").qpos[0], state.joint("crank").qvel[0] = phase, 2 * np.pi
+        state.ctrl[0] = 2 * np.pi
+        mujoco.mj_step(model, state, round(2.0 / model.opt.timestep))
+        assert state.time == pytest.approx(2.0, abs=model.opt.timestep)  # the engine did not reset itself
+        assert np.abs(state.qvel).max() < 50
+
+
+@pytest.mark.parametrize("stage", ["calibrated_mjcf", "write_report"])
+def test_an_interrupted_write_leaves_what_stood_there(
+    calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch, stage: str
+) -> None:
+    before = {name: (finished / "results" / name).read_bytes() for name in ("calibrated.xml", "report.html")}
+    edit(finished / "session.toml", "[fit]", "[fit]\nseed = 7")
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(pipeline, stage, stop)
+        outcome = calib("run", finished, "--effort", "quick")
+
+    assert outcome.code == 130
+    assert "the same command goes on from there" in outcome.err
+    kept = before if stage == "calibrated_mjcf" else {"report.html": before["report.html"]}
+    assert {name: (finished / "results" / name).read_bytes() for name in kept} == kept
+    assert not [name for name in files_in(finished) if ".part." in name]
+    assert calib("run", finished, "--effort", "quick").code == 0
+    assert json.loads((finished / "results" / "calibration.json").read_text())["seed"] == 7
+
+
+def test_ctrl_c_ends_with_130_and_the_same_command_goes_on(fresh: Path) -> None:
+    running = process("run", fresh)  # with full effort: it would take minutes
+    deadline = time.monotonic() + 60
+    while not (fresh / "results" / "tracks" / "fast.csv").exists():
+        assert time.monotonic() < deadline
+        assert running.poll() is None
+        time.sleep(0.05)
+    time.sleep(0.5)  # past the Sobol tables of scipy, which swallow a Ctrl-C while they load
+    running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=60)
+
+    assert running.returncode == 130
+    assert out == ""
+    assert "calib: stopped. What was finished is kept" in err
+    assert "Traceback" not in err
+    assert results_of(fresh).keys() == {"tracks/slow.csv", "tracks/fast.csv"}
+    with session_lock(fresh):
+        pass
+
+
+def test_two_runs_at_once_are_refused(calib: Front, fresh: Path) -> None:
+    with session_lock(fresh):
+        assert_told(calib("run", fresh), str(fresh), "is being worked on", "Wait for that run")
+    assert results_of(fresh) == {}
