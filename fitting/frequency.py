@@ -66,7 +66,10 @@ def estimate_frequency(
     """
     weight = np.where(np.isfinite(lateral_m), weight, 0.0)
     if (weight.sum(axis=1) > 0).sum() < 12:
-        raise NotEnoughData("fewer than 12 frames with a usable tail marker; a frequency needs at least one beat")
+        raise NotEnoughData(
+            "fewer than 12 frames with a usable tail marker; a frequency needs at least one beat. "
+            "Track it again, or leave the trial out"
+        )
     start = _strongest(time_s, lateral_m, weight)
     for _ in range(_REWEIGHTINGS):
         hz = _refined(time_s, lateral_m, weight, start)

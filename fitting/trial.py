@@ -88,6 +88,7 @@ def measure_trial(
         raise NotEnoughData(f"trial {spec.name}: none of its markers sits on the tail; the fit needs at least one")
     weight = quality.weight * ((quality.weight[:, nose] > 0) & (quality.weight[:, neck] > 0))[:, None]
     head = to_head_frame(pool.position_m, nose, neck)
+    weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
     time_s = pool.time_s
 
     def beat(frames: np.ndarray) -> SwimFrequency:

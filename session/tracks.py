@@ -13,6 +13,7 @@ from session.results import write_whole
 from session.tables import RawTable, check_time, read_table, to_numbers
 
 TIME = "time_s"
+FARTHEST_PX = 1e6
 SUFFIXES = ("_x", "_y", "_confidence")
 
 
@@ -180,6 +181,19 @@ def _check_samples(
                 expected="at least one sample",
                 next_step="Remove it from [markers] names, or track it.",
             )
+    far = np.argwhere(np.abs(np.nan_to_num(tracks.position_px)).max(axis=2) > FARTHEST_PX)
+    faults.extend_capped(
+        [
+            Fault(
+                table.file,
+                f"line {table.rows[row].line}",
+                f"marker {tracks.markers[marker]!r} lies beyond any image",
+                "({:g}, {:g})".format(*tracks.position_px[row, marker]),
+                f"pixels, no further than {FARTHEST_PX:g} from the corner, or an empty cell for a missing sample",
+            )
+            for row, marker in far.tolist()
+        ]
+    )
     for column, name in enumerate(columns):
         if name.endswith(SUFFIXES[2]):
             outside = np.flatnonzero((values[:, column] < 0) | (values[:, column] > 1)).tolist()

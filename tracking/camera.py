@@ -38,18 +38,18 @@ def to_pool(tracks: Tracks, camera: CameraSpec, weight: np.ndarray | None = None
         weight: (n, m) samples of weight 0 do not count for the scale; default all count.
 
     Raises:
-        NotEnoughData: nose and neck are never seen together.
+        NotEnoughData: nose and neck are never seen both, apart from each other.
     """
     position_px = tracks.position_px
     if camera.calibration is not None:
         position_px = undistort(position_px, camera.calibration)
     nose, neck = tracks.markers.index("nose"), tracks.markers.index("neck")
     span_px = np.linalg.norm(position_px[:, neck] - position_px[:, nose], axis=1)  # (n,)
-    good = np.isfinite(span_px)
+    good = np.isfinite(span_px) & (span_px > 0)
     if weight is not None and (trusted := good & (weight[:, nose] > 0) & (weight[:, neck] > 0)).any():
         good = trusted
     if not good.any():
-        raise NotEnoughData("nose and neck are never seen together, so the tracks have no scale; track them again")
+        raise NotEnoughData("nose and neck are never seen apart, so the tracks have no scale; track them again")
     median_px = float(np.median(span_px[good]))
     scale = camera.scale_length_m / median_px
     return PoolTracks(

@@ -48,8 +48,8 @@ def to_head_frame(
 
     Args:
         position_m: (..., n, m, 2) markers in a right-handed frame fixed to the pool, z towards the camera, m.
-            Frames in which nose or neck is missing (nan) are missing in the result; the displacement bridges
-            them.
+            Frames in which nose or neck is missing (nan), or both are on one spot, are missing in the result; the
+            displacement bridges them.
         nose: index of the nose marker.
         neck: index of the neck marker.
         displacement: "nose" adds the nose's displacement; "head_mean" the mean displacement of `head`.
@@ -78,8 +78,9 @@ def to_head_frame(
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
-    """(..., 2) of length 1."""
-    return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
+    """(..., 2) of length 1; nan where there is no direction."""
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return vector / np.where(length > 0, length, np.nan)
 
 
 def one_of(heads: HeadFrame, index: int) -> HeadFrame:

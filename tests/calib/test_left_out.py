@@ -1,0 +1,133 @@
+"""Trials that cannot be used, and sessions that hold nothing else."""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from session import MOTOR_COLUMNS, load_tracks, save_tracks
+from tests.calib.door import PLAN, Front, assert_told, edit, files_in
+
+MOTOR_LOG = ",".join(MOTOR_COLUMNS) + "\n" + "".join(f"{k / 100},{k * 0.06},6.2,0.5,12,30,0\n" for k in range(300))
+
+OTHERS = """
+[[trial]]
+name = "pull"
+kind = "free_decay"
+tracks = "trials/slow.csv.gz"
+
+[[trial]]
+name = "clamped"
+kind = "dry"
+tracks = "trials/slow.csv.gz"
+commanded_hz = 0.8
+
+[[trial]]
+name = "logged"
+kind = "swim"
+motor = "logged.motor.csv"
+commanded_hz = 0.8
+
+[[trial]]
+name = "filmed"
+kind = "swim"
+video = "filmed.mp4"
+boxes = "filmed.boxes.json"
+commanded_hz = 0.8
+"""
+
+
+def with_others(folder: Path) -> Path:
+    (folder / "logged.motor.csv").write_text(MOTOR_LOG)
+    (folder / "filmed.mp4").write_bytes(b"not looked at")
+    (folder / "filmed.boxes.json").write_text('{"frame": 0, "boxes": {}}')
+    toml = folder / "session.toml"
+    toml.write_text(toml.read_text() + OTHERS)
+    return folder
+
+
+def only(folder: Path, *names: str) -> Path:
+    """Leaves these trials of the session."""
+    head, *trials = (folder / "session.toml").read_text().split("[[trial]]")
+    kept = [trial for trial in trials if any(f'name = "{name}"' in trial for name in names)]
+    (folder / "session.toml").write_text("[[trial]]".join([head, *kept]))
+    return folder
+
+
+def test_other_trials_are_left_out_with_a_note_that_says_why(calib: Front, fresh: Path) -> None:
+    outcome = calib("run", with_others(fresh), "--effort", "quick")
+
+    assert outcome.code == 0, outcome.err
+    for line in (
+        "Trial pull was left out: this version does not use free_decay trials yet.",
+        "Trial clamped was left out: this version does not use dry trials yet.",
+        "Trial logged was left out: it has no tracks",
+        "Trial filmed was left out: it has no tracks, and this version does not track videos yet.",
+    ):
+        assert line in outcome.out
+    report = (fresh / "results" / "report.html").read_text()
+    assert "Trial pull was left out" in report
+
+
+def test_a_session_with_nothing_to_fit_is_told_so(calib: Front, fresh: Path) -> None:
+    edit(fresh / "session.toml", 'role = "fit"', 'role = "holdout"')
+
+    assert_told(calib("run", fresh), 'no swim has role = "fit"')
+    assert not (fresh / "results" / "calibration.json").exists()
+
+
+def test_a_session_of_motor_logs_only_is_told_so(calib: Front, fresh: Path) -> None:
+    only(with_others(fresh), "logged")
+
+    assert_told(calib("run", fresh), "no swim with tracks", "Trial logged was left out")
+
+
+def test_without_held_out_trials_there_is_no_held_out_summary(calib: Front, fresh: Path) -> None:
+    outcome = calib("run", only(fresh, "slow"), "--effort", "quick")
+
+    assert outcome.code == 0, outcome.err
+    assert "held out:" not in outcome.out
+    assert (fresh / "results" / "report.html").is_file()
+
+
+def change_tracks(folder: Path, name: str, change: Callable[[np.ndarray], None]) -> None:
+    """Changes the positions (n, m, 2) of a trial in place."""
+    path = folder / "trials" / f"{name}.csv.gz"
+    tracks = load_tracks(path, PLAN.markers, 60.0)
+    change(tracks.position_px)
+    confidence = np.isfinite(tracks.position_px).all(axis=2).astype(float)
+    plain = folder / "plain.csv"
+    save_tracks(plain, replace(tracks, confidence=confidence))
+    path.write_bytes(gzip.compress(plain.read_bytes(), mtime=0))
+    plain.unlink()
+
+
+@pytest.mark.parametrize("name", ["slow", "fast"])
+def test_a_trial_whose_tail_cannot_be_trusted_is_named(calib: Front, fresh: Path, name: str) -> None:
+    def lose_the_tail(position_px: np.ndarray) -> None:
+        position_px[8:, 3:] = np.nan
+
+    change_tracks(fresh, name, lose_the_tail)
+    outcome = calib("run", fresh, "--effort", "quick")
+
+    assert_told(outcome, f"trial {name}:", "usable tail marker", "leave the trial out")
+    assert set(files_in(fresh / "results")) <= {".stages.json", "tracks/slow.csv", "tracks/fast.csv"}
+
+
+def test_flagged_stretches_are_left_out_by_weight(calib: Front, fresh: Path) -> None:
+    def freeze(position_px: np.ndarray) -> None:
+        position_px[60:120, PLAN.markers.index("tail_5")] = position_px[60, PLAN.markers.index("tail_5")]
+
+    change_tracks(fresh, "slow", freeze)
+    outcome = calib("run", fresh, "--effort", "quick")
+
+    assert outcome.code == 0, outcome.err
+    used = load_tracks(fresh / "results" / "tracks" / "slow.csv", PLAN.markers, 60.0)
+    column = PLAN.markers.index("tail_5")
+    assert (used.confidence[70:110, column] == 0).mean() > 0.5
+    assert np.delete(used.confidence, column, axis=1).mean() > 0.9

@@ -1,0 +1,80 @@
+"""`calib new`: sessions from public tracks and from the twin."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from calib.pipeline import open_session
+from synthetic import read_truth
+from tests.calib.door import Front, assert_told
+from tests.session.sample import FISHSIM, needs_fishsim
+
+
+@needs_fishsim
+def test_public_tracks_become_a_session(calib: Front, tmp_path: Path) -> None:
+    outcome = calib("new", tmp_path / "s", "--from-fishsim", FISHSIM, "--fit", "f1_00, f1_75")
+
+    assert (outcome.code, outcome.out) == (0, f"{tmp_path / 's'}\n")
+    session = open_session(tmp_path / "s")
+    assert {t.name: t.role for t in session.trials} == {
+        "f0_50": "holdout",
+        "f0_75": "holdout",
+        "f1_00": "fit",
+        "f1_25": "holdout",
+        "f1_75": "fit",
+    }
+
+
+def tracks_of_a_checkout(folder: Path) -> Path:
+    """As in the authors' repository: `Data/Markers/markers_f1_00.csv`."""
+    place = folder / "Data" / "Markers"
+    place.mkdir(parents=True)
+    row = ",".join(f"{100 + 40 * k}.0,{200 + k}.5" for k in range(9))
+    (place / "markers_f1_00.csv").write_text(f"{row}\n" * 90)
+    return folder
+
+
+def test_a_checkout_of_the_authors_repository_will_do(calib: Front, tmp_path: Path) -> None:
+    outcome = calib("new", tmp_path / "s", "--from-fishsim", tracks_of_a_checkout(tmp_path / "fishsim"))
+
+    assert outcome.code == 0
+    assert [t.role for t in open_session(tmp_path / "s").trials] == ["fit"]
+
+
+def test_a_trial_to_fit_that_is_not_there_is_refused_and_nothing_made(calib: Front, tmp_path: Path) -> None:
+    source = tracks_of_a_checkout(tmp_path / "fishsim")
+
+    assert_told(calib("new", tmp_path / "s", "--from-fishsim", source, "--fit", "f1_0"), "'f1_0'", "choices: f1_00")
+    assert not (tmp_path / "s").exists()
+
+
+def test_a_folder_without_tracks_is_refused(calib: Front, tmp_path: Path) -> None:
+    assert_told(
+        calib("new", tmp_path / "s", "--from-fishsim", tmp_path), str(tmp_path), "no CSV files", "markers_f1_00"
+    )
+    assert not (tmp_path / "s").exists()
+
+
+def test_what_is_there_is_not_overwritten(calib: Front, finished: Path) -> None:
+    before = (finished / "session.toml").read_text()
+
+    assert_told(calib("new", finished, "--synthetic"), str(finished), "Choose another folder")
+    assert (finished / "session.toml").read_text() == before
+
+
+def test_a_synthetic_session_comes_with_its_truth_and_its_seed(calib: Front, tmp_path: Path) -> None:
+    assert calib("new", tmp_path / "s", "--synthetic", "--seed", "5").code == 0
+
+    assert open_session(tmp_path / "s").name == "synthetic"
+    assert read_truth(tmp_path / "s").plan.seed == 5
+
+
+@pytest.mark.parametrize("options", [[], ["--synthetic", "--from-fishsim", "x"]])
+def test_it_is_told_to_make_one_of_both(calib: Front, tmp_path: Path, options: list[str]) -> None:
+    outcome = calib("new", tmp_path / "s", *options)
+
+    assert outcome.code == 2
+    assert "--from-fishsim DIR or --synthetic" in outcome.err
+    assert not (tmp_path / "s").exists()

@@ -1,0 +1,138 @@
+"""`calib report` of several sessions, `calib mjcf`, `calib benchmark`, and results made with another engine."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from calib.benchmarks import speed
+from calib.pipeline import Options, Pipeline, open_session
+from session import ModelMismatch
+from swimmer import PUBLISHED_COEFFICIENTS
+from tests.calib.door import Front, assert_told, files_in
+
+
+def test_reports_of_several_sessions_get_an_index(calib: Front, finished: Path, tmp_path: Path) -> None:
+    other = Path(shutil.copytree(finished, tmp_path / "other"))
+    outcome = calib("report", finished, other, "--effort", "quick")
+
+    index = tmp_path / "index.html"
+    reports = [folder / "results" / "report.html" for folder in (finished, other)]
+    assert outcome.out.splitlines() == [*map(str, reports), str(index)]
+    for report in reports:
+        assert f'href="{report.relative_to(tmp_path).as_posix()}"' in index.read_text()
+
+
+def test_the_index_goes_where_it_is_told(calib: Front, finished: Path, tmp_path: Path) -> None:
+    other, index = Path(shutil.copytree(finished, tmp_path / "other")), tmp_path / "web" / "all.html"
+    calib("report", finished, other, "--effort", "quick", "--index", index)
+
+    assert 'href="../other/results/report.html"' in index.read_text()
+    assert not (tmp_path / "index.html").exists()
+
+
+def test_one_report_needs_no_index(calib: Front, finished: Path, tmp_path: Path) -> None:
+    calib("report", finished, "--effort", "quick")
+
+    assert not (tmp_path / "index.html").exists()
+
+
+def test_the_nominal_mjcf_is_that_of_the_published_fish(calib: Front, tmp_path: Path) -> None:
+    outcome = calib("mjcf", "--out", tmp_path / "fish.xml")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "fish.xml"))
+
+    assert (outcome.code, outcome.out) == (0, f"{tmp_path / 'fish.xml'}\n")
+    for name in ("surge", "sway", "yaw", "crank", "tail_1", "tail_5"):
+        assert model.joint(name).id >= 0
+    fluid = model.geom_fluid[model.geom_fluid[:, 0] > 0, 1:6]
+    np.testing.assert_allclose(fluid, np.tile(PUBLISHED_COEFFICIENTS, (len(fluid), 1)), rtol=1e-5)
+
+
+def test_the_mjcf_of_a_session_is_its_calibrated_one(calib: Front, finished: Path, tmp_path: Path) -> None:
+    calib("mjcf", finished, "--out", tmp_path / "out" / "fish.xml", "--effort", "quick")
+
+    assert (tmp_path / "out" / "fish.xml").read_text() == (finished / "results" / "calibrated.xml").read_text()
+
+
+def test_the_mjcf_of_a_faulty_robot_is_refused_and_not_written(calib: Front, tmp_path: Path) -> None:
+    robot = tmp_path / "robot.toml"
+    robot.write_text('name = "x"\nlenght = 3\n')
+
+    assert_told(calib("mjcf", robot, "--out", tmp_path / "fish.xml"), str(robot), "lenght")
+    assert list(tmp_path.iterdir()) == [robot]
+
+
+def test_an_mjcf_that_cannot_be_written_is_said_to_be(calib: Front, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+
+    assert_told(calib("mjcf", "--out", tmp_path / "file" / "fish.xml"), "cannot be written")
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "named"),
+    [("mujoco", "3.12.0", "MuJoCo: made with 3.12.0, here"), ("model_sha256", "0" * 64, "model")],
+)
+def test_a_calibration_of_another_engine_or_model_is_refused(finished: Path, key: str, value: str, named: str) -> None:
+    path = finished / "results" / "calibration.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
+
+    with pytest.raises(ModelMismatch) as refused:
+        Pipeline(open_session(finished), Options("quick")).read_calibration()
+    assert str(path) in str(refused.value)
+    assert named in str(refused.value)
+    assert "Fit again with `calib fit`" in str(refused.value)
+
+
+def test_a_calibration_read_back_is_the_one_that_was_made(finished: Path) -> None:
+    data = json.loads((finished / "results" / "calibration.json").read_text())
+    read = Pipeline(open_session(finished), Options("quick")).read_calibration()
+
+    assert read.coefficients._asdict() == data["coefficients"]
+    for trial in read.trials:
+        told = data["trials"][trial.measured.name]
+        assert trial.phase_rad == told["phase_rad"]
+        assert 1000 * trial.scores.marker_error_m == pytest.approx(told["marker_error_mm"], rel=1e-9)
+        assert trial.speed_twin == pytest.approx(told["speed_twin"], rel=1e-9)
+
+
+def test_the_step_costs_next_to_nothing_in_accuracy() -> None:
+    error = speed._step_error("a twin that swims like the robot", speed.FITTED)
+
+    assert error.marker_mean_mm <= 0.2
+    assert error.marker_mean_mm <= error.marker_rms_mm <= error.marker_max_mm
+    assert error.speed <= 0.02
+
+
+def test_the_benchmark_tells_ratios_of_one_run(calib: Front, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(speed, "_REPEATS", 1)
+    monkeypatch.setattr(speed, "FREQUENCIES_HZ", np.array([0.8, 1.2]))
+    outcome = calib("benchmark", "speed", "--json")
+    told = json.loads(outcome.out)
+
+    assert told["fluid_cost"] == pytest.approx(told["real_time_without_fluid"] / told["real_time_one_core"])
+    assert told["scaling"] == pytest.approx(told["real_time_all_cores"] / told["real_time_one_core"])
+    assert told["fluid_cost"] > 1
+    assert told["cores"] >= 1
+    assert all(error["coefficients"]["kutta_lift"] > 0 for error in told["step_errors"])
+
+
+def test_versions_are_told(calib: Front) -> None:
+    outcome = calib("--version")
+
+    assert outcome.code == 0
+    assert mujoco.__version__ in outcome.out
+    assert outcome.out.startswith("swimcal ")
+
+
+def test_no_command_leaves_a_log_of_the_engine_behind(
+    calib: Front, fresh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    calib("run", fresh, "--effort", "quick")
+
+    assert "MUJOCO_LOG.TXT" not in files_in(tmp_path)
