@@ -58,6 +58,8 @@ def by_hand(position_m: np.ndarray, fps: float = 10.0, **changes: Any) -> Measur
         "kept": everything,
         "scored": everything,
         "speed": 0.0,
+        "warmup_s": 0.0,
+        "tail": (2, 3, 4),
         "metres_per_px": 0.001,
         "flags": (),
     }

@@ -97,13 +97,10 @@ def test_phase_and_amplitude_are_those_of_the_last_marker() -> None:
     np.testing.assert_allclose(clean.lateral_m[:, 4], expected, atol=1e-4)
 
 
-@pytest.mark.parametrize("correlation", [0.8, 0.95])
-def test_its_95_percent_interval_holds_the_truth_about_as_often(correlation: float) -> None:
+def test_its_95_percent_interval_holds_the_truth_about_as_often() -> None:
+    """Every other frame of noise with a correlation of 0.9 a frame."""
     clean = tail(0.8, 2.9, fps=30.0, drift=0.01)
-    draws = [
-        estimate_frequency(*noisy(clean, correlation**2, np.random.default_rng([seed, int(100 * correlation)])))
-        for seed in range(400)
-    ]
+    draws = [estimate_frequency(*noisy(clean, 0.9**2, np.random.default_rng(seed))) for seed in range(400)]
     z = np.array([(found.hz - 0.8) / found.se_hz for found in draws])
 
     assert 0.90 <= (np.abs(z) < 1.96).mean() <= 0.99
