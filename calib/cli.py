@@ -5,7 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -20,6 +20,7 @@ from rich.progress import (
 
 from calib.pipeline import EffortName, Options, Pipeline, open_session, program
 from calib.summary import calibration_lines
+from fitting import Comparison, MethodName
 from session import SwimcalError, new_from_fishsim, read_result_json, session_lock
 
 app = typer.Typer(
@@ -72,9 +73,19 @@ def run(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, a
 
 
 @app.command()
-def fit(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:
+def fit(
+    session: SessionFolder,
+    effort: Effort = "full",
+    workers: Workers = 0,
+    method: Annotated[MethodName, typer.Option(help="the search; `calib benchmark search` compares them")] = "gradient",
+    objective: Annotated[
+        Literal["published", "shape"],
+        typer.Option(help="published: markers in the head frame; shape: relative to the nose in every frame"),
+    ] = "published",
+    as_json: AsJson = False,
+) -> None:
     """Finds swim frequencies, crank phases, the five fluid coefficients and EBT; writes the calibrated MJCF."""
-    with _working(session, effort, workers, as_json) as pipeline:
+    with _working(session, effort, workers, as_json, method=method, comparison=objective) as pipeline:
         pipeline.fit()
     _tell(pipeline, pipeline.calibration_file, as_json)
 
@@ -159,8 +170,31 @@ def speed(
     print(json.dumps(outcome.to_json(), indent=1) if as_json else speed_table(outcome))
 
 
+@benchmark.command(name="search")
+def compare(
+    session: SessionFolder,
+    seeds: Annotated[int, typer.Option(min=1, help="of each search")] = 3,
+    budget: Annotated[float, typer.Option(min=100.0, help="simulated seconds of each search")] = 14_000.0,
+    workers: Workers = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Compares the searches on a session's fit trials: same budget, both objectives; the report then shows them."""
+    from fitting import comparison_payload, comparison_table
+
+    with _working(session, "full", workers, as_json) as pipeline:
+        runs = pipeline.compare_searches(seeds, budget)
+    print(json.dumps(comparison_payload(runs), indent=1) if as_json else "\n".join(comparison_table(runs)))
+
+
 @contextmanager
-def _working(folder: Path, effort: EffortName, workers: int, quiet: bool) -> Iterator[Pipeline]:
+def _working(
+    folder: Path,
+    effort: EffortName,
+    workers: int,
+    quiet: bool,
+    method: MethodName = "gradient",
+    comparison: Comparison = "published",
+) -> Iterator[Pipeline]:
     """A locked session and its pipeline, with a progress bar unless quiet."""
     session = open_session(folder)
     with session_lock(session.folder), _progress(quiet) as bar:
@@ -169,7 +203,7 @@ def _working(folder: Path, effort: EffortName, workers: int, quiet: bool) -> Ite
         def tell(message: str, share: float | None) -> None:
             bar.update(task, description=message, total=None if share is None else 1.0, completed=share or 0.0)
 
-        yield Pipeline(session, Options(effort, workers, tell))
+        yield Pipeline(session, Options(effort, workers, method, comparison, tell))
 
 
 def _progress(quiet: bool) -> Progress:

@@ -13,11 +13,21 @@ from fitting import (
     FULL,
     QUICK,
     Calibration,
+    Comparison,
+    Evidence,
     MeasuredTrial,
+    MethodName,
+    SearchRun,
     assemble,
     calibrate,
     calibration_payload,
+    compare_methods,
+    comparison_payload,
+    evidence_payload,
+    gather_evidence,
     measure_trial,
+    read_comparison,
+    read_evidence,
     read_fit,
 )
 from reports import write_report
@@ -36,6 +46,7 @@ from session import (
     program_version,
     read_result_json,
     save_tracks,
+    sha256_of,
     write_result_json,
     write_whole,
 )
@@ -58,11 +69,15 @@ class Options:
     Attributes:
         effort: "quick" or "full".
         workers: threads; 0 for all cores.
+        method: the search, see `fitting.METHODS`.
+        comparison: what it minimises, see `fitting.Swims`.
         tell: receives progress.
     """
 
     effort: EffortName = "full"
     workers: int = 0
+    method: MethodName = "gradient"
+    comparison: Comparison = "published"
     tell: Tell = field(default=_silent)
 
 
@@ -108,6 +123,8 @@ class Pipeline:
             "model": stamp.model_sha256,
             "seed": stamp.seed,
             "effort": stamp.effort,
+            "method": self.options.method,
+            "comparison": self.options.comparison,
         }
         return fingerprint_of(stamp.inputs, parameters)
 
@@ -115,6 +132,16 @@ class Pipeline:
     def calibration_file(self) -> Path:
         """`results/calibration.json`."""
         return self.session.results / "calibration.json"
+
+    @property
+    def evidence_file(self) -> Path:
+        """`results/evidence.json`: what stands beside the fit."""
+        return self.session.results / "evidence.json"
+
+    @property
+    def search_file(self) -> Path:
+        """`results/search.json`: the searches compared, there once `calib benchmark search` ran."""
+        return self.session.results / "search.json"
 
     @property
     def report_file(self) -> Path:
@@ -186,15 +213,49 @@ class Pipeline:
         twin = Twin(self.robot, self.trials[0].markers, workers=self.options.workers)
         return assemble(self.trials, twin, fit, phases)
 
+    def evidence(self, calibration: Calibration) -> Evidence:
+        """What stands beside the fit, up to date: a free yaw, profiles, and with full effort other pairs of trials."""
+        if is_current(self.evidence_file, self.fingerprint):
+            return read_evidence(read_result_json(self.evidence_file))
+        twin = Twin(self.robot, self.trials[0].markers, workers=self.options.workers)
+        evidence = gather_evidence(
+            self.trials,
+            twin,
+            calibration.fit,
+            with_pairs=self.options.effort == "full",
+            seed=self.session.seed,
+            tell=lambda message: self.options.tell(message, None),
+        )
+        write_result_json(self.evidence_file, self.provenance, evidence_payload(evidence))
+        mark_current(self.evidence_file, self.fingerprint)
+        self.made.append(self.evidence_file)
+        return evidence
+
+    def compare_searches(self, seeds: int, budget_s: float) -> tuple[SearchRun, ...]:
+        """Every search on this session's fit trials; kept in `results/search.json` for the report."""
+        fitted = [trial for trial in self.trials if trial.role == "fit"]
+        twin = Twin(self.robot, fitted[0].markers, workers=self.options.workers)
+        runs = compare_methods(fitted, twin, seeds, budget_s, tell=self.options.tell)
+        write_result_json(self.search_file, self.provenance, comparison_payload(runs))
+        self.made.append(self.search_file)
+        return runs
+
     def report(self) -> Path:
         """`results/report.html`, up to date."""
         self.tracks()
-        if is_current(self.calibration_file, self.fingerprint) and is_current(self.report_file, self.fingerprint):
+        searches = self.search_file if self.search_file.is_file() else None
+        extra = {} if searches is None else {"search": sha256_of(searches)}
+        fingerprint = fingerprint_of(extra, {}, [self.fingerprint])
+        if is_current(self.calibration_file, self.fingerprint) and is_current(self.report_file, fingerprint):
             return self.report_file
         calibration = self.calibrated()
+        evidence = self.evidence(calibration)
+        runs = () if searches is None else read_comparison(read_result_json(searches))
         self.options.tell("writing the report", None)
-        write_report(self.report_file, self.session, calibration, self.provenance, self.notes)
-        mark_current(self.report_file, self.fingerprint)
+        write_report(
+            self.report_file, self.session, calibration, self.provenance, self.notes, evidence=evidence, searches=runs
+        )
+        mark_current(self.report_file, fingerprint)
         self.made.append(self.report_file)
         return self.report_file
 
@@ -204,8 +265,16 @@ class Pipeline:
 
         tell = self.options.tell
         tell("fitting the coefficients", 0.0)
-        effort = EFFORTS[self.options.effort]
-        calibration = calibrate(self.trials, self.robot, effort, self.session.seed, self.options.workers, progress)
+        calibration = calibrate(
+            self.trials,
+            self.robot,
+            effort=EFFORTS[self.options.effort],
+            seed=self.session.seed,
+            workers=self.options.workers,
+            method=self.options.method,
+            comparison=self.options.comparison,
+            progress=progress,
+        )
         mjcf_file = self.session.results / "calibrated.xml"
         write_result_json(self.calibration_file, self.provenance, calibration_payload(calibration))
         write_whole(mjcf_file, calibrated_mjcf(calibration))

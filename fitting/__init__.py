@@ -1,14 +1,28 @@
 """What estimates numbers: swim frequency and phase, fluid coefficients, elongated body theory, and their scores."""
 
+from fitting.body_wave import BodyWave, SwimNumbers, body_wave, swim_numbers
 from fitting.calibration import CalibratedTrial, Calibration, Summary, assemble, calibrate, speeds_of
 from fitting.calibration_file import calibration_payload, read_fit
 from fitting.coefficients import FULL, QUICK, CoefficientFit, Effort, Restart, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, EbtForm, fit_ebt
+from fitting.evidence import Evidence, YawFit, gather_evidence
+from fitting.evidence_file import evidence_payload, read_evidence
 from fitting.forecast import fit_phase, forecast
 from fitting.frequency import SwimFrequency, estimate_frequency
-from fitting.objective import MeanDistance, Swims
+from fitting.method_comparison import (
+    SearchRun,
+    compare_methods,
+    comparison_payload,
+    comparison_table,
+    read_comparison,
+)
+from fitting.methods import METHODS, Method, MethodName, search
+from fitting.objective import Comparison, MeanDistance, Swims
+from fitting.pairs import PairFit, fit_pairs
+from fitting.profile import CoefficientProfiles, profile_objective
 from fitting.scoring import Scores, residuals, score
-from fitting.speed import forward_speed, whole_beats
+from fitting.speed import forward_speed, speed_standard_error, whole_beats
+from fitting.speed_errors import Interval, SpeedErrors, speed_errors
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.tail_tip import TailSwim, measured_tail, published_motion, simulated_tail, smoothed_motion, tip_motion
 from fitting.trial import MeasuredTrial, measure_trial, tail_markers
@@ -16,42 +30,69 @@ from fitting.trial import MeasuredTrial, measure_trial, tail_markers
 __all__ = [
     "FORMS",
     "FULL",
+    "METHODS",
     "QUICK",
+    "BodyWave",
     "CalibratedTrial",
     "Calibration",
     "CoefficientFit",
+    "CoefficientProfiles",
+    "Comparison",
     "EbtFit",
     "EbtForm",
     "Effort",
+    "Evidence",
+    "Interval",
     "MeanDistance",
     "MeasuredTrial",
+    "Method",
+    "MethodName",
+    "PairFit",
     "Restart",
     "Scores",
+    "SearchRun",
+    "SpeedErrors",
     "SpeedSweep",
     "Summary",
     "SwimFrequency",
+    "SwimNumbers",
     "Swims",
     "TailSwim",
+    "YawFit",
     "assemble",
+    "body_wave",
     "calibrate",
     "calibration_payload",
+    "compare_methods",
+    "comparison_payload",
+    "comparison_table",
     "estimate_frequency",
+    "evidence_payload",
     "fit_coefficients",
     "fit_ebt",
+    "fit_pairs",
     "fit_phase",
     "forecast",
     "forward_speed",
+    "gather_evidence",
     "measure_trial",
     "measured_tail",
+    "profile_objective",
     "published_motion",
+    "read_comparison",
+    "read_evidence",
     "read_fit",
     "residuals",
     "score",
+    "search",
     "simulated_tail",
     "smoothed_motion",
+    "speed_errors",
+    "speed_standard_error",
     "speeds_of",
     "sweep_frequencies",
     "sweep_speed",
+    "swim_numbers",
     "tail_markers",
     "tip_motion",
     "whole_beats",

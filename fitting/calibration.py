@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.coefficients import FULL, CoefficientFit, Effort, Progress, fit_coefficients
+from fitting.coefficients import FULL, CoefficientFit, Effort, Progress
 from fitting.ebt import FORMS, EbtFit, fit_ebt
 from fitting.forecast import fit_phase, forecast
-from fitting.objective import Swims
+from fitting.methods import search
+from fitting.objective import Comparison, Swims
 from fitting.scoring import Scores, score
 from fitting.speed import forward_speed
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
@@ -133,6 +134,8 @@ def calibrate(
     effort: Effort = FULL,
     seed: int = 0,
     workers: int = 0,
+    method: str = "gradient",
+    comparison: Comparison = "published",
     progress: Progress | None = None,
 ) -> Calibration:
     """Fits the coefficients and elongated body theory on the fit trials, then compares every trial.
@@ -143,18 +146,35 @@ def calibrate(
         effort: how hard to search.
         seed: of the search.
         workers: threads; 0 for all cores.
+        method: a key of `fitting.methods.METHODS`.
+        comparison: what the search minimises, see `Swims`; scores are the published ones whatever it was.
         progress: see `fit_coefficients`.
 
     Raises:
-        NotEnoughData: no fit trial.
+        NotEnoughData: no fit trial, or trials without a usable sample; all of them at once.
     """
+    _refuse_unusable(trials, robot)
     fitted = [trial for trial in trials if trial.role == "fit"]
-    if not fitted:
-        raise NotEnoughData('no swim has role = "fit"; give at least one trial of session.toml that role')
     twin = Twin(robot, trials[0].markers, workers=workers)
-    fit = fit_coefficients(Swims(twin, tuple(fitted)), effort, seed, progress)
+    fit = search(method, Swims(twin, tuple(fitted), comparison), effort, seed, progress=progress)
     phases = dict(zip([t.name for t in fitted], fit.phase_rad, strict=True))
     return assemble(trials, twin, fit, phases)
+
+
+def _refuse_unusable(trials: list[MeasuredTrial], robot: RobotSpec) -> None:
+    problems = []
+    if not any(trial.role == "fit" for trial in trials):
+        problems.append('no swim has role = "fit"; give at least one trial of session.toml that role')
+    for trial in trials:
+        tail = tail_markers(robot, trial.markers)
+        if not trial.weight[trial.scored].any():
+            problems.append(
+                f"trial {trial.name}: every sample to be compared is flagged or missing; leave the trial out"
+            )
+        elif not trial.weight[trial.known][:, tail].any():
+            problems.append(f"trial {trial.name}: no usable marker where its phase comes from; leave the trial out")
+    if problems:
+        raise NotEnoughData("\n".join(problems))
 
 
 def assemble(trials: list[MeasuredTrial], twin: Twin, fit: CoefficientFit, phases: dict[str, float]) -> Calibration:

@@ -58,7 +58,7 @@ class EbtFit:
 
 
 def fit_ebt(form: EbtForm, swims: Sequence[TailSwim], speeds: np.ndarray, robot: RobotSpec) -> EbtFit:
-    """Least squares on the speed of the fit trials, over c_D / beta.
+    """Least squares on the speed of the fit trials, over c_D / beta; trials that do not show the tail tip are left out.
 
     Args:
         form: the way the theory is used.
@@ -67,10 +67,14 @@ def fit_ebt(form: EbtForm, swims: Sequence[TailSwim], speeds: np.ndarray, robot:
         robot: depth, reference area and water.
     """
     motions = [form.motion(swim) for swim in swims]
+    seen = np.array([np.isfinite(float(form.speed(motion, robot, 1.0, 1.0))) for motion in motions])
+    if not seen.any():
+        message = "EBT: the last two tail markers are usable in no fit trial"
+        return EbtFit(form, float("nan"), float("nan"), (Flag("unidentifiable", message=message),))
 
     def misfit(ratio: float) -> float:
         predicted = np.array([float(form.speed(motion, robot, 1.0, ratio)) for motion in motions])
-        return float(((predicted - speeds) ** 2).sum())
+        return float(((predicted - speeds)[seen] ** 2).sum())
 
     highest = DRAG_BOUNDS[1] / BETA_BOUNDS[0]
     grid = np.concatenate([[0.0], np.geomspace(1e-3, highest, 200)])

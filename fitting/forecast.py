@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fitting.objective import SETTLED_S, phase_from_harmonic, swim
-from fitting.trial import MeasuredTrial, tail_markers
+from fitting.objective import frames_in_step, phase_from_harmonic, swim
+from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Twin
 from tracking import HeadFrame, one_of
 
@@ -20,9 +20,11 @@ def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients)
     values = np.array([coefficients], float)
     centre = float(phase_from_harmonic(twin, trial, values, hz)[0])
     reach = _REACH_RAD
+    frames = frames_in_step(trial)
     for _ in range(3):
         tries = centre + np.linspace(-reach, reach, _TRIES)
-        misfit = _shape_misfit(trial, swim(twin, trial, np.repeat(values, _TRIES, axis=0), tries, hz), twin)
+        simulated = swim(twin, trial, np.repeat(values, _TRIES, axis=0), tries, hz, frames.stop)
+        misfit = _shape_misfit(trial, simulated, frames)
         centre, reach = float(tries[np.argmin(misfit)]), reach / 5
     return centre
 
@@ -35,14 +37,12 @@ def forecast(
     return one_of(swim(twin, trial, values, np.array([phase_rad]), frequency_hz), 0)
 
 
-def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, twin: Twin) -> np.ndarray:
-    """(s,) mean distance of the tail markers relative to the nose over the known part, their mean offset left out."""
-    tail = tail_markers(twin.robot, trial.markers)
-    frames = trial.known & (trial.time_s > SETTLED_S)
+def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> np.ndarray:
+    """(s,) mean distance of the tail markers relative to the nose over some frames, their mean offset left out."""
+    tail = list(trial.tail)
     weight = trial.weight[frames][:, tail]
-    error = np.nan_to_num(
-        simulated.shape_m[:, frames][:, :, tail] - trial.head.shape_m[frames][:, tail], nan=1.0
-    )  # (s, k, t, 2)
+    error = simulated.shape_m[:, frames][:, :, tail] - trial.head.shape_m[frames][:, tail]  # (s, k, t, 2)
+    error = np.nan_to_num(error, nan=1.0)
     share = weight / np.maximum(weight.sum(axis=0), 1e-12)
     error = error - (share[..., None] * error).sum(axis=1, keepdims=True)
     return (weight * np.linalg.norm(error, axis=-1)).sum(axis=(1, 2)) / weight.sum()

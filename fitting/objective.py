@@ -11,13 +11,14 @@ import numpy as np
 from mujoco.minimize import Norm
 
 from fitting.scoring import residuals
-from fitting.trial import MeasuredTrial, tail_markers
+from fitting.trial import MeasuredTrial
 from swimmer import Runs, Twin
 from tracking import HeadFrame, to_head_frame
 
 COEFFICIENT_BOUNDS = (0.0, 10.0)
 SOFTENING_M = 0.004  # below this distance the objective is quadratic, above it grows like the distance
 SETTLED_S = 0.25  # the tail has forgotten its start by then
+BEATS_IN_STEP = 3.0
 LOST_M = 1.0  # distance that stands for a simulation that blew up
 
 
@@ -110,7 +111,12 @@ class Swims:
 
 
 def swim(
-    twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, phase_rad: np.ndarray, frequency_hz: float
+    twin: Twin,
+    trial: MeasuredTrial,
+    coefficients: np.ndarray,
+    phase_rad: np.ndarray,
+    frequency_hz: float,
+    frames: int | None = None,
 ) -> HeadFrame:
     """Head frames (s, n, m, 2) of s simulations of one trial, started with its own velocity.
 
@@ -120,6 +126,7 @@ def swim(
         coefficients: (s, 5).
         phase_rad: (s,) crank angle at time 0.
         frequency_hz: of the crank, for all.
+        frames: only so many from the first; default all n.
     """
     count = len(phase_rad)
     runs = Runs(
@@ -128,7 +135,7 @@ def swim(
         phase_rad=np.asarray(phase_rad, float),
         velocity=np.tile(trial.start_velocity, (count, 1)),
     )
-    trajectories = twin.simulate(runs, trial.time_s, allow_divergence=True)
+    trajectories = twin.simulate(runs, trial.time_s[:frames], allow_divergence=True)
     return head_frame(trial, trajectories.marker_m)
 
 
@@ -193,6 +200,13 @@ class MeanDistance(Norm):
         return (r.reshape(-1, 2) ** 2).sum(axis=1)
 
 
+def frames_in_step(trial: MeasuredTrial) -> slice:
+    """The frames that set a trial's crank phase: of its known part, after the start is forgotten, three beats."""
+    end = SETTLED_S + BEATS_IN_STEP / trial.start_frequency.hz
+    frames = np.flatnonzero(trial.known & (trial.time_s > SETTLED_S) & (trial.time_s <= end))
+    return slice(int(frames[0]), int(frames[-1]) + 1)
+
+
 def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
     """Crank phases at time 0 that bring the twin's tail in step with the measured one.
 
@@ -205,14 +219,14 @@ def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarr
     Returns:
         (s,) rad.
     """
-    simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz)
-    tail = tail_markers(twin.robot, trial.markers)
-    frames = trial.known & (trial.time_s > SETTLED_S)
+    frames = frames_in_step(trial)
+    simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz, frames.stop)
+    tail = list(trial.tail)
     turn = np.exp(-2j * np.pi * frequency_hz * trial.time_s[frames])[:, None]
     weight = trial.weight[frames][:, tail]  # (k, t)
 
     def harmonic(shape_m: np.ndarray) -> np.ndarray:
-        lateral = np.nan_to_num(shape_m[..., frames, :, :][..., tail, 1])  # (..., k, t)
+        lateral = np.nan_to_num(shape_m[..., frames, tail, 1])  # (..., k, t)
         mean = (weight * lateral).sum(axis=-2, keepdims=True) / np.maximum(weight.sum(axis=0), 1e-12)
         return (weight * (lateral - mean) * turn).sum(axis=-2)
 

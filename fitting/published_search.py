@@ -16,7 +16,7 @@ from fitting.published_objective import BudgetSpent, PublishedObjective
 
 INITIAL, BATCH = 16, 4  # Sobol points before the first proposal; proposals a batch
 BAYESIAN_SHARE = 0.3  # of the budget, the rest is Nelder-Mead's
-_SIMPLEX = (1.0, 0.1)  # first steps of the simplex, in coefficients and in phases (rad)
+SIMPLEX = (1.0, 0.1)  # first steps of the simplex, in coefficients and in phases (rad)
 
 
 def bayesian(objective: PublishedObjective, budget_s: float, seed: int) -> None:
@@ -40,13 +40,22 @@ def bayesian(objective: PublishedObjective, budget_s: float, seed: int) -> None:
             evaluate(np.array([[float(p[name]) for name in names] for p in proposals]))
 
 
-def nelder_mead(objective: PublishedObjective, budget_s: float, start: np.ndarray) -> None:
-    """Spends the rest of a budget on bounded Nelder-Mead (nlopt) from a point (p,) of coefficients and phases."""
+def nelder_mead(
+    objective: PublishedObjective, budget_s: float, start: np.ndarray, simplex: tuple[float, float] = SIMPLEX
+) -> None:
+    """Spends the rest of a budget on bounded Nelder-Mead (nlopt) from a point (p,) of coefficients and phases.
+
+    Args:
+        objective: counts what is spent and keeps the best.
+        budget_s: simulated seconds at which it ends, unless it has converged before.
+        start: the first point.
+        simplex: first steps in coefficients and in phases (rad).
+    """
     optimiser = nlopt.opt(nlopt.LN_NELDERMEAD, len(start))
     low, high = objective.bounds
     optimiser.set_lower_bounds(low)
     optimiser.set_upper_bounds(high)
-    steps = np.append(np.full(5, _SIMPLEX[0]), np.full(len(start) - 5, _SIMPLEX[1]))
+    steps = np.append(np.full(5, simplex[0]), np.full(len(start) - 5, simplex[1]))
     steps[start + steps > high] *= -1
     optimiser.set_initial_step(steps)
     optimiser.set_xtol_rel(1e-5)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from fitting.harmonics import design, weighted_fit
+
 
 def whole_beats(time_s: np.ndarray, kept: np.ndarray, frequency_hz: float) -> np.ndarray:
     """(n,) mask of the longest run of whole beats from the first kept frame; all kept frames if not one beat fits."""
@@ -32,3 +34,24 @@ def forward_speed(time_s: np.ndarray, forward_m: np.ndarray, kept: np.ndarray, f
         return np.full(forward_m.shape[:-1], np.nan)
     t = time_s[used] - time_s[used].mean()
     return (forward_m[..., used] @ t) / (t @ t)
+
+
+def speed_standard_error(time_s: np.ndarray, forward_m: np.ndarray, kept: np.ndarray, frequency_hz: float) -> float:
+    """Standard error of a measured `forward_speed`, m/s, from what a line and two harmonics leave of the distance.
+
+    The residual is correlated from frame to frame, which a sandwich estimate over half a beat allows for (Newey and
+    West 1987). With one or two beats it is a lower bound; nan where fewer than twelve frames are kept.
+    """
+    used = whole_beats(time_s, kept, frequency_hz)
+    if used.sum() < 12:
+        return float("nan")
+    columns = design(time_s[used], frequency_hz, harmonics=2)
+    distance = forward_m[used][:, None]
+    residual = (distance - columns @ weighted_fit(columns, distance, np.ones_like(distance)))[:, 0]
+    t = time_s[used] - time_s[used].mean()
+    score = t * residual
+    lags = int(min(used.sum() / 4, 0.5 / frequency_hz / np.median(np.diff(time_s))))
+    spread = float(score @ score)
+    for lag in range(1, lags + 1):
+        spread += 2 * (1 - lag / (lags + 1)) * float(score[lag:] @ score[:-lag])
+    return float(np.sqrt(max(spread, 0.0)) / (t @ t))

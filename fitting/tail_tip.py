@@ -85,8 +85,13 @@ def smoothed_motion(swim: TailSwim) -> TailMotion:
 
 
 def tip_motion(swim: TailSwim) -> TipMotion:
-    """The tip in the frame that swims along: smoothed velocities in the pool, turned by the trend of the heading."""
+    """The tip in the frame that swims along: smoothed velocities in the pool, turned by the trend of the heading.
+
+    One sample of nan where the tip is never seen.
+    """
     used = swim.used & (swim.weight > 0).all(axis=1) & np.isfinite(swim.pool_m).all(axis=(1, 2))
+    if not used.any():
+        return TipMotion(*np.full((3, 1), np.nan))
     trend = _heading_trend(swim)
     forward = -np.stack([np.cos(trend), np.sin(trend)], axis=1)  # (n, 2), against nose -> neck
     aside = np.stack([-forward[:, 1], forward[:, 0]], axis=1)

@@ -1,7 +1,7 @@
 """A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, what is scored."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,8 @@ class MeasuredTrial:
         kept: (n,) frames compared: after warm-up, and for held-out trials after the known part.
         scored: (n,) the first 4 s of the kept frames.
         speed: forward speed over the whole beats of the kept frames, m/s.
+        warmup_s: left out of every comparison.
+        tail: indices of the markers behind the head, from head to fin.
         metres_per_px: scale of the picture.
         flags: of tracks and frequency.
     """
@@ -57,8 +59,18 @@ class MeasuredTrial:
     kept: np.ndarray
     scored: np.ndarray
     speed: float
+    warmup_s: float
+    tail: tuple[int, ...]
     metres_per_px: float
     flags: tuple[Flag, ...]
+
+    def with_role(self, role: str) -> "MeasuredTrial":
+        """The same trial fitted or held out instead: what is known of it and what is scored change with that.
+
+        Raises:
+            NotEnoughData: held out, it leaves too few frames to score.
+        """
+        return self if role == self.role else replace(self, role=role, **vars(_split(role, self)))
 
     @property
     def used_fraction(self) -> float:
@@ -95,43 +107,75 @@ def measure_trial(
         lateral = head.shape_m[frames][:, tail, 1]
         return estimate_frequency(time_s[frames], lateral, weight[frames][:, tail], spec.commanded_hz)
 
-    everything = np.ones(len(time_s), bool)
-    frequency = beat(everything)
-    known = _known(spec, time_s, beat)
-    start_frequency = frequency if known.all() else _beat_of_part(beat, known, frequency)
-    kept = _kept(spec, time_s, known, warmup_s)
-    start = time_s[kept][0]
+    frequency = beat(np.ones(len(time_s), bool))
+    base = _Base(spec.name, spec.commanded_hz, time_s, head, weight, frequency, tuple(tail), warmup_s)
     return MeasuredTrial(
-        name=spec.name,
+        **vars(base),
+        **vars(_split(spec.role, base)),
         role=spec.role,
-        commanded_hz=spec.commanded_hz,
         markers=pool.markers,
-        time_s=time_s,
         position_m=pool.position_m,
-        head=head,
-        weight=weight,
-        frequency=frequency,
-        start_frequency=start_frequency,
-        start_velocity=_start_velocity(time_s[known], head.path_m[known], head.heading_rad[known], start_frequency.hz),
-        known=known,
-        kept=kept,
-        scored=kept & (time_s < start + SCORED_S - 1e-9),
-        speed=float(forward_speed(time_s, head.forward_m, kept, frequency.hz)),
         metres_per_px=pool.metres_per_px,
         flags=(*quality.flags, *frequency.flags),
     )
 
 
-def _known(spec: TrialSpec, time_s: np.ndarray, beat: Beat) -> np.ndarray:
+@dataclass(frozen=True, eq=False)
+class _Base:
+    """What of a trial does not depend on its role, as far as its role's share needs it."""
+
+    name: str
+    commanded_hz: float | None
+    time_s: np.ndarray
+    head: HeadFrame
+    weight: np.ndarray
+    frequency: SwimFrequency
+    tail: tuple[int, ...]
+    warmup_s: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Split:
+    """What of a trial depends on its role."""
+
+    start_frequency: SwimFrequency
+    start_velocity: np.ndarray
+    known: np.ndarray
+    kept: np.ndarray
+    scored: np.ndarray
+    speed: float
+
+
+def _split(role: str, trial: "_Base | MeasuredTrial") -> _Split:
+    time_s, head, tail = trial.time_s, trial.head, list(trial.tail)
+
+    def beat(frames: np.ndarray) -> SwimFrequency:
+        lateral = head.shape_m[frames][:, tail, 1]
+        return estimate_frequency(time_s[frames], lateral, trial.weight[frames][:, tail], trial.commanded_hz)
+
+    known = _known(role, trial.commanded_hz, time_s, beat)
+    start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial.frequency)
+    kept = _kept(role, trial, known)
+    return _Split(
+        start_frequency=start_frequency,
+        start_velocity=_start_velocity(time_s[known], head.path_m[known], head.heading_rad[known], start_frequency.hz),
+        known=known,
+        kept=kept,
+        scored=kept & (time_s < time_s[kept][0] + SCORED_S - 1e-9),
+        speed=float(forward_speed(time_s, head.forward_m, kept, trial.frequency.hz)),
+    )
+
+
+def _known(role: str, commanded_hz: float | None, time_s: np.ndarray, beat: Beat) -> np.ndarray:
     """(n,) all of a fit trial; the first two beats of a held-out one, at most its first half.
 
     How long two beats take is found from no later frames either: the known part grows, from a little over one beat of
     the command, until it holds two beats of its own.
     """
-    if spec.role == "fit":
+    if role == "fit":
         return np.ones(len(time_s), bool)
     half = time_s[-1] / 2
-    end = min(FIRST_BEATS / spec.commanded_hz, half) if spec.commanded_hz else half
+    end = min(FIRST_BEATS / commanded_hz, half) if commanded_hz else half
     while end < half:
         try:
             needed = KNOWN_BEATS / beat(time_s < end + 1e-9).hz
@@ -143,13 +187,14 @@ def _known(spec: TrialSpec, time_s: np.ndarray, beat: Beat) -> np.ndarray:
     return time_s < end + 1e-9
 
 
-def _kept(spec: TrialSpec, time_s: np.ndarray, known: np.ndarray, warmup_s: float) -> np.ndarray:
+def _kept(role: str, trial: "_Base | MeasuredTrial", known: np.ndarray) -> np.ndarray:
+    time_s, warmup_s = trial.time_s, trial.warmup_s
     kept = time_s >= warmup_s - 1e-9
-    if spec.role != "fit":
+    if role != "fit":
         kept &= ~known
     if kept.sum() < 12:
         raise NotEnoughData(
-            f"trial {spec.name}: {time_s[-1]:.2f} s leave {int(kept.sum())} frames after {warmup_s:g} s of warm-up; "
+            f"trial {trial.name}: {time_s[-1]:.2f} s leave {int(kept.sum())} frames after {warmup_s:g} s of warm-up; "
             "at least 12 are needed: shorten [fit] warmup_s or record longer"
         )
     return kept

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fitting import CalibratedTrial, Calibration
+from fitting import CalibratedTrial, Calibration, Evidence, SearchRun
 from session import Provenance, Session
 
 
@@ -15,12 +15,16 @@ class ReportContext:
         calibration: the calibrated twin beside every trial.
         provenance: what it was made with.
         notes: further sentences for the reader, such as what was left out.
+        evidence: what stands beside the fit; None where it was not worked out.
+        searches: the searches compared on this session; empty where they were not.
     """
 
     session: Session
     calibration: Calibration
     provenance: Provenance
     notes: tuple[str, ...] = ()
+    evidence: Evidence | None = None
+    searches: tuple[SearchRun, ...] = ()
 
     def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
         """The fit or the held-out trials, in the order of the session."""

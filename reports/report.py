@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from fitting import Calibration
+from fitting import Calibration, Evidence, SearchRun
 from reports.context import ReportContext
 from reports.numbers import counted
 from reports.page import render_page
@@ -12,7 +12,13 @@ from session import Provenance, Session, write_whole
 
 
 def write_report(
-    path: Path, session: Session, calibration: Calibration, provenance: Provenance, notes: Sequence[str] = ()
+    path: Path,
+    session: Session,
+    calibration: Calibration,
+    provenance: Provenance,
+    notes: Sequence[str] = (),
+    evidence: Evidence | None = None,
+    searches: Sequence[SearchRun] = (),
 ) -> None:
     """Writes the report of one session, whole or not at all.
 
@@ -22,16 +28,25 @@ def write_report(
         calibration: the calibrated twin beside every trial.
         provenance: what it was made with.
         notes: further sentences for the reader, such as which trials were left out and why.
+        evidence: what stands beside the fit; None where it was not worked out.
+        searches: the searches compared, empty where they were not.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
     """
-    write_whole(path, render_report(session, calibration, provenance, notes))
+    write_whole(path, render_report(session, calibration, provenance, notes, evidence, searches))
 
 
-def render_report(session: Session, calibration: Calibration, provenance: Provenance, notes: Sequence[str] = ()) -> str:
+def render_report(
+    session: Session,
+    calibration: Calibration,
+    provenance: Provenance,
+    notes: Sequence[str] = (),
+    evidence: Evidence | None = None,
+    searches: Sequence[SearchRun] = (),
+) -> str:
     """The report as HTML: opens offline, holds its figures, and loads nothing."""
-    context = ReportContext(session, calibration, provenance, tuple(notes))
+    context = ReportContext(session, calibration, provenance, tuple(notes), evidence, tuple(searches))
     built = [build(context) for build in SECTIONS]
     trials = counted(len(calibration.trials), "trial")
     return render_page(

@@ -115,8 +115,8 @@ def speed_table(outcome: SpeedOutcome) -> str:
     lines.append(f"\nagainst a step {FINER} x finer, worst of {FREQUENCIES_HZ[0]:g} to {FREQUENCIES_HZ[-1]:g} Hz")
     lines.append(f"{'coefficients':30}{'markers, mean':>14}{'rms':>10}{'largest':>10}{'speed':>9}{'at':>9}")
     lines += [
-        f"{e.name:30}{e.marker_mean_mm:11.3f} mm{e.marker_rms_mm:7.3f} mm{e.marker_max_mm:7.3f} mm{100 * e.speed:7.2f} %"
-        f"{e.worst_hz:6.1f} Hz"
+        f"{e.name:30}{e.marker_mean_mm:11.3f} mm{e.marker_rms_mm:7.3f} mm{e.marker_max_mm:7.3f} mm"
+        f"{100 * e.speed:7.2f} %{e.worst_hz:6.1f} Hz"
         for e in outcome.step_errors
     ]
     return "\n".join(lines)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fitting import (
+    FORMS,
     CalibratedTrial,
     Calibration,
     CoefficientFit,
@@ -18,6 +19,7 @@ from fitting import (
     SpeedSweep,
     SwimFrequency,
     score,
+    tail_markers,
 )
 from session import CameraSpec, Flag, Provenance, Session, TrialSpec
 from swimmer import FluidCoefficients, RobotSpec, load_robot
@@ -51,8 +53,10 @@ def made_calibration(names: tuple[str, ...] = tuple(ROLES), *, flagged: bool = T
     trials = tuple(made_trial(robot, name, flagged=flagged and name == "slow") for name in names)
     hz = np.linspace(0.4, 1.5, 12)
     flags = (Flag("unidentifiable", message="EBT: only c_D / beta is identifiable from the speed"),)
-    sweep = SpeedSweep(hz, 0.1 * hz, 0.12 * hz, fitted_hz=(0.8, 1.3))
-    return Calibration(robot, made_fit(), EbtFit(1.0, 1.63, flags), trials, sweep)
+    speeds = {"published": 0.12 * hz, "smoothed": 0.118 * hz, "large": 0.115 * hz}
+    sweep = SpeedSweep(hz, 0.1 * hz, speeds, fitted_hz=(0.8, 1.3))
+    ebts = {form.name: EbtFit(form, 1.0, ratio, flags) for form, ratio in zip(FORMS, (1.63, 1.15, 0.33), strict=True)}
+    return Calibration(robot, made_fit(), ebts, trials, sweep)
 
 
 def made_fit() -> CoefficientFit:
@@ -90,7 +94,8 @@ def made_trial(robot: RobotSpec, name: str, *, flagged: bool = False, seconds: f
         simulated_hz=hz * 1.001,
         scores=score(measured, twin),
         speed_twin=0.11 * hz,
-        speed_ebt=0.13 * hz,
+        ebt={"published": 0.13 * hz, "smoothed": 0.125 * hz, "large": 0.12 * hz},
+        ebt_of_twin={"published": 0.128 * hz, "smoothed": 0.123 * hz, "large": 0.121 * hz},
         flags=(*measured.flags, *((extrapolated,) if role == "holdout" else ())),
     )
 
@@ -116,6 +121,8 @@ def measured_trial(robot: RobotSpec, name: str, role: str, hz: float, time_s: np
         kept=kept,
         scored=kept & (time_s < time_s[kept][0] + 4.0),
         speed=0.1 * hz,
+        warmup_s=1.0,
+        tail=tuple(tail_markers(robot, MARKERS)),
         metres_per_px=0.00105,
         flags=(),
     )

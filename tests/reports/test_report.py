@@ -104,7 +104,8 @@ def test_a_single_trial_is_enough() -> None:
 
 def test_what_is_not_known_is_a_dash() -> None:
     calibration = made_calibration(("slow", "medium"), flagged=False)
-    unknown = replace(calibration.trials[0], speed_ebt=np.nan, speed_twin=np.nan)
+    lost = dict.fromkeys(calibration.trials[0].ebt, np.nan)
+    unknown = replace(calibration.trials[0], ebt=lost, ebt_of_twin=lost, speed_twin=np.nan)
     sweep = replace(calibration.sweep, speed_twin=np.full(12, np.nan))
     page = page_of(replace(calibration, trials=(unknown, *calibration.trials[1:]), sweep=sweep))
 

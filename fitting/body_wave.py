@@ -1,0 +1,62 @@
+"""The wave along the body, and the dimensionless numbers of the swim, measured and simulated alike."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.harmonics import design, weighted_fit
+from fitting.trial import MeasuredTrial, tail_markers
+from swimmer import RobotSpec
+from tracking import HeadFrame
+
+
+class BodyWave(NamedTuple):
+    """First harmonic of the lateral motion of each tail marker, in the head frame.
+
+    Attributes:
+        markers: names of the t tail markers, from head to fin.
+        amplitude_m: (t,) m.
+        lag_rad: (t,) by how much each lags behind the first, in (-pi, pi].
+    """
+
+    markers: tuple[str, ...]
+    amplitude_m: np.ndarray
+    lag_rad: np.ndarray
+
+
+class SwimNumbers(NamedTuple):
+    """Dimensionless numbers (Gazzola, Argentina and Mahadevan, Nature Physics 10 (2014)).
+
+    Attributes:
+        swimming_number: Sw = omega A L / nu, A the amplitude of the last marker, L the body length.
+        reynolds: Re = U L / nu.
+        strouhal: St = f 2 A / U; nan when the robot does not swim forward.
+    """
+
+    swimming_number: float
+    reynolds: float
+    strouhal: float
+
+
+def body_wave(trial: MeasuredTrial, head: HeadFrame, robot: RobotSpec) -> BodyWave:
+    """The wave of a trial, or of a simulation of it (n, m, 2), over the kept frames."""
+    tail = tail_markers(robot, trial.markers)
+    frames = trial.kept
+    lateral = head.shape_m[frames][:, tail, 1]  # (k, t)
+    weight = np.where(np.isfinite(lateral), (trial.weight[frames][:, tail] > 0).astype(float), 0.0)
+    columns = design(trial.time_s[frames], trial.frequency.hz, harmonics=3)
+    fitted = weighted_fit(columns, lateral, weight)
+    first = fitted[2] - 1j * fitted[3]  # (t,) complex amplitude: lateral = Re(first exp(i omega t))
+    lag = np.angle(first[0] * first.conj())
+    return BodyWave(tuple(trial.markers[i] for i in tail), np.abs(first), lag)
+
+
+def swim_numbers(wave: BodyWave, frequency_hz: float, speed: float, robot: RobotSpec) -> SwimNumbers:
+    """The numbers of a swim from its wave, frequency (Hz) and forward speed (m/s)."""
+    viscosity = robot.water.viscosity_pa_s / robot.water.density_kg_m3  # nu, m^2/s
+    amplitude = float(wave.amplitude_m[-1])
+    return SwimNumbers(
+        swimming_number=2 * np.pi * frequency_hz * amplitude * robot.length_m / viscosity if viscosity > 0 else np.nan,
+        reynolds=speed * robot.length_m / viscosity if viscosity > 0 else np.nan,
+        strouhal=2 * amplitude * frequency_hz / speed if speed > 0 else np.nan,
+    )

@@ -1,0 +1,85 @@
+"""What stands beside a fit so that it is not taken for more than it is: a free yaw, profiles, other pairs of trials."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from fitting.coefficients import CoefficientFit, refine_coefficients
+from fitting.objective import Swims
+from fitting.pairs import PairFit, fit_pairs
+from fitting.profile import CoefficientProfiles, profile_objective
+from fitting.search_space import parameters
+from fitting.trial import MeasuredTrial
+from swimmer import FluidCoefficients, Twin
+
+BESIDE = 2  # restarts that the fit with a free yaw goes on from
+
+
+@dataclass(frozen=True, eq=False)
+class YawFit:
+    """The fit with one turn of the head frame a trial, beside the plain one and never instead of it.
+
+    Nose and neck boxes are placed by hand, so the measured axis of the head may be off by some degrees; a turn of it
+    tilts the measured path as well.
+
+    Attributes:
+        coefficients: with the turns.
+        mean_distance_m: the objective with them, m.
+        yaw_rad: turn of each fit trial's measured head frame by the trial's name, counter-clockwise from above.
+    """
+
+    coefficients: FluidCoefficients
+    mean_distance_m: float
+    yaw_rad: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What stands beside a fit.
+
+    Attributes:
+        yaw: the fit with one yaw a trial.
+        profiles: the objective along each coefficient.
+        pairs: the fit on other pairs of trials; empty with fewer than three swims, or when not asked for.
+    """
+
+    yaw: YawFit
+    profiles: CoefficientProfiles
+    pairs: tuple[PairFit, ...]
+
+
+def gather_evidence(
+    trials: Sequence[MeasuredTrial],
+    twin: Twin,
+    fit: CoefficientFit,
+    with_pairs: bool = True,
+    seed: int = 0,
+    tell: Callable[[str], None] = lambda _message: None,
+) -> Evidence:
+    """Works out everything beside a fit.
+
+    Args:
+        trials: all swims.
+        twin: with their markers.
+        fit: on the swims whose role is "fit".
+        with_pairs: also fit on other pairs, which takes longest.
+        seed: of random choices.
+        tell: called with what is going on.
+    """
+    fitted = tuple(trial for trial in trials if trial.role == "fit")
+    tell("fitting with one yaw a trial")
+    yaw = fit_yaw(fitted, twin, fit)
+    tell("profiling the coefficients")
+    profiles = profile_objective(Swims(twin, fitted), fit)
+    if not with_pairs:
+        return Evidence(yaw, profiles, ())
+    tell("fitting other pairs of trials")
+    return Evidence(yaw, profiles, fit_pairs(trials, twin, fit, seed))
+
+
+def fit_yaw(fitted: tuple[MeasuredTrial, ...], twin: Twin, fit: CoefficientFit) -> YawFit:
+    """The fit with a free yaw a trial, from the best restarts of the plain fit."""
+    swims = Swims(twin, fitted, "yaw")
+    turned = refine_coefficients(swims, [restart.point for restart in fit.restarts[:BESIDE]])
+    yaws = swims.yaws(parameters(turned.restarts[0].point)[:, None])[0]
+    names = [trial.name for trial in fitted]
+    return YawFit(turned.coefficients, turned.mean_distance_m, dict(zip(names, map(float, yaws), strict=True)))

@@ -1,0 +1,67 @@
+"""`results/evidence.json`: what stands beside a fit, in millimetres at the edge, and back."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from fitting.evidence import Evidence, YawFit
+from fitting.pairs import PairFit
+from fitting.profile import CoefficientProfiles
+from swimmer import FluidCoefficients
+
+MILLIMETRES = 1000.0
+
+
+def evidence_payload(evidence: Evidence) -> dict[str, Any]:
+    """Everything of `evidence.json` but its provenance."""
+    yaw, profiles = evidence.yaw, evidence.profiles
+    return {
+        "yaw": {
+            "coefficients": yaw.coefficients._asdict(),
+            "mean_distance_mm": yaw.mean_distance_m * MILLIMETRES,
+            "yaw_rad": dict(yaw.yaw_rad),
+        },
+        "profiles": {
+            "value": profiles.value.tolist(),
+            "slice_mm": (profiles.slice_m * MILLIMETRES).tolist(),
+            "profile_mm": (profiles.profile_m * MILLIMETRES).tolist(),
+            "best_mm": profiles.best_m * MILLIMETRES,
+        },
+        "pairs": [
+            {
+                "fitted": list(pair.fitted),
+                "coefficients": pair.coefficients._asdict(),
+                "marker_error_mm": pair.marker_error_m * MILLIMETRES,
+                "speed_mae": pair.speed_mae,
+                "swims_forward": pair.swims_forward,
+            }
+            for pair in evidence.pairs
+        ],
+    }
+
+
+def read_evidence(data: Mapping[str, Any]) -> Evidence:
+    """Reads what `evidence_payload` gave."""
+    yaw, profiles = data["yaw"], data["profiles"]
+    return Evidence(
+        yaw=YawFit(
+            FluidCoefficients(**yaw["coefficients"]), yaw["mean_distance_mm"] / MILLIMETRES, dict(yaw["yaw_rad"])
+        ),
+        profiles=CoefficientProfiles(
+            value=np.array(profiles["value"]),
+            slice_m=np.array(profiles["slice_mm"]) / MILLIMETRES,
+            profile_m=np.array(profiles["profile_mm"]) / MILLIMETRES,
+            best_m=profiles["best_mm"] / MILLIMETRES,
+        ),
+        pairs=tuple(
+            PairFit(
+                fitted=(pair["fitted"][0], pair["fitted"][1]),
+                coefficients=FluidCoefficients(**pair["coefficients"]),
+                marker_error_m=pair["marker_error_mm"] / MILLIMETRES,
+                speed_mae=dict(pair["speed_mae"]),
+                swims_forward=pair["swims_forward"],
+            )
+            for pair in data["pairs"]
+        ),
+    )

@@ -1,0 +1,143 @@
+"""All searches on the same trials with the same budget of simulated seconds, over several seeds."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fitting.coefficients import FULL, Effort
+from fitting.methods import METHODS, search
+from fitting.objective import Comparison, Swims
+from fitting.trial import MeasuredTrial
+from session import SimulationDiverged
+from swimmer import FluidCoefficients, Twin
+
+MILLIMETRES = 1000.0
+COMPARISONS: tuple[Comparison, ...] = ("published", "shape")
+
+
+@dataclass(frozen=True)
+class SearchRun:
+    """One search with one seed.
+
+    Attributes:
+        method: a key of `METHODS`.
+        comparison: what it minimised, see `Swims`.
+        seed: of every random draw.
+        coefficients: the best; None where nothing that swims forward was found.
+        best_m: its mean distance, m; nan likewise.
+        evaluations, simulated_s, seconds: points, simulated seconds and wall time it took.
+        trace: (simulated seconds, best mean distance so far in m) at every new best.
+    """
+
+    method: str
+    comparison: Comparison
+    seed: int
+    coefficients: FluidCoefficients | None
+    best_m: float
+    evaluations: int
+    simulated_s: float
+    seconds: float
+    trace: tuple[tuple[float, float], ...]
+
+
+def compare_methods(
+    fitted: Sequence[MeasuredTrial],
+    twin: Twin,
+    seeds: int,
+    budget_s: float = FULL.budget_s,
+    effort: Effort = FULL,
+    tell: Callable[[str, float | None], None] = lambda _message, _share: None,
+) -> tuple[SearchRun, ...]:
+    """Runs every search on both objectives.
+
+    Args:
+        fitted: the fit trials.
+        twin: with their markers.
+        seeds: how many seeds each.
+        budget_s: simulated seconds for the searches that take a budget; the gradient search needs about that of FULL.
+        effort: of the gradient search.
+        tell: called with what is going on and the share done.
+    """
+    plan = [(c, method, seed) for c in COMPARISONS for method in METHODS for seed in range(seeds)]
+    runs = []
+    for i, (comparison, method, seed) in enumerate(plan):
+        tell(f"{method}, {comparison} objective, seed {seed}", i / len(plan))
+        swims = Swims(twin, tuple(fitted), comparison)
+        try:
+            fit = search(method, swims, effort, seed, budget_s)
+        except SimulationDiverged:
+            runs.append(SearchRun(method, comparison, seed, None, float("nan"), 0, budget_s, float("nan"), ()))
+            continue
+        runs.append(
+            SearchRun(
+                method=method,
+                comparison=comparison,
+                seed=seed,
+                coefficients=fit.coefficients,
+                best_m=fit.mean_distance_m,
+                evaluations=fit.evaluations,
+                simulated_s=fit.spent_s,
+                seconds=fit.seconds,
+                trace=fit.trace,
+            )
+        )
+    return tuple(runs)
+
+
+def comparison_payload(runs: Sequence[SearchRun]) -> dict[str, Any]:
+    """The content of `results/search.json` but its provenance."""
+    return {
+        "runs": [
+            {
+                "method": run.method,
+                "comparison": run.comparison,
+                "seed": run.seed,
+                "coefficients": None if run.coefficients is None else run.coefficients._asdict(),
+                "best_mm": run.best_m * MILLIMETRES,
+                "evaluations": run.evaluations,
+                "simulated_s": run.simulated_s,
+                "seconds": run.seconds,
+                "trace": [[spent, best * MILLIMETRES] for spent, best in run.trace],
+            }
+            for run in runs
+        ]
+    }
+
+
+def read_comparison(data: Mapping[str, Any]) -> tuple[SearchRun, ...]:
+    """Reads what `comparison_payload` gave."""
+    return tuple(
+        SearchRun(
+            method=run["method"],
+            comparison=run["comparison"],
+            seed=run["seed"],
+            coefficients=None if run["coefficients"] is None else FluidCoefficients(**run["coefficients"]),
+            best_m=np.nan if run["best_mm"] is None else run["best_mm"] / MILLIMETRES,
+            evaluations=run["evaluations"],
+            simulated_s=run["simulated_s"],
+            seconds=np.nan if run["seconds"] is None else run["seconds"],
+            trace=tuple((spent, best / MILLIMETRES) for spent, best in run["trace"]),
+        )
+        for run in data["runs"]
+    )
+
+
+def comparison_table(runs: Sequence[SearchRun]) -> list[str]:
+    """A line a search for the terminal: best, mean and spread over seeds, cost."""
+    lines = [
+        f"{'objective':10} {'search':52} {'best':>7} {'mean':>7} {'worst':>7} {'points':>7} {'sim. s':>7} {'wall s':>7}"
+    ]
+    for comparison in COMPARISONS:
+        for name, method in METHODS.items():
+            chosen = [run for run in runs if run.method == name and run.comparison == comparison]
+            best = MILLIMETRES * np.array([run.best_m for run in chosen])
+            if not len(best) or np.isnan(best).all():
+                lines.append(f"{comparison:10} {method.label:52} found nothing that swims forward")
+                continue
+            distances = (np.nanmin(best), np.nanmean(best), np.nanmax(best))
+            cost = [np.mean([getattr(run, key) for run in chosen]) for key in ("evaluations", "simulated_s", "seconds")]
+            numbers = [f"{value:7.2f}" for value in distances] + [f"{value:7.0f}" for value in cost]
+            lines.append(f"{comparison:10} {method.label:52} {' '.join(numbers)}")
+    return lines

@@ -1,0 +1,177 @@
+"""The first identification from end to end, its file, and the sweep that goes with it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fitting import (
+    FORMS,
+    QUICK,
+    Calibration,
+    MeasuredTrial,
+    Swims,
+    calibrate,
+    calibration_payload,
+    fit_ebt,
+    read_fit,
+    sweep_frequencies,
+    sweep_speed,
+)
+from fitting.tail_tip import measured_tail
+from session import NotEnoughData, Provenance, read_result_json, write_result_json
+from swimmer import load_robot
+from tests.session.sample import FISHSIM
+
+SCHEMA = FISHSIM.parents[1] / "design" / "schema" / "calibration.schema.json"
+EFFORT = replace(QUICK, screened=8, starts=1, finalists=1, heat_iterations=2, final_iterations=4)
+STAMP = Provenance("4.0.0", "0" * 64, {"session.toml": "1" * 64}, 0, "quick")
+
+
+@pytest.fixture(scope="module")
+def calibration(trials: dict[str, MeasuredTrial]) -> Calibration:
+    return calibrate(list(trials.values()), load_robot(), EFFORT)
+
+
+def written(calibration: Calibration, folder: Path) -> dict[str, object]:
+    path = folder / "results" / "calibration.json"
+    write_result_json(path, STAMP, calibration_payload(calibration))
+    return read_result_json(path)
+
+
+def test_every_swim_is_compared_in_the_order_of_the_session(calibration: Calibration) -> None:
+    assert [trial.measured.name for trial in calibration.trials] == ["slow", "fast", "new"]
+    for trial in calibration.trials:
+        assert trial.simulated.position_m.shape == trial.measured.head.position_m.shape
+        assert trial.scores.used_fraction == 1.0
+
+
+def test_a_held_out_trial_is_driven_with_what_its_known_part_says(calibration: Calibration) -> None:
+    *_, new = calibration.trials
+
+    assert new.simulated_hz == new.measured.start_frequency.hz
+    assert new.scores.marker_error_m < 0.1
+
+
+def test_the_summary_is_the_mean_over_the_trials_of_a_role(calibration: Calibration) -> None:
+    slow, fast, new = calibration.trials
+    fitted, held_out = calibration.summary("fit"), calibration.summary("holdout")
+    assert fitted is not None
+    assert held_out is not None
+
+    assert fitted.marker_error_m == pytest.approx((slow.scores.marker_error_m + fast.scores.marker_error_m) / 2)
+    assert held_out.speed_mae_twin == pytest.approx(abs(new.speed_twin - new.measured.speed))
+    assert held_out.speed_mae_ebt == pytest.approx(abs(new.speed_ebt - new.measured.speed))
+    assert calibration.summary("nothing") is None
+
+
+def test_trials_beyond_the_fitted_speeds_are_flagged(trials: dict[str, MeasuredTrial]) -> None:
+    within, beyond = trials["new"], replace(trials["fast"], role="holdout")
+    compared = calibrate([trials["slow"], replace(within, role="fit"), beyond], load_robot(), EFFORT).trials
+
+    assert "extrapolated" not in [flag.kind for flag in compared[1].flags]
+    (flag,) = [flag for flag in compared[2].flags if flag.kind == "extrapolated"]
+    assert "1.200 Hz lies outside the fitted 0.800 to 1.000 Hz" in flag.message
+
+
+def test_without_a_fit_trial_it_is_refused(trials: dict[str, MeasuredTrial]) -> None:
+    with pytest.raises(NotEnoughData, match='no swim has role = "fit"'):
+        calibrate([trials["new"]], load_robot(), EFFORT)
+
+
+def test_trials_with_nothing_to_compare_are_refused_by_name(trials: dict[str, MeasuredTrial]) -> None:
+    def without(trial: MeasuredTrial, frames: np.ndarray) -> MeasuredTrial:
+        return replace(trial, weight=np.where(frames[:, None], 0.0, trial.weight))
+
+    lost = without(trials["slow"], trials["slow"].scored)
+    blind = without(trials["new"], trials["new"].known)
+    with pytest.raises(NotEnoughData) as refused:
+        calibrate([lost, trials["fast"], blind], load_robot(), EFFORT)
+    assert str(refused.value).splitlines() == [
+        "trial slow: every sample to be compared is flagged or missing; leave the trial out",
+        "trial new: no usable marker where its phase comes from; leave the trial out",
+    ]
+
+
+def test_trials_that_do_not_show_the_tail_tip_are_left_out_of_ebt(trials: dict[str, MeasuredTrial]) -> None:
+    robot = load_robot()
+    slow, fast = trials["slow"], trials["fast"]
+    weight = slow.weight.copy()
+    weight[:, -1] = 0.0
+    tails = [measured_tail(trial, robot, trial.kept) for trial in (replace(slow, weight=weight), fast)]
+    for form in FORMS:
+        alone = fit_ebt(form, tails[1:], np.array([fast.speed]), robot)
+        both = fit_ebt(form, tails, np.array([slow.speed, fast.speed]), robot)
+        assert both.drag_coefficient == alone.drag_coefficient
+
+        none = fit_ebt(form, tails[:1], np.array([slow.speed]), robot)
+        assert np.isnan(none.drag_coefficient)
+        assert "usable in no fit trial" in none.flags[0].message
+
+
+@pytest.mark.skipif(not SCHEMA.is_file(), reason="the public schema is not here (../shared/design/schema)")
+def test_its_file_has_the_public_form(calibration: Calibration, tmp_path: Path) -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+
+    jsonschema.validate(written(calibration, tmp_path), json.loads(SCHEMA.read_text()))
+
+
+def test_what_is_not_known_is_null_in_the_file(calibration: Calibration, tmp_path: Path) -> None:
+    slow, *others = calibration.trials
+    unknown = replace(slow, speed_twin=float("nan"), scores=slow.scores._replace(marker_error_m=float("nan")))
+    data = written(replace(calibration, trials=(unknown, *others)), tmp_path)
+
+    assert data["trials"]["slow"]["speed_twin"] is None  # type: ignore[index]
+    assert data["trials"]["slow"]["marker_error_mm"] is None  # type: ignore[index]
+    assert data["summary"]["fit"]["speed_mae_twin"] is None  # type: ignore[index]
+
+
+def test_without_held_out_trials_their_summary_is_null(calibration: Calibration, tmp_path: Path) -> None:
+    data = written(replace(calibration, trials=calibration.trials[:2]), tmp_path)
+
+    assert data["summary"]["holdout"] is None  # type: ignore[index]
+
+
+def test_distances_are_in_millimetres_in_the_file_and_metres_inside(calibration: Calibration) -> None:
+    told = calibration_payload(calibration)["trials"]["slow"]
+    scores = calibration.trials[0].scores
+
+    assert told["marker_error_mm"] == 1000 * scores.marker_error_m
+    assert told["shape_error_mm"] == 1000 * scores.shape_error_m
+
+
+def test_a_fit_read_back_is_the_one_that_was_written(calibration: Calibration, tmp_path: Path) -> None:
+    fit, phases = read_fit(written(calibration, tmp_path))
+
+    assert fit.coefficients == calibration.coefficients
+    assert fit.flags == calibration.fit.flags
+    assert phases == {trial.measured.name: trial.phase_rad for trial in calibration.trials}
+    np.testing.assert_array_equal(fit.phase_rad, calibration.fit.phase_rad)
+    assert fit.mean_distance_m == pytest.approx(calibration.fit.mean_distance_m, rel=1e-12)
+    for read, made in zip(fit.restarts, calibration.fit.restarts, strict=True):
+        np.testing.assert_array_equal(read.coefficients, made.coefficients)
+        np.testing.assert_allclose(read.history_m, made.history_m, rtol=1e-12)
+        assert (read.converged, read.swims_forward) == (made.converged, made.swims_forward)
+
+
+def test_the_sweep_reaches_a_little_beyond_the_trials() -> None:
+    frequencies = sweep_frequencies([0.8, 0.4, 1.2])
+
+    assert frequencies[[0, -1]] == pytest.approx([0.34, 1.38])
+    assert (np.diff(frequencies) > 0).all()
+
+
+def test_the_sweep_gives_the_speed_a_long_swim_settles_at(swims: Swims, calibration: Calibration) -> None:
+    true = swims.trials[0]
+    sweep = sweep_speed(
+        swims.twin, calibration.coefficients, calibration.ebts, np.array([true.frequency.hz, 1.1]), (0.8, 1.2)
+    )
+
+    assert sweep.speed_twin[0] == pytest.approx(calibration.trials[0].speed_twin, rel=0.15)
+    assert sweep.speed_twin[1] > sweep.speed_twin[0] > 0
+    assert sweep.ebt.keys() == {form.name for form in FORMS}
+    np.testing.assert_array_equal(sweep.speed_ebt, sweep.ebt["published"])
