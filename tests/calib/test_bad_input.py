@@ -64,6 +64,10 @@ def tenth_of_a_second(lines: list[str]) -> list[str]:
     return lines[:7]
 
 
+def plain_text(folder: Path) -> None:
+    (folder / "trials" / SLOW).write_bytes(b"time_s\n0\n")
+
+
 SLOW = "slow.csv.gz"
 CASES: dict[str, tuple[Break, tuple[str, ...]]] = {
     "no session": (lambda folder: (folder / "session.toml").unlink(), ("no session.toml here", "calib new")),
@@ -92,7 +96,7 @@ CASES: dict[str, tuple[Break, tuple[str, ...]]] = {
     "nose on neck": (rows(on_one_spot), ("trial slow", "nose and neck are never seen apart")),
     "too short": (rows(tenth_of_a_second), ("line", "too short", "0.0833 s", "warm-up of 1 s")),
     "shorter than a beat": (rows(lambda lines: lines[:64]), ("trial slow", "beats", "at least one")),
-    "not gzip": (lambda folder: (folder / "trials" / SLOW).write_bytes(b"time_s\n0\n"), (SLOW,)),
+    "not gzip": (plain_text, (SLOW,)),
     "wrong robot": (robot('name = "x"\nlenght = 3\n'), ("robot.toml", "lenght")),
     "broken robot": (robot("name = "), ("robot.toml: line 1",)),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -131,3 +132,20 @@ def test_flagged_stretches_are_left_out_by_weight(calib: Front, fresh: Path) -> 
     column = PLAN.markers.index("tail_5")
     assert (used.confidence[70:110, column] == 0).mean() > 0.5
     assert np.delete(used.confidence, column, axis=1).mean() > 0.9
+
+
+def test_without_the_tail_tip_there_is_no_ebt_and_all_else_stands(calib: Front, fresh: Path) -> None:
+    def lose_the_fin(position_px: np.ndarray) -> None:
+        position_px[8:, PLAN.markers.index("caudal_fin")] = np.nan
+
+    for name in ("slow", "fast"):
+        change_tracks(fresh, name, lose_the_fin)
+    outcome = calib("run", fresh, "--effort", "quick")
+
+    assert outcome.code == 0, outcome.err
+    assert "the last two tail markers are usable in no fit trial" in outcome.out
+    data = json.loads((fresh / "results" / "calibration.json").read_text())
+    assert data["ebt"]["drag_coefficient"] is None
+    assert data["trials"]["slow"]["speed_ebt"] is None
+    assert data["trials"]["slow"]["speed_twin"] is not None
+    assert (fresh / "results" / "report.html").is_file()
