@@ -1,0 +1,108 @@
+"""The figures of the report as methods of a calibration, for notebooks: each shows itself as the value of a cell."""
+
+import io
+from dataclasses import dataclass, field
+
+from matplotlib.figure import Figure
+
+from fitting import CalibratedTrial, Calibration, MeasuredTrial
+from reports.figures import (
+    coefficients_figure,
+    convergence_figure,
+    flagged_samples_figure,
+    forward_path_figure,
+    lateral_motion_figure,
+    planform_figure,
+    speed_errors_figure,
+    speed_sweep_figure,
+    tail_envelope_figure,
+)
+from reports.style import SURFACE, applied
+
+DOTS_PER_INCH = 110.0
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A figure that a notebook shows without any set-up.
+
+    Attributes:
+        figure: to be changed or saved with matplotlib.
+        says: what it shows, for those who cannot see it.
+    """
+
+    figure: Figure = field(repr=False)
+    says: str
+
+    def _repr_png_(self) -> bytes:
+        """On the light ground that it was drawn for, whatever the notebook's own."""
+        buffer = io.BytesIO()
+        with applied():
+            self.figure.savefig(buffer, format="png", dpi=DOTS_PER_INCH, facecolor=SURFACE, metadata={"Software": None})
+        return buffer.getvalue()
+
+
+def picture_of_tracks(trial: MeasuredTrial) -> Picture:
+    """Which samples of a measured trial are flagged; needs no fit."""
+    return Picture(flagged_samples_figure(trial), f"{trial.name}: flagged samples of each marker over time")
+
+
+@dataclass(frozen=True, eq=False)
+class Gallery:
+    """The figures of one calibration; those of a trial take its name.
+
+    Attributes:
+        calibration: the calibrated twin beside every trial.
+    """
+
+    calibration: Calibration
+
+    def trial(self, name: str) -> CalibratedTrial:
+        """One trial of the calibration.
+
+        Raises:
+            ValueError: there is none of that name.
+        """
+        trials = {trial.measured.name: trial for trial in self.calibration.trials}
+        if name not in trials:
+            raise ValueError(f"trial: found {name!r}, expected one of {', '.join(trials)}")
+        return trials[name]
+
+    def robot(self) -> Picture:
+        """The robot from above, with the markers that were tracked."""
+        robot, markers = self.calibration.robot, self.calibration.trials[0].measured.markers
+        return Picture(planform_figure(robot, markers), f"{robot.name} from above, with its markers")
+
+    def sweep(self) -> Picture:
+        """Speed over frequency: measured, twin, elongated body theory."""
+        return Picture(speed_sweep_figure(self.calibration), "forward speed over swim frequency")
+
+    def speed_errors(self) -> Picture:
+        """Predicted minus measured speed, a row a trial."""
+        return Picture(speed_errors_figure(self.calibration), "predicted minus measured speed of each trial")
+
+    def coefficients(self) -> Picture:
+        """Where the restarts of the search ended, between the bounds."""
+        return Picture(coefficients_figure(self.calibration.fit), "the five coefficients between their bounds")
+
+    def convergence(self) -> Picture:
+        """How each restart of the search came down."""
+        return Picture(convergence_figure(self.calibration.fit), "mean marker distance over the search")
+
+    def tracks(self, trial: str) -> Picture:
+        """Which samples of a trial are flagged."""
+        return picture_of_tracks(self.trial(trial).measured)
+
+    def envelope(self, trial: str) -> Picture:
+        """Midlines through one beat, measured and simulated."""
+        figure = tail_envelope_figure(self.trial(trial), self.calibration.robot)
+        return Picture(figure, f"{trial}: midlines through one beat, measured and simulated")
+
+    def lateral_motion(self, trial: str) -> Picture:
+        """Lateral motion of the tail's markers over time, measured and simulated."""
+        figure = lateral_motion_figure(self.trial(trial), self.calibration.robot)
+        return Picture(figure, f"{trial}: lateral motion over time, measured and simulated")
+
+    def path(self, trial: str) -> Picture:
+        """Distance swum over time, measured and simulated."""
+        return Picture(forward_path_figure(self.trial(trial)), f"{trial}: distance swum, measured and simulated")

@@ -1,0 +1,62 @@
+"""Every notebook runs from its first cell to its last, and says the same as the script it is paired with."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import jupytext
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+ROOT = Path(__file__).parents[2]
+SCRIPTS = sorted((ROOT / "notebooks").glob("*.py"))
+MOST_BYTES = 1_500_000
+each_notebook = pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
+
+
+def cells(notebook: nbformat.NotebookNode) -> list[tuple[str, str]]:
+    return [(cell.cell_type, cell.source) for cell in notebook.cells]
+
+
+def test_there_is_a_notebook_for_every_script_and_the_other_way_round() -> None:
+    notebooks = sorted((ROOT / "notebooks").glob("*.ipynb"))
+
+    assert SCRIPTS
+    assert [script.stem for script in SCRIPTS] == [notebook.stem for notebook in notebooks]
+
+
+@each_notebook
+def test_script_and_notebook_hold_the_same_cells(script: Path) -> None:
+    paired = nbformat.read(script.with_suffix(".ipynb"), as_version=4)
+
+    assert cells(jupytext.read(script)) == cells(paired), f"run `jupytext --sync notebooks/{script.name}`"
+
+
+@each_notebook
+def test_the_committed_notebook_shows_its_figures_and_no_error(script: Path) -> None:
+    paired = nbformat.read(script.with_suffix(".ipynb"), as_version=4)
+    outputs = [output for cell in paired.cells if cell.cell_type == "code" for output in cell.outputs]
+
+    assert any("image/png" in output.get("data", {}) for output in outputs)
+    assert not [output for output in outputs if output.output_type == "error" or output.get("name") == "stderr"]
+    assert script.with_suffix(".ipynb").stat().st_size < MOST_BYTES
+
+
+@each_notebook
+def test_it_runs_in_a_fresh_checkout_without_error_or_warning(
+    script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
+    monkeypatch.setenv("JUPYTER_PLATFORM_DIRS", "1")
+    shutil.copytree(ROOT / "datasets", tmp_path / "datasets", ignore=shutil.ignore_patterns("results"))
+    (tmp_path / "notebooks").mkdir()
+    notebook = jupytext.read(script)
+
+    place = {"metadata": {"path": str(tmp_path / "notebooks")}}
+    NotebookClient(notebook, timeout=240, kernel_name="python3", resources=place).execute()
+
+    outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
+    told = [output.text for output in outputs if output.get("name") == "stderr"]
+    assert told == []
