@@ -14,6 +14,7 @@ from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
 
 from session import SimulationDiverged
+from swimmer.engine_log import quiet_engine
 from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import DRY, SWIM, Scene, build_mjcf
 from swimmer.robot import RobotSpec
@@ -141,7 +142,8 @@ class Twin:
         batch.bind("qpos")[:], batch.bind("qvel")[:] = start, velocity
         batch.bind("ctrl")[:, 0] = 2 * np.pi * runs.frequency_hz
         steps = int(np.ceil(time_s.max() / self.scene.timestep_s)) + 2
-        rolled = batch.rollout(steps, record=("qpos",))["qpos"]  # (n, steps, q)
+        with quiet_engine():
+            rolled = batch.rollout(steps, record=("qpos",))["qpos"]  # (n, steps, q)
         states = np.concatenate([start[:, None], rolled], axis=1)
         diverged = self._diverged(states)
         states[diverged] = np.nan
@@ -187,9 +189,10 @@ class Twin:
             data = mujoco.MjData(model)
             steps = round(_SLOW_TURN_S / _PHASES / model.opt.timestep)
             data.qvel[0] = data.ctrl[0] = 2 * np.pi / (_PHASES * steps * model.opt.timestep)
-            for i in range(2 * _PHASES):
-                table[i % _PHASES] = data.qpos[1:]
-                mujoco.mj_step(model, data, steps)
+            with quiet_engine():
+                for i in range(2 * _PHASES):
+                    table[i % _PHASES] = data.qpos[1:]
+                    mujoco.mj_step(model, data, steps)
             if not (np.abs(table) < PLAUSIBLE_HINGE_RAD).all():  # nan too
                 raise SimulationDiverged(
                     f"The tail of {self.robot.name} cannot be brought into its starting poses: with steps of "
