@@ -1,0 +1,84 @@
+"""Swims of the twin itself: frequency and start are known exactly, coefficients and crank phases are sought."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting import MeasuredTrial, SwimFrequency, forward_speed, tail_markers
+from session import FISHSIM_MARKERS
+from swimmer import FluidCoefficients, Runs, Twin, load_robot
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.swims import by_hand
+
+FPS, WARMUP_S = 60.0, 1.0
+HZ = (0.6, 1.0, 1.4)
+ROBOT = load_robot()
+
+
+def exact_twin(workers: int = 0) -> Twin:
+    return Twin(ROBOT, FISHSIM_MARKERS, workers=workers)
+
+
+def exact_swims(
+    coefficients: FluidCoefficients = PLAUSIBLE_COEFFICIENTS,
+    hz: Sequence[float] = HZ,
+    seconds: float = 5.0,
+    noise_m: float = 0.0,
+    seed: int = 0,
+) -> tuple[MeasuredTrial, ...]:
+    """Fit trials at some frequencies, from a forward start of 0.1 m/s.
+
+    Args:
+        coefficients: the truth.
+        hz: turns of the crank a second, one trial each.
+        seconds: of each trial.
+        noise_m: standard deviation of tracking noise that lasts a third of a second in each marker.
+        seed: of the noise and the crank phases.
+    """
+    random = np.random.default_rng(seed)
+    time_s = np.arange(round(seconds * FPS) + 1) / FPS
+    runs = Runs(
+        coefficients=np.tile(coefficients, (len(hz), 1)).astype(float),
+        frequency_hz=np.array(hz, float),
+        phase_rad=2 * np.pi * np.random.default_rng(1).random(len(hz)),
+        velocity=np.tile([-0.1, 0.0, 0.0], (len(hz), 1)),
+    )
+    twin = exact_twin()
+    marker_m = twin.simulate(runs, time_s).marker_m
+    noisy = marker_m + noise_m * lasting_noise(marker_m.shape, random)
+    return tuple(_trial(f"f{f:.2f}", f, positions) for f, positions in zip(hz, noisy, strict=True))
+
+
+def lasting_noise(shape: tuple[int, ...], random: np.random.Generator, lasts_s: float = 1 / 3) -> np.ndarray:
+    """(t, n, m, 2) AR(1) noise of standard deviation 1 that lasts so long."""
+    keep = np.exp(-1 / (lasts_s * FPS))
+    fresh = random.normal(size=shape)
+    fresh[:, 1:] *= np.sqrt(1 - keep**2)
+    for frame in range(1, shape[1]):
+        fresh[:, frame] += keep * fresh[:, frame - 1]
+    return fresh
+
+
+def _trial(name: str, hz: float, position_m: np.ndarray) -> MeasuredTrial:
+    n = len(position_m)
+    time_s = np.arange(n) / FPS
+    beat = SwimFrequency(hz, 1e-3, 0.0, 0.05, 1.0, float(time_s[-1]), 1.0)
+    kept = time_s >= WARMUP_S - 1e-9
+    trial = by_hand(
+        position_m,
+        fps=FPS,
+        name=name,
+        commanded_hz=hz,
+        markers=FISHSIM_MARKERS,
+        frequency=beat,
+        start_frequency=beat,
+        start_velocity=np.array([-0.1, 0.0, 0.0]),
+        kept=kept,
+        scored=kept & (time_s < WARMUP_S + 4.0 - 1e-9),
+        warmup_s=WARMUP_S,
+        tail=tuple(tail_markers(ROBOT, FISHSIM_MARKERS)),
+    )
+    speed = float(forward_speed(time_s, trial.head.forward_m, kept, hz))
+    return MeasuredTrial(**vars(trial) | {"speed": speed})

@@ -1,0 +1,134 @@
+"""Every search spends what it is given, keeps the best that swims forward, and tells how it came down."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting import METHODS, QUICK, CoefficientFit, Swims, search
+from fitting.published_objective import PENALTY, PublishedObjective
+from fitting.published_search import BATCH, INITIAL
+from session import SimulationDiverged
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.exact_swims import exact_swims, exact_twin
+
+BUDGET_S = 300.0
+TINY = replace(QUICK, screened=4, starts=1, finalists=1, heat_iterations=1, final_iterations=1, finish_s=120.0)
+SPENDING = [name for name, method in METHODS.items() if method.spend is not None]
+each_method = pytest.mark.parametrize("method", METHODS)
+
+
+@pytest.fixture(scope="module")
+def swims() -> Swims:
+    return Swims(exact_twin(), exact_swims(hz=(0.7, 1.2), seconds=3.5))
+
+
+@pytest.fixture(scope="module")
+def fits(swims: Swims) -> dict[str, CoefficientFit]:
+    return {method: search(method, swims, TINY, seed=0, budget_s=BUDGET_S) for method in METHODS}
+
+
+@each_method
+def test_the_best_swims_forward_and_is_as_far_from_the_tracks_as_it_says(
+    method: str, swims: Swims, fits: dict[str, CoefficientFit]
+) -> None:
+    fit = fits[method]
+    point = np.append(fit.coefficients, fit.phase_rad)[:, None]
+
+    assert fit.method == method
+    assert fit.restarts[0].swims_forward
+    assert swims.mean_distance(point)[0] == pytest.approx(fit.mean_distance_m, rel=1e-9)
+    assert np.isclose(fit.coefficients, np.clip(fit.coefficients, 0, 10), rtol=0, atol=0).all()
+
+
+@each_method
+def test_the_trace_comes_down_as_budget_is_spent_and_ends_at_the_best(
+    method: str, fits: dict[str, CoefficientFit]
+) -> None:
+    spent, best = np.array(fits[method].trace).T
+
+    assert (np.diff(spent) > 0).all()
+    assert (np.diff(best) < 0).all()
+    assert best[-1] == fits[method].mean_distance_m
+    assert spent[-1] <= fits[method].spent_s
+
+
+@pytest.mark.parametrize("method", SPENDING)
+def test_the_budget_is_overdrawn_by_one_batch_at_most(
+    method: str, swims: Swims, fits: dict[str, CoefficientFit]
+) -> None:
+    """A batch is simulated twice, for its phases and for itself, then its best is checked from rest."""
+    point_s = sum(float(trial.time_s[trial.scored][-1]) for trial in swims.trials)
+    objective = PublishedObjective(swims, BUDGET_S)
+    batch = {"nelder-mead": 2, "bo-nm": BATCH, "random": INITIAL}[method]
+    from_rest_s = objective._seconds_from_rest
+
+    assert fits[method].spent_s <= BUDGET_S + 2 * batch * point_s + batch * from_rest_s
+
+
+@each_method
+def test_the_seed_decides_everything(method: str, swims: Swims, fits: dict[str, CoefficientFit]) -> None:
+    again = search(method, swims, TINY, seed=0, budget_s=BUDGET_S)
+
+    assert again.coefficients == fits[method].coefficients
+    assert again.trace == fits[method].trace
+
+
+def test_an_unknown_search_is_refused(swims: Swims) -> None:
+    with pytest.raises(KeyError, match="annealing"):
+        search("annealing", swims, TINY)
+
+
+def test_a_budget_too_small_for_one_forward_swimmer_says_so(swims: Swims, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fitting.published_objective.swims_forward", lambda *_: np.zeros(1, bool))
+
+    with pytest.raises(SimulationDiverged, match=r"none of \d+ points within 40 simulated seconds swims forward"):
+        search("random", swims, TINY, budget_s=40.0)
+
+
+def test_the_objective_counts_points_and_the_seconds_they_cost(swims: Swims) -> None:
+    objective = PublishedObjective(swims, BUDGET_S)
+    point_s = sum(float(trial.time_s[trial.scored][-1]) for trial in swims.trials)
+    points = objective.phased(np.array([PLAUSIBLE_COEFFICIENTS, PLAUSIBLE_COEFFICIENTS]))
+    assert (objective.evaluations, objective.spent_s) == (2, 2 * point_s)
+
+    distances = objective(points)
+    assert objective.evaluations == 4
+    assert objective.spent_s == pytest.approx(4 * point_s + objective._seconds_from_rest)
+    np.testing.assert_array_equal(distances, swims.mean_distance(points))
+    assert objective.trace == [(objective.spent_s, distances.min())]
+
+
+def test_what_would_win_but_swims_backward_is_handed_back_with_a_penalty(
+    swims: Swims, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    objective = PublishedObjective(swims, BUDGET_S)
+    forward = {2.0: False, 3.0: True, 4.0: True}
+    monkeypatch.setattr("fitting.published_objective.swims_forward", lambda _twin, c, _trials: [forward[c[0, 0]]])
+    points = np.tile(np.array([3.0, 2.0, 4.0]), (7, 1))
+
+    considered = objective.consider(points, np.array([0.02, 0.01, 0.03]))
+
+    assert considered == pytest.approx([0.02, 0.01 * PENALTY, 0.03])
+    assert objective.best_m == 0.02
+    np.testing.assert_array_equal(objective.best_point, points[:, 0])
+
+
+def test_what_cannot_win_is_not_checked_from_rest(swims: Swims) -> None:
+    objective = PublishedObjective(swims, BUDGET_S)
+    objective.best_m = 0.001
+
+    assert objective.consider(np.ones((7, 1)), np.array([0.002])) == [0.002]
+    assert objective.spent_s == 0
+
+
+def test_progress_is_told_the_share_spent(swims: Swims) -> None:
+    told: list[tuple[float, float]] = []
+    fit = search("random", swims, TINY, budget_s=BUDGET_S, progress=lambda share, best: told.append((share, best)))
+    shares, best = np.array(told).T
+
+    assert (np.diff(shares) >= 0).all()
+    assert shares[-1] == 1.0
+    assert best[-1] == fit.mean_distance_m
