@@ -255,7 +255,7 @@ class Pipeline:
         write_report(
             self.report_file, self.session, calibration, self.provenance, self.notes, evidence=evidence, searches=runs
         )
-        mark_current(self.report_file, fingerprint)
+        mark_current(self.report_file, fingerprint, [self.evidence_file])
         self.made.append(self.report_file)
         return self.report_file
 

@@ -5,22 +5,26 @@ from pathlib import Path
 
 import pytest
 
-from calib import pipeline
 from calib.pipeline import Options, Pipeline, open_session
 from synthetic import make_session
-from tests.calib.door import PLAN, TINY, Front, front_door
+from tests.calib.door import PLAN, Front, front_door, with_little_effort
 
 
 @pytest.fixture(autouse=True)
 def little_effort(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A short search, but for tests marked `long` and those of the sample."""
+    """A short search, but for tests that ask for the true one."""
     if "true_effort" not in request.fixturenames:
-        monkeypatch.setattr(pipeline, "EFFORTS", {"quick": TINY, "full": TINY})
+        with_little_effort(monkeypatch, "true_report" in request.fixturenames)
 
 
 @pytest.fixture
 def true_effort() -> None:
-    """Asks for the search that users get."""
+    """Asks for the search and the report that users get."""
+
+
+@pytest.fixture
+def true_report() -> None:
+    """Asks for the report that users get."""
 
 
 @pytest.fixture
@@ -38,7 +42,7 @@ def finished_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFacto
     folder = tmp_path_factory.mktemp("finished") / "pool"
     shutil.copytree(fresh_session, folder)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pipeline, "EFFORTS", {"quick": TINY, "full": TINY})
+        with_little_effort(patch)
         Pipeline(open_session(folder), Options("quick")).report()
     return folder
 

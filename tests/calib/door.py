@@ -5,18 +5,22 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
-from calib import cli
-from fitting import QUICK, Effort
+from calib import cli, pipeline
+from fitting import QUICK, calibration, evidence, profile, sweep_frequencies
+from fitting.coefficients import refine_coefficients
+from session import write_whole
 from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise
 
 ROOT = Path(__file__).resolve().parents[2]
 
-TINY = Effort(**vars(QUICK) | {"screened": 8, "starts": 1, "finalists": 1, "heat_iterations": 2, "final_iterations": 2})
+TINY = replace(QUICK, screened=8, starts=1, finalists=1, heat_iterations=2, final_iterations=2)
 """Just enough of a search for the machinery around it."""
 
 PLAN = SyntheticPlan(
@@ -55,6 +59,17 @@ def front_door(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
         return Outcome(code, *capsys.readouterr())
 
     return run
+
+
+def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> None:
+    """A short search, little beside it, and a report without figures."""
+    patch.setattr(pipeline, "EFFORTS", {"quick": TINY, "full": TINY})
+    patch.setattr(evidence, "refine_coefficients", partial(refine_coefficients, iterations=1))
+    patch.setattr(evidence, "BESIDE", 1)
+    patch.setattr(profile, "POINTS", 3)
+    patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
+    if not true_report:
+        patch.setattr(pipeline, "write_report", lambda path, *_, **__: write_whole(path, "<html></html>"))
 
 
 def process(*arguments: str | Path) -> subprocess.Popen[str]:

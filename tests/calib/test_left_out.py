@@ -60,6 +60,7 @@ def only(folder: Path, *names: str) -> Path:
     return folder
 
 
+@pytest.mark.usefixtures("true_report")
 def test_other_trials_are_left_out_with_a_note_that_says_why(calib: Front, fresh: Path) -> None:
     outcome = calib("run", with_others(fresh), "--effort", "quick")
 
@@ -88,6 +89,7 @@ def test_a_session_of_motor_logs_only_is_told_so(calib: Front, fresh: Path) -> N
     assert_told(calib("run", fresh), "no swim with tracks", "Trial logged was left out")
 
 
+@pytest.mark.usefixtures("true_report")
 def test_without_held_out_trials_there_is_no_held_out_summary(calib: Front, fresh: Path) -> None:
     outcome = calib("run", only(fresh, "slow"), "--effort", "quick")
 
@@ -134,6 +136,7 @@ def test_flagged_stretches_are_left_out_by_weight(calib: Front, fresh: Path) -> 
     assert np.delete(used.confidence, column, axis=1).mean() > 0.9
 
 
+@pytest.mark.usefixtures("true_report")
 def test_without_the_tail_tip_there_is_no_ebt_and_all_else_stands(calib: Front, fresh: Path) -> None:
     def lose_the_fin(position_px: np.ndarray) -> None:
         position_px[8:, PLAN.markers.index("caudal_fin")] = np.nan

@@ -18,7 +18,8 @@ from session import session_lock
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in, process
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
-RESULTS = {"calibration.json", "calibrated.xml", "report.html", "tracks/slow.csv", "tracks/fast.csv"}
+FIT = {"calibration.json", "calibrated.xml", "tracks/slow.csv", "tracks/fast.csv"}
+RESULTS = FIT | {"evidence.json", "report.html"}
 
 
 def results_of(folder: Path) -> dict[str, int]:
@@ -35,6 +36,7 @@ def remade(folder: Path, *expected: str) -> Iterator[None]:
     assert {name for name in after if after[name] != before.get(name)} == set(expected)
 
 
+@pytest.mark.usefixtures("true_report")
 def test_it_writes_every_result_and_names_the_report_last(calib: Front, fresh: Path) -> None:
     outcome = calib("run", fresh, "--effort", "quick")
 
@@ -78,6 +80,12 @@ def test_a_deleted_report_is_made_again_without_a_new_fit(calib: Front, finished
         calib("run", finished, "--effort", "quick")
 
 
+def test_deleted_evidence_is_made_again_with_the_report(calib: Front, finished: Path) -> None:
+    (finished / "results" / "evidence.json").unlink()
+    with remade(finished, "evidence.json", "report.html"):
+        calib("run", finished, "--effort", "quick")
+
+
 @pytest.mark.parametrize("name", ["calibration.json", "calibrated.xml"])
 def test_a_deleted_calibration_is_made_again_and_the_same(calib: Front, finished: Path, name: str) -> None:
     path = finished / "results" / name
@@ -111,7 +119,7 @@ def test_an_edited_calibration_does_not_pass_for_a_result(calib: Front, finished
 def test_fit_stops_before_the_report(calib: Front, fresh: Path) -> None:
     outcome = calib("fit", fresh, "--effort", "quick")
 
-    assert results_of(fresh).keys() == RESULTS - {"report.html"}
+    assert results_of(fresh).keys() == FIT
     assert outcome.out.splitlines()[-1] == str(fresh / "results" / "calibration.json")
 
 
@@ -181,7 +189,7 @@ def test_an_interrupted_write_leaves_what_stood_there(
     before = {name: (finished / "results" / name).read_bytes() for name in ("calibrated.xml", "report.html")}
     edit(finished / "session.toml", "[fit]", "[fit]\nseed = 7")
 
-    def stop(*_: object) -> None:
+    def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
