@@ -29,6 +29,7 @@ INKS: dict[str, Ink] = {
     "surface": Ink("#ffffff", "#14181d"),
     "twin": Ink("#0a6ebd", "#5cb3f5"),
     "ebt": Ink("#b65006", "#f5a65b"),
+    "ebt-large": Ink("#a3348b", "#e893d6"),
     "warn": Ink("#9a6200", "#f2c14e"),
     "warn-ground": Ink("#fff6e0", "#2e2716"),
     "flag-merged": Ink("#7b3fa0", "#c792ea"),
@@ -40,8 +41,8 @@ INKS: dict[str, Ink] = {
 }
 """Every colour of figures and pages, by the name of its CSS variable."""
 
-INK, MUTED, FAINT, SHADE, SURFACE, TWIN, EBT, WARN = (
-    INKS[name].light for name in ("ink", "muted", "faint", "shade", "surface", "twin", "ebt", "warn")
+INK, MUTED, FAINT, SHADE, SURFACE, TWIN, EBT, EBT_LARGE, WARN = (
+    INKS[name].light for name in ("ink", "muted", "faint", "shade", "surface", "twin", "ebt", "ebt-large", "warn")
 )
 
 HALF_WIDTH_IN, FULL_WIDTH_IN = 4.2, 8.7  # of figures that share a row, and of those that fill it
@@ -121,6 +122,47 @@ def panel(width_in: float, height_in: float, margins: Margins = MARGINS) -> tupl
     """A figure with one panel within fixed margins, which costs less than any automatic layout."""
     figure = Figure(figsize=(width_in, height_in))
     return figure, figure.add_axes(box(width_in, height_in, margins))
+
+
+class Grid(NamedTuple):
+    """How small panels of one size are laid out.
+
+    Attributes:
+        columns: panels in a row.
+        height_in: of a panel, inches; None: as high as it is wide.
+        gap_in: between columns and between rows, inches.
+    """
+
+    columns: int
+    height_in: float | None
+    gap_in: tuple[float, float] = (0.14, 0.30)
+
+
+def panels(
+    count: int, grid: Grid, width_in: float, margins: Margins = MARGINS, projection: str | None = None
+) -> tuple[Figure, list[Axes]]:
+    """A figure with several panels, row by row from the top left, within fixed margins."""
+    rows = -(-count // grid.columns)
+    across, down = grid.gap_in
+    width = (width_in - margins.left - margins.right - (grid.columns - 1) * across) / grid.columns
+    height = width if grid.height_in is None else grid.height_in
+    total = rows * height + (rows - 1) * down + margins.bottom + margins.top
+    figure = Figure(figsize=(width_in, total))
+    drawn = []
+    for i in range(count):
+        row, column = divmod(i, grid.columns)
+        left = margins.left + column * (width + across)
+        bottom = total - margins.top - (row + 1) * height - row * down
+        place = (left / width_in, bottom / total, width / width_in, height / total)
+        drawn.append(figure.add_axes(place, projection=projection))
+    return figure, drawn
+
+
+def legend_on_top(figure: Figure, handles: list[Any], columns: int) -> None:
+    """One legend over all panels of a figure."""
+    left = figure.axes[0].get_position().x0 if figure.axes else 0.0
+    top = 1.0 - 0.03 / float(figure.get_size_inches()[1])
+    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(left, top), ncols=columns)
 
 
 def box(width_in: float, height_in: float, margins: Margins) -> tuple[float, float, float, float]:

@@ -1,24 +1,42 @@
 """The figures of the report, one a file; each returns a matplotlib `Figure`, in notebooks as well."""
 
+from reports.figures.body_wave import body_wave_figure
+from reports.figures.coefficient_profiles import coefficient_profiles_figure
 from reports.figures.coefficients import coefficients_figure
 from reports.figures.convergence import convergence_figure
 from reports.figures.flagged_samples import flagged_samples_figure
 from reports.figures.forward_path import forward_path_figure
 from reports.figures.lateral_motion import lateral_motion_figure
+from reports.figures.marker_residuals import marker_residuals_figure
+from reports.figures.pair_coefficients import pair_coefficients_figure
+from reports.figures.pair_errors import pair_errors_figure
+from reports.figures.phase_portrait import phase_portrait_figure
 from reports.figures.planform import planform_figure
+from reports.figures.residuals_over_time import residuals_over_time_figure
+from reports.figures.search_convergence import search_convergence_figure
 from reports.figures.speed_errors import speed_errors_figure
+from reports.figures.speed_intervals import speed_intervals_figure
 from reports.figures.speed_sweep import speed_sweep_figure
 from reports.figures.tail_envelope import beat_midlines, tail_envelope_figure
 
 __all__ = [
     "beat_midlines",
+    "body_wave_figure",
+    "coefficient_profiles_figure",
     "coefficients_figure",
     "convergence_figure",
     "flagged_samples_figure",
     "forward_path_figure",
     "lateral_motion_figure",
+    "marker_residuals_figure",
+    "pair_coefficients_figure",
+    "pair_errors_figure",
+    "phase_portrait_figure",
     "planform_figure",
+    "residuals_over_time_figure",
+    "search_convergence_figure",
     "speed_errors_figure",
+    "speed_intervals_figure",
     "speed_sweep_figure",
     "tail_envelope_figure",
 ]

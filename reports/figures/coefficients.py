@@ -5,20 +5,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fitting import CoefficientFit
-from fitting.objective import COEFFICIENT_BOUNDS
+from reports.figures.coefficient_scale import HIGH, LOW, NAMES, scale_by_root
 from reports.style import HALF_WIDTH_IN, INK, MUTED, SHADE, TWIN, WARN, Margins, legend_above, panel, styled
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
-
-_TICKS = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 7.0, 10.0)
 
 
 @styled
 def coefficients_figure(fit: CoefficientFit) -> Figure:
     """Each coefficient within its bounds, on the square-root scale of the search; dots are ends."""
-    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(left=1.0, top=0.5))
-    low, high = np.sqrt(COEFFICIENT_BOUNDS)
+    figure, axes = panel(HALF_WIDTH_IN, 3.3, Margins(left=1.0, top=0.5))
     rows = -np.arange(len(fit.coefficients))
-    axes.barh(rows, high - low, left=low, height=0.5, color=SHADE)
+    axes.barh(rows, HIGH - LOW, left=LOW, height=0.5, color=SHADE)
     for restart in fit.restarts[1:]:
         mark = "o" if restart.swims_forward else "x"
         axes.plot(np.sqrt(restart.coefficients), rows, mark, color=MUTED, markersize=3.5, alpha=0.7)
@@ -27,7 +24,7 @@ def coefficients_figure(fit: CoefficientFit) -> Figure:
     bound = coefficients_at_bound(fit)
     axes.plot(best[~bound], rows[~bound], "D", color=TWIN, markersize=6)
     axes.plot(best[bound], rows[bound], "D", color=WARN, markersize=6)
-    _dress(axes, rows, low, high)
+    _dress(axes, rows)
     _legend(axes, bool(bound.any()), any(not restart.swims_forward for restart in fit.restarts[1:]))
     return figure
 
@@ -49,10 +46,8 @@ def _legend(axes: Axes, any_at_bound: bool, any_backward: bool) -> None:
     legend_above(axes, 3, columnspacing=1.0, handletextpad=0.3)
 
 
-def _dress(axes: Axes, rows: np.ndarray, low: float, high: float) -> None:
-    axes.set_yticks(rows, [name.replace("_", " ") for name in FluidCoefficients._fields])
-    ticks = [tick for tick in _TICKS if low <= np.sqrt(tick) <= high]
-    axes.set_xticks(np.sqrt(ticks), [f"{tick:g}" for tick in ticks])
-    axes.set_xlim(low - 0.08, high + 0.08)
+def _dress(axes: Axes, rows: np.ndarray) -> None:
+    axes.set_yticks(rows, NAMES)
     axes.set_xlabel("coefficient (no unit; square-root scale)")
     axes.grid(visible=False, axis="y")
+    scale_by_root(axes)

@@ -1,5 +1,7 @@
 """Speed over frequency: what was measured, what the twin does, and what elongated body theory says."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -7,20 +9,23 @@ from matplotlib.lines import Line2D
 
 from fitting import Calibration, SpeedSweep
 from reports.figures.role_marker import role_marker
+from reports.models import model_colour, model_label
 from reports.numbers import MM
-from reports.style import EBT, HALF_WIDTH_IN, INK, MUTED, SHADE, TWIN, Margins, panel, styled
+from reports.style import HALF_WIDTH_IN, INK, MUTED, SHADE, TWIN, Margins, panel, styled
+
+_THEORY = ("published", "large")  # forms drawn; the smoothed one lies between them and stands in the tables
 
 
 @styled
 def speed_sweep_figure(calibration: Calibration) -> Figure:
     """Points are trials, told apart by role; lines are simulated; the shaded ranges were not fitted."""
-    figure, axes = panel(HALF_WIDTH_IN, 3.5, Margins(top=0.72))
+    figure, axes = panel(HALF_WIDTH_IN, 3.7, Margins(top=0.72))
     sweep = calibration.sweep
     _shade_extrapolated(axes, sweep)
     _curves(axes, sweep)
     for trial in calibration.trials:
-        speeds = {EBT: trial.speed_ebt, TWIN: trial.speed_twin, INK: trial.measured.speed}
-        for colour, speed in speeds.items():
+        theory = [(model_colour(name), trial.ebt[name]) for name in _THEORY]
+        for colour, speed in (*theory, (TWIN, trial.speed_twin), (INK, trial.measured.speed)):
             axes.plot(trial.measured.frequency.hz, speed * MM, **role_marker(colour, trial.measured.role))
     axes.set_xlabel("swim frequency (Hz)")
     axes.set_ylabel("forward speed (mm/s)")
@@ -44,20 +49,22 @@ def _curves(axes: Axes, sweep: SpeedSweep) -> None:
     """Solid where trials were fitted, dashed beyond."""
     low, high = sweep.fitted_hz
     edges = np.linspace(low, high, 40)
-    for speed, colour, width in ((sweep.speed_ebt, EBT, 1.0), (sweep.speed_twin, TWIN, 1.6)):
+    theory = [(sweep.ebt[name], model_colour(name), 1.0) for name in _THEORY]
+    for speed, colour, width in (*theory, (sweep.speed_twin, TWIN, 1.6)):
         axes.plot(sweep.frequency_hz, speed * MM, color=colour, linewidth=width, linestyle=(0, (4, 2)))
         inside = np.interp(edges, sweep.frequency_hz, speed) * MM
         axes.plot(edges, inside, color=colour, linewidth=width)
 
 
 def _legend(axes: Axes) -> None:
-    colours = ((INK, "measured", 0.0), (TWIN, "twin", 1.4), (EBT, "elongated body theory", 1.4))
+    models = [(model_colour(name), model_label(name), 1.4) for name in ("twin", *_THEORY)]
     handles = [
         Line2D([], [], color=colour, linewidth=width, marker="s", markersize=4.5, label=text)
-        for colour, text, width in colours
+        for colour, text, width in ((INK, "measured", 0.0), *models)
     ]
     roles = (("fit", "fit trial"), ("holdout", "held-out trial"))
     marks = [Line2D([], [], label=text, **role_marker(MUTED, role)) for role, text in roles]
     beyond = Line2D([], [], color=MUTED, linestyle=(0, (4, 2)), label="extrapolated")
-    axes.add_artist(axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.1), ncols=3))
-    axes.legend(handles=[*marks, beyond], loc="lower left", bbox_to_anchor=(0.0, 1.01), ncols=3)
+    above: dict[str, Any] = {"loc": "lower left", "handlelength": 1.3, "columnspacing": 0.9, "borderpad": 0.0}
+    axes.add_artist(axes.legend(handles=handles, bbox_to_anchor=(-0.12, 1.12), ncols=4, handletextpad=0.4, **above))
+    axes.legend(handles=[*marks, beyond], bbox_to_anchor=(-0.12, 1.03), ncols=3, **above)

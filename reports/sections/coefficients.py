@@ -1,17 +1,23 @@
-"""The five fluid coefficients: where they ended, how the search went, and how far they can be trusted."""
+"""The five fluid coefficients: where they ended, how far the data hold them, and how the search went."""
 
 import numpy as np
 
-from fitting import CoefficientFit
+from fitting import METHODS, CoefficientFit, Evidence
 from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
-from reports.figures import coefficients_figure, convergence_figure
-from reports.numbers import MISSING, counted, in_mm, sentence, shown, significant
+from reports.figures import (
+    coefficient_profiles_figure,
+    coefficients_figure,
+    convergence_figure,
+    search_convergence_figure,
+)
+from reports.numbers import MISSING, counted, in_mm, listed, sentence, shown, significant
 from reports.svg import inline_svg
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
 AS_GOOD = 1.01  # objective within this factor of the best: a start that fits as well
+NEARLY = 1.1  # distance within this factor of the best: a value that the data hardly refuse
 
 COLUMNS = (
     Column("coefficient", numeric=False),
@@ -23,8 +29,20 @@ COLUMNS = (
 
 
 def build(context: ReportContext) -> Section:
-    """Values with bounds, ends of all starts, and their way there."""
+    """Values with bounds, the objective along each, and the way the search went."""
     fit = context.calibration.fit
+    method = METHODS[fit.method].label if fit.method in METHODS else fit.method
+    text = (
+        f"Found by {method}: {counted(len(fit.restarts), 'start')}, {fit.evaluations} simulations of the fit trials, "
+        f"{shown(fit.seconds)} s. At the best, the mean marker distance over the fit trials is "
+        f"{in_mm(fit.mean_distance_m)} mm. {_agreement(fit)} {_determined(fit, context.evidence)}"
+    )
+    caveats = tuple(sentence(flag.message or flag.kind) for flag in fit.flags)
+    blocks = (Plots(_values(fit, context.evidence)), Prose(text.strip()), _table(fit), Plots(_ways(fit)))
+    return Section("Fluid coefficients", "coefficients", blocks, caveats)
+
+
+def _values(fit: CoefficientFit, evidence: Evidence | None) -> tuple[Plot, ...]:
     values = Plot(
         inline_svg(coefficients_figure(fit), "coefficient-values", "Coefficients within their bounds"),
         "coefficient-values",
@@ -32,19 +50,64 @@ def build(context: ReportContext) -> Section:
         "and yet as good would mean that the data do not determine the coefficient. Crosses swim backward "
         "from rest, which the robot does not.",
     )
-    ways = Plot(
+    if evidence is None:
+        return (values,)
+    figure = coefficient_profiles_figure(evidence.profiles, fit.coefficients)
+    profiles = Plot(
+        inline_svg(figure, "coefficient-profiles", "Mean marker distance along each coefficient"),
+        "coefficient-profiles",
+        "Mean marker distance along each coefficient, from bound to bound: dashed with all else held, solid where the "
+        "others follow (to first order). A narrow valley is a coefficient that the data hold; a flat one can slide at "
+        "no cost; a valley that is narrow dashed and wide solid is traded against the others.",
+    )
+    return values, profiles
+
+
+def _ways(fit: CoefficientFit) -> tuple[Plot, ...]:
+    restarts = Plot(
         inline_svg(convergence_figure(fit), "convergence", "Objective after each iteration of each start"),
         "convergence",
         "The objective, a softened mean marker distance, after each iteration of each start. A filled end "
-        "converged; an open one ran out of iterations or was given up for a better start.",
+        "converged; an open one ran out of iterations or was given up for a better start. Where Nelder-Mead "
+        "finished the search, its line has a step for each new best.",
     )
-    text = (
-        f"{counted(len(fit.restarts), 'start')}, {fit.evaluations} simulations of the fit trials, "
-        f"{shown(fit.seconds)} s. At the best, the mean marker distance over the fit trials is "
-        f"{in_mm(fit.mean_distance_m)} mm. {_agreement(fit)}"
+    if not fit.trace:
+        return (restarts,)
+    searches, label = {fit.method: [(fit.trace, fit.spent_s)]}, {fit.method: "best so far"}
+    trace = Plot(
+        inline_svg(search_convergence_figure(searches, label), "trace", "Best mean distance over simulated time"),
+        "trace",
+        "Best mean marker distance so far over the simulated time that the whole search had spent. A long flat end "
+        "says that more of the same search would hardly help.",
     )
-    caveats = tuple(sentence(flag.message or flag.kind) for flag in fit.flags)
-    return Section("Fluid coefficients", "coefficients", (Plots((values, ways)), Prose(text), _table(fit)), caveats)
+    return restarts, trace
+
+
+def _determined(fit: CoefficientFit, evidence: Evidence | None) -> str:
+    """How far each coefficient can slide within a tenth of the distance, by its profile."""
+    if evidence is None:
+        return "Their profiles were not made for this session."
+    profiles = evidence.profiles
+    ranges = []
+    for i, name in enumerate(FluidCoefficients._fields):
+        ends = _valley(profiles.value[i], profiles.profile_m[i] / profiles.best_m, fit.coefficients[i])
+        ranges.append(f"{name.replace('_', ' ')} {' to '.join(significant(end) for end in ends)}")
+    return f"By their profiles the distance grows by less than a tenth over {listed(ranges)}."
+
+
+def _valley(value: np.ndarray, ratio: np.ndarray, best: float) -> tuple[float, float]:
+    """Where the profile, straight between its values (k,) on the square-root scale, first rises over NEARLY."""
+    ends = []
+    for side, order in ((value < best, -1), (value > best, 1)):
+        root = np.append(np.sqrt(best), np.sqrt(value[side][::order]))
+        height = np.append(1.0, ratio[side][::order])
+        over = np.flatnonzero(~(height <= NEARLY))
+        if len(over):
+            last = slice(over[0] - 1, over[0] + 1)
+            ends.append(float(np.interp(NEARLY, height[last], root[last]) ** 2))
+        else:
+            ends.append(float(root[-1] ** 2))
+    return ends[0], ends[1]
 
 
 def _equals(fit: CoefficientFit) -> np.ndarray:

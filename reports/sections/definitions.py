@@ -39,9 +39,24 @@ TERMS = (
     ),
     (
         "EBT",
-        "Elongated body theory, steady form: mean thrust ½ m (⟨hₜ²⟩ − U²⟨hₓ²⟩) with m = ¼ ρ π β d² balances "
-        "drag ½ ρ c_D S U². Trials are predicted from their measured tail, the line in the speed figure "
-        "from the twin's.",
+        "Elongated body theory. Steady form, as published: mean thrust ½ m (⟨hₜ²⟩ − U²⟨hₓ²⟩) with m = ¼ ρ π β d² "
+        "balances drag ½ ρ c_D S U². “Smoothed” takes the lateral speed hₜ from a Savitzky-Golay filter instead of "
+        "differences between frames, which the noise of tracks inflates; “large amplitude” keeps the angle of the "
+        "tail tip and its motion along the way. All are fitted to the same fit trials by the same search.",
+    ),
+    (
+        "interval",
+        "90 %, by bootstrap: trials are drawn with replacement, each with a measurement error of its speed from the "
+        "scatter of its beats.",
+    ),
+    (
+        "bias, worst",
+        "Mean of predicted minus measured speed, and the largest absolute error.",
+    ),
+    (
+        "profile",
+        "The objective along one coefficient while all others follow to where, to first order, they best make up "
+        "for it. A slice holds them.",
     ),
     (
         "flag",

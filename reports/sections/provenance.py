@@ -32,7 +32,7 @@ def _assumptions(context: ReportContext) -> tuple[str, ...]:
         f"{scale}; {'lens distortion is not corrected' if lens is None else 'the lens is calibrated'}.",
         "The crank turns at a constant speed: the beat of the tail, not the command.",
         "The robot swims level, at the surface, in still water far from walls.",
-        "Elongated body theory is the published steady form; of its two numbers only the ratio c_D / β counts.",
+        "Elongated body theory is used in three forms; of the two numbers of each only the ratio c_D / β counts.",
     )
 
 

@@ -39,7 +39,7 @@ def _headline(context: ReportContext) -> Markup:
         parts.append(
             Markup(
                 "Over {} the twin predicts the swimming speed to within <strong>{}&nbsp;mm/s</strong> on "
-                "average (elongated body theory: {}&nbsp;mm/s)."
+                "average (elongated body theory: {}&nbsp;mm/s as published, {}&nbsp;mm/s for large amplitudes)."
             ).format(_trials(context.trials("holdout"), "held-out"), *_speed_errors(holdout))
         )
     if fit is not None:
@@ -53,8 +53,9 @@ def _headline(context: ReportContext) -> Markup:
     if holdout is None and fit is not None:
         parts.append(
             Markup(
-                "It gives their speed to within {}&nbsp;mm/s (elongated body theory: {}&nbsp;mm/s), but "
-                "<strong>no trial was held out</strong>: nothing here says how well it predicts."
+                "It gives their speed to within {}&nbsp;mm/s (elongated body theory: {}&nbsp;mm/s as published, "
+                "{}&nbsp;mm/s for large amplitudes), but <strong>no trial was held out</strong>: nothing here says how "
+                "well it predicts."
             ).format(*_speed_errors(fit))
         )
     return Markup(" ").join(parts)
@@ -66,8 +67,10 @@ def _trials(trials: tuple[CalibratedTrial, ...], role: str) -> str:
     return f"{counted(len(trials), f'{role} trial')} ({span} Hz)"
 
 
-def _speed_errors(summary: Summary) -> tuple[str, str]:
-    return in_mm(summary.speed_mae_twin, 0), in_mm(summary.speed_mae_ebt, 0)
+def _speed_errors(summary: Summary) -> tuple[str, str, str]:
+    """Of the twin, of elongated body theory as published and for large amplitudes, mm/s."""
+    twin, published, large = (in_mm(summary.speed_mae[name], 0) for name in ("twin", "published", "large"))
+    return twin, published, large
 
 
 def _held_out_markers(holdout: Summary | None) -> Markup | str:
@@ -104,8 +107,8 @@ def _tiles(context: ReportContext) -> tuple[Tile, ...]:
 def _speed_tile(label: str, summary: Summary | None, warning: str = "") -> Tile:
     if summary is None:
         return Tile(label, "–", detail="no such trial")
-    twin, ebt = _speed_errors(summary)
-    return Tile(label, twin, "mm/s", f"elongated body theory: {ebt} mm/s", warning)
+    twin, published, large = _speed_errors(summary)
+    return Tile(label, twin, "mm/s", f"elongated body theory: {published}, large-amplitude form {large}", warning)
 
 
 def _distance(summary: Summary | None) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from reports import IndexEntry, write_index, write_report
-from tests.reports.sample import made_calibration, made_provenance, made_session
+from tests.reports.sample import made_calibration, made_evidence, made_provenance, made_searches, made_session
 from tests.reports.test_index import PAYLOAD
 
 FLAGS = [
@@ -37,7 +37,14 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports")
-    write_report(folder / "report.html", made_session(), made_calibration(), made_provenance())
+    write_report(
+        folder / "report.html",
+        made_session(),
+        made_calibration(),
+        made_provenance(),
+        evidence=made_evidence(),
+        searches=made_searches(),
+    )
     entry = IndexEntry.from_calibration("pool", folder / "report.html", PAYLOAD)
     write_index(folder / "index.html", [entry])
     return folder

@@ -7,26 +7,45 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from fitting import body_wave, speed_errors
 from reports.figures import (
     beat_midlines,
+    body_wave_figure,
+    coefficient_profiles_figure,
     coefficients_figure,
     convergence_figure,
     flagged_samples_figure,
     forward_path_figure,
     lateral_motion_figure,
+    marker_residuals_figure,
+    pair_coefficients_figure,
+    pair_errors_figure,
+    phase_portrait_figure,
     planform_figure,
+    residuals_over_time_figure,
+    search_convergence_figure,
     speed_errors_figure,
+    speed_intervals_figure,
     speed_sweep_figure,
     tail_envelope_figure,
 )
 from reports.figures.coefficients import coefficients_at_bound
 from reports.figures.flagged_samples import flagged_kinds
+from reports.figures.marker_residuals import marker_distances
+from reports.figures.phase_portrait import beat_loops
+from reports.figures.residuals_over_time import distances_over_time
 from reports.figures.time_windows import runs
-from reports.style import TWIN
+from reports.style import SURFACE, TWIN
 from swimmer import load_robot
-from tests.reports.sample import MARKERS, made_calibration, made_fit, made_trial
+from tests.reports.sample import BEST, MARKERS, made_calibration, made_evidence, made_fit, made_trial
 
 ROBOT = load_robot()
+TRIALS = made_calibration().trials
+TRACE = ((100.0, 0.06), (700.0, 0.031))
+
+
+def waves(trials):  # type: ignore[no-untyped-def]
+    return [tuple(body_wave(t.measured, head, ROBOT) for head in (t.measured.head, t.simulated)) for t in trials]
 
 
 @pytest.mark.parametrize(
@@ -41,6 +60,19 @@ ROBOT = load_robot()
         lambda: convergence_figure(made_fit()),
         lambda: flagged_samples_figure(made_trial(ROBOT, "slow", flagged=True).measured),
         lambda: planform_figure(ROBOT, tuple(ROBOT.markers)),
+        lambda: marker_residuals_figure(TRIALS),
+        lambda: residuals_over_time_figure(TRIALS),
+        lambda: phase_portrait_figure(TRIALS, ROBOT),
+        lambda: phase_portrait_figure(TRIALS[:1] * 7, ROBOT),
+        lambda: body_wave_figure([trial.measured.name for trial in TRIALS], waves(TRIALS)),
+        lambda: body_wave_figure(["x"] * 7, waves(TRIALS[:1] * 7)),
+        lambda: coefficient_profiles_figure(made_evidence().profiles, BEST),
+        lambda: pair_errors_figure(made_evidence().pairs, frozenset({"medium", "fast"})),
+        lambda: pair_coefficients_figure(made_evidence().pairs, BEST),
+        lambda: speed_intervals_figure({"fit": speed_errors(TRIALS)}, "mean_absolute"),
+        lambda: speed_intervals_figure({"fit": speed_errors(TRIALS), "holdout": speed_errors(TRIALS)}, "bias"),
+        lambda: search_convergence_figure({"gradient": [(TRACE, 1000.0)], "random": [((), 900.0)]}, {}),
+        lambda: search_convergence_figure({"random": [((), 900.0)]}, {}),
     ],
 )
 def test_every_figure_draws_within_its_frame(figure) -> None:  # type: ignore[no-untyped-def]
@@ -124,3 +156,91 @@ def test_held_out_trials_have_a_marker_of_their_own() -> None:
 
     assert marker[0.5] != marker[0.8]
     assert marker[0.8] == marker[1.3]
+
+
+def test_marker_distances_average_to_the_score_of_the_trial() -> None:
+    trial = made_trial(ROBOT, "slow", flagged=True)
+    distance, shape, share = marker_distances(trial)
+    used = share / share.sum()
+
+    assert float(distance @ used) == pytest.approx(trial.scores.marker_error_m)
+    assert float(shape @ used) == pytest.approx(trial.scores.shape_error_m)
+    assert float(share.mean()) == pytest.approx(trial.scores.used_fraction)
+
+
+def test_a_marker_of_which_nothing_counts_has_no_distance() -> None:
+    trial = made_trial(ROBOT, "fast")
+    weight = trial.measured.weight.copy()
+    weight[:, 3] = 0.0
+    lost = replace(trial, measured=replace(trial.measured, weight=weight))
+    distance, _, share = marker_distances(lost)
+
+    assert np.isnan(distance[3])
+    assert share[3] == 0.0
+    assert np.isfinite(np.delete(distance, 3)).all()
+
+
+def test_the_distance_starts_with_the_nose_aligned_and_grows_with_the_speed_error() -> None:
+    trial = made_trial(ROBOT, "medium")
+    time_s, distance, shape = distances_over_time(trial)
+
+    assert time_s[0] == 0.0
+    assert distance[0] == pytest.approx(shape[0])
+    error = abs(trial.speed_twin - trial.measured.speed) * time_s[-1]
+    assert distance[-1] == pytest.approx(error, abs=shape.max())
+
+
+def test_frames_without_a_sample_that_counts_have_no_distance() -> None:
+    trial = made_trial(ROBOT, "medium")
+    weight = trial.measured.weight.copy()
+    weight[60:64] = 0.0
+    _, distance, _ = distances_over_time(replace(trial, measured=replace(trial.measured, weight=weight)))
+
+    assert np.isnan(distance).sum() == 4
+
+
+def test_the_loop_of_a_sine_is_a_circle_as_wide_as_its_amplitude() -> None:
+    trial = made_trial(ROBOT, "slow")
+    measured, twin = beat_loops(trial, ROBOT)
+    tip = trial.measured.head.shape_m[:, -1, 1]
+
+    inner = slice(6, -6)  # the filter's ends apart
+    np.testing.assert_allclose(np.linalg.norm(measured[inner], axis=1), np.abs(tip).max(), rtol=0.12)
+    assert np.linalg.norm(twin, axis=1).mean() == pytest.approx(
+        1.15 * np.linalg.norm(measured, axis=1).mean(), rel=0.02
+    )
+
+
+def test_flagged_samples_are_no_part_of_the_loop() -> None:
+    trial = made_trial(ROBOT, "fast")
+    weight = trial.measured.weight.copy()
+    weight[50:60, -1] = 0.0
+    measured, twin = beat_loops(replace(trial, measured=replace(trial.measured, weight=weight)), ROBOT)
+
+    assert np.isnan(measured).any(axis=1).sum() == 10
+    assert np.isfinite(twin).all()
+
+
+def test_every_seed_of_a_search_has_a_line_down_to_its_end() -> None:
+    figure = search_convergence_figure({"gradient": [(TRACE, 1000.0), (TRACE, 1200.0)], "random": [((), 900.0)]}, {})
+    (axes,) = figure.axes
+    ends = [(line.get_xdata()[-1], line.get_ydata()[-1]) for line in axes.lines if len(line.get_xdata()) > 2]
+
+    assert ends == [(1000.0, pytest.approx(31.0)), (1200.0, pytest.approx(31.0))]
+
+
+def test_a_dot_for_each_pair_and_the_own_pair_open() -> None:
+    pairs = made_evidence().pairs
+    (axes,) = pair_errors_figure(pairs, frozenset({"medium", "fast"})).axes
+    dots = [line for line in axes.lines if line.get_marker() == "o" and len(line.get_xdata())]
+
+    assert len(dots) == len(pairs) * len(pairs[0].speed_mae)
+    assert sum(line.get_markerfacecolor() == SURFACE for line in dots) == len(pairs[0].speed_mae)
+
+
+def test_profiles_pass_through_the_fit() -> None:
+    evidence = made_evidence()
+    for axes in coefficient_profiles_figure(evidence.profiles, BEST).axes:
+        held, follows, fit = axes.lines
+        for curve in (held, follows):
+            assert (fit.get_xdata()[0], fit.get_ydata()[0]) in zip(curve.get_xdata(), curve.get_ydata(), strict=True)

@@ -11,12 +11,28 @@ from reports import render_report, write_report
 from session import Flag, ResultsNotWritable
 from swimmer import load_robot
 from tests.reports.page import Page
-from tests.reports.sample import made_calibration, made_provenance, made_session, made_trial
+from tests.reports.sample import (
+    made_calibration,
+    made_evidence,
+    made_provenance,
+    made_searches,
+    made_session,
+    made_trial,
+)
 
 
 @pytest.fixture(scope="module")
 def page() -> Page:
-    return Page(render_report(made_session(), made_calibration(), made_provenance(), ["free decay was left out"]))
+    return Page(
+        render_report(
+            made_session(),
+            made_calibration(),
+            made_provenance(),
+            ["free decay was left out"],
+            made_evidence(),
+            made_searches(),
+        )
+    )
 
 
 def page_of(calibration: object, session: object = None) -> Page:
@@ -24,7 +40,8 @@ def page_of(calibration: object, session: object = None) -> Page:
 
 
 def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
-    sections = ["summary", "speed", "trials", "coefficients", "tracks", "provenance", "reading"]
+    sections = ["summary", "speed", "errors", "pairs", "trials", "residuals", "tail-beat", "coefficients"]
+    sections += ["yaw", "searches", "tracks", "provenance", "reading"]
     links = [target[1:] for target in page.targets if target.startswith("#")]
 
     assert [name for name in page.ids if name in sections] == sections
@@ -51,7 +68,8 @@ def test_the_first_sentences_give_the_numbers_that_the_calibration_has(page: Pag
 
     assert summary is not None
     assert f"to within {summary.speed_mae_twin * 1000:.0f} mm/s" in page.text
-    assert f"(elongated body theory: {summary.speed_mae_ebt * 1000:.0f} mm/s)" in page.text
+    published, large = (summary.speed_mae[name] * 1000 for name in ("published", "large"))
+    assert f"(elongated body theory: {published:.0f} mm/s as published, {large:.0f} mm/s for large" in page.text
     assert f"{summary.marker_error_m * 1000:.0f} mm on the held-out ones" in page.text
 
 

@@ -51,7 +51,7 @@ def test_inks_are_told_apart_by_their_light_colour() -> None:
 
 
 def test_text_colours_can_be_read_on_their_ground() -> None:
-    for name in ("ink", "muted", "twin", "ebt", "warn"):
+    for name in ("ink", "muted", "twin", "ebt", "ebt-large", "warn"):
         for ink, ground in zip(INKS[name], INKS["surface"], strict=True):
             assert contrast(ink, ground) > 4.5, (name, ink, ground)
     for ink, ground in zip(INKS["warn"], INKS["warn-ground"], strict=True):

@@ -1,0 +1,136 @@
+"""One lucky pair of fit trials proves nothing: the identification on other pairs of the session's swims."""
+
+import numpy as np
+
+from fitting import PairFit
+from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.context import ReportContext
+from reports.figures import pair_coefficients_figure, pair_errors_figure
+from reports.models import model_label
+from reports.numbers import MISSING, counted, in_mm, listed, shown, significant
+from reports.svg import inline_svg
+from swimmer import FluidCoefficients
+
+SPREAD = (
+    Column("model", numeric=False),
+    Column("mean", "mm/s"),
+    Column("standard deviation", "mm/s"),
+    Column("best", "mm/s"),
+    Column("worst", "mm/s"),
+    Column("better than the twin", "pairs"),
+)
+TITLE, ANCHOR = "Other pairs of fit trials", "pairs"
+
+
+def build(context: ReportContext) -> Section:
+    """Mean and spread over pairs; without them, why there are none."""
+    pairs = () if context.evidence is None else context.evidence.pairs
+    if not pairs:
+        return Section(TITLE, ANCHOR, (Prose(_why_none(context)),))
+    caveats = [
+        "Each pair’s search is a single descent from this session’s own fit, so the spread is that within its valley; "
+        "a full search on each pair could differ more."
+    ]
+    if backward := [f"{pair.fitted[0]} with {pair.fitted[1]}" for pair in pairs if not pair.swims_forward]:
+        caveats.append(f"From rest, the twin of {listed(backward)} swims backward.")
+    blocks = (Prose(_verdict(pairs)), Plots(_plots(context, pairs)), _spread(pairs), _each(pairs))
+    return Section(TITLE, ANCHOR, blocks, tuple(caveats))
+
+
+def _why_none(context: ReportContext) -> str:
+    if len(context.calibration.trials) < 3:
+        return "With fewer than three swims there is no other pair of fit trials to try."
+    return (
+        "The fit was not repeated on other pairs of trials, so how much depends on this choice of fit trials is not "
+        "known; calib run with effort full does it."
+    )
+
+
+def _verdict(pairs: tuple[PairFit, ...]) -> str:
+    twin = _errors(pairs, "twin")
+    theories = [name for name in pairs[0].speed_mae if name != "twin"]
+    versus = [
+        f"{in_mm(_mean(_errors(pairs, name)))} mm/s for {model_label(name)} (the twin is better in "
+        f"{_wins(pairs, name)} of {len(pairs)})"
+        for name in theories
+    ]
+    theory = f", against {listed(versus)}" if versus else ""
+    return (
+        f"Fitted on each of {counted(len(pairs), 'pair')} of swims and asked for the others, the twin is off by "
+        f"{in_mm(_mean(twin))} ± {in_mm(_deviation(twin))} mm/s on average{theory}."
+    )
+
+
+def _plots(context: ReportContext, pairs: tuple[PairFit, ...]) -> tuple[Plot, ...]:
+    own = frozenset(trial.measured.name for trial in context.trials("fit"))
+    best = context.calibration.coefficients
+    return (
+        Plot(
+            inline_svg(pair_errors_figure(pairs, own), "pair-errors", "Speed error of each model for each pair"),
+            "pair-errors",
+            "Speed error over the trials that each pair leaves out; a dot a pair, in the same order in every row. Look "
+            "whether the open dot, this session’s own choice, sits amid the others or was lucky.",
+        ),
+        Plot(
+            inline_svg(pair_coefficients_figure(pairs, best), "pair-coefficients", "Coefficients of each pair"),
+            "pair-coefficients",
+            "Coefficients that each pair gives, within their bounds (grey). What scatters widely is set by the choice "
+            "of trials as much as by the robot.",
+        ),
+    )
+
+
+def _errors(pairs: tuple[PairFit, ...], name: str) -> np.ndarray:
+    """(p,) mean absolute speed errors of one model, m/s."""
+    return np.array([pair.speed_mae.get(name, np.nan) for pair in pairs])
+
+
+def _mean(errors: np.ndarray) -> float:
+    return float(np.nanmean(errors)) if np.isfinite(errors).any() else float("nan")
+
+
+def _deviation(errors: np.ndarray) -> float:
+    known = errors[np.isfinite(errors)]
+    return float(known.std(ddof=1)) if len(known) > 1 else float("nan")
+
+
+def _wins(pairs: tuple[PairFit, ...], name: str) -> int:
+    """In how many pairs the twin's error is smaller than this model's."""
+    return int((_errors(pairs, "twin") < _errors(pairs, name)).sum())
+
+
+def _spread(pairs: tuple[PairFit, ...]) -> Table:
+    rows = []
+    for name in pairs[0].speed_mae:
+        errors = _errors(pairs, name)
+        known = errors[np.isfinite(errors)]
+        ends = (in_mm(float(known.min())), in_mm(float(known.max()))) if len(known) else (MISSING, MISSING)
+        better = int((errors < _errors(pairs, "twin")).sum())
+        wins = MISSING if name == "twin" else f"{better} of {len(pairs)}"
+        rows.append((model_label(name), in_mm(_mean(errors)), in_mm(_deviation(errors)), *ends, wins))
+    caption = (
+        f"Mean absolute speed error over the trials left out, over {counted(len(pairs), 'pair')} of fit trials. EBT "
+        "is fitted to the same pair and predicts from the measured tail."
+    )
+    return Table(caption, SPREAD, tuple(rows))
+
+
+def _each(pairs: tuple[PairFit, ...]) -> Table:
+    columns = (
+        Column("fit trials", numeric=False),
+        Column("marker distance", "mm"),
+        Column("twin", "mm/s"),
+        *(Column(name.replace("_", " ")) for name in FluidCoefficients._fields),
+    )
+    rows = tuple(
+        (
+            ", ".join(pair.fitted),
+            in_mm(pair.marker_error_m),
+            shown(pair.speed_mae["twin"] * 1000),
+            *(significant(value) for value in pair.coefficients),
+        )
+        for pair in pairs
+    )
+    return Table(
+        "Each pair: distance on its two trials, speed error on the others, coefficients.", columns, rows, (), True
+    )

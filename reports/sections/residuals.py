@@ -1,0 +1,68 @@
+"""Where and when the twin is off: marker by marker, and over time."""
+
+import numpy as np
+
+from fitting import CalibratedTrial
+from reports.blocks import Plot, Plots, Prose, Section
+from reports.context import ReportContext
+from reports.figures import marker_residuals_figure, residuals_over_time_figure
+from reports.figures.marker_residuals import TRUSTED, marker_distances
+from reports.numbers import in_mm, listed, percent
+from reports.svg import inline_svg
+
+DRIFTING = 2.0  # distance over that of the shape alone, above which the way swum makes up most of it
+
+
+def build(context: ReportContext) -> Section:
+    """Distances by marker and by frame, and what they say about shape and way."""
+    trials = context.calibration.trials
+    plots = (
+        Plot(
+            inline_svg(marker_residuals_figure(trials), "residual-markers", "Mean distance of each marker"),
+            "residual-markers",
+            "Mean distance of each marker from the twin’s over the scored window. The tick is the distance relative to "
+            "the nose: a bar that is long where its tick is short comes from the way swum, not from the bend of the "
+            "body; a tick beyond its bar, that the way makes up for the bend. Percentages: less than "
+            f"{TRUSTED * 100:.0f} % of the marker’s samples are unflagged.",
+        ),
+        Plot(
+            inline_svg(residuals_over_time_figure(trials), "residual-time", "Mean distance over time"),
+            "residual-time",
+            "Mean distance over the markers, frame by frame, from the first compared frame, where the nose is aligned. "
+            "A steady rise is an error of speed or heading; a ripple at the beat is one of shape or phase.",
+        ),
+    )
+    return Section("Residuals", "residuals", (Plots(plots), Prose(_where(trials))), _caveats(trials))
+
+
+def _where(trials: tuple[CalibratedTrial, ...]) -> str:
+    """Which marker is worst, and which trials drift rather than bend differently."""
+    worst: dict[str, list[float]] = {}
+    for trial in trials:
+        for name, value in zip(trial.measured.markers, marker_distances(trial)[0], strict=True):
+            worst.setdefault(name, []).append(float(value))
+    means = {name: float(np.mean(values)) for name, values in worst.items() if np.isfinite(values).all()}
+    if not means:
+        return "In no trial do all markers have samples that count, so no marker is singled out."
+    farthest, nearest = max(means, key=lambda name: means[name]), min(means, key=lambda name: means[name])
+    drifting = [t.measured.name for t in trials if t.scores.marker_error_m > DRIFTING * t.scores.shape_error_m]
+    text = (
+        f"Over all trials {farthest} is farthest off ({in_mm(means[farthest])} mm on average), {nearest} nearest "
+        f"({in_mm(means[nearest])} mm). "
+    )
+    if not drifting:
+        return text + "In no trial does the way swum outweigh the shape of the body."
+    return text + (
+        f"In {listed(drifting)} the distance is more than twice that of the shape alone: there it is mostly the way "
+        "swum, speed and heading, that differs."
+    )
+
+
+def _caveats(trials: tuple[CalibratedTrial, ...]) -> tuple[str, ...]:
+    lost = [
+        f"{name} of {trial.measured.name} ({percent(float(share))})"
+        for trial in trials
+        for name, share in zip(trial.measured.markers, marker_distances(trial)[2], strict=True)
+        if share < 0.5
+    ]
+    return (f"Less than half of the scored samples count for {listed(lost)}.",) if lost else ()

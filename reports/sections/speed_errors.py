@@ -1,0 +1,95 @@
+"""How large the speed errors are, model by model, each number with an interval; and what of EBT is identifiable."""
+
+from fitting import FORMS, Interval, SpeedErrors, speed_errors
+from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.context import ReportContext
+from reports.figures import speed_intervals_figure
+from reports.models import model_label
+from reports.numbers import counted, in_mm, listed, sentence, significant
+from reports.svg import inline_svg
+
+COLUMNS = (
+    Column("model", numeric=False),
+    Column("mean absolute error", "mm/s, 90 % interval"),
+    Column("bias", "mm/s, 90 % interval"),
+    Column("worst", "mm/s, 90 % interval"),
+)
+ROLES = {"fit": "fit", "holdout": "held-out"}
+FEW_TRIALS = 5
+
+
+def build(context: ReportContext) -> Section:
+    """A table for the fit and one for the held-out trials; without the latter it says so."""
+    seed = context.session.seed
+    errors = {role: found for role in ROLES if (found := speed_errors(context.trials(role), seed))}
+    plots = tuple(
+        Plot(inline_svg(speed_intervals_figure(errors, measure), name, alt), name, caption)  # type: ignore[arg-type]
+        for measure, name, alt, caption in (
+            (
+                "mean_absolute",
+                "speed-error-size",
+                "Mean absolute speed error of each model with its interval",
+                "Mean absolute speed error of each model, with its 90 % interval. Compare the open marks: a model that "
+                "is good on the fit trials only has learned them. Where intervals overlap, these trials do not rank "
+                "the models.",
+            ),
+            (
+                "bias",
+                "speed-error-bias",
+                "Bias of each model's speed with its interval",
+                "Bias of the same predictions. A bar that stays clear of zero is a model that is always too fast or "
+                "always too slow, which more trials will not mend.",
+            ),
+        )
+    )
+    tables = tuple(_table(role, len(context.trials(role)), found) for role, found in errors.items())
+    theory = Prose(_identifiable(context))
+    return Section("Speed errors", "errors", (Plots(plots), *tables, theory), _caveats(context))
+
+
+def _table(role: str, count: int, errors: dict[str, SpeedErrors]) -> Table:
+    rows = tuple((model_label(name), *map(_with_interval, found)) for name, found in errors.items())
+    return Table(
+        f"Speed errors over {counted(count, f'{ROLES[role]} trial')}. EBT predicts from the measured tail or, where "
+        "it says so, from the twin’s, so that it too forecasts from the command alone.",
+        COLUMNS,
+        rows,
+    )
+
+
+def _with_interval(interval: Interval) -> str:
+    """`12.3 (4.1 to 20.0)`, mm/s."""
+    return f"{in_mm(interval.value)} ({in_mm(interval.low)} to {in_mm(interval.high)})"
+
+
+def _identifiable(context: ReportContext) -> str:
+    """The one number of each form of the theory, and that there is only one."""
+    ebts = context.calibration.ebts
+    ratios = [
+        f"{significant(ebts[form.name].drag_coefficient / (ebts[form.name].beta or 1.0))} ({model_label(form.name)})"
+        for form in FORMS
+        if form.name in ebts
+    ]
+    at_bound = [flag.message.removeprefix("EBT: ") for ebt in ebts.values() for flag in ebt.flags]
+    doubts = [sentence(text) for text in dict.fromkeys(at_bound) if "identifiable" not in text]
+    return " ".join(
+        [
+            "Elongated body theory has two numbers, the shape factor β of the added mass and the drag coefficient c_D. "
+            "Thrust is proportional to β and drag to c_D, so that from speeds only their ratio c_D / β is "
+            f"identifiable; β is kept at 1. Fitted to the same fit trials, it is {listed(ratios)}. That the "
+            "forms differ so much shows that it takes up what each leaves out; it is no property of the robot.",
+            *doubts,
+        ]
+    )
+
+
+def _caveats(context: ReportContext) -> tuple[str, ...]:
+    held_out = len(context.trials("holdout"))
+    if not held_out:
+        return ("No trial was held out: the errors below are those of the fit and flatter every model.",)
+    if held_out < FEW_TRIALS:
+        return (
+            f"With {counted(held_out, 'held-out trial')} the intervals (trials drawn with replacement, each with the "
+            "scatter of its beats) say little beyond these very trials.",
+        )
+    return ()

@@ -1,0 +1,127 @@
+"""The beat itself: its phase portrait, the wave along the tail, and the dimensionless numbers of each swim."""
+
+import numpy as np
+
+from fitting import BodyWave, CalibratedTrial, SwimNumbers, body_wave, swim_numbers
+from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.context import ReportContext
+from reports.figures import body_wave_figure, phase_portrait_figure
+from reports.figures.small_multiples import small_multiples
+from reports.numbers import counted, listed, shown, significant
+from reports.svg import inline_svg
+from swimmer import RobotSpec
+
+COLUMNS = (
+    Column("trial", numeric=False),
+    Column("swimming number", "measured, 10³"),
+    Column("twin", "10³"),
+    Column("Reynolds", "measured, 10³"),
+    Column("twin", "10³"),
+    Column("Strouhal", "measured"),
+    Column("twin"),
+    Column("lag of the fin", "measured, °"),
+    Column("twin", "°"),
+)
+TOLD = 0.7  # share of a marker's samples that its beat can be told from; gaps come back at one phase of the beat
+Waves = tuple[BodyWave, BodyWave]
+
+
+def build(context: ReportContext) -> Section:
+    """Portraits, waves and numbers, measured beside simulated."""
+    trials, robot = context.calibration.trials, context.calibration.robot
+    waves = [_waves(trial, robot) for trial in trials]
+    names = [trial.measured.name for trial in trials]
+    last, wide = waves[0][0].markers[-1], small_multiples(len(trials)).wide
+    plots = (
+        Plot(
+            inline_svg(phase_portrait_figure(trials, robot), "phase-portrait", "Phase portrait of the tail"),
+            "phase-portrait",
+            f"Phase portrait of {last} over the scored window: lateral place across, lateral speed over angular "
+            "frequency up. A pure sine is a circle as wide as its amplitude; corners are higher harmonics, loops that "
+            "do not close are beats that differ. Flagged samples are left out.",
+            wide=wide,
+            scrolls=wide,
+        ),
+        Plot(
+            inline_svg(body_wave_figure(names, waves), "body-wave", "Amplitude and phase lag along the tail"),
+            "body-wave",
+            "The wave along the tail: each dot a tail marker, from the root outwards; radius is the amplitude of its "
+            "beat, angle (counter-clockwise from the right) its lag behind the first. A spiral is a travelling wave, a "
+            "ray a standing one. Where the two part in angle the wave runs at another speed; in radius, the tail bends "
+            "more or less.",
+            wide=wide,
+            scrolls=wide,
+        ),
+    )
+    rows = tuple(_row(trial, pair, robot) for trial, pair in zip(trials, waves, strict=True))
+    blocks = (Plots(plots), _table(rows, last), Prose(_strouhal(trials, waves, robot)))
+    return Section("Tail beat", "tail-beat", blocks, _caveats(trials, waves))
+
+
+def _waves(trial: CalibratedTrial, robot: RobotSpec) -> Waves:
+    """Measured and simulated; the measured one is nan for a marker that is flagged too often to tell."""
+    measured = trial.measured
+    wave = body_wave(measured, measured.head, robot)
+    told = _shares(trial, wave.markers) >= TOLD
+    amplitude, lag = (np.where(told, values, np.nan) for values in (wave.amplitude_m, wave.lag_rad))
+    return wave._replace(amplitude_m=amplitude, lag_rad=lag), body_wave(measured, trial.simulated, robot)
+
+
+def _shares(trial: CalibratedTrial, markers: tuple[str, ...]) -> np.ndarray:
+    """(t,) share of the kept samples of these markers that count."""
+    measured = trial.measured
+    columns = [measured.markers.index(name) for name in markers]
+    return (measured.weight[measured.kept][:, columns] > 0).mean(axis=0)
+
+
+def _caveats(trials: tuple[CalibratedTrial, ...], waves: list[Waves]) -> tuple[str, ...]:
+    untold = [
+        f"{name} of {trial.measured.name}"
+        for trial, (measured, _) in zip(trials, waves, strict=True)
+        for name, amplitude in zip(measured.markers, measured.amplitude_m, strict=True)
+        if not np.isfinite(amplitude)
+    ]
+    if not untold:
+        return ()
+    return (f"Too often flagged for its beat to be told: {listed(untold)}; left out of the measured wave.",)
+
+
+def _numbers(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[SwimNumbers, SwimNumbers]:
+    hz = trial.measured.frequency.hz
+    return (
+        swim_numbers(waves[0], hz, trial.measured.speed, robot),
+        swim_numbers(waves[1], trial.simulated_hz, trial.speed_twin, robot),
+    )
+
+
+def _row(trial: CalibratedTrial, waves: Waves, robot: RobotSpec) -> tuple[str, ...]:
+    numbers = _numbers(trial, waves, robot)
+    return (
+        trial.measured.name,
+        *(shown(number.swimming_number / 1000) for number in numbers),
+        *(shown(number.reynolds / 1000) for number in numbers),
+        *(significant(number.strouhal) for number in numbers),
+        *(shown(float(np.degrees(wave.lag_rad[-1]))) for wave in waves),
+    )
+
+
+def _table(rows: tuple[tuple[str, ...], ...], last: str) -> Table:
+    return Table(
+        f"Dimensionless numbers of each swim, with the amplitude A of {last} and the body length L: swimming number "
+        "Sw = ω A L / ν, Reynolds number Re = U L / ν, Strouhal number St = 2 A f / U (Gazzola, Argentina and "
+        f"Mahadevan, Nature Physics 10, 2014). The lag is that of {last} behind the first tail marker.",
+        COLUMNS,
+        rows,
+    )
+
+
+def _strouhal(trials: tuple[CalibratedTrial, ...], waves: list[Waves], robot: RobotSpec) -> str:
+    found = [_numbers(trial, pair, robot)[0].strouhal for trial, pair in zip(trials, waves, strict=True)]
+    known = [value for value in found if np.isfinite(value)]
+    text = "Swimming animals cruise at a Strouhal number of 0.2 to 0.4 (Taylor, Nudds and Thomas, Nature 425, 2003)"
+    if not known:
+        return f"{text}; it is not known for any trial here."
+    span = significant(known[0]) if len(known) == 1 else f"{significant(min(known))} to {significant(max(known))}"
+    unknown = len(found) - len(known)
+    rest = f"; {counted(unknown, 'trial')} without forward speed or amplitude left out" if unknown else ""
+    return f"{text}; this robot swims at {span}{rest}."

@@ -1,0 +1,186 @@
+"""Sections say what their data say, and say so when their data are missing."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting import Evidence, SearchRun
+from reports import render_report
+from swimmer import load_robot
+from tests.reports.page import Page
+from tests.reports.sample import (
+    made_calibration,
+    made_evidence,
+    made_provenance,
+    made_searches,
+    made_session,
+    made_trial,
+)
+
+
+def page_of(
+    names: tuple[str, ...] = ("slow", "medium", "fast"),
+    evidence: Evidence | None = None,
+    searches: tuple[SearchRun, ...] = (),
+    **changes: object,
+) -> Page:
+    calibration = replace(made_calibration(names), **changes)  # type: ignore[arg-type]
+    return Page(render_report(made_session(), calibration, made_provenance(), (), evidence, searches))
+
+
+@pytest.fixture(scope="module")
+def bare() -> Page:
+    """Without evidence or searches."""
+    return page_of()
+
+
+@pytest.fixture(scope="module")
+def full() -> Page:
+    return page_of(evidence=made_evidence(), searches=made_searches())
+
+
+def test_without_evidence_each_section_says_what_was_not_made(bare: Page) -> None:
+    assert "The fit was not repeated on other pairs of trials" in bare.text
+    assert "The fit with a free yaw was not made for this session." in bare.text
+    assert "Their profiles were not made for this session." in bare.text
+    assert "coefficient-profiles" not in bare.ids
+
+
+def test_without_searches_it_tells_how_to_compare_them(bare: Page) -> None:
+    assert "calib benchmark search SESSION runs each of" in bare.text
+    assert "search-published" not in bare.ids
+
+
+def test_with_two_swims_there_is_no_other_pair() -> None:
+    page = page_of(("medium", "fast"), made_evidence(("medium", "fast")))
+
+    assert "With fewer than three swims there is no other pair of fit trials to try." in page.text
+    assert "pair-errors" not in page.ids
+
+
+def test_a_single_trial_fills_every_section() -> None:
+    page = page_of(("fast",), made_evidence(("fast",)), made_searches(1))
+
+    assert "Speed errors over 1 fit trial." in page.text
+    assert "the errors below are those of the fit and flatter every model" in page.text
+    assert "residual-markers" in page.ids
+    assert not re.search(r"\bnan\b", page.text)
+
+
+def test_every_model_has_its_errors_with_intervals(full: Page) -> None:
+    held_out = full.text.split("Speed errors over 1 held-out trial.")[1].split("Elongated body theory has two")[0]
+
+    for label in ("twin", "EBT, published", "EBT, smoothed", "EBT, large amplitude (twin’s tail)"):
+        assert re.search(rf"{re.escape(label)} [\d.]+ \([\d.]+ to [\d.]+\)", held_out), label
+    assert "With 1 held-out trial the intervals" in full.text
+
+
+def test_it_says_what_of_the_theory_is_identifiable(full: Page) -> None:
+    assert "only their ratio c_D / β is identifiable" in full.text
+    assert "1.63 (EBT, published), 1.15 (EBT, smoothed) and 0.33 (EBT, large amplitude)" in full.text
+
+
+def test_pairs_are_summed_up_with_their_caveats(full: Page) -> None:
+    assert (
+        "Fitted on each of 3 pairs of swims and asked for the others, the twin is off by 11.0 ± 1.0 mm/s" in full.text
+    )
+    assert "11.5 mm/s for EBT, large amplitude (the twin is better in 2 of 3)" in full.text
+    assert "a single descent from this session’s own fit" in full.text
+    assert "From rest, the twin of slow with fast swims backward." in full.text
+    assert "EBT, published 21.0 1.0 20.0 22.0 0 of 3" in full.text
+
+
+def test_theory_that_predicts_nothing_is_a_dash() -> None:
+    evidence = made_evidence()
+    pairs = tuple(replace(p, speed_mae={**p.speed_mae, "large": np.nan}) for p in evidence.pairs)
+    page = page_of(evidence=replace(evidence, pairs=pairs))
+
+    assert "– mm/s for EBT, large amplitude (the twin is better in 0 of 3)" in page.text
+    assert not re.search(r"\bnan\b", page.text)
+
+
+def test_the_free_yaw_stands_beside_the_plain_fit(full: Page) -> None:
+    assert "is 27.0 mm instead of 31.0 mm. Every other number of this report belongs to the plain fit" in full.text
+    assert "plain 31.0 0.4 7.8 2.8 3.8 0 one yaw per trial 27.0 0.5 7.8 2.8 3.8 0" in full.text
+    assert "medium +1.1" in full.text
+
+
+def test_a_large_yaw_is_doubted() -> None:
+    evidence = made_evidence()
+    page = page_of(evidence=replace(evidence, yaw=replace(evidence.yaw, yaw_rad={"medium": -0.3})))
+
+    assert "A turn of more than 10° (medium) is more than a misplaced box explains" in page.text
+
+
+def test_profiles_say_how_far_each_coefficient_can_slide(full: Page) -> None:
+    """The made parabola rises by a tenth one root away from the best: sqrt(0.0031 / 0.003) = 1.02."""
+    found = re.search(r"slender drag ([\d.]+) to ([\d.]+), angular", full.text)
+
+    assert found
+    low, high = (np.sqrt(float(end)) for end in found.groups())
+    assert low == pytest.approx(np.sqrt(7.8) - 1.02, abs=0.05)
+    assert high == pytest.approx(np.sqrt(10.0))
+
+
+def test_searches_are_ranked_and_those_that_found_nothing_named(full: Page) -> None:
+    assert (
+        "On the published objective Gauss-Newton from many starts, then Nelder-Mead ends lowest, at 31.0" in full.text
+    )
+    assert "With some seed random search found nothing that swims forward." in full.text
+    assert "With 2 seeds the order of the searches may be luck." in full.text
+    assert "random search – – – 0 of 2 100 1000 9" in full.text.replace("1001", "1000")
+
+
+def test_searches_within_one_percent_are_level() -> None:
+    runs = tuple(replace(r, best_m=0.0311) if r.method == "bo-nm" else r for r in made_searches())
+    page = page_of(searches=runs)
+
+    assert re.search(r"Nelder-Mead and Bayesian .* end level \(within 1 %\), at 31.0 mm", page.text)
+
+
+def test_unequal_budgets_are_said() -> None:
+    runs = tuple(replace(r, simulated_s=5000.0) if r.method == "gradient" else r for r in made_searches(3))
+
+    assert "The budgets are not equal: the gradient search stops by itself" in page_of(searches=runs).text
+
+
+def test_searches_that_all_found_nothing_are_said() -> None:
+    runs = tuple(run for run in made_searches() if run.method == "random")
+
+    assert "On the published objective no search found a point that swims forward." in page_of(searches=runs).text
+
+
+def test_residuals_name_the_farthest_marker(full: Page) -> None:
+    assert re.search(r"Over all trials \w+ is farthest off", full.text)
+
+
+def test_a_marker_flagged_too_often_is_left_out_of_the_wave() -> None:
+    trial = made_trial(load_robot(), "fast")
+    weight = trial.measured.weight.copy()
+    weight[:150, -1] = 0.0
+    lost = replace(trial, measured=replace(trial.measured, weight=weight))
+    page = page_of(trials=(lost,))
+
+    assert "Too often flagged for its beat to be told: caudal_fin of fast" in page.text
+    assert "it is not known for any trial here" in page.text
+    assert "Less than half of the scored samples count for caudal_fin of fast" in page.text
+
+
+def test_the_dimensionless_numbers_are_those_of_the_swim(full: Page) -> None:
+    """Re = U L / nu of the medium trial: 0.08 m/s over 0.576 m in water of 1e-6 m²/s."""
+    robot = load_robot()
+    reynolds = 0.08 * robot.length_m * robot.water.density_kg_m3 / robot.water.viscosity_pa_s / 1000
+
+    assert re.search(rf"medium [\d.]+ [\d.]+ {reynolds:.1f} ", full.text)
+
+
+def test_a_diverged_sweep_and_a_search_without_a_trace_are_drawn() -> None:
+    calibration = made_calibration()
+    lost = {name: np.full(12, np.nan) for name in calibration.sweep.ebt}
+    sweep = replace(calibration.sweep, speed_twin=np.full(12, np.nan), ebt=lost)
+    page = page_of(sweep=sweep, fit=replace(calibration.fit, trace=()))
+
+    assert "The twin diverged at 12 frequencies" in page.text
+    assert "trace" not in page.ids
