@@ -1,4 +1,4 @@
-"""The standard error of a swim frequency whose residuals last: autoregressive noise, by restricted likelihood.
+"""The standard error of a frequency or a speed whose residuals last: autoregressive noise, by restricted likelihood.
 
 Tracking errors stay for several frames and are shared by the markers. Summing their covariance lag by lag (Newey and
 West 1987) finds too little of it, because the regression of each marker has eaten the residual near its harmonics,
@@ -17,19 +17,25 @@ CORRELATIONS = np.append(0.0, 1 - np.geomspace(0.7, 0.005, 24))  # tried between
 
 
 def standard_error(
-    columns: np.ndarray, slope: np.ndarray, residual: np.ndarray, weight: np.ndarray, frames_per_beat: float
+    columns: np.ndarray,
+    slope: np.ndarray,
+    residual: np.ndarray,
+    weight: np.ndarray,
+    frames_per_beat: float,
+    longest_beats: float = np.inf,
 ) -> float:
-    """Standard error of the frequency that k markers share, when all else is fitted to each of them.
+    """Standard error of a number that k markers share (a frequency, a speed), when all else is fitted to each of them.
 
     Args:
         columns: (n, c) the regressors of each marker.
-        slope: (n, k) d model / d frequency, less what the regressors explain of it, m/Hz.
+        slope: (n, k) d model / d number, such as m/Hz; the number is sum(slope * series) / sum(slope^2).
         residual: (n, k) m.
         weight: (n, k) of each sample in the regression, 0 leaves it out.
         frames_per_beat: how many.
+        longest_beats: for how long residuals are thought to last at most, beats.
 
     Returns:
-        Hz; nan where no marker has more blocks than regressors, or none beats.
+        In the number's unit; nan where no marker has more blocks than regressors, or none beats.
     """
     block = np.arange(len(residual)) // max(round(frames_per_beat / BLOCKS_PER_BEAT), 1)
     total = _summed(weight, block)  # (b, k)
@@ -43,7 +49,9 @@ def standard_error(
     curvature = float((weight * slope**2).sum())
     if curvature <= 0 or all(marker.freedom <= 0 for marker in markers):
         return float("nan")
-    spreads, deviances = np.array([_spread(pull, markers, correlation) for correlation in CORRELATIONS]).T
+    longest = 1 - 1 / (longest_beats * BLOCKS_PER_BEAT)
+    correlations = CORRELATIONS[longest >= CORRELATIONS]
+    spreads, deviances = np.array([_spread(pull, markers, correlation) for correlation in correlations]).T
     spread = softmax(-deviances / 2) @ spreads  # the correlation is not known either
     return float(np.sqrt(spread)) / curvature
 

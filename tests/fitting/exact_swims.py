@@ -14,6 +14,7 @@ from tests.fitting.swims import by_hand
 
 FPS, WARMUP_S = 60.0, 1.0
 HZ = (0.6, 1.0, 1.4)
+PHASES = 2 * np.pi * np.random.default_rng(1).random(len(HZ))
 ROBOT = load_robot()
 
 

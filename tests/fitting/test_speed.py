@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 
-from fitting import forward_speed, whole_beats
+from fitting import forward_speed, speed_standard_error, whole_beats
 
 
 def times(seconds: float, fps: float = 60.0) -> np.ndarray:
@@ -79,3 +80,56 @@ def test_whole_beats_are_whole_and_as_many_as_fit(seconds: float, hz: float, sta
         assert abs(beats - round(beats)) <= 1.01 * frame * hz
         assert beats > span * hz - 1 - 1.01 * frame * hz
         assert used[np.flatnonzero(kept)[0]]
+
+
+def errors_of_tracks(frames: int, lasting: float, random: np.random.Generator) -> np.ndarray:
+    """(frames,) AR(1) of standard deviation 1 mm that lasts so many frames."""
+    keep = np.exp(-1 / lasting) if lasting > 0 else 0.0
+    fresh = np.sqrt(1 - keep**2) * random.normal(size=frames + 300)
+    return 1e-3 * lfilter([1.0], [1.0, -keep], fresh)[300:]
+
+
+def coverage(beats: float, hz: float, lasting_beats: float, draws: int = 400) -> float:
+    """Share of 95 % intervals that hold the speed a swim without errors would show."""
+    random, time_s = np.random.default_rng(0), times(beats / hz)
+    clean = 0.12 * time_s + 0.003 * np.cos(4 * np.pi * hz * time_s + 1)
+    true, hits = forward_speed(time_s, clean, all_of(time_s), hz), 0
+    for _ in range(draws):
+        swum = clean + errors_of_tracks(len(time_s), lasting_beats / hz * 60, random)
+        se = speed_standard_error(time_s, swum, all_of(time_s), hz)
+        hits += abs(forward_speed(time_s, swum, all_of(time_s), hz) - true) < 1.96 * se
+    return hits / draws
+
+
+@pytest.mark.parametrize(("beats", "hz", "lasting_beats"), [(6.0, 1.2, 0.0), (6.0, 1.2, 0.4), (12.0, 0.8, 0.1)])
+def test_its_intervals_hold_about_as_often_as_they_say(beats: float, hz: float, lasting_beats: float) -> None:
+    assert 0.88 < coverage(beats, hz, lasting_beats, draws=400) < 0.995
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("lasting_beats", [0.0, 0.1, 0.4, 0.8])
+@pytest.mark.parametrize(("beats", "hz"), [(4.2, 0.6), (6.0, 1.2), (12.0, 0.8)])
+def test_at_all_speeds_its_intervals_hold(beats: float, hz: float, lasting_beats: float) -> None:
+    assert 0.88 < coverage(beats, hz, lasting_beats, draws=1000) < 0.999
+
+
+def test_a_swim_without_error_has_next_to_none() -> None:
+    time_s = times(4.0)
+    swum = 0.12 * time_s + 0.003 * np.cos(4 * np.pi * time_s)
+
+    assert speed_standard_error(time_s, swum, all_of(time_s), 1.0) < 1e-9
+
+
+def test_twice_the_error_is_twice_the_standard_error() -> None:
+    time_s = times(5.0)
+    error = errors_of_tracks(len(time_s), 10.0, np.random.default_rng(3))
+    one, two = (speed_standard_error(time_s, 0.1 * time_s + k * error, all_of(time_s), 1.0) for k in (1, 2))
+
+    assert two == pytest.approx(2 * one, rel=1e-6)
+
+
+@pytest.mark.parametrize("count", [0, 2, 11])
+def test_too_few_frames_have_no_standard_error(count: int) -> None:
+    time_s = times(1.0)
+
+    assert np.isnan(speed_standard_error(time_s, time_s, np.arange(len(time_s)) < count, 1.0))
