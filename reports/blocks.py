@@ -58,6 +58,7 @@ class Plot:
         caveat: what makes it doubtful; empty if nothing does.
         wide: over the whole width instead of half of it.
         scrolls: on a narrow screen it keeps its size and scrolls instead of shrinking.
+        tall: it has a row for each trial; on paper it may take most of a page.
     """
 
     svg: Markup
@@ -66,6 +67,7 @@ class Plot:
     caveat: str = ""
     wide: bool = False
     scrolls: bool = False
+    tall: bool = False
 
 
 @dataclass(frozen=True)

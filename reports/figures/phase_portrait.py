@@ -42,20 +42,20 @@ def beat_loops(trial: CalibratedTrial, robot: RobotSpec) -> tuple[np.ndarray, np
     Both speeds come from the same Savitzky-Golay filter. A pure sine gives a circle as wide as its amplitude.
 
     Returns:
-        (k, 2) each, over the scored frames, m; nan where the measured sample is flagged.
+        (k, 2) each, over the scored frames, m; nan where the measured sample is flagged and at the trial's ends.
     """
     measured = trial.measured
     tip = tail_markers(robot, measured.markers)[-1]
-    good = ((measured.weight[:, tip] > 0) & np.isfinite(measured.head.shape_m[:, tip, 1]))[measured.scored]
-    omega = 2 * np.pi * measured.frequency.hz
+    good = (measured.weight[:, tip] > 0) & np.isfinite(measured.head.shape_m[:, tip, 1])
+    omega, frame_s = 2 * np.pi * measured.frequency.hz, float(np.median(np.diff(measured.time_s)))
     loops = []
     for head, seen in ((measured.head, good), (trial.simulated, np.ones_like(good))):
-        lateral = head.shape_m[measured.scored][:, tip, 1]
-        loops.append(_loop(lateral, seen, float(np.median(np.diff(measured.time_s))), omega))
+        loops.append(_loop(head.shape_m[:, tip, 1], seen, frame_s, omega)[measured.scored])
     return loops[0], loops[1]
 
 
 def _loop(lateral_m: np.ndarray, good: np.ndarray, frame_s: float, omega: float) -> np.ndarray:
+    """(n, 2) of a whole trial; its ends, where half the filter hangs over, are nan."""
     if not good.any():
         return np.full((len(lateral_m), 2), np.nan)
     frames = np.arange(len(lateral_m))
@@ -65,7 +65,8 @@ def _loop(lateral_m: np.ndarray, good: np.ndarray, frame_s: float, omega: float)
     place = savgol_filter(bridged, window, order)
     speed = savgol_filter(bridged, window, order, deriv=1, delta=frame_s)
     loop = np.stack([place - place[good].mean(), speed / omega], axis=1)
-    return np.where(good[:, None], loop, np.nan)
+    whole = (frames >= window // 2) & (frames < len(frames) - window // 2)
+    return np.where((good & whole)[:, None], loop, np.nan)
 
 
 def _dress(axes: Axes, reach: float) -> None:

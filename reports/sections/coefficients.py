@@ -59,6 +59,7 @@ def _values(fit: CoefficientFit, evidence: Evidence | None) -> tuple[Plot, ...]:
         "Mean marker distance along each coefficient, from bound to bound: dashed with all else held, solid where the "
         "others follow (to first order). A narrow valley is a coefficient that the data hold; a flat one can slide at "
         "no cost; a valley that is narrow dashed and wide solid is traded against the others.",
+        tall=True,
     )
     return values, profiles
 

@@ -42,7 +42,7 @@ def _why_none(context: ReportContext) -> str:
         return "With fewer than three swims there is no other pair of fit trials to try."
     return (
         "The fit was not repeated on other pairs of trials, so how much depends on this choice of fit trials is not "
-        "known; calib run with effort full does it."
+        "known; calib run SESSION --effort full tells."
     )
 
 

@@ -24,12 +24,14 @@ def build(context: ReportContext) -> Section:
             "the nose: a bar that is long where its tick is short comes from the way swum, not from the bend of the "
             "body; a tick beyond its bar, that the way makes up for the bend. Percentages: less than "
             f"{TRUSTED * 100:.0f} % of the marker’s samples are unflagged.",
+            tall=True,
         ),
         Plot(
             inline_svg(residuals_over_time_figure(trials), "residual-time", "Mean distance over time"),
             "residual-time",
             "Mean distance over the markers, frame by frame, from the first compared frame, where the nose is aligned. "
             "A steady rise is an error of speed or heading; a ripple at the beat is one of shape or phase.",
+            tall=True,
         ),
     )
     return Section("Residuals", "residuals", (Plots(plots), Prose(_where(trials))), _caveats(trials))

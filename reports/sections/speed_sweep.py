@@ -18,8 +18,8 @@ COLUMNS = (
     Column("measured", "mm/s"),
     Column("twin", "mm/s"),
     Column("error", "mm/s"),
-    Column("error of EBT", "published, mm/s"),
-    Column("error of EBT", "large ampl., mm/s"),
+    Column("EBT, publ.", "error, mm/s"),
+    Column("EBT, large", "error, mm/s"),
     Column("mind", numeric=False),
 )
 

@@ -41,6 +41,7 @@ def build(context: ReportContext) -> Section:
             "do not close are beats that differ. Flagged samples are left out.",
             wide=wide,
             scrolls=wide,
+            tall=True,
         ),
         Plot(
             inline_svg(body_wave_figure(names, waves), "body-wave", "Amplitude and phase lag along the tail"),
@@ -51,6 +52,7 @@ def build(context: ReportContext) -> Section:
             "more or less.",
             wide=wide,
             scrolls=wide,
+            tall=True,
         ),
     )
     rows = tuple(_row(trial, pair, robot) for trial, pair in zip(trials, waves, strict=True))
