@@ -53,6 +53,20 @@ def test_the_search_finds_the_truth_through_noise() -> None:
     assert fit.mean_distance_m < 3e-3
 
 
+@pytest.mark.long
+def test_noise_of_tracking_scatters_what_the_markers_determine_but_does_not_bias_it() -> None:
+    """Twelve draws of errors of 0.7 px that last a third of a second; Magnus lift scatters over its whole range."""
+    twin, start = exact_twin(), np.append(np.sqrt(TRUTH * WRONG), PHASES + 0.05)
+    errors = []
+    for seed in range(12):
+        swims = Swims(twin, exact_swims(noise_m=0.7 * PIXEL_M, seed=seed))
+        errors.append(relative(refine_coefficients(swims, [start], iterations=12).coefficients)[:4])
+    mean, standard_error = np.mean(errors, axis=0), np.std(errors, axis=0, ddof=1) / np.sqrt(len(errors))
+
+    assert (np.abs(mean) < 2.5 * standard_error).all()  # 95 % for all four of a t of 11
+    assert (standard_error < 0.06).all()
+
+
 def test_the_order_of_trials_does_not_matter() -> None:
     trials = exact_swims(hz=(0.7, 1.2), seconds=3.5)
     one, other = (fit_coefficients(Swims(exact_twin(), t), TINY, seed=0) for t in (trials, trials[::-1]))

@@ -110,7 +110,7 @@ def test_its_intervals_hold_about_as_often_as_they_say(beats: float, hz: float, 
 @pytest.mark.parametrize("lasting_beats", [0.0, 0.1, 0.4, 0.8])
 @pytest.mark.parametrize(("beats", "hz"), [(4.2, 0.6), (6.0, 1.2), (12.0, 0.8)])
 def test_at_all_speeds_its_intervals_hold(beats: float, hz: float, lasting_beats: float) -> None:
-    assert 0.88 < coverage(beats, hz, lasting_beats, draws=1000) < 0.999
+    assert (0.92 if lasting_beats < 0.5 else 0.85) < coverage(beats, hz, lasting_beats, draws=1000) < 0.999
 
 
 def test_a_swim_without_error_has_next_to_none() -> None:

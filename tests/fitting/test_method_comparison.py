@@ -1,0 +1,79 @@
+"""All searches side by side: each once a seed and objective, what found nothing is told, and files keep it all."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting import METHODS, QUICK, SearchRun, compare_methods, comparison_payload, comparison_table, read_comparison
+from session import SimulationDiverged
+from swimmer import FluidCoefficients
+from tests.fitting.exact_swims import exact_swims, exact_twin
+
+TINY = replace(QUICK, screened=2, starts=1, finalists=1, heat_iterations=1, final_iterations=1)
+RUN = SearchRun(
+    method="random",
+    comparison="published",
+    seed=3,
+    coefficients=FluidCoefficients(0.1, 1 / 3, 2.0, 4.5, 0.0),
+    best_m=0.0123,
+    evaluations=40,
+    simulated_s=311.5,
+    seconds=1.75,
+    trace=((20.0, 0.03), (300.0, 0.0123)),
+)
+NOTHING = replace(RUN, method="bo-nm", coefficients=None, best_m=float("nan"), seconds=float("nan"), trace=())
+
+
+def test_every_search_runs_on_both_objectives_with_every_seed() -> None:
+    told: list[float | None] = []
+    fitted = exact_swims(hz=(1.2,), seconds=2.0)
+    runs = compare_methods(fitted, exact_twin(), 1, 40.0, TINY, tell=lambda _message, share: told.append(share))
+
+    assert [(run.comparison, run.method) for run in runs] == [(c, m) for c in ("published", "shape") for m in METHODS]
+    assert told == pytest.approx(np.arange(8) / 8)
+    for run in runs:
+        assert run.coefficients is None or run.trace[-1][1] == run.best_m
+
+
+def test_a_search_that_finds_nothing_is_kept_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
+    def nothing(*_: object) -> None:
+        raise SimulationDiverged("none swims forward")
+
+    monkeypatch.setattr("fitting.method_comparison.search", nothing)
+    runs = compare_methods((), exact_twin(), 2, 40.0)
+
+    assert len(runs) == 2 * 2 * len(METHODS)
+    assert {run.coefficients for run in runs} == {None}
+    assert all(np.isnan(run.best_m) for run in runs)
+
+
+def test_runs_come_back_from_their_file_as_they_went() -> None:
+    (back,) = read_comparison(json.loads(json.dumps(comparison_payload([RUN]), allow_nan=False)))
+
+    assert replace(back, best_m=0.0, trace=()) == replace(RUN, best_m=0.0, trace=())
+    assert back.best_m == pytest.approx(RUN.best_m, rel=1e-15)
+    np.testing.assert_allclose(back.trace, RUN.trace, rtol=1e-15)
+
+
+def test_what_is_null_in_the_file_is_nan_again() -> None:
+    data = comparison_payload([NOTHING])
+    data["runs"][0] |= {"best_mm": None, "seconds": None}
+    (back,) = read_comparison(json.loads(json.dumps(data, allow_nan=False)))
+
+    assert back.coefficients is None
+    assert np.isnan([back.best_m, back.seconds]).all()
+    assert back.trace == ()
+
+
+def test_the_table_has_a_line_a_search_and_objective_with_best_mean_and_worst() -> None:
+    head, *lines = comparison_table([RUN, replace(RUN, seed=4, best_m=0.0323), NOTHING])
+
+    assert len(lines) == 2 * len(METHODS)
+    assert head.split()[:2] == ["objective", "search"]
+    found = next(line for line in lines if line.startswith("published") and METHODS["random"].label in line)
+    assert found.split()[-6:-3] == ["12.30", "22.30", "32.30"]
+    assert sum("found nothing that swims forward" in line for line in lines) == len(lines) - 1
