@@ -91,10 +91,15 @@ def one_of(heads: HeadFrame, index: int) -> HeadFrame:
 
 
 def from_head_frame(head: HeadFrame) -> np.ndarray:
-    """Back to the pool: (..., n, m, 2) markers, m, with the head's place (nose, or mean of the head) starting at 0.
+    """Back to the pool: (..., n, m, 2) markers, m, with the nose starting at 0.
 
     The inverse of `to_head_frame` up to a shift of the pool.
+
+    Raises:
+        ValueError: the displacement is not that of the nose, which alone tells where the nose went.
     """
+    if head.displacement != "nose":
+        raise ValueError(f"displacement: found {head.displacement!r}, expected 'nose'")
     axis = np.stack([np.cos(head.heading_rad), np.sin(head.heading_rad)], axis=-1)  # (..., n, 2)
     turned_back = axis * np.array([1.0, -1.0])
     steps = _turn(np.diff(head.path_m, axis=-2), turned_back[..., 1:, :])
