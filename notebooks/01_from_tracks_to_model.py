@@ -104,12 +104,21 @@ figures.envelope("f1_30")
 # %%
 figures.path("f1_00")
 
+# %%
+figures.marker_residuals()
+
 # %% [markdown]
-# `coefficients` shows where every restart ended. Marks of different restarts that lie apart although they fit equally
-# well are a coefficient that these data do not hold.
+# `coefficients` shows where every restart ended. Marks that lie apart although they fit about as well are a coefficient
+# that these data do not hold. `profiles` says the same without a search: where a curve stays flat, the markers hardly
+# care.
 
 # %%
 figures.coefficients()
+
+# %%
+evidence = pipeline.evidence(calibration)
+figures = Gallery(calibration, evidence)
+figures.profiles()
 
 # %% [markdown]
 # ## 4. Compare with elongated body theory

@@ -5,14 +5,19 @@ from dataclasses import dataclass, field
 
 from matplotlib.figure import Figure
 
-from fitting import CalibratedTrial, Calibration, MeasuredTrial
+from fitting import CalibratedTrial, Calibration, Evidence, MeasuredTrial, body_wave
 from reports.figures import (
+    body_wave_figure,
+    coefficient_profiles_figure,
     coefficients_figure,
     convergence_figure,
     flagged_samples_figure,
     forward_path_figure,
     lateral_motion_figure,
+    marker_residuals_figure,
+    phase_portrait_figure,
     planform_figure,
+    residuals_over_time_figure,
     speed_errors_figure,
     speed_sweep_figure,
     tail_envelope_figure,
@@ -53,9 +58,11 @@ class Gallery:
 
     Attributes:
         calibration: the calibrated twin beside every trial.
+        evidence: what stands beside the fit; only `profiles` needs it.
     """
 
     calibration: Calibration
+    evidence: Evidence | None = None
 
     def trial(self, name: str) -> CalibratedTrial:
         """One trial of the calibration.
@@ -88,6 +95,37 @@ class Gallery:
     def convergence(self) -> Picture:
         """How each restart of the search came down."""
         return Picture(convergence_figure(self.calibration.fit), "mean marker distance over the search")
+
+    def profiles(self) -> Picture:
+        """How the objective rises along each coefficient.
+
+        Raises:
+            ValueError: the gallery has no evidence.
+        """
+        if self.evidence is None:
+            raise ValueError("evidence: found none, expected that of the fit: Gallery(calibration, evidence)")
+        figure = coefficient_profiles_figure(self.evidence.profiles, self.calibration.coefficients)
+        return Picture(figure, "mean marker distance along each coefficient")
+
+    def marker_residuals(self) -> Picture:
+        """Mean distance of each marker, a panel a trial."""
+        return Picture(marker_residuals_figure(self.calibration.trials), "mean distance of each marker in each trial")
+
+    def residuals_over_time(self) -> Picture:
+        """Mean distance from frame to frame, a row a trial."""
+        return Picture(residuals_over_time_figure(self.calibration.trials), "mean distance over time in each trial")
+
+    def phase_portrait(self) -> Picture:
+        """Lateral place and speed of the last marker, a panel a trial."""
+        figure = phase_portrait_figure(self.calibration.trials, self.calibration.robot)
+        return Picture(figure, "lateral place and speed of the last marker in each trial")
+
+    def body_wave(self) -> Picture:
+        """Amplitude and phase lag along the tail, a polar panel a trial."""
+        robot, trials = self.calibration.robot, self.calibration.trials
+        waves = [tuple(body_wave(t.measured, head, robot) for head in (t.measured.head, t.simulated)) for t in trials]
+        figure = body_wave_figure([trial.measured.name for trial in trials], [(one, two) for one, two in waves])
+        return Picture(figure, "amplitude and phase lag along the tail in each trial")
 
     def tracks(self, trial: str) -> Picture:
         """Which samples of a trial are flagged."""

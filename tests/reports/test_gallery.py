@@ -7,7 +7,7 @@ import inspect
 import pytest
 
 from reports import Gallery, Picture, picture_of_tracks
-from tests.reports.sample import ROLES, made_calibration
+from tests.reports.sample import ROLES, made_calibration, made_evidence
 
 METHODS = {
     name: inspect.signature(method).parameters
@@ -19,7 +19,7 @@ OF_A_TRIAL = [name for name, parameters in METHODS.items() if "trial" in paramet
 
 @pytest.fixture(scope="module")
 def gallery() -> Gallery:
-    return Gallery(made_calibration())
+    return Gallery(made_calibration(), made_evidence())
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -38,6 +38,11 @@ def test_the_same_picture_has_the_same_bytes(gallery: Gallery) -> None:
 def test_a_trial_that_is_not_there_is_answered_with_those_that_are(gallery: Gallery, name: str) -> None:
     with pytest.raises(ValueError, match=f"found 'nonsense', expected one of {', '.join(ROLES)}"):
         getattr(gallery, name)("nonsense")
+
+
+def test_what_needs_evidence_asks_for_it(gallery: Gallery) -> None:
+    with pytest.raises(ValueError, match=r"evidence: found none, expected .* Gallery\(calibration, evidence\)"):
+        Gallery(gallery.calibration).profiles()
 
 
 def test_tracks_can_be_looked_at_before_any_fit(gallery: Gallery) -> None:
