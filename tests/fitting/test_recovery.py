@@ -76,7 +76,7 @@ def test_the_order_of_trials_does_not_matter() -> None:
     assert one.mean_distance_m == pytest.approx(other.mean_distance_m, rel=1e-5)
 
 
-@pytest.mark.parametrize("method", ["gradient", "random"])
+@pytest.mark.parametrize("method", ["bo-nm", "random"])
 def test_the_number_of_workers_does_not_change_a_bit(method: str) -> None:
     trials = exact_swims(hz=(0.7, 1.2), seconds=3.5)
     fits = [search(method, Swims(exact_twin(workers), trials), TINY, seed=0, budget_s=200.0) for workers in (1, 3)]
