@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from calib.pipeline import EffortName, Pipeline
+from calib.pipeline import EffortName, Pipeline, open_session
 from reports import IndexEntry, write_index
 from session import read_result_json
 
@@ -24,12 +24,14 @@ def report_batch(
     """
     entries = []
     for folder in folders:
+        open_session(folder)  # all faults of all sessions before the first long fit
+    for folder in folders:
         with working(folder, effort, workers, False) as pipeline:
             path = pipeline.report()
         data = read_result_json(pipeline.calibration_file)
         entries.append(IndexEntry.from_calibration(pipeline.session.name, path, data))
         yield path
-    if len(entries) > 1:
+    if len(entries) > 1 or index is not None:
         target = index or folders[0].resolve().parent / "index.html"
         write_index(target, entries)
         yield target

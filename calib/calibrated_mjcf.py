@@ -4,7 +4,8 @@ import mujoco
 import numpy as np
 
 from fitting import Calibration
-from swimmer import Runs, Twin, build_mjcf
+from session import program_version
+from swimmer import ENGINE, Runs, Twin, build_mjcf, model_sha256
 
 
 def calibrated_mjcf(calibration: Calibration) -> str:
@@ -14,6 +15,8 @@ def calibrated_mjcf(calibration: Calibration) -> str:
     at the measured frequency (its control is part of the keyframe).
     """
     spec = build_mjcf(calibration.robot, calibration.coefficients)
+    made_with = f"{program_version()}, MuJoCo {ENGINE}, model {model_sha256(calibration.robot)}"
+    spec.add_text(name="calibrated_with", data=made_with)
     twin = Twin(calibration.robot, markers=("nose", "neck"))
     for trial in calibration.trials:
         if trial.measured.role != "fit":

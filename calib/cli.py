@@ -21,7 +21,7 @@ from rich.progress import (
 from calib.pipeline import EffortName, Options, Pipeline, open_session, program
 from calib.summary import calibration_lines
 from fitting import Comparison, MethodName
-from session import SwimcalError, new_from_fishsim, read_result_json, session_lock
+from session import SESSION_FILE, SwimcalError, new_from_fishsim, read_result_json, session_lock
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -143,7 +143,7 @@ def mjcf(
     from calib.mjcf_file import write_nominal_mjcf
     from session import write_whole
 
-    if source is None or source.suffix == ".toml":
+    if source is None or (source.suffix == ".toml" and source.name != SESSION_FILE):
         write_nominal_mjcf(source, out)
     else:
         with _working(source, effort, workers, quiet=False) as pipeline:
@@ -196,7 +196,7 @@ def _working(
     comparison: Comparison = "published",
 ) -> Iterator[Pipeline]:
     """A locked session and its pipeline, with a progress bar unless quiet."""
-    session = open_session(folder)
+    session = open_session(folder.parent if folder.name == SESSION_FILE else folder)
     with session_lock(session.folder), _progress(quiet) as bar:
         task = bar.add_task("reading", total=None)
 
@@ -226,7 +226,7 @@ def _tell(pipeline: Pipeline, result: Path, as_json: bool) -> None:
         }
         print(json.dumps(made | {"calibration": data}, indent=1))
         return
-    for line in (*pipeline.notes, *calibration_lines(data)):
+    for line in (*pipeline.said, *pipeline.notes, *calibration_lines(data)):
         print(line)
     print(result)
 

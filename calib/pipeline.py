@@ -35,6 +35,7 @@ from session import (
     NotEnoughData,
     Provenance,
     Session,
+    SwimcalError,
     Tracks,
     TrialSpec,
     file_hashes,
@@ -102,6 +103,7 @@ class Pipeline:
         self.session = session
         self.options = options or Options()
         self.made: list[Path] = []
+        self.said: list[str] = []
 
     @cached_property
     def robot(self) -> RobotSpec:
@@ -115,18 +117,22 @@ class Pipeline:
         return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort)
 
     @cached_property
+    def data_fingerprint(self) -> str:
+        """Of the recordings, the robot, the engine and the program."""
+        stamp = self.provenance
+        return fingerprint_of(stamp.inputs, {"mujoco": stamp.mujoco, "model": stamp.model_sha256})
+
+    @cached_property
     def fingerprint(self) -> str:
         """Of all that the calibration depends on."""
-        stamp = self.provenance
+        options = self.options
         parameters = {
-            "mujoco": stamp.mujoco,
-            "model": stamp.model_sha256,
-            "seed": stamp.seed,
-            "effort": stamp.effort,
-            "method": self.options.method,
-            "comparison": self.options.comparison,
+            "seed": self.session.seed,
+            "effort": options.effort,
+            "method": options.method,
+            "comparison": options.comparison,
         }
-        return fingerprint_of(stamp.inputs, parameters)
+        return fingerprint_of({}, parameters, [self.data_fingerprint])
 
     @property
     def calibration_file(self) -> Path:
@@ -224,7 +230,7 @@ class Pipeline:
             calibration.fit,
             with_pairs=self.options.effort == "full",
             seed=self.session.seed,
-            tell=lambda message: self.options.tell(message, None),
+            tell=self.options.tell,
         )
         write_result_json(self.evidence_file, self.provenance, evidence_payload(evidence))
         mark_current(self.evidence_file, self.fingerprint)
@@ -237,13 +243,14 @@ class Pipeline:
         twin = Twin(self.robot, fitted[0].markers, workers=self.options.workers)
         runs = compare_methods(fitted, twin, seeds, budget_s, tell=self.options.tell)
         write_result_json(self.search_file, self.provenance, comparison_payload(runs))
+        mark_current(self.search_file, self.data_fingerprint)
         self.made.append(self.search_file)
         return runs
 
     def report(self) -> Path:
         """`results/report.html`, up to date."""
         self.tracks()
-        searches = self.search_file if self.search_file.is_file() else None
+        searches = self.search_file if is_current(self.search_file, self.data_fingerprint) else None
         extra = {} if searches is None else {"search": sha256_of(searches)}
         fingerprint = fingerprint_of(extra, {}, [self.fingerprint])
         if is_current(self.calibration_file, self.fingerprint) and is_current(self.report_file, fingerprint):
@@ -264,6 +271,7 @@ class Pipeline:
             tell(f"fitting the coefficients, {1000 * best_m:.1f} mm so far", share)
 
         tell = self.options.tell
+        self._say_why_again()
         tell("fitting the coefficients", 0.0)
         calibration = calibrate(
             self.trials,
@@ -282,6 +290,19 @@ class Pipeline:
         self.made += [self.calibration_file, mjcf_file]
         return calibration
 
+    def _say_why_again(self) -> None:
+        """Notes what differs from the calibration that stands there and is about to be replaced."""
+        try:
+            before = read_result_json(self.calibration_file)
+        except (OSError, SwimcalError):
+            return
+        now = self.provenance.to_json() | {"method": self.options.method}
+        then = before | {"method": before.get("fit", {}).get("method")}
+        keys = ("program", "mujoco", "model_sha256", "inputs", "seed", "effort", "method")
+        differ = [f"{key} {_short(then.get(key))} -> {_short(now[key])}" for key in keys if then.get(key) != now[key]]
+        if differ:
+            self.said.append(f"{self.calibration_file} was made otherwise ({'; '.join(differ)}) and is made again.")
+
     def _tracks(self, spec: TrialSpec) -> Tracks:
         assert spec.tracks is not None
         return load_tracks(spec.tracks, self.session.markers, self.session.camera.fps)
@@ -297,6 +318,11 @@ class Pipeline:
         confidence = np.where(trial.weight > 0, tracks.confidence, 0.0)
         save_tracks(path, Tracks(tracks.markers, tracks.time_s, tracks.position_px, confidence))
         mark_current(path, self.fingerprint)
+
+
+def _short(value: object) -> str:
+    """A value for a sentence: files and hashes are only named."""
+    return "other files" if isinstance(value, dict) else str(value)[:12]
 
 
 def _is_usable(spec: TrialSpec) -> bool:

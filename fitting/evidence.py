@@ -53,7 +53,7 @@ def gather_evidence(
     fit: CoefficientFit,
     with_pairs: bool = True,
     seed: int = 0,
-    tell: Callable[[str], None] = lambda _message: None,
+    tell: Callable[[str, float | None], None] = lambda _message, _share: None,
 ) -> Evidence:
     """Works out everything beside a fit.
 
@@ -63,17 +63,16 @@ def gather_evidence(
         fit: on the swims whose role is "fit".
         with_pairs: also fit on other pairs, which takes longest.
         seed: of random choices.
-        tell: called with what is going on.
+        tell: called with what is going on and the share done.
     """
     fitted = tuple(trial for trial in trials if trial.role == "fit")
-    tell("fitting with one yaw a trial")
+    tell("fitting with one yaw a trial", 0.0)
     yaw = fit_yaw(fitted, twin, fit)
-    tell("profiling the coefficients")
+    tell("profiling the coefficients", 0.1)
     profiles = profile_objective(Swims(twin, fitted), fit)
     if not with_pairs:
         return Evidence(yaw, profiles, ())
-    tell("fitting other pairs of trials")
-    return Evidence(yaw, profiles, fit_pairs(trials, twin, fit, seed))
+    return Evidence(yaw, profiles, fit_pairs(trials, twin, fit, seed, tell))
 
 
 def fit_yaw(fitted: tuple[MeasuredTrial, ...], twin: Twin, fit: CoefficientFit) -> YawFit:

@@ -16,6 +16,7 @@ from session import Flag, NotEnoughData
 
 HARMONICS = 3
 SEARCH_HZ = (0.1, 6.0)
+STILL_M = 1e-5  # a tail that moves by less does not move at all
 OFF_COMMAND = 0.05  # relative difference to the command that is worth a flag
 LEAST_EXPLAINED = 0.5  # of the tail's motion; below, something else than a beat moves it
 _REWEIGHTINGS = 3
@@ -70,6 +71,8 @@ def estimate_frequency(
             "fewer than 12 frames with a usable tail marker; a frequency needs at least one beat. "
             "Track it again, or leave the trial out"
         )
+    if _range(lateral_m, weight) < STILL_M:
+        raise NotEnoughData("the tail does not move: a robot at rest, or a video that stands")
     start = _strongest(time_s, lateral_m, weight)
     for _ in range(_REWEIGHTINGS):
         hz = _refined(time_s, lateral_m, weight, start)
@@ -95,12 +98,24 @@ def estimate_frequency(
     )
 
 
+def _range(lateral_m: np.ndarray, weight: np.ndarray) -> float:
+    """How far the marker that moves most moves from side to side, m."""
+    highest = np.where(weight > 0, np.nan_to_num(lateral_m), -np.inf).max(axis=0)
+    lowest = np.where(weight > 0, np.nan_to_num(lateral_m), np.inf).min(axis=0)
+    return float((highest - lowest).max())
+
+
 def _strongest(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray) -> float:
     """Start of the search: the best single harmonic (more would also fit at half the frequency)."""
     span = float(np.ptp(time_s))
     low = max(SEARCH_HZ[0], 0.8 / span)
     high = min(SEARCH_HZ[1], 0.4 * (len(time_s) - 1) / span)
     grid = np.arange(low, high, 0.15 / span)
+    if not len(grid):
+        raise NotEnoughData(
+            f"{len(time_s)} frames over {span:.4g} s hold no beat between {SEARCH_HZ[0]:g} and {SEARCH_HZ[1]:g} Hz; "
+            "are the time stamps in seconds, and is [camera] fps right?"
+        )
     return float(grid[np.argmin([_misfit(f, time_s, lateral_m, weight, 1) for f in grid])])
 
 
@@ -156,7 +171,7 @@ def _explained(lateral_m: np.ndarray, residual: np.ndarray, weight: np.ndarray) 
     values = np.nan_to_num(lateral_m)
     mean = (weight * values).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-12)
     total = float((weight * (values - mean) ** 2).sum())
-    return 1.0 - float((weight * residual**2).sum()) / total if total > 0 else 0.0
+    return max(1.0 - float((weight * residual**2).sum()) / total, 0.0) if total > 0 else 0.0
 
 
 def _flags(hz: float, commanded_hz: float | None, beats: float, explained: float) -> tuple[Flag, ...]:

@@ -1,6 +1,7 @@
 """One lucky pair of fit trials proves nothing: the identification repeated on other pairs of the session's swims."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -13,6 +14,7 @@ from fitting.objective import Swims, phase_from_harmonic
 from fitting.speed import forward_speed
 from fitting.tail_tip import measured_tail
 from fitting.trial import MeasuredTrial
+from session import NotEnoughData
 from swimmer import FluidCoefficients, Twin
 
 MOST_PAIRS = 10
@@ -37,7 +39,13 @@ class PairFit:
     swims_forward: bool
 
 
-def fit_pairs(trials: Sequence[MeasuredTrial], twin: Twin, fit: CoefficientFit, seed: int = 0) -> tuple[PairFit, ...]:
+def fit_pairs(
+    trials: Sequence[MeasuredTrial],
+    twin: Twin,
+    fit: CoefficientFit,
+    seed: int = 0,
+    tell: Callable[[str, float | None], None] = lambda _message, _share: None,
+) -> tuple[PairFit, ...]:
     """Fits on every pair of swims (a random choice of them when there are many) and forecasts the others.
 
     Each search is a single descent from the session's own fit, so the spread is that within its valley.
@@ -47,12 +55,19 @@ def fit_pairs(trials: Sequence[MeasuredTrial], twin: Twin, fit: CoefficientFit, 
         twin: with their markers.
         fit: of the session.
         seed: of the choice.
+        tell: called with what is going on and the share of the evidence that is done.
     """
     pairs = list(combinations(range(len(trials)), 2))
     if len(pairs) > MOST_PAIRS:
         chosen = np.random.default_rng(seed).choice(len(pairs), MOST_PAIRS, replace=False)
         pairs = [pairs[i] for i in sorted(chosen)]
-    return tuple(_fit_pair(trials, pair, twin, fit.coefficients) for pair in pairs if len(trials) > 2)
+    if len(trials) < 3:
+        return ()
+    fits = []
+    for i, pair in enumerate(pairs):
+        tell("fitting other pairs of trials", 0.15 + 0.85 * i / len(pairs))
+        fits.append(_fit_pair(trials, pair, twin, fit.coefficients))
+    return tuple(fits)
 
 
 def _fit_pair(trials: Sequence[MeasuredTrial], pair: tuple[int, ...], twin: Twin, start: FluidCoefficients) -> PairFit:
@@ -60,14 +75,21 @@ def _fit_pair(trials: Sequence[MeasuredTrial], pair: tuple[int, ...], twin: Twin
     values = np.array([start], float)
     phases = [phase_from_harmonic(twin, trial, values, trial.frequency.hz)[0] for trial in fitted]
     fit = refine_coefficients(Swims(twin, fitted), [np.append(np.sqrt(start), phases)], iterations=6, central=False)
-    held_out = [trial for i, trial in enumerate(trials) if i not in pair]
+    held_out = list(_held_out(trial for i, trial in enumerate(trials) if i not in pair))
     return PairFit(
         fitted=(fitted[0].name, fitted[1].name),
         coefficients=fit.coefficients,
         marker_error_m=fit.mean_distance_m,
-        speed_mae=_speed_errors(fitted, [trial.with_role("holdout") for trial in held_out], twin, fit.coefficients),
+        speed_mae=_speed_errors(fitted, held_out, twin, fit.coefficients),
         swims_forward=fit.restarts[0].swims_forward,
     )
+
+
+def _held_out(trials: Iterable[MeasuredTrial]) -> Iterator[MeasuredTrial]:
+    """The trials as held out; those too short for that are left out."""
+    for trial in trials:
+        with suppress(NotEnoughData):
+            yield trial.with_role("holdout")
 
 
 def _speed_errors(
@@ -84,4 +106,4 @@ def _speed_errors(
         tail = measured_tail(trial, twin.robot, trial.kept)
         for ebt in ebts:
             errors.setdefault(ebt.form.name, []).append(abs(ebt.speed(tail, twin.robot) - trial.speed))
-    return {name: float(np.mean(values)) for name, values in errors.items()}
+    return {name: float(np.mean(values)) if values else float("nan") for name, values in errors.items()}

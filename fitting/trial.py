@@ -17,6 +17,8 @@ Beat = Callable[[np.ndarray], SwimFrequency]
 
 FIRST_BEATS = 1.2  # of the command, in which a held-out trial is first asked for its frequency
 KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
+OTHER_UNIT = 2.5  # a frame rate or scale off by this factor is a mistake of unit
+SCALE_OFF = 0.05  # relative difference of the scale that is worth a flag
 SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
 
 
@@ -107,6 +109,7 @@ def measure_trial(
         lateral = head.shape_m[frames][:, tail, 1]
         return estimate_frequency(time_s[frames], lateral, weight[frames][:, tail], spec.commanded_hz)
 
+    doubts = _clock_and_scale(time_s, camera, robot)
     frequency = beat(np.ones(len(time_s), bool))
     base = _Base(spec.name, spec.commanded_hz, time_s, head, weight, frequency, tuple(tail), warmup_s)
     return MeasuredTrial(
@@ -116,8 +119,34 @@ def measure_trial(
         markers=pool.markers,
         position_m=pool.position_m,
         metres_per_px=pool.metres_per_px,
-        flags=(*quality.flags, *frequency.flags),
+        flags=(*quality.flags, *doubts, *frequency.flags),
     )
+
+
+def _clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
+    """Whether the time stamps fit the nominal frame rate, and the scale length the robot.
+
+    Raises:
+        NotEnoughData: either is off by so much that it must be another unit.
+    """
+    fps, scale = 1 / float(np.median(np.diff(time_s))), camera.scale_length_m / robot.scale_length_m
+    if not 1 / OTHER_UNIT < fps / camera.fps < OTHER_UNIT:
+        raise NotEnoughData(
+            f"its time stamps say {fps:.3g} frames a second, [camera] fps says {camera.fps:g}; expected about the "
+            "same. Is time_s in seconds?"
+        )
+    if not 1 / OTHER_UNIT < scale < OTHER_UNIT:
+        raise NotEnoughData(
+            f"[camera] scale_length_m is {camera.scale_length_m:g}, but nose and neck of {robot.name} are "
+            f"{robot.scale_length_m:.4g} m apart; expected about the same. Is it in metres, and is the robot right?"
+        )
+    if abs(scale - 1) <= SCALE_OFF:
+        return ()
+    message = (
+        f"[camera] scale_length_m is {camera.scale_length_m:g} m, {100 * (scale - 1):+.0f} % off the "
+        f"{robot.scale_length_m:.4g} m between nose and neck of {robot.name}: all lengths and speeds scale with it"
+    )
+    return (Flag("scale_off_robot", message=message),)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +183,7 @@ def _split(role: str, trial: "_Base | MeasuredTrial") -> _Split:
         return estimate_frequency(time_s[frames], lateral, trial.weight[frames][:, tail], trial.commanded_hz)
 
     known = _known(role, trial.commanded_hz, time_s, beat)
-    start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial.frequency)
+    start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial.name)
     kept = _kept(role, trial, known)
     return _Split(
         start_frequency=start_frequency,
@@ -200,12 +229,15 @@ def _kept(role: str, trial: "_Base | MeasuredTrial", known: np.ndarray) -> np.nd
     return kept
 
 
-def _beat_of_part(beat: Beat, known: np.ndarray, whole: SwimFrequency) -> SwimFrequency:
-    """The frequency of the known part; where that holds no whole beat, of the whole trial."""
+def _beat_of_part(beat: Beat, known: np.ndarray, name: str) -> SwimFrequency:
+    """The frequency of the known part of a held-out trial, found without a look at what is scored."""
     try:
         return beat(known)
-    except NotEnoughData:
-        return whole
+    except NotEnoughData as problem:
+        raise NotEnoughData(
+            f"trial {name}: the part of a held-out trial that may be looked at (two beats, at most half) is too short: "
+            f'{problem}. Record longer, or give it role = "fit"'
+        ) from problem
 
 
 def _start_velocity(time_s: np.ndarray, path_m: np.ndarray, heading_rad: np.ndarray, hz: float) -> np.ndarray:

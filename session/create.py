@@ -90,6 +90,7 @@ def new_folder(folder: Path) -> Iterator[Path]:
         InputError: `folder` is there and not empty.
         ResultsNotWritable: the operating system refused.
     """
+    folder = folder.absolute()
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         faults = FaultCollector(str(folder))
         faults.add(

@@ -18,6 +18,7 @@ FLAG_KINDS: dict[str, str] = {
     "restarts_disagree": "different starts end at different estimates",
     "unidentifiable": "the data do not determine this number",
     "frequency_off_command": "the swim frequency differs from the command",
+    "scale_off_robot": "the scale of the picture does not fit the robot",
     "few_beats": "too few beats for a frequency to be trusted",
     "swims_backward": "started from rest, the fitted twin swims backward",
     "rejected_restart": "closer coefficients were rejected because their twin swims backward from rest",

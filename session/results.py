@@ -69,6 +69,8 @@ def writing_whole(path: Path) -> Iterator[Path]:
     Raises:
         ResultsNotWritable: the operating system refused.
     """
+    if path.is_dir() or not path.name:
+        raise ResultsNotWritable(f"{path}: cannot be written; found: a folder; expected: the name of a file.")
     # Ending in the real name keeps the suffix, by which some writers choose their format.
     part = path.with_name(f".{secrets.token_hex(4)}.part.{path.name}")
     try:

@@ -15,6 +15,7 @@ from session import Flag, Tracks
 from swimmer.robot import RobotSpec
 from tracking.body_model import BodyModel, centred, layout_model, learned, spacing_spread
 from tracking.following import Gate, fitting_shape
+from tracking.frozen_picture import frozen_flags, frozen_picture
 from tracking.misplaced import clashing, misplaced, reaching, widened
 from tracking.quality_flags import Findings, flags_of
 from tracking.suspects import standing_still, touching
@@ -37,6 +38,8 @@ class QualityLimits:
         widen: a flagged stretch reaches as far as the marker is off by this share of what is allowed.
         join_frames: flagged stretches that are no further apart are one.
         jump_frames: a stretch no longer than this is called a jump.
+        frozen_frames: the picture is frozen if no marker at all moves for so many frames …
+        frozen_motion_px: … and just before or after one moves by this in a frame.
     """
 
     floor_px: float = 5.0
@@ -50,6 +53,8 @@ class QualityLimits:
     widen: float = 0.7
     join_frames: int = 5
     jump_frames: int = 6
+    frozen_frames: int = 6
+    frozen_motion_px: float = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,9 +88,16 @@ def check_tracks(tracks: Tracks, layout: RobotSpec, limits: QualityLimits | None
     """
     if unknown := [name for name in tracks.markers if name not in layout.markers]:
         raise ValueError(f"no marker {', '.join(unknown)} on {layout.name}; choices: {', '.join(layout.markers)}")
-    findings = _findings(tracks, layout, limits or QualityLimits())
-    believed = findings.present & ~findings.wrong
-    return TrackQuality(np.where(believed, tracks.confidence, 0.0), flags_of(findings, tracks.markers))
+    limits = limits or QualityLimits()
+    findings = _findings(tracks, layout, limits)
+    frozen = frozen_picture(tracks.position_px, limits.frozen_frames, limits.frozen_motion_px)  # (n,)
+    believed = findings.present & ~findings.wrong & ~frozen[:, None]
+    flags = (*flags_of(findings, tracks.markers), *frozen_flags(frozen, tracks.markers))
+    return TrackQuality(np.where(believed, tracks.confidence, 0.0), tuple(sorted(flags, key=_first_frame)))
+
+
+def _first_frame(flag: Flag) -> int:
+    return -1 if flag.frames is None else flag.frames[0]
 
 
 def _findings(tracks: Tracks, layout: RobotSpec, limits: QualityLimits) -> Findings:
