@@ -154,7 +154,13 @@ def test_a_tail_that_does_not_beat_is_not_given_a_beat_in_silence() -> None:
     noise = still._replace(lateral_m=np.random.default_rng(0).normal(0, 1e-3, still.lateral_m.shape))
 
     assert [flag.kind for flag in estimate_frequency(*noise).flags] == ["unidentifiable"]
-    assert "do not trust it" in estimate_frequency(*still._replace(lateral_m=0 * still.lateral_m)).flags[0].message
+
+
+def test_a_tail_that_does_not_move_at_all_is_refused() -> None:
+    still = tail(1.0, 4.0)
+
+    with pytest.raises(NotEnoughData, match="does not move"):
+        estimate_frequency(*still._replace(lateral_m=0 * still.lateral_m))
 
 
 @pytest.mark.parametrize(
