@@ -3,12 +3,14 @@
 from fitting.body_wave import BodyWave, SwimNumbers, body_wave, swim_numbers
 from fitting.calibration import CalibratedTrial, Calibration, Summary, assemble, calibrate, speeds_of
 from fitting.calibration_file import calibration_payload, read_fit
-from fitting.coefficients import FULL, QUICK, CoefficientFit, Effort, Restart, fit_coefficients
+from fitting.coefficient_fit import CoefficientFit, Restart
+from fitting.coefficients import FULL, QUICK, Effort, fit_coefficients
 from fitting.ebt import FORMS, EbtFit, EbtForm, fit_ebt
 from fitting.evidence import Evidence, YawFit, gather_evidence
 from fitting.evidence_file import evidence_payload, read_evidence
 from fitting.forecast import fit_phase, forecast
 from fitting.frequency import SwimFrequency, estimate_frequency
+from fitting.mean_distance import MeanDistance
 from fitting.method_comparison import (
     SearchRun,
     compare_methods,
@@ -17,7 +19,7 @@ from fitting.method_comparison import (
     read_comparison,
 )
 from fitting.methods import METHODS, Method, MethodName, search
-from fitting.objective import Comparison, MeanDistance, Swims
+from fitting.objective import Comparison, Swims
 from fitting.pairs import PairFit, fit_pairs
 from fitting.profile import CoefficientProfiles, profile_objective
 from fitting.scoring import Scores, residuals, score

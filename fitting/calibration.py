@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.coefficients import FULL, CoefficientFit, Effort, Progress
+from fitting.coefficient_fit import CoefficientFit
+from fitting.coefficients import FULL, Effort, Progress
 from fitting.ebt import FORMS, EbtFit, fit_ebt
 from fitting.forecast import fit_phase, forecast
 from fitting.methods import search

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fitting.calibration import CalibratedTrial, Calibration, Summary
-from fitting.coefficients import CoefficientFit, Restart
+from fitting.coefficient_fit import CoefficientFit, Restart
 from session import Flag
 from swimmer import FluidCoefficients
 

@@ -14,21 +14,17 @@ import numpy as np
 from mujoco.minimize import IterLog, least_squares
 from scipy.stats import qmc
 
-from fitting.objective import COEFFICIENT_BOUNDS, Swims
+from fitting.coefficient_fit import CoefficientFit, Restart, flags_of
+from fitting.objective import Swims
 from fitting.search_space import ROOTS, SearchSpace, parameters
-from session import Flag
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
-NAMES = FluidCoefficients._fields
 Progress = Callable[[float, float], None]
 _TOLERANCE = 1e-3  # relative size of a step that ends a descent
 _DAMPING_FACTOR = 3.0  # between tries of a step
 _HOP = (0.35, 0.08)  # spread of hops in roots and in phases (rad)
 _HOP_ITERATIONS = 5
 _CHECKED = 8  # of the hops, whether they swim forward
-_AT_BOUND = 1e-3  # of the range
-_AS_GOOD = 1.01  # objective within this factor of the best
-_APART = 0.5  # difference between coefficients of equally good restarts that is worth a flag
 
 
 @dataclass(frozen=True)
@@ -87,62 +83,6 @@ QUICK = Effort(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Restart:
-    """One start of the search and where it ended.
-
-    Attributes:
-        start, coefficients: (5,) before and after.
-        phase_rad: (t,) crank phase of each trial at its time 0.
-        objective_m: softened mean distance at the end, m.
-        history_m: (i,) the same after each iteration, m.
-        converged: the last step was small enough before the iterations ran out.
-        swims_forward: the twin swims forward from rest.
-    """
-
-    start: np.ndarray
-    coefficients: np.ndarray
-    phase_rad: np.ndarray
-    objective_m: float
-    history_m: np.ndarray
-    converged: bool
-    swims_forward: bool = True
-
-    @property
-    def point(self) -> np.ndarray:
-        """(p,) where it ended, in the search space."""
-        return np.append(np.sqrt(self.coefficients), self.phase_rad)
-
-
-@dataclass(frozen=True, eq=False)
-class CoefficientFit:
-    """The coefficients and how they were found.
-
-    Attributes:
-        coefficients: the best.
-        phase_rad: (t,) crank phase of each fit trial.
-        mean_distance_m: the published objective there, m.
-        restarts: all descents, best first.
-        evaluations: how often the fit trials were simulated.
-        seconds: wall time.
-        flags: bounds hit, not converged, restarts that disagree.
-        method: the search, see `fitting.methods`.
-        spent_s: seconds simulated.
-        trace: (seconds simulated, best mean distance so far in m) at every new best that swims forward.
-    """
-
-    coefficients: FluidCoefficients
-    phase_rad: np.ndarray
-    mean_distance_m: float
-    restarts: tuple[Restart, ...]
-    evaluations: int
-    seconds: float
-    flags: tuple[Flag, ...]
-    method: str = "gradient"
-    spent_s: float = 0.0
-    trace: tuple[tuple[float, float], ...] = ()
-
-
 def fit_coefficients(
     swims: Swims, effort: Effort = FULL, seed: int = 0, progress: Progress | None = None
 ) -> CoefficientFit:
@@ -174,18 +114,7 @@ def fit_coefficients(
     add([heat.point for heat in heats], effort.final_iterations, heats)
     for _ in range(effort.hops):
         add(_hops(space, restarts[0], effort.hop_width, random), _HOP_ITERATIONS)
-    best = restarts[0]
-    return CoefficientFit(
-        coefficients=FluidCoefficients(*map(float, best.coefficients)),
-        phase_rad=best.phase_rad,
-        mean_distance_m=_mean_distance(swims, best),
-        restarts=tuple(restarts),
-        evaluations=space.evaluations,
-        seconds=time.perf_counter() - began,
-        flags=flags_of(restarts),
-        spent_s=space.spent_s,
-        trace=tuple(trace),
-    )
+    return _result(swims, space, restarts, began, tuple(trace))
 
 
 def refine_coefficients(
@@ -201,6 +130,17 @@ def refine_coefficients(
     """
     began, space = time.perf_counter(), SearchSpace(swims)
     restarts = sorted((_descend(space, point, iterations, central=central) for point in points), key=_rank)
+    return _result(swims, space, restarts, began)
+
+
+def _result(
+    swims: Swims,
+    space: SearchSpace,
+    restarts: list[Restart],
+    began: float,
+    trace: tuple[tuple[float, float], ...] = (),
+) -> CoefficientFit:
+    """A fit from restarts, best first."""
     best = restarts[0]
     return CoefficientFit(
         coefficients=FluidCoefficients(*map(float, best.coefficients)),
@@ -211,6 +151,7 @@ def refine_coefficients(
         seconds=time.perf_counter() - began,
         flags=flags_of(restarts),
         spent_s=space.spent_s,
+        trace=trace,
     )
 
 
@@ -278,43 +219,3 @@ def _rank(restart: Restart) -> tuple[bool, float]:
 
 def _mean_distance(swims: Swims, restart: Restart) -> float:
     return float(swims.mean_distance(parameters(restart.point)[:, None])[0])
-
-
-def flags_of(restarts: list[Restart]) -> tuple[Flag, ...]:
-    """What is doubtful about a set of restarts, best first."""
-    best = restarts[0]
-    low, high = COEFFICIENT_BOUNDS
-    flags = [
-        Flag("at_bound", message=f"{name} = {value:.3g} lies at its bound {bound:g}: the data pull it further")
-        for name, value in zip(NAMES, best.coefficients, strict=True)
-        for bound in (low, high)
-        if abs(value - bound) < _AT_BOUND * (high - low)
-    ]
-    if not best.converged:
-        flags.append(Flag("not_converged", message="the best start was still improving when the iterations ran out"))
-    flags += _direction_flags(restarts)
-    peers = [r for r in restarts if r.swims_forward == best.swims_forward]
-    as_good = [r.coefficients for r in peers if r.objective_m <= _AS_GOOD * best.objective_m]
-    spread = np.ptp(as_good, axis=0)  # (5,)
-    if apart := [f"{name} (by {s:.2g})" for name, s in zip(NAMES, spread, strict=True) if s > _APART]:
-        message = f"{len(as_good)} restarts fit equally well (within 1 %) but differ in {', '.join(apart)}"
-        flags.append(Flag("restarts_disagree", message=message))
-    return tuple(flags)
-
-
-def _direction_flags(restarts: list[Restart]) -> list[Flag]:
-    best, closest = restarts[0], min(restarts, key=lambda r: r.objective_m)
-    if not best.swims_forward:
-        return [
-            Flag(
-                "swims_backward",
-                message="started from rest, the fitted twin swims backward at some frequencies",
-            )
-        ]
-    if closest.objective_m < best.objective_m:
-        message = (
-            f"coefficients {100 * (1 - closest.objective_m / best.objective_m):.0f} % closer to the tracks were "
-            "rejected: started from rest, that twin swims backward"
-        )
-        return [Flag("rejected_restart", message=message)]
-    return []

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from fitting.coefficients import CoefficientFit, refine_coefficients
+from fitting.coefficient_fit import CoefficientFit
+from fitting.coefficients import refine_coefficients
 from fitting.objective import Swims
 from fitting.pairs import PairFit, fit_pairs
 from fitting.profile import CoefficientProfiles, profile_objective

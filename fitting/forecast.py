@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from fitting.objective import frames_in_step, phase_from_harmonic, swim
+from fitting.phase import frames_in_step, phase_from_harmonic
+from fitting.swim import swim
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Twin
 from tracking import HeadFrame, one_of

@@ -7,7 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from fitting.coefficients import CoefficientFit, Effort, Progress, Restart, fit_coefficients, flags_of
+from fitting.coefficient_fit import CoefficientFit, Restart, flags_of
+from fitting.coefficients import Effort, Progress, fit_coefficients
 from fitting.objective import Swims
 from fitting.published_objective import PublishedObjective
 from fitting.published_search import bayesian_then_nelder_mead, nelder_mead, nelder_mead_alone, random_search

@@ -8,17 +8,16 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from mujoco.minimize import Norm
 
-from fitting.scoring import residuals
+from fitting.mean_distance import MeanDistance
+from fitting.scoring import residuals, scored_trajectory
+from fitting.swim import head_frame
 from fitting.trial import MeasuredTrial
+from fitting.yaw import best_yaw, turn
 from swimmer import Runs, Twin
-from tracking import HeadFrame, to_head_frame
+from tracking import HeadFrame
 
 COEFFICIENT_BOUNDS = (0.0, 10.0)
-SOFTENING_M = 0.004  # below this distance the objective is quadratic, above it grows like the distance
-SETTLED_S = 0.25  # the tail has forgotten its start by then
-BEATS_IN_STEP = 3.0
 LOST_M = 1.0  # distance that stands for a simulation that blew up
 
 
@@ -95,7 +94,7 @@ class Swims:
         return np.stack(angles, axis=1)
 
     @property
-    def norm(self) -> "MeanDistance":
+    def norm(self) -> MeanDistance:
         """The objective as a function of the errors: the mean over trials of the mean over samples."""
         weights = [trial.weight[trial.scored] for trial in self.trials]
         return MeanDistance(np.concatenate([w[w > 0] / (len(weights) * w.sum()) for w in weights]))
@@ -108,127 +107,3 @@ class Swims:
             good = trial.weight[trial.scored] > 0
             total += np.nan_to_num(distance[:, good], nan=LOST_M).mean(axis=1)
         return total / len(self.trials)
-
-
-def swim(
-    twin: Twin,
-    trial: MeasuredTrial,
-    coefficients: np.ndarray,
-    phase_rad: np.ndarray,
-    frequency_hz: float,
-    frames: int | None = None,
-) -> HeadFrame:
-    """Head frames (s, n, m, 2) of s simulations of one trial, started with its own velocity.
-
-    Args:
-        twin: with the trial's markers.
-        trial: n frames.
-        coefficients: (s, 5).
-        phase_rad: (s,) crank angle at time 0.
-        frequency_hz: of the crank, for all.
-        frames: only so many from the first; default all n.
-    """
-    count = len(phase_rad)
-    runs = Runs(
-        coefficients=np.ascontiguousarray(coefficients),
-        frequency_hz=np.full(count, frequency_hz),
-        phase_rad=np.asarray(phase_rad, float),
-        velocity=np.tile(trial.start_velocity, (count, 1)),
-    )
-    trajectories = twin.simulate(runs, trial.time_s[:frames], allow_divergence=True)
-    return head_frame(trial, trajectories.marker_m)
-
-
-def head_frame(trial: MeasuredTrial, marker_m: np.ndarray) -> HeadFrame:
-    """Simulated markers (..., k, m, 2) of a trial in the head frame."""
-    return to_head_frame(marker_m, trial.markers.index("nose"), trial.markers.index("neck"))
-
-
-def scored_trajectory(trial: MeasuredTrial) -> np.ndarray:
-    """(k, m, 2) measured markers of the scored frames in the head frame, displacement counted from the first, m."""
-    path = trial.head.path_m[trial.scored]
-    return trial.head.shape_m[trial.scored] + (path - path[0])[:, None, :]
-
-
-def best_yaw(simulated: np.ndarray, measured: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """(s,) turn of the measured markers (k, m, 2) that brings them closest to simulated ones (s, k, m, 2), rad.
-
-    Closest in mean distance: a weighted Procrustes rotation about the origin, reweighted a few times.
-    """
-    known, weight = np.nan_to_num(measured), np.where(np.isfinite(measured).all(axis=-1), weight, 0.0)
-    angle = np.zeros(len(simulated))
-    for _ in range(4):
-        distance = np.linalg.norm(simulated - turn(known, angle[:, None, None]), axis=-1)
-        pull = np.nan_to_num(weight / np.sqrt(distance**2 + SOFTENING_M**2))
-        cross = known[..., 0] * simulated[..., 1] - known[..., 1] * simulated[..., 0]
-        dot = (known * simulated).sum(axis=-1)
-        angle = np.arctan2((pull * np.nan_to_num(cross)).sum(axis=(1, 2)), (pull * np.nan_to_num(dot)).sum(axis=(1, 2)))
-    return angle
-
-
-def turn(points: np.ndarray, angle_rad: np.ndarray) -> np.ndarray:
-    """(..., 2) points turned counter-clockwise about the origin; the angles broadcast against the leading axes."""
-    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
-    x, y = points[..., 0], points[..., 1]
-    return np.stack([x * cos - y * sin, x * sin + y * cos], axis=-1)
-
-
-class MeanDistance(Norm):
-    """sum of w (sqrt(d^2 + s^2) - s) over weighted distances d: their mean, made smooth where they vanish.
-
-    The curvature handed to Gauss-Newton is that of the reweighted quadratic that touches this function from above,
-    so that a full step always descends (iteratively reweighted least squares; Weiszfeld 1937).
-
-    Args:
-        weight: (e,) of each error, adding up to 1.
-    """
-
-    def __init__(self, weight: np.ndarray) -> None:
-        self._weight = weight
-
-    def value(self, r: np.ndarray) -> np.float64:
-        """The objective, m, for errors r (2 e, 1), m."""
-        smooth = np.sqrt(self._distance_sq(r) + SOFTENING_M**2)
-        return np.float64(self._weight @ (smooth - SOFTENING_M))
-
-    def grad_hess(self, r: np.ndarray, proj: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gradient (p, 1) and curvature (p, p) after projection on proj (2 e, p)."""
-        pull = np.repeat(self._weight / np.sqrt(self._distance_sq(r) + SOFTENING_M**2), 2)[:, None]
-        return proj.T @ (pull * r), proj.T @ (pull * proj)
-
-    def _distance_sq(self, r: np.ndarray) -> np.ndarray:
-        return (r.reshape(-1, 2) ** 2).sum(axis=1)
-
-
-def frames_in_step(trial: MeasuredTrial) -> slice:
-    """The frames that set a trial's crank phase: of its known part, after the start is forgotten, three beats."""
-    end = SETTLED_S + BEATS_IN_STEP / trial.start_frequency.hz
-    frames = np.flatnonzero(trial.known & (trial.time_s > SETTLED_S) & (trial.time_s <= end))
-    return slice(int(frames[0]), int(frames[-1]) + 1)
-
-
-def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
-    """Crank phases at time 0 that bring the twin's tail in step with the measured one.
-
-    One simulation at phase 0 tells how far the tail's first harmonic lags behind the crank.
-
-    Args:
-        twin, trial, frequency_hz: as for `swim`.
-        coefficients: (s, 5).
-
-    Returns:
-        (s,) rad.
-    """
-    frames = frames_in_step(trial)
-    simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz, frames.stop)
-    tail = list(trial.tail)
-    turn = np.exp(-2j * np.pi * frequency_hz * trial.time_s[frames])[:, None]
-    weight = trial.weight[frames][:, tail]  # (k, t)
-
-    def harmonic(shape_m: np.ndarray) -> np.ndarray:
-        lateral = np.nan_to_num(shape_m[..., frames, tail, 1])  # (..., k, t)
-        mean = (weight * lateral).sum(axis=-2, keepdims=True) / np.maximum(weight.sum(axis=0), 1e-12)
-        return (weight * (lateral - mean) * turn).sum(axis=-2)
-
-    measured, modelled = harmonic(trial.head.shape_m), harmonic(simulated.shape_m)
-    return np.angle((measured * modelled.conj()).sum(axis=-1))

@@ -7,10 +7,12 @@ from itertools import combinations
 
 import numpy as np
 
-from fitting.coefficients import CoefficientFit, refine_coefficients
+from fitting.coefficient_fit import CoefficientFit
+from fitting.coefficients import refine_coefficients
 from fitting.ebt import FORMS, fit_ebt
 from fitting.forecast import fit_phase, forecast
-from fitting.objective import Swims, phase_from_harmonic
+from fitting.objective import Swims
+from fitting.phase import phase_from_harmonic
 from fitting.speed import forward_speed
 from fitting.tail_tip import measured_tail
 from fitting.trial import MeasuredTrial

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.coefficients import CoefficientFit
+from fitting.coefficient_fit import CoefficientFit
 from fitting.objective import Swims
 from fitting.search_space import ROOTS, SearchSpace, parameters
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from fitting.coefficients import Progress
 from fitting.from_rest import seconds_from_rest, swims_forward
-from fitting.objective import COEFFICIENT_BOUNDS, Swims, phase_from_harmonic
+from fitting.objective import COEFFICIENT_BOUNDS, Swims
+from fitting.phase import phase_from_harmonic
 
 FREE_TURNS_RAD = 100.0  # phases are free; optimisers ask for finite bounds
 PENALTY = 1.5  # factor on the distance of what swims backward

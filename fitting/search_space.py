@@ -7,7 +7,8 @@ searched in square roots: small coefficients are resolved, zero is still reached
 import numpy as np
 
 from fitting.from_rest import seconds_from_rest, swims_forward
-from fitting.objective import COEFFICIENT_BOUNDS, Swims, phase_from_harmonic
+from fitting.objective import COEFFICIENT_BOUNDS, Swims
+from fitting.phase import phase_from_harmonic
 
 # Steps of the differences. Trajectories are smooth in the large, but Kutta lift switches its side within a fraction
 # of a degree where a thin plate moves edge-on, which roughens them by some 0.05 mm: small steps would measure that.

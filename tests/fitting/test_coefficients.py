@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fitting import FULL, QUICK, CoefficientFit, Restart, Swims, fit_coefficients
-from fitting.coefficients import flags_of
+from fitting.coefficient_fit import flags_of
 from swimmer import FluidCoefficients, Twin, load_robot
 from synthetic import PLAUSIBLE_COEFFICIENTS, Truth
 from tests.fitting.swims import noise_free

@@ -1,0 +1,110 @@
+"""What a search for the coefficients gives: where each start ended, the best, and what is doubtful about it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.objective import COEFFICIENT_BOUNDS
+from session import Flag
+from swimmer import FluidCoefficients
+
+NAMES = FluidCoefficients._fields
+_AT_BOUND = 1e-3  # of the range
+_AS_GOOD = 1.01  # objective within this factor of the best
+_APART = 0.5  # difference between coefficients of equally good restarts that is worth a flag
+
+
+@dataclass(frozen=True, eq=False)
+class Restart:
+    """One start of the search and where it ended.
+
+    Attributes:
+        start, coefficients: (5,) before and after.
+        phase_rad: (t,) crank phase of each trial at its time 0.
+        objective_m: softened mean distance at the end, m.
+        history_m: (i,) the same after each iteration, m.
+        converged: the last step was small enough before the iterations ran out.
+        swims_forward: the twin swims forward from rest.
+    """
+
+    start: np.ndarray
+    coefficients: np.ndarray
+    phase_rad: np.ndarray
+    objective_m: float
+    history_m: np.ndarray
+    converged: bool
+    swims_forward: bool = True
+
+    @property
+    def point(self) -> np.ndarray:
+        """(p,) where it ended, in the search space."""
+        return np.append(np.sqrt(self.coefficients), self.phase_rad)
+
+
+@dataclass(frozen=True, eq=False)
+class CoefficientFit:
+    """The coefficients and how they were found.
+
+    Attributes:
+        coefficients: the best.
+        phase_rad: (t,) crank phase of each fit trial.
+        mean_distance_m: the published objective there, m.
+        restarts: all descents, best first.
+        evaluations: how often the fit trials were simulated.
+        seconds: wall time.
+        flags: bounds hit, not converged, restarts that disagree.
+        method: the search, see `fitting.methods`.
+        spent_s: seconds simulated.
+        trace: (seconds simulated, best mean distance so far in m) at every new best that swims forward.
+    """
+
+    coefficients: FluidCoefficients
+    phase_rad: np.ndarray
+    mean_distance_m: float
+    restarts: tuple[Restart, ...]
+    evaluations: int
+    seconds: float
+    flags: tuple[Flag, ...]
+    method: str = "gradient"
+    spent_s: float = 0.0
+    trace: tuple[tuple[float, float], ...] = ()
+
+
+def flags_of(restarts: list[Restart]) -> tuple[Flag, ...]:
+    """What is doubtful about a set of restarts, best first."""
+    best = restarts[0]
+    low, high = COEFFICIENT_BOUNDS
+    flags = [
+        Flag("at_bound", message=f"{name} = {value:.3g} lies at its bound {bound:g}: the data pull it further")
+        for name, value in zip(NAMES, best.coefficients, strict=True)
+        for bound in (low, high)
+        if abs(value - bound) < _AT_BOUND * (high - low)
+    ]
+    if not best.converged:
+        flags.append(Flag("not_converged", message="the best start was still improving when the iterations ran out"))
+    flags += _direction_flags(restarts)
+    peers = [r for r in restarts if r.swims_forward == best.swims_forward]
+    as_good = [r.coefficients for r in peers if r.objective_m <= _AS_GOOD * best.objective_m]
+    spread = np.ptp(as_good, axis=0)  # (5,)
+    if apart := [f"{name} (by {s:.2g})" for name, s in zip(NAMES, spread, strict=True) if s > _APART]:
+        message = f"{len(as_good)} restarts fit equally well (within 1 %) but differ in {', '.join(apart)}"
+        flags.append(Flag("restarts_disagree", message=message))
+    return tuple(flags)
+
+
+def _direction_flags(restarts: list[Restart]) -> list[Flag]:
+    best, closest = restarts[0], min(restarts, key=lambda r: r.objective_m)
+    if not best.swims_forward:
+        return [
+            Flag(
+                "swims_backward",
+                message="started from rest, the fitted twin swims backward at some frequencies",
+            )
+        ]
+    if closest.objective_m < best.objective_m:
+        message = (
+            f"coefficients {100 * (1 - closest.objective_m / best.objective_m):.0f} % closer to the tracks were "
+            "rejected: started from rest, that twin swims backward"
+        )
+        return [Flag("rejected_restart", message=message)]
+    return []
