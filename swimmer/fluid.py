@@ -91,9 +91,11 @@ def projected_area(semi_axes_m: np.ndarray, velocity: np.ndarray) -> float:
 
     A = pi sqrt(sum_i (r_j r_k)^4 v_i^2 / sum_i (r_j r_k)^2 v_i^2).
     """
-    faces = np.prod(semi_axes_m) / semi_axes_m  # (3,) r_j r_k
-    below = float((faces**2 * velocity**2).sum())
-    return float(np.pi * np.sqrt((faces**4 * velocity**2).sum() / below)) if below > 0 else 0.0
+    largest = np.abs(velocity).max()
+    if largest == 0:
+        return 0.0
+    faces, along = np.prod(semi_axes_m) / semi_axes_m, velocity / largest  # (3,) r_j r_k; scaled against underflow
+    return float(np.pi * np.sqrt((faces**4 * along**2).sum() / (faces**2 * along**2).sum()))
 
 
 def added_mass(semi_axes_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
