@@ -60,7 +60,7 @@ class Effort:
 
 
 FULL = Effort(
-    64,
+    screened=64,
     starts=6,
     finalists=3,
     heat_iterations=3,
@@ -71,7 +71,7 @@ FULL = Effort(
     finish_s=2_000.0,
 )
 QUICK = Effort(
-    32,
+    screened=32,
     starts=3,
     finalists=1,
     heat_iterations=3,

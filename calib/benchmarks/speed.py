@@ -18,7 +18,8 @@ START_SPEED_M_S = 0.1
 _REPEATS = 7
 
 
-# What `calib fit` gave for the public trials f1_00 and f1_75 with MuJoCo 4.0: a twin that swims like the robot.
+# An input of the benchmark, not a result: near the optimum `calib fit` finds for the public trials f1_00 and f1_75 with
+# MuJoCo 4.0, so a twin that swims like the robot. `--session` measures with a session's own coefficients.
 FITTED = FluidCoefficients(0.41, 6.56, 10.0, 4.12, 9.64)
 
 
