@@ -1,0 +1,136 @@
+"""Videos written frame by frame, with time stamps of one's own and nothing half-written."""
+
+from __future__ import annotations
+
+import math
+from contextlib import ExitStack
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
+from typing import Literal, Self, cast, get_args
+
+import av
+import numpy as np
+
+from session import writing_whole
+
+Codec = Literal["h264", "hevc", "ffv1"]
+_ENCODERS = {"h264": "libx264", "hevc": "libx265", "ffv1": "ffv1"}
+_BT709, _LIMITED_RANGE = 1, 1  # FFmpeg's AVCOL_SPC_BT709 and AVCOL_RANGE_MPEG
+_TICKS_HZ = 60_000  # the coarsest clock of a video: at least so many ticks a second
+
+
+class VideoWriter:
+    """Writes a video, as a context manager; the file appears under its name when the block ends well.
+
+    H.264 and HEVC hold 4:2:0 colour (BT.709, limited range); FFV1 keeps gray and RGB pictures bit by bit. In MP4 a
+    time stamp is exact to 1/60000 s or better, in Matroska to 1 ms.
+
+    Args:
+        path: of the file; its suffix names the container, such as .mp4 (which also takes FFV1) or .mkv.
+        width_px, height_px: of every picture; even for H.264 and HEVC.
+        fps: nominal frames a second, exact where a `Fraction` such as 60000/1001.
+        codec: "h264", "hevc" or "ffv1".
+        crf: quality of H.264 and HEVC, 0 (best) to 51; FFV1 takes none.
+        preset: speed of H.264 and HEVC, as their encoders name it.
+        threads: of the encoder; 0 lets it choose.
+
+    Raises:
+        session.ResultsNotWritable: the file cannot be written.
+        ValueError: a setting that the codec does not take.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        width_px: int,
+        height_px: int,
+        fps: float | Fraction = 60.0,
+        codec: Codec = "h264",
+        crf: float = 23,
+        preset: str = "veryfast",
+        threads: int = 0,
+    ) -> None:
+        if codec not in get_args(Codec):
+            raise ValueError(f"codec: found {codec!r}, expected one of {', '.join(get_args(Codec))}")
+        if not 0 < fps < math.inf:
+            raise ValueError(f"fps: found {fps}, expected a number above 0")
+        if min(width_px, height_px) < 1 or (codec != "ffv1" and (width_px % 2 or height_px % 2)):
+            raise ValueError(f"size: found {width_px} x {height_px} px, expected positive, even numbers for {codec}")
+        self.path, self.codec = path, codec
+        self.width_px, self.height_px = width_px, height_px
+        self.fps = Fraction(fps).limit_denominator(1001)
+        self._options = _encoder_options(codec, crf, preset)
+        self._threads = threads
+        self._tick_s = 1 / Fraction(self.fps.numerator * math.ceil(_TICKS_HZ / self.fps.numerator))
+        self._undo = ExitStack()
+        self._stream: av.VideoStream | None = None  # opened by the first picture, which tells gray from colour
+        self._frames, self._last = 0, -1
+
+    def __enter__(self) -> Self:
+        self._part = self._undo.enter_context(writing_whole(self.path))
+        return self
+
+    def write(self, image: np.ndarray, time_s: float | None = None) -> None:
+        """Appends a picture.
+
+        Args:
+            image: (h, w, 3) RGB or (h, w) gray, uint8; all pictures of one kind.
+            time_s: when it is shown, later than the picture before; default: its number over `fps`.
+
+        Raises:
+            ValueError: another size or type, or a time that does not increase.
+        """
+        self._check(image)
+        stream = self._stream or self._open(gray=image.ndim == 2)
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="gray" if image.ndim == 2 else "rgb24")
+        frame = frame.reformat(format=stream.pix_fmt, dst_colorspace="itu709")
+        frame.pts, frame.time_base = self._tick_of(time_s), self._tick_s
+        self._container.mux(stream.encode(frame))
+        self._frames += 1
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with self._undo:  # closes the container, then renames the file or, after an error, removes it
+            if error is not None:
+                raise error
+            if self._stream is None:
+                raise ValueError(f"{self.path}: found no picture, expected at least one")
+            self._container.mux(self._stream.encode(None))
+
+    def _open(self, gray: bool) -> av.VideoStream:
+        self._container = self._undo.enter_context(av.open(str(self._part), "w"))
+        added = self._container.add_stream(_ENCODERS[self.codec], rate=self.fps, options=self._options)
+        stream = cast(av.VideoStream, added)
+        stream.width, stream.height = self.width_px, self.height_px
+        stream.pix_fmt = ("gray" if gray else "bgr0") if self.codec == "ffv1" else "yuv420p"
+        stream.codec_context.time_base = self._tick_s
+        stream.codec_context.thread_count = self._threads
+        if self.codec != "ffv1":
+            stream.codec_context.colorspace, stream.codec_context.color_range = _BT709, _LIMITED_RANGE
+        self._stream = stream
+        return stream
+
+    def _check(self, image: np.ndarray) -> None:
+        size = (self.height_px, self.width_px)
+        if image.dtype != np.uint8 or image.shape not in (size, (*size, 3)):
+            expected = f"uint8 ({size[0]}, {size[1]}) or ({size[0]}, {size[1]}, 3)"
+            raise ValueError(f"picture {self._frames}: found {image.dtype} {image.shape}, expected {expected}")
+
+    def _tick_of(self, time_s: float | None) -> int:
+        tick = round((self._frames / self.fps if time_s is None else Fraction(time_s)) / self._tick_s)
+        if tick <= self._last:
+            before_s = float(self._last * self._tick_s)
+            raise ValueError(f"picture {self._frames}: found time {time_s} s, expected more than {before_s:.6f} s")
+        self._last = tick
+        return tick
+
+
+def _encoder_options(codec: Codec, crf: float, preset: str) -> dict[str, str]:
+    if codec == "ffv1":
+        return {"level": "3"}
+    if not 0 <= crf <= 51:
+        raise ValueError(f"crf: found {crf}, expected 0 (best) to 51")
+    options = {"crf": str(crf), "preset": preset}
+    return options | ({"x265-params": "log-level=error"} if codec == "hevc" else {})
