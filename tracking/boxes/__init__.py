@@ -1,0 +1,7 @@
+"""Start boxes: read from a file, found in the picture, or clicked by a person."""
+
+from tracking.boxes.blobs import Blob, find_blobs
+from tracking.boxes.find_boxes import FoundBoxes, find_boxes
+from tracking.boxes.start_boxes import Box, StartBoxes, load_boxes, save_boxes
+
+__all__ = ["Blob", "Box", "FoundBoxes", "StartBoxes", "find_blobs", "find_boxes", "load_boxes", "save_boxes"]

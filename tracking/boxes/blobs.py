@@ -1,0 +1,138 @@
+"""Blobs that could be markers: round, of one brightness, and set off from what surrounds them.
+
+Difference-of-Gaussians peaks (Lowe, Distinctive image features, IJCV 60, 2004, section 3) by scikit-image, octave by
+octave on ever smaller pictures, are only the places to look; each is then measured at full resolution.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Literal, NamedTuple
+
+import cv2
+import numpy as np
+from scipy.spatial import cKDTree
+from skimage.feature import blob_dog
+from skimage.measure import label, regionprops
+
+Polarity = Literal["bright", "dark"]
+
+LARGE_PX = 2000
+"""From this width on the search starts at half resolution: there no marker is under 8 px."""
+OCTAVES = 4
+SIGMA_PX = (1.2, 2.6)
+"""Scales looked at in each octave: discs of 3.4 to 7.4 px across in its own pixels."""
+LEAST_RESPONSE = 0.012
+"""Least difference of Gaussians, of 1: discs of about 10 grey levels of contrast."""
+LEAST_CONTRAST = 8.0
+"""In grey levels, between the disc and the ring around it."""
+LOOKED_AT = 400
+"""At most so many places are measured, those of the most contrast."""
+DIAMETERS_PX = (5.0, 64.0)
+LONGEST = 2.0
+"""Ratio of the axes of a disc in motion blur; what is longer is a line."""
+FULLEST = (0.8, 1.2)
+"""Area over that of the ellipse with the same moments: 1 for a disc."""
+LEVELS = (0.5, 0.65, 0.8)
+"""Thresholds between ring and disc; the higher ones part neighbours that touch."""
+
+
+class Blob(NamedTuple):
+    """One blob of a picture.
+
+    Attributes:
+        x: centre, px, weighted by brightness.
+        y: centre, px.
+        diameter_px: of the disc of the same area.
+        contrast: grey levels between it and its surroundings, at least 0 whatever its polarity.
+    """
+
+    x: float
+    y: float
+    diameter_px: float
+    contrast: float
+
+
+def find_blobs(luma: np.ndarray, polarity: Polarity) -> tuple[Blob, ...]:
+    """The blobs of one polarity in a picture (h, w) of bytes, those of the most contrast first."""
+    upright = luma if polarity == "bright" else 255 - luma
+    measured = (_measure(upright, x, y, radius) for x, y, radius in _places(upright))
+    blobs = sorted((blob for blob in measured if blob is not None), key=lambda blob: -blob.contrast)
+    return tuple(_each_once(blobs))
+
+
+def _places(luma: np.ndarray) -> list[tuple[float, float, float]]:
+    """x, y and radius (px) of the places to look at."""
+    factor = 2 if luma.shape[1] > LARGE_PX else 1
+    found: list[np.ndarray] = []
+    for _ in range(OCTAVES):
+        size = luma.shape[1] // factor, luma.shape[0] // factor
+        small = cv2.resize(luma, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+        if min(small.shape) >= 16:
+            found.append(_places_in_octave(small, factor))
+        factor *= 2
+    places = np.concatenate(found) if found else np.empty((0, 4))
+    strongest = np.argsort(-places[:, 3], kind="stable")[:LOOKED_AT]
+    return [(x, y, radius) for x, y, radius in places[strongest, :3].tolist()]
+
+
+def _places_in_octave(small: np.ndarray, factor: int) -> np.ndarray:
+    """(b, 4) x, y, radius in px of the whole picture, and contrast, of the peaks in a picture made smaller."""
+    low, high = SIGMA_PX
+    peaks = blob_dog(small, min_sigma=low, max_sigma=high, sigma_ratio=1.5, threshold=LEAST_RESPONSE, overlap=0.9)
+    y, x, sigma = peaks.T
+    radius = np.sqrt(2) * sigma
+    turn = np.linspace(0, 2 * np.pi, 8, endpoint=False)[:, None]
+    ring_x = np.clip(np.rint(x + 2 * radius * np.cos(turn)), 0, small.shape[1] - 1).astype(int)  # (8, b)
+    ring_y = np.clip(np.rint(y + 2 * radius * np.sin(turn)), 0, small.shape[0] - 1).astype(int)
+    contrast = small[y.astype(int), x.astype(int)] - np.median(small[ring_y, ring_x], axis=0)
+    centre = factor * (peaks[:, 1::-1] + 0.5) - 0.5  # centres of pixels, before and after the change of size
+    return np.column_stack([centre, factor * radius, contrast])
+
+
+def _measure(luma: np.ndarray, x: float, y: float, radius: float) -> Blob | None:
+    """The bright blob at a place, or None if what is there is no disc set off from its surroundings."""
+    left, top = (max(0, int(at - 3 * radius - 2)) for at in (x, y))
+    patch = luma[top : int(y + 3 * radius + 3), left : int(x + 3 * radius + 3)].astype(np.float32)
+    rows, columns = np.ogrid[: patch.shape[0], : patch.shape[1]]
+    away = np.hypot(columns - (x - left), rows - (y - top))
+    surroundings = float(np.median(patch[(away > 1.6 * radius) & (away < 3 * radius)]))
+    contrast = float(np.mean(patch[away <= max(0.5 * radius, 1.0)])) - surroundings
+    if contrast < LEAST_CONTRAST:
+        return None
+    for level in LEVELS:
+        for region in _regions(patch, surroundings, level * contrast, (round(y - top), round(x - left))):
+            row, column = region.centroid_weighted
+            return Blob(left + float(column), top + float(row), float(region.equivalent_diameter_area), contrast)
+    return None
+
+
+def _regions(patch: np.ndarray, floor: float, above: float, inside: tuple[int, int]) -> Iterator[Any]:
+    """The part of a patch that stands above the floor around a pixel, if it is a disc inside the patch."""
+    parts = label(patch > floor + above, connectivity=1)
+    here = parts[min(inside[0], patch.shape[0] - 1), min(inside[1], patch.shape[1] - 1)]
+    if here == 0:
+        return
+    region = regionprops((parts == here).astype(np.uint8), intensity_image=np.clip(patch - floor, 0, None))[0]
+    top, left, bottom, right = region.bbox
+    if min(top, left) == 0 or bottom == patch.shape[0] or right == patch.shape[1]:
+        return
+    least, most = DIAMETERS_PX
+    major, minor = region.axis_major_length, region.axis_minor_length
+    round_enough = minor > 0 and major <= LONGEST * minor
+    if not round_enough or not least <= region.equivalent_diameter_area <= most:
+        return
+    if FULLEST[0] <= region.area / (np.pi / 4 * major * minor) <= FULLEST[1]:
+        yield region
+
+
+def _each_once(blobs: list[Blob]) -> list[Blob]:
+    """The blobs without those that another one, of more contrast, already covers."""
+    if not blobs:
+        return []
+    tree = cKDTree([blob[:2] for blob in blobs])
+    covered: set[int] = set()
+    for number, blob in enumerate(blobs):
+        if number not in covered:
+            covered.update(near for near in tree.query_ball_point(blob[:2], blob.diameter_px / 2) if near > number)
+    return [blob for number, blob in enumerate(blobs) if number not in covered]

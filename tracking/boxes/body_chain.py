@@ -1,0 +1,181 @@
+"""Which blob is which marker: the layout laid over the blobs, from the head to the tail.
+
+Every ordered pair of blobs is tried as the head's two front markers, which gives scale, heading and place. The other
+markers follow one after another: those beside the axis and the first behind the head are held by the head, the tail may
+bend at every marker. Each step costs what it departs from the layout, in squared standard deviations; all partial
+bodies are carried on together and the best are kept (a beam search). The spreads are those of the public tracks, whose
+tail root stands up to 78 mm from the dorsal fin where the layout has 20, and whose last step is up to 1.6 times as long.
+
+Positions are complex numbers x - iy: the layout's y points up where the image's points down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import pairwise
+
+import numpy as np
+
+from tracking.boxes.blobs import Blob
+
+CANDIDATES = 110
+"""At most so many blobs take part, those of the most contrast."""
+BEAM = 4000
+"""At most so many partial bodies are carried on."""
+BESIDE_M = 0.01
+"""A marker farther from the axis than this is held by the head."""
+DIAMETERS_APART = (3.0, 40.0)
+"""The head's two front markers are so many marker diameters apart."""
+SIZE_SD = 0.2
+"""Spread of the logarithm of a marker's diameter about that of the head's two."""
+CONTRAST_SD = 0.35
+"""Spread of the logarithm of a marker's contrast about that of the head's two."""
+GATE = 3.0
+"""Nothing may depart by more standard deviations than this."""
+
+
+class Held(Enum):
+    """What holds a marker, and so how freely it stands."""
+
+    RIGIDLY = "by the head, beside the axis"
+    BY_THE_HEAD = "by the head, behind its two front markers"
+    AT_THE_ROOT = "by the first piece of the tail"
+    BY_THE_TAIL = "by the tail, behind another"
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Standard deviations of a step: place across (m), logarithm of its length about `stretch`, its bend."""
+
+    length: float = np.inf
+    bend_deg: float = np.inf
+    place_m: float = np.inf
+    stretch: float = 1.0
+
+
+SPREADS = {
+    Held.RIGIDLY: Spread(place_m=0.012),
+    Held.BY_THE_HEAD: Spread(length=0.06, bend_deg=7.0, stretch=0.96),
+    Held.AT_THE_ROOT: Spread(place_m=0.027),
+    Held.BY_THE_TAIL: Spread(length=0.18, bend_deg=18.0, stretch=1.05),
+}
+
+
+@dataclass(frozen=True)
+class Step:
+    """One marker to be put, what holds it, the marker before it, and the two whose direction it should keep."""
+
+    marker: int
+    held: Held
+    before: int
+    along: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Complete bodies, the best first.
+
+    Attributes:
+        blobs: (b, m) index of the blob of each marker.
+        cost: (b,) half the sum of the squared departures, in standard deviations.
+    """
+
+    blobs: np.ndarray
+    cost: np.ndarray
+
+
+def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
+    """The head's two front markers and the steps to all others, for a layout (m, 2) along +x, m.
+
+    Raises:
+        ValueError: fewer than four markers on the axis, which could not tell a body from scattered blobs.
+    """
+    axis = [int(k) for k in np.argsort(layout_m[:, 0], kind="stable") if abs(layout_m[k, 1]) <= BESIDE_M]
+    if len(axis) < 4:
+        raise ValueError(f"{len(axis)} markers along the axis; at least 4 are needed to find a body by its layout")
+    beside = [k for k in range(len(layout_m)) if k not in axis]
+    nose, neck, root, first, *tail = axis
+    steps = [Step(root, Held.BY_THE_HEAD, neck, (nose, neck))]
+    steps += [Step(k, Held.RIGIDLY, neck, (nose, neck)) for k in beside]
+    steps += [Step(first, Held.AT_THE_ROOT, root, (neck, root))]
+    # The tail's first direction is measured against the head's: its root stands to the side in the public tracks.
+    along = [(neck, root), *pairwise(axis[3:])]
+    steps += [Step(k, Held.BY_THE_TAIL, before, way) for k, before, way in zip(tail, axis[3:], along, strict=False)]
+    return nose, neck, tuple(steps)
+
+
+def complete_bodies(blobs: Sequence[Blob], layout_m: np.ndarray) -> Bodies:
+    """All ways, the best first, to see the layout (m, 2), m, in the blobs of one polarity."""
+    looks = np.array(blobs[:CANDIDATES], dtype=float).reshape(-1, 4)
+    nose, neck, steps = body_steps(layout_m)
+    if len(looks) < len(layout_m):
+        return Bodies(np.empty((0, len(layout_m)), dtype=int), np.empty(0))
+    partial = _Partial.heads(looks, layout_m, nose, neck)
+    for step in steps:
+        partial = partial.carried_on(step)
+    order = np.argsort(partial.cost, kind="stable")
+    return Bodies(partial.blobs[order], partial.cost[order])
+
+
+@dataclass(frozen=True)
+class _Partial:
+    """Bodies put together so far: (b, m) blobs, -1 where not yet put, and (b,) costs."""
+
+    at: np.ndarray  # (n,) complex places of the blobs, px
+    look: np.ndarray  # (n, 2) logarithms of diameter and contrast
+    layout: np.ndarray  # (m,) complex places of the layout, m
+    front: tuple[int, int]
+    blobs: np.ndarray
+    cost: np.ndarray
+
+    @classmethod
+    def heads(cls, looks: np.ndarray, layout_m: np.ndarray, nose: int, neck: int) -> _Partial:
+        """Every ordered pair of blobs that look alike, as the head's two front markers."""
+        at = looks[:, 0] - 1j * looks[:, 1]
+        look = np.log(looks[:, 2:])
+        apart = np.abs(at[:, None] - at) / np.sqrt(looks[:, None, 2] * looks[:, 2])
+        unlike = (look[:, None] - look) / (np.sqrt(2) * np.array([SIZE_SD, CONTRAST_SD]))  # (n, n, 2)
+        low, high = DIAMETERS_APART
+        first, second = np.nonzero((apart > low) & (apart < high) & (np.abs(unlike).max(axis=2) < GATE))
+        blobs = np.full((len(first), len(layout_m)), -1)
+        blobs[:, nose], blobs[:, neck] = first, second
+        cost = (unlike[first, second] ** 2).sum(axis=1) / 2
+        return cls(at, look, layout_m[:, 0] + 1j * layout_m[:, 1], (nose, neck), blobs, cost)
+
+    def carried_on(self, step: Step) -> _Partial:
+        """With one marker more, put on every blob that the step allows."""
+        off = np.concatenate([self._off_place(step), self._off_look()], axis=0)  # (d, b, n)
+        taken = (self.blobs[:, :, None] == np.arange(len(self.at))).any(axis=1)  # (b, n)
+        allowed = (np.abs(off) < GATE).all(axis=0) & ~taken
+        body, blob = np.nonzero(allowed)
+        cost = self.cost[body] + (off[:, body, blob] ** 2).sum(axis=0) / 2
+        kept = np.argsort(cost, kind="stable")[:BEAM]
+        blobs = self.blobs[body[kept]]
+        blobs[:, step.marker] = blob[kept]
+        return _Partial(self.at, self.look, self.layout, self.front, blobs, cost[kept])
+
+    def _off_place(self, step: Step) -> np.ndarray:
+        """(d, b, n) departures of every blob from the step, in standard deviations."""
+        spread = SPREADS[step.held]
+        before = self.at[self.blobs[:, step.before]]  # (b,)
+        behind, front = (self.at[self.blobs[:, k]] for k in step.along)
+        nose, neck = (self.at[self.blobs[:, k]] for k in self.front)
+        metre = np.abs(neck - nose) / abs(self.layout[self.front[1]] - self.layout[self.front[0]])  # (b,) px
+        ahead = (front - behind) / np.abs(front - behind)  # (b,) the direction to keep
+        taken = (self.at - before[:, None]) / (metre * ahead)[:, None]  # (b, n) the step along and across it, m
+        wanted = self.layout[step.marker] - self.layout[step.before]
+        if np.isfinite(spread.place_m):
+            off = (taken - wanted) / spread.place_m
+            return np.stack([np.abs(off)])
+        with np.errstate(divide="ignore"):
+            length = np.log(np.abs(taken) / (abs(wanted) * spread.stretch)) / spread.length
+        bend = np.rad2deg(np.angle(np.where(taken == 0, 1, taken))) / spread.bend_deg
+        return np.stack([length, bend])
+
+    def _off_look(self) -> np.ndarray:
+        """(2, b, n) departures in diameter and contrast from the head's two, in standard deviations."""
+        usual = self.look[self.blobs[:, self.front]].mean(axis=1)  # (b, 2)
+        off = (self.look - usual[:, None]) / np.array([SIZE_SD, CONTRAST_SD])  # (b, n, 2)
+        return np.moveaxis(off, 2, 0)

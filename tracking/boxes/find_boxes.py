@@ -1,0 +1,143 @@
+"""Finds the start boxes in a picture by itself, or says why it is not certain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import softmax
+
+from session import Fault, InputError
+from tracking.boxes.blobs import Blob, Polarity, find_blobs
+from tracking.boxes.body_chain import Bodies, body_steps, complete_bodies
+from tracking.boxes.start_boxes import Box, StartBoxes
+
+CERTAIN = 0.95
+"""Least probability of the body that was found."""
+NO_BODY_COST = 2.4
+"""Cost a marker of there being no body at all: markers that all depart by 2.2 standard deviations."""
+BOX_DIAMETERS = 1.4
+"""Side of a box in diameters of its marker."""
+SMALLEST_BOX_PX = 9.0
+
+
+@dataclass(frozen=True)
+class FoundBoxes:
+    """Start boxes that were found, and how sure that is.
+
+    Attributes:
+        boxes: a box around every marker.
+        polarity: whether the markers are bright or dark.
+        confidence: probability of this body among all that the blobs allow, and none.
+        runner_up: probability of the next best one; 0 if there is none.
+        residual_px: RMS difference between the markers' distances from one to the next and the layout's, px.
+        diameter_px: (m,) of the markers.
+        blobs: every blob of that polarity, the ones of the most contrast first.
+    """
+
+    boxes: StartBoxes
+    polarity: Polarity
+    confidence: float
+    runner_up: float
+    residual_px: float
+    diameter_px: np.ndarray
+    blobs: tuple[Blob, ...]
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What one polarity shows."""
+
+    polarity: Polarity
+    blobs: tuple[Blob, ...]
+    bodies: Bodies
+
+
+def find_boxes(
+    luma: np.ndarray, layout_m: np.ndarray, markers: Sequence[str], *, frame: int = 0, file: str = "the video"
+) -> FoundBoxes:
+    """Finds the markers of a straight or bent robot, seen from above, of unknown place, heading and scale.
+
+    Args:
+        luma: (h, w) picture, bytes.
+        layout_m: (m, 2) places of the markers on the straight robot, robot frame, m.
+        markers: their names.
+        frame: number of the picture in its video.
+        file: what the picture is from, for the error.
+
+    Raises:
+        InputError: the body is not found, or not with certainty; says what was seen and how to click it.
+    """
+    layout_m = np.asarray(layout_m, dtype=float)
+    try:
+        body_steps(layout_m)
+    except ValueError as error:
+        raise _refusal(file, frame, "the markers cannot be found", str(error), "") from error
+    seen = []
+    for polarity in ("bright", "dark"):
+        blobs = find_blobs(luma, polarity)
+        seen.append(_Seen(polarity, blobs, complete_bodies(blobs, layout_m)))
+    best = min(seen, key=lambda each: each.bodies.cost[:1].min(initial=np.inf))
+    confidence, runner_up = _probabilities(seen, len(markers))
+    if confidence < CERTAIN:
+        raise _not_certain(file, frame, seen, markers, (confidence, runner_up))
+    chosen = [best.blobs[k] for k in best.bodies.blobs[0]]
+    boxes = {name: _box(blob, chosen, luma.shape) for name, blob in zip(markers, chosen, strict=True)}
+    diameter_px = np.array([blob.diameter_px for blob in chosen])
+    residual_px = _residual_px(np.array([blob[:2] for blob in chosen]), layout_m)
+    found = StartBoxes(frame, boxes)
+    return FoundBoxes(found, best.polarity, confidence, runner_up, residual_px, diameter_px, best.blobs)
+
+
+def _probabilities(seen: Sequence[_Seen], count: int) -> tuple[float, float]:
+    """Probabilities of the best and the next best body, among all bodies and none."""
+    costs = np.sort(np.concatenate([each.bodies.cost for each in seen]))
+    if len(costs) == 0:
+        return 0.0, 0.0
+    share = softmax(np.append(-costs, -NO_BODY_COST * count))
+    return float(share[0]), float(share[1]) if len(costs) > 1 else 0.0
+
+
+def _box(blob: Blob, chosen: Sequence[Blob], shape: tuple[int, ...]) -> Box:
+    """A square around a marker, not past the middle of its neighbours nor beyond the picture."""
+    apart = [np.hypot(blob.x - other.x, blob.y - other.y) for other in chosen if other is not blob]
+    side = float(np.clip(BOX_DIAMETERS * blob.diameter_px, SMALLEST_BOX_PX, max(min(apart), SMALLEST_BOX_PX)))
+    room = 2 * min(blob.x, blob.y, shape[1] - 1 - blob.x, shape[0] - 1 - blob.y) + 1
+    return Box.around((blob.x, blob.y), min(side, room))
+
+
+def _residual_px(centre_px: np.ndarray, layout_m: np.ndarray) -> float:
+    """RMS difference between the steps along the body and the layout's, px, at the scale of the head."""
+    nose, neck, steps = body_steps(layout_m)
+    metre = np.linalg.norm(centre_px[neck] - centre_px[nose]) / np.linalg.norm(layout_m[neck] - layout_m[nose])
+    ends = np.array([(step.before, step.marker) for step in steps])
+    lengths = [np.linalg.norm(at[ends[:, 1]] - at[ends[:, 0]], axis=1) for at in (centre_px, metre * layout_m)]
+    return float(np.sqrt(np.mean((lengths[0] - lengths[1]) ** 2)))
+
+
+def _not_certain(
+    file: str, frame: int, seen: Sequence[_Seen], markers: Sequence[str], sure: tuple[float, float]
+) -> InputError:
+    """The error that says what was seen instead of one body."""
+    counts = " and ".join(f"{len(each.blobs)} {each.polarity} blobs" for each in seen)
+    if not any(len(each.bodies.cost) for each in seen):
+        return _refusal(file, frame, "the robot was not found", counts, _wanted(markers))
+    what = "the robot was not found with certainty"
+    if sure[1] > 0.02:
+        found = f"{counts}; two ways to see the robot in them, with probabilities {sure[0]:.2f} and {sure[1]:.2f}"
+    else:
+        found = f"{counts}; the best way to see the robot in them has a probability of {sure[0]:.2f}"
+    return _refusal(file, frame, what, found, f"{_wanted(markers)}, and a probability of at least {CERTAIN:g}")
+
+
+def _wanted(markers: Sequence[str]) -> str:
+    return f"{len(markers)} round markers of one brightness, spaced as on the robot ({', '.join(markers)})"
+
+
+def _refusal(file: str, frame: int, what: str, found: str, expected: str) -> InputError:
+    step = (
+        "Click the markers: `calib track SESSION --click` opens a page in the browser, and saves the boxes. "
+        "Or choose another frame, in which no marker is hidden."
+    )
+    return InputError([Fault(file, f"frame {frame}", what, found, expected, next_step=step)])

@@ -1,0 +1,214 @@
+"""Start boxes: where each marker stands in one frame of a video, as a JSON file.
+
+    {"frame": 0, "boxes": {"nose": [x, y, width, height], …}}
+
+Pixels: x to the right, y down, the centre of the top left pixel is (0, 0). A box covers the pixels x … x + width - 1,
+so its centre is x + (width - 1) / 2.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from session import FaultCollector, did_you_mean, shown, write_whole
+
+SMALLEST_SIDE_PX = 3.0
+"""A box with a shorter side holds no marker."""
+ONE_SPOT = 0.25
+"""Two centres closer than this share of the smaller box stand on one spot."""
+FORM = '{"frame": 0, "boxes": {"nose": [x, y, width, height], …}}'
+AGAIN = "Click the markers again with `calib track SESSION --click`."
+
+
+class Box(NamedTuple):
+    """A box in a picture, px: corner of the least x and y, then its size."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+    @property
+    def centre_px(self) -> tuple[float, float]:
+        """(x, y) of the centre, px."""
+        return self.x + (self.width - 1) / 2, self.y + (self.height - 1) / 2
+
+    @classmethod
+    def around(cls, centre_px: Sequence[float], side_px: float) -> Box:
+        """The square box with this centre."""
+        half = (side_px - 1) / 2
+        return cls(float(centre_px[0]) - half, float(centre_px[1]) - half, float(side_px), float(side_px))
+
+
+@dataclass(frozen=True)
+class StartBoxes:
+    """A box for every marker in one frame.
+
+    Attributes:
+        frame: number of the frame in the video, the first is 0.
+        boxes: the box of each marker by its name.
+    """
+
+    frame: int
+    boxes: dict[str, Box]
+
+    @property
+    def markers(self) -> tuple[str, ...]:
+        """The markers' names."""
+        return tuple(self.boxes)
+
+    def centres_px(self, markers: Sequence[str]) -> np.ndarray:
+        """(m, 2) centres of the boxes of the named markers, px."""
+        return np.array([self.boxes[name].centre_px for name in markers]).reshape(-1, 2)
+
+    def to_json(self) -> dict[str, Any]:
+        """The boxes in the form of the file, rounded to a hundredth of a pixel."""
+        boxes = {name: [round(value, 2) for value in box] for name, box in self.boxes.items()}
+        return {"frame": self.frame, "boxes": boxes}
+
+
+def save_boxes(path: Path, boxes: StartBoxes) -> None:
+    """Writes the boxes, a marker a line.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written; what stood there is unchanged.
+    """
+    plain = boxes.to_json()
+    lines = ",\n".join(f"  {json.dumps(name)}: {json.dumps(box)}" for name, box in plain["boxes"].items())
+    write_whole(path, f'{{"frame": {plain["frame"]}, "boxes": {{\n{lines}\n}}}}\n')
+
+
+def load_boxes(path: Path, markers: Sequence[str], image_size: tuple[int, int] | None = None) -> StartBoxes:
+    """Reads start boxes and checks them.
+
+    Args:
+        path: the JSON file.
+        markers: the session's markers; each needs one box, in this order in the result.
+        image_size: width and height of the video, px; boxes beyond it are faults.
+
+    Raises:
+        InputError: every fault of the file at once.
+    """
+    faults = FaultCollector(str(path))
+    data = _read(Path(path), faults)
+    faults.raise_if_any()
+    frame = _frame(data, faults)
+    found = _boxes(data, markers, faults)
+    if image_size is not None:
+        _check_inside(found, image_size, faults)
+    _check_apart(found, faults)
+    faults.raise_if_any()
+    return StartBoxes(frame, {name: found[name] for name in markers})
+
+
+class _Twice(dict[str, Any]):
+    """A JSON object that remembers the keys which stood in it more than once."""
+
+    def __init__(self, pairs: list[tuple[str, Any]]) -> None:
+        super().__init__(pairs)
+        keys = [key for key, _ in pairs]
+        self.twice = sorted({key for key in keys if keys.count(key) > 1})
+
+
+def _read(path: Path, faults: FaultCollector) -> _Twice:
+    """The file's object; a fault if there is none."""
+    data: Any = None
+    try:
+        data = json.loads(path.read_bytes(), object_pairs_hook=_Twice)
+    except FileNotFoundError:
+        faults.add("", "the boxes are not there", expected=f"a JSON file {FORM}", next_step=AGAIN)
+    except json.JSONDecodeError as error:
+        where = f"line {error.lineno}, column {error.colno}"
+        faults.add(where, "not JSON", found=error.msg, expected=FORM, next_step=AGAIN)
+    except (OSError, ValueError, RecursionError) as error:
+        faults.add("", "the boxes cannot be read", found=str(error), expected=f"a JSON file {FORM}", next_step=AGAIN)
+    else:
+        if not isinstance(data, _Twice):
+            faults.add("", "not an object", found=shown(data), expected=FORM, next_step=AGAIN)
+        return data
+    return _Twice([])
+
+
+def _frame(data: _Twice, faults: FaultCollector) -> int:
+    """The frame's number; unknown keys beside it are faults too."""
+    known = ("frame", "boxes")
+    for key in data.keys() - set(known):
+        faults.add(key, "unknown key", choices=known, next_step=did_you_mean(key, known))
+    for key in data.twice:
+        faults.add(key, "stands in the file twice", expected="each key once")
+    frame = data.get("frame")
+    if isinstance(frame, bool) or not isinstance(frame, int) or frame < 0:
+        found = shown(frame) if "frame" in data else ""
+        what = "not the number of a frame" if "frame" in data else "missing"
+        faults.add("frame", what, found=found, expected="a whole number of at least 0; the first frame is 0")
+        return 0
+    return frame
+
+
+def _boxes(data: _Twice, markers: Sequence[str], faults: FaultCollector) -> dict[str, Box]:
+    """The sound boxes of known markers; everything else is a fault."""
+    given = data.get("boxes")
+    if not isinstance(given, _Twice):
+        found = shown(given) if "boxes" in data else ""
+        faults.add("boxes", "not an object" if found else "missing", found=found, expected=FORM, next_step=AGAIN)
+        return {}
+    for name in given.twice:
+        faults.add(f"boxes.{name}", "stands in the file twice", expected="one box a marker")
+    for name in given:
+        if name not in markers:
+            hint = did_you_mean(name, markers)
+            faults.add(f"boxes.{name}", "not a marker of the session", choices=markers, next_step=hint)
+    for name in markers:
+        if name not in given:
+            faults.add(f"boxes.{name}", "missing", expected="a box for every marker of the session", next_step=AGAIN)
+    sound = {name: _box(name, value, faults) for name, value in given.items() if name in markers}
+    return {name: box for name, box in sound.items() if box is not None}
+
+
+def _box(name: str, value: Any, faults: FaultCollector) -> Box | None:
+    """One box, or a fault that says what is wrong with it."""
+    where = f"boxes.{name}"
+    numbers = isinstance(value, list) and all(_is_number(item) for item in value)
+    if not numbers or len(value) != len(Box._fields):
+        faults.add(where, "not a box", found=shown(value), expected="four numbers [x, y, width, height] in pixels")
+        return None
+    box = Box(*map(float, value))
+    if min(box.width, box.height) < SMALLEST_SIDE_PX:
+        found = f"{box.width:g} x {box.height:g} px"
+        faults.add(where, "too small", found=found, expected=f"sides of at least {SMALLEST_SIDE_PX:g} px")
+        return None
+    return box
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _check_inside(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCollector) -> None:
+    """Every box lies in the picture, half a pixel of rounding aside."""
+    for name, (x, y, width, height) in boxes.items():
+        if min(x, y) < -0.5 or x + width > size[0] + 0.5 or y + height > size[1] + 0.5:
+            found = f"x {x:g} to {x + width - 1:g}, y {y:g} to {y + height - 1:g}"
+            expected = f"x from 0 to {size[0] - 1}, y from 0 to {size[1] - 1}"
+            faults.add(f"boxes.{name}", "outside the picture", found=found, expected=expected)
+
+
+def _check_apart(boxes: dict[str, Box], faults: FaultCollector) -> None:
+    """No two boxes stand on one spot."""
+    for (first, one), (second, other) in combinations(boxes.items(), 2):
+        apart = math.dist(one.centre_px, other.centre_px)
+        if apart < (nearest := ONE_SPOT * min(*one[2:], *other[2:])):
+            faults.add(
+                f"boxes.{second}",
+                f"on the same spot as {first}",
+                found=f"centres {apart:.1f} px apart",
+                expected=f"at least {nearest:.1f} px; each marker has a place of its own",
+            )
