@@ -1,0 +1,171 @@
+"""From a video and its start boxes to tracks: one pass over the frames, which can be interrupted and taken up again."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Literal, get_args
+
+import numpy as np
+
+from session import Flag, Tracks
+from tracking.boxes import StartBoxes
+from tracking.records import SampleState, TrackedTrial
+from tracking.tracker.partial import Partial
+from tracking.tracker.plain_csrt import PlainCsrt
+from tracking.tracker.tracker import MarkerTracker, Sighting
+from tracking.video import Video
+
+TrackerName = Literal["hybrid", "spots", "csrt"]
+TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
+"""hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline."""
+
+PREDICTED_FOR = 12
+"""Frames for which the position of an unseen marker is carried on; after that it is missing."""
+_SNAPSHOT_EVERY = 30  # frames; from the last of these interrupted work goes on
+_KEEP_EVERY = 600  # frames; the snapshot is written then, and when the work is interrupted
+_TELL_EVERY_S = 0.2
+
+_ROWS, _ROWS_OF = "rows_", ("position_px", "confidence", "size_px", "state", "by_csrt")
+
+Progress = Callable[[int, int, float], None]
+"""Called with frames done, frames in all, and frames a second."""
+
+
+class _Record:
+    """What was seen so far, frame by frame.
+
+    Args:
+        frames, markers: how many.
+    """
+
+    def __init__(self, frames: int, markers: int) -> None:
+        self.position_px = np.full((frames, markers, 2), np.nan)
+        self.confidence = np.zeros((frames, markers))
+        self.size_px = np.full((frames, markers), np.nan)
+        self.state = np.zeros((frames, markers), np.int8)
+        self.by_csrt = np.zeros((frames, markers), bool)
+        self.unseen = np.zeros(markers, int)  # for how many frames now
+        self.end = 0  # one past the last frame taken in
+
+    def add(self, number: int, sighting: Sighting) -> None:
+        self.unseen = np.where(sighting.seen, 0, self.unseen + 1)
+        carried = ~sighting.seen & (self.unseen <= PREDICTED_FOR)
+        self.position_px[number] = np.where((sighting.seen | carried)[:, None], sighting.position_px, np.nan)
+        self.confidence[number] = sighting.confidence
+        self.size_px[number] = sighting.diameter_px
+        self.state[number] = np.where(sighting.seen, SampleState.MEASURED, carried * SampleState.PREDICTED)
+        self.by_csrt[number] = sighting.by_csrt
+        self.end = number + 1
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        rows = {f"{_ROWS}{name}": getattr(self, name)[: self.end] for name in _ROWS_OF}
+        return rows | {"record_unseen": self.unseen}
+
+    def take_back(self, kept: dict[str, np.ndarray]) -> None:
+        self.unseen = kept["record_unseen"]
+        self.end = len(kept[f"{_ROWS}state"])
+        for name in _ROWS_OF:
+            getattr(self, name)[: self.end] = kept[f"{_ROWS}{name}"]
+
+
+def follow_video(
+    video: Video,
+    boxes: StartBoxes,
+    markers: Sequence[str],
+    method: TrackerName = "hybrid",
+    partial: Partial | None = None,
+    progress: Progress | None = None,
+) -> TrackedTrial:
+    """Tracks the markers from the frame of their boxes to the end of the video.
+
+    Row k is frame k; frames before that of the boxes, and frames that cannot be read, hold no samples. Interrupted,
+    it leaves what was tracked so far in `partial` and goes on from there the next time, with the same result.
+
+    Args:
+        video: opened.
+        boxes: of all the markers, in one frame.
+        markers: their names, in the order wanted.
+        method: one of `TRACKERS`.
+        partial: where to keep what was tracked so far; None: nowhere.
+        progress: called now and then.
+
+    Raises:
+        InputError: the frame of the boxes is not in the video.
+        ValueError: an unknown method.
+    """
+    if method not in TRACKERS:
+        raise ValueError(f"no tracker {method!r}; choices: {', '.join(TRACKERS)}")
+    record = _Record(video.info.frames, len(markers))
+    if method == "csrt":
+        baseline, first = _begun_plain(video, boxes, tuple(markers))
+        record.add(boxes.frame, first)
+        _follow(video, baseline, record, None, progress)
+    else:
+        tracker = _taken_up(record, partial)
+        if tracker is None:
+            tracker, first = _begun(video, boxes, tuple(markers), method)
+            record.add(boxes.frame, first)
+        _follow(video, tracker, record, partial, progress)
+    return _result(video, tuple(markers), record)
+
+
+def _taken_up(record: _Record, partial: Partial | None) -> MarkerTracker | None:
+    kept = partial.read() if partial is not None else None
+    if kept is None:
+        return None
+    record.take_back(kept)
+    return MarkerTracker.restored(kept)
+
+
+def _begun(
+    video: Video, boxes: StartBoxes, markers: tuple[str, ...], method: TrackerName
+) -> tuple[MarkerTracker, Sighting]:
+    chosen = [boxes.boxes[name] for name in markers]
+    centre = np.array([box.centre_px for box in chosen])
+    side = np.array([(box.width + box.height) / 2 for box in chosen])
+    return MarkerTracker.begin(video.frame(boxes.frame).luma, centre, side, use_csrt=method == "hybrid")
+
+
+def _begun_plain(video: Video, boxes: StartBoxes, markers: tuple[str, ...]) -> tuple[PlainCsrt, Sighting]:
+    chosen = np.array([boxes.boxes[name] for name in markers])  # (m, 4)
+    tracker = PlainCsrt(video.frame(boxes.frame).luma, chosen[:, :2], chosen[:, 2:])
+    return tracker, tracker.first
+
+
+def _follow(
+    video: Video,
+    tracker: MarkerTracker | PlainCsrt,
+    record: _Record,
+    partial: Partial | None,
+    progress: Progress | None,
+) -> None:
+    """The pass over the frames; what was tracked is kept now and then, and when it is interrupted."""
+    began, first, told = time.perf_counter(), record.end, -np.inf
+    snapshot: dict[str, np.ndarray] = {}
+    try:
+        for frame in video.frames(first):
+            record.add(frame.number, tracker.step(frame.luma))
+            if partial is not None and isinstance(tracker, MarkerTracker) and record.end % _SNAPSHOT_EVERY == 0:
+                snapshot = record.arrays() | tracker.state() if tracker.can_be_kept else snapshot
+                if record.end % _KEEP_EVERY == 0:
+                    partial.write(snapshot)
+            if progress is not None and (now := time.perf_counter()) - told > _TELL_EVERY_S:
+                told = now
+                progress(record.end, len(record.state), (record.end - first) / (now - began))
+    except KeyboardInterrupt:
+        if partial is not None and snapshot:
+            partial.write(snapshot)
+        raise
+    if partial is not None:
+        partial.remove()
+
+
+def _result(video: Video, markers: tuple[str, ...], record: _Record) -> TrackedTrial:
+    tracks = Tracks(markers, video.info.time_s, record.position_px, record.confidence)
+    flags = [
+        Flag("only_csrt", (name,), span, f"no spot answers, only CSRT sees {name}")
+        for k, name in enumerate(markers)
+        for span in stretches(record.by_csrt[:, k])
+    ]
+    if video.damage is not None:
+        flags.append(Flag("damaged_video", (), None, str(video.damage)))
+    return TrackedTrial(tracks, record.state, record.size_px, tuple(flags))

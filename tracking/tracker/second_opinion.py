@@ -1,0 +1,128 @@
+"""CSRT's opinion on markers that no spot answers for: faint, half covered, or out of shape."""
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from tracking.tracker.csrt import CROP, CropTracker
+from tracking.tracker.windows import window
+
+_FRAMES = 4  # after a loss in which CSRT is asked; then the marker counts as hidden
+_LIKENESS = 0.6  # normalised correlation with the marker's last good look that an answer must reach
+_CLEAR = 0.6  # diameters around another marker in which an answer is not believed
+_TEMPLATE = 0.75  # half side of what is compared, in diameters
+
+
+@dataclass(frozen=True, eq=False)
+class _Memory:
+    """A marker as it was last seen well: the crop around it, and where in the picture crop and marker are."""
+
+    crop: np.ndarray
+    corner: np.ndarray
+    position_px: np.ndarray
+
+
+class SecondOpinion:
+    """Keeps each marker's last good picture, and starts CSRT on it once the marker is lost.
+
+    Args:
+        threads: on which the crops are updated side by side; OpenCV lets go of the interpreter.
+    """
+
+    def __init__(self, threads: int = 0) -> None:
+        self.updates = 0
+        self._threads = threads or None
+        self._memory: dict[int, _Memory] = {}
+        self._trackers: dict[int, tuple[CropTracker, _Memory]] = {}
+        self._asked: dict[int, int] = {}  # how often in a row, of the markers lost now
+
+    @property
+    def running(self) -> bool:
+        """Whether CSRT runs on a marker."""
+        return any(0 < asked <= _FRAMES for asked in self._asked.values())
+
+    def state(self) -> dict[str, np.ndarray]:
+        """The pictures it keeps of k markers, as arrays."""
+        kept = list(self._memory.values())
+        side = 2 * CROP + 1
+        return {
+            "crops": np.array([memory.crop for memory in kept], np.uint8).reshape(-1, side, side),
+            "corners": np.array([memory.corner for memory in kept], int).reshape(-1, 2),
+            "places": np.array([memory.position_px for memory in kept], float).reshape(-1, 2),
+            "kept": np.array(list(self._memory), int),
+            "asked": np.array([self._asked.get(marker, 0) for marker in self._memory], int),
+        }
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Takes back what `state` gave."""
+        rows = zip(state["kept"].tolist(), state["crops"], state["corners"], state["places"], strict=True)
+        self._memory = {marker: _Memory(crop, corner, place) for marker, crop, corner, place in rows}
+        asked = zip(state["kept"].tolist(), state["asked"].tolist(), strict=True)
+        self._asked = {marker: times for marker, times in asked if times}
+
+    def remember(self, luma: np.ndarray, position_px: np.ndarray, sure: np.ndarray) -> None:
+        """Keeps the picture of the markers that were seen well.
+
+        Args:
+            luma: (h, w) uint8.
+            position_px: (m, 2).
+            sure: (m,) bool.
+        """
+        for marker in np.flatnonzero(sure).tolist():
+            column, row = np.rint(position_px[marker]).astype(int).tolist()
+            crop = window(luma, column, row, CROP).copy()
+            self._memory[marker] = _Memory(crop, np.array([column - CROP, row - CROP]), position_px[marker])
+            self._trackers.pop(marker, None)
+            self._asked.pop(marker, None)
+
+    def ask(
+        self, luma: np.ndarray, lost: np.ndarray, diameter_px: np.ndarray, position_px: np.ndarray
+    ) -> dict[int, np.ndarray]:
+        """Where CSRT sees the lost markers, as far as its answer looks like them and lies on no other marker.
+
+        Args:
+            luma: (h, w) uint8.
+            lost: (m,) bool.
+            diameter_px: (m,) of the markers.
+            position_px: (m, 2) of all markers, predicted where lost.
+        """
+        askable = [marker for marker in np.flatnonzero(lost).tolist() if marker in self._memory]
+        askable = [marker for marker in askable if self._started(marker, diameter_px[marker])]
+        self.updates += len(askable)
+        with ThreadPoolExecutor(self._threads) as pool:
+            answers = list(pool.map(lambda marker: self._updated(luma, marker), askable))
+        found: dict[int, np.ndarray] = {}
+        for marker, answer in zip(askable, answers, strict=True):
+            others = np.array([position_px[other] for other in range(len(lost)) if other != marker and not lost[other]])
+            taken = len(others) and np.linalg.norm(others - answer, axis=1).min() < _CLEAR * diameter_px[marker]
+            if np.isfinite(answer).all() and not taken and self._likeness(luma, marker, answer, diameter_px[marker]):
+                found[marker] = answer
+        return found
+
+    def _started(self, marker: int, diameter_px: float) -> bool:
+        """Whether CSRT runs on the marker, started now if need be; no longer once it was asked a few times."""
+        asked = self._asked[marker] = self._asked.get(marker, 0) + 1
+        if asked > _FRAMES:
+            self._trackers.pop(marker, None)
+            return False
+        if marker not in self._trackers:
+            memory = self._memory[marker]
+            tracker = CropTracker(memory.crop, memory.position_px - memory.corner, float(diameter_px))
+            self._trackers[marker] = (tracker, memory)
+        return True
+
+    def _updated(self, luma: np.ndarray, marker: int) -> np.ndarray:
+        tracker, memory = self._trackers[marker]
+        column, row = (memory.corner + CROP).tolist()
+        return tracker.update(window(luma, column, row, CROP)) + memory.corner
+
+    def _likeness(self, luma: np.ndarray, marker: int, answer: np.ndarray, diameter_px: float) -> bool:
+        memory, reach = self._memory[marker], int(np.ceil(_TEMPLATE * diameter_px))
+        column, row = np.rint(memory.position_px - memory.corner).astype(int).tolist()
+        template = window(memory.crop, column, row, reach)
+        column, row = np.rint(answer).astype(int).tolist()
+        found = window(luma, column, row, reach)
+        return float(cv2.matchTemplate(found.copy(), template.copy(), cv2.TM_CCOEFF_NORMED)[0, 0]) >= _LIKENESS

@@ -1,0 +1,160 @@
+"""Spots: places in a small window that look like a marker, and the sub-pixel centre of a marker."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from tracking.tracker.appearance import Appearance
+from tracking.tracker.windows import window, windows
+
+_WIDTHS = (0.25, 0.42)  # of the two Gaussians, in diameters
+_FAINTEST = 0.3  # of the response a marker of known contrast would give
+_RIVALS = 12  # spots in one window at most, the strongest
+_ROUNDS = 3  # of the centroid, each centred on the one before
+_REACH = 0.7  # of the centroid's disc, in diameters
+_FLOOR = 0.1  # of the peak: what is fainter does not count
+_DISC_RESPONSE = float(
+    np.exp(-1 / (8 * _WIDTHS[1] ** 2)) - np.exp(-1 / (8 * _WIDTHS[0] ** 2))
+)  # in a disc of contrast 1
+_APART_PX = 60.0  # beyond this a neighbour cannot disturb a centroid
+
+
+@dataclass(frozen=True, eq=False)
+class Spots:
+    """Places that look like a marker.
+
+    Attributes:
+        position_px: (c, 2) to a pixel.
+        strength: (c,) of the response, 1 where it is that of the marker looked for.
+    """
+
+    position_px: np.ndarray
+    strength: np.ndarray
+
+    def away_from(self, taken_px: np.ndarray, apart_px: float) -> "Spots":
+        """Those at least that far from some places (o, 2)."""
+        distance = np.linalg.norm(self.position_px[:, None] - taken_px[None], axis=2)  # (c, o)
+        free = distance.min(axis=1, initial=np.inf) >= apart_px
+        return Spots(self.position_px[free], self.strength[free])
+
+
+def find_spots(luma: np.ndarray, centre_px: np.ndarray, reach_px: np.ndarray, look: Appearance) -> Spots:
+    """All spots near the places where markers are expected, each once.
+
+    A difference of two Gaussians as wide as the marker answers to a disc of its size and not to a slope of the
+    brightness; its local maxima are the spots.
+
+    Args:
+        luma: (h, w) uint8.
+        centre_px: (k, 2) where to look.
+        reach_px: (k,) how far around.
+        look: of the k markers.
+    """
+    found = [
+        _in_window(luma, *item)
+        for item in zip(centre_px, reach_px, look.sign, look.diameter_px, look.contrast, strict=True)
+    ]
+    position = np.concatenate([np.empty((0, 2)), *(spot[0] for spot in found)])
+    strength = np.concatenate([np.empty(0), *(spot[1] for spot in found)])
+    return _each_once(position, strength, float(np.min(look.diameter_px, initial=np.inf)) / 2)
+
+
+def _in_window(
+    luma: np.ndarray, centre: np.ndarray, reach: float, sign: float, diameter: float, contrast: float
+) -> tuple[np.ndarray, np.ndarray]:
+    column, row = np.rint(centre).astype(int).tolist()
+    margin = int(np.ceil(diameter))
+    half = int(np.ceil(reach)) + margin
+    patch = window(luma, column, row, half).astype(np.float32)
+    inner, outer = (cv2.GaussianBlur(patch, (0, 0), width * diameter) for width in _WIDTHS)
+    response = inner - outer if sign > 0 else outer - inner
+    response /= contrast * _DISC_RESPONSE
+    side = max(int(diameter / 2) | 1, 3)
+    crest = (response == cv2.dilate(response, np.ones((side, side), np.uint8))) & (response > _FAINTEST)
+    rows, columns = np.nonzero(crest[margin:-margin, margin:-margin])
+    strength = response[rows + margin, columns + margin]
+    strongest = np.argsort(-strength)[:_RIVALS]
+    position = np.column_stack([columns, rows])[strongest] + [column - half + margin, row - half + margin]
+    inside = (position >= 0).all(axis=1) & (position < luma.shape[::-1]).all(axis=1)
+    return position[inside].astype(float), strength[strongest][inside].astype(float)
+
+
+def _each_once(position: np.ndarray, strength: np.ndarray, apart_px: float) -> Spots:
+    """Of spots closer than that only the strongest: windows overlap."""
+    order = np.argsort(-strength)
+    position, strength = position[order], strength[order]
+    distance = np.linalg.norm(position[:, None] - position[None], axis=2)
+    keep: list[int] = []
+    for index in range(len(position)):
+        if not keep or distance[index, keep].min() > apart_px:
+            keep.append(index)
+    return Spots(position[keep], strength[keep])
+
+
+@dataclass(frozen=True, eq=False)
+class Centres:
+    """Markers measured to a fraction of a pixel.
+
+    Attributes:
+        position_px: (k, 2).
+        diameter_px: (k,) of a disc of the same light.
+        contrast: (k,) how far each stands out.
+    """
+
+    position_px: np.ndarray
+    diameter_px: np.ndarray
+    contrast: np.ndarray
+
+
+def measure_centres(luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance) -> Centres:
+    """Centroids of light over the background, in a disc around each marker, on its own side of its neighbours.
+
+    Args:
+        luma: (h, w) uint8.
+        position_px: (k, 2) to a pixel or two.
+        others_px: (o, 2) where all markers are, these k among them; half-way to another marker the disc ends.
+        look: of the k markers.
+    """
+    if not len(position_px):
+        return Centres(np.empty((0, 2)), np.empty(0), np.empty(0))
+    reach = int(np.ceil(_REACH * look.diameter_px.max())) + 2
+    away = np.arange(-reach, reach + 1, dtype=np.float32)
+    centre = position_px.astype(float)
+    disc = (_REACH * look.diameter_px)[:, None, None]
+    for _ in range(_ROUNDS):
+        patch, middle = windows(luma, centre, reach)
+        offset = centre - middle  # (k, 2)
+        x = away[None, None, :] - offset[:, 0, None, None]  # (k, 1, s)
+        y = away[None, :, None] - offset[:, 1, None, None]  # (k, s, 1)
+        distance = np.hypot(x, y)
+        mine = _own_side(centre, others_px, x, y)
+        background = _background(patch, (distance > 0.85 * disc) & mine)
+        light = look.sign[:, None, None] * (patch - background[:, None, None])
+        weight = np.where(mine, np.clip(disc - distance + 0.5, 0, 1), 0)
+        peak = (light * (distance < 0.4 * disc)).max(axis=(1, 2))
+        light = np.clip(light - _FLOOR * peak[:, None, None], 0, None) * weight
+        total = np.maximum(light.sum(axis=(1, 2)), 1e-9)
+        shift = np.stack([(light * x).sum(axis=(1, 2)), (light * y).sum(axis=(1, 2))], axis=1) / total[:, None]
+        centre = centre + shift
+    area = total / np.maximum((1 - _FLOOR) * peak, 1e-9)
+    return Centres(centre, 2 * np.sqrt(area / np.pi), peak)
+
+
+def _own_side(centre: np.ndarray, others: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """(k, s, s) pixels nearer to each centre than to any other marker."""
+    mine = np.ones(np.broadcast_shapes(x.shape, y.shape), bool)
+    between = others[None] - centre[:, None]  # (k, o, 2)
+    gap = np.linalg.norm(between, axis=2)
+    for index, other in np.argwhere((gap > 3.0) & (gap < _APART_PX)).tolist():
+        ahead = between[index, other]
+        mine[index] &= x[index] * ahead[0] + y[index] * ahead[1] < 0.5 * (ahead @ ahead) - gap[index, other] / 20
+    return mine
+
+
+def _background(patch: np.ndarray, ring: np.ndarray) -> np.ndarray:
+    """(k,) the median of each patch over its ring."""
+    values = np.where(ring, patch, np.nan)
+    values = np.sort(values.reshape(len(patch), -1), axis=1)  # nan last
+    count = np.maximum(ring.reshape(len(patch), -1).sum(axis=1), 1)
+    return np.nan_to_num(values[np.arange(len(patch)), count // 2])

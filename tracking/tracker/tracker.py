@@ -1,0 +1,175 @@
+"""The marker tracker: predict, find spots, assign them jointly, measure their centres, ask CSRT where there is none."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tracking.tracker.appearance import Appearance, measure_appearance
+from tracking.tracker.assignment import assign
+from tracking.tracker.prediction import Motion, Prediction
+from tracking.tracker.second_opinion import SecondOpinion
+from tracking.tracker.spots import Centres, Spots, find_spots, measure_centres
+
+_SIZE_SPREAD = 0.25  # of the logarithm of the size, that lowers the confidence by a factor exp(-1/2)
+_CONTRAST_SPREAD = 0.35  # of the contrast, likewise
+_CSRT_CONFIDENCE = 0.5  # at most, where only CSRT saw the marker
+_CONFIDENT = 0.6  # from here on a sample teaches the look of the marker
+_SLACK_PX = 2.0  # by which a box may lie beside its marker, beyond half of it
+_BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """What one frame shows of m markers.
+
+    Attributes:
+        position_px: (m, 2) measured; where a marker is not seen, predicted.
+        seen: (m,) bool, measured in this frame.
+        confidence: (m,) in [0, 1]; 0 where not seen.
+        diameter_px: (m,) apparent; nan where not seen.
+        contrast: (m,) how far it stands out; nan where not seen.
+        by_csrt: (m,) bool, only CSRT saw it.
+    """
+
+    position_px: np.ndarray
+    seen: np.ndarray
+    confidence: np.ndarray
+    diameter_px: np.ndarray
+    contrast: np.ndarray
+    by_csrt: np.ndarray
+
+
+class MarkerTracker:
+    """Follows m markers from frame to frame; made by `begin` or `restored`.
+
+    Args:
+        start: the look of the markers in their start boxes.
+        motion: where they are.
+        use_csrt: whether CSRT is asked where no spot answers.
+    """
+
+    def __init__(self, start: Appearance, motion: Motion, use_csrt: bool = True) -> None:
+        self.start = start
+        self.look = start
+        self.motion = motion
+        self.csrt = SecondOpinion() if use_csrt else None
+
+    @classmethod
+    def begin(
+        cls, luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray, use_csrt: bool = True
+    ) -> tuple["MarkerTracker", Sighting]:
+        """Starts in a frame in which every marker has a box.
+
+        Args:
+            luma: (h, w) uint8, the frame of the boxes.
+            centre_px: (m, 2) their centres.
+            box_px: (m,) mean side of each.
+            use_csrt: whether CSRT is asked where no spot answers.
+        """
+        start = measure_appearance(luma, centre_px, box_px)
+        tracker = cls(start, Motion(centre_px, start.diameter_px), use_csrt)
+        near_px = np.minimum(start.diameter_px, box_px) / 2 + _SLACK_PX
+        return tracker, tracker._see(luma, Prediction(centre_px.astype(float), near_px))
+
+    def step(self, luma: np.ndarray, taken_px: np.ndarray | None = None) -> Sighting:
+        """Takes the next frame.
+
+        Args:
+            luma: (h, w) uint8.
+            taken_px: (o, 2) where other markers are that this tracker does not follow; no marker is put there.
+        """
+        return self._see(luma, self.motion.predict(self.look.diameter_px), taken_px)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
+        looks = {"start": self.start.as_array(), "look": self.look.as_array()}
+        return looks | self.motion.state() | (self.csrt.state() if self.csrt is not None else {})
+
+    @classmethod
+    def restored(cls, state: Mapping[str, np.ndarray]) -> "MarkerTracker":
+        """The tracker whose `state` this was."""
+        tracker = cls(Appearance(*state["start"]), Motion.restored(state), "crops" in state)
+        tracker.look = Appearance(*state["look"])
+        if tracker.csrt is not None:
+            tracker.csrt.restore(state)
+        return tracker
+
+    @property
+    def can_be_kept(self) -> bool:
+        """Whether `state` says it all: not while CSRT runs on a marker."""
+        return self.csrt is None or not self.csrt.running
+
+    def _see(self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None) -> Sighting:
+        spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look)
+        if taken_px is not None:
+            spots = spots.away_from(taken_px, 0.5 * float(self.look.diameter_px.min()))
+        chosen = assign(spots, predicted)
+        position, seen = _placed(spots, chosen, predicted)
+        by_csrt = self._ask_csrt(luma, position, seen)
+        seen |= by_csrt
+        markers = position if taken_px is None else np.vstack([position, taken_px])
+        centres = measure_centres(luma, position[seen], markers, self.look.of(seen))
+        centres, kept = self._believable(luma, centres, position, seen)
+        sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
+        self.motion.update(predicted.position_px, sighting.position_px, kept)
+        self._remember(luma, sighting)
+        return sighting
+
+    def _believable(
+        self, luma: np.ndarray, centres: Centres, position: np.ndarray, seen: np.ndarray
+    ) -> tuple[Centres, np.ndarray]:
+        """Drops what lies on the picture's border or wandered off its spot; (m,) bool of what is left."""
+        height, width = luma.shape
+        margin = _BORDER * self.look.diameter_px[seen]
+        place = centres.position_px
+        inside = (place > margin[:, None]).all(axis=1) & (place < [width - 1, height - 1] - margin[:, None]).all(axis=1)
+        wandered = np.linalg.norm(place - position[seen], axis=1) > np.maximum(0.5 * self.look.diameter_px[seen], 3.0)
+        good = inside & ~wandered
+        kept = seen.copy()
+        kept[seen] = good
+        return Centres(place[good], centres.diameter_px[good], centres.contrast[good]), kept
+
+    def _sighting(
+        self,
+        position: np.ndarray,
+        seen: np.ndarray,
+        by_csrt: np.ndarray,
+        centres: Centres,
+        spots: Spots,
+        chosen: np.ndarray,
+    ) -> Sighting:
+        place, confidence = position.copy(), np.zeros(len(seen))
+        diameter, contrast = np.full((2, len(seen)), np.nan)
+        place[seen], diameter[seen], contrast[seen] = centres.position_px, centres.diameter_px, centres.contrast
+        look = self.look.of(seen)
+        size = np.log(np.maximum(centres.diameter_px, 1.0) / look.diameter_px) / _SIZE_SPREAD
+        fade = np.clip(1 - centres.contrast / look.contrast, 0, None) / _CONTRAST_SPREAD
+        confidence[seen] = np.exp(-0.5 * (size**2 + fade**2))
+        spotted = seen & ~by_csrt & (chosen >= 0)
+        confidence[spotted] *= np.clip(spots.strength[chosen[spotted]], 0, 1)
+        confidence[by_csrt] = np.minimum(confidence[by_csrt], _CSRT_CONFIDENCE)
+        return Sighting(place, seen, confidence, diameter, contrast, by_csrt)
+
+    def _remember(self, luma: np.ndarray, sighting: Sighting) -> None:
+        """Learns the look of what was seen well, and keeps its picture for CSRT."""
+        sure = sighting.confidence > _CONFIDENT
+        self.look = self.look.seen(sure, sighting.diameter_px, sighting.contrast, self.start)
+        if self.csrt is not None:
+            self.csrt.remember(luma, sighting.position_px, sure)
+
+    def _ask_csrt(self, luma: np.ndarray, position: np.ndarray, seen: np.ndarray) -> np.ndarray:
+        """Puts CSRT's answers into `position` (m, 2) where they hold; (m,) bool of where they do."""
+        held = np.zeros_like(seen)
+        if self.csrt is not None and not seen.all():
+            for marker, answer in self.csrt.ask(luma, ~seen, self.look.diameter_px, position).items():
+                position[marker], held[marker] = answer, True
+        return held
+
+
+def _placed(spots: Spots, chosen: np.ndarray, predicted: Prediction) -> tuple[np.ndarray, np.ndarray]:
+    """(m, 2) where each marker's spot is, predicted where it has none, and (m,) bool whether it has one."""
+    seen = chosen >= 0
+    position = predicted.position_px.copy()
+    position[seen] = spots.position_px[chosen[seen]]
+    return position, seen
