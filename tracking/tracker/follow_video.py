@@ -9,6 +9,7 @@ import numpy as np
 from session import Flag, Tracks
 from tracking.boxes import StartBoxes
 from tracking.records import SampleState, TrackedTrial
+from tracking.suspects import stretches
 from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.tracker import MarkerTracker, Sighting

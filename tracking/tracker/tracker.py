@@ -68,6 +68,9 @@ class MarkerTracker:
             use_csrt: whether CSRT is asked where no spot answers.
         """
         start = measure_appearance(luma, centre_px, box_px)
+        for _ in range(2):  # a box may hold part of a neighbour
+            centres = measure_centres(luma, centre_px, centre_px, start)
+            start = Appearance(start.sign, np.minimum(centres.diameter_px, box_px), centres.contrast)
         tracker = cls(start, Motion(centre_px, start.diameter_px), use_csrt)
         near_px = np.minimum(start.diameter_px, box_px) / 2 + _SLACK_PX
         return tracker, tracker._see(luma, Prediction(centre_px.astype(float), near_px))
