@@ -1,0 +1,64 @@
+"""What a recording shows of one trial."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tracking.records import TrackedTrial
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedTrial:
+    """One trial of a recording: n frames of m markers.
+
+    Attributes:
+        name: of the trial; unique in a recording.
+        tracked: tracks, states, sizes and flags; `TrackedTrial.of` makes one from bare tracks.
+        video_proxy: a small video with the time stamps of the trial's own (`make_proxy`), or None.
+        picture_px: width and height of the pictures that `tracked` is in, px; needed with a proxy, which is stretched
+            to it.
+        twin_px: (n, m, 2) where the fitted twin's markers are in the picture, in the frame of the tracks, px; nan where
+            unknown. None before there is a fit.
+        residual_mm: (n, m) distance between measured and simulated marker, mm; nan where it does not count.
+        metrics: numbers about the trial, shown as they are, such as {"marker_error_mm": 3.1}.
+    """
+
+    name: str
+    tracked: TrackedTrial
+    video_proxy: Path | None = None
+    picture_px: tuple[int, int] | None = None
+    twin_px: np.ndarray | None = None
+    residual_mm: np.ndarray | None = None
+    metrics: Mapping[str, float | str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        n, m = self.tracked.state.shape
+        if n == 0:
+            raise ValueError(f"trial {self.name!r}: found no frames, expected at least one")
+        for name, shape in (("twin_px", (n, m, 2)), ("residual_mm", (n, m))):
+            value = getattr(self, name)
+            if value is not None and np.shape(value) != shape:
+                raise ValueError(f"trial {self.name!r}, {name}: found shape {np.shape(value)}, expected {shape}")
+        if self.video_proxy is not None and self.picture_px is None:
+            raise ValueError(
+                f"trial {self.name!r}: a video_proxy needs picture_px, the size of the video it is made from"
+            )
+
+    @property
+    def markers(self) -> tuple[str, ...]:
+        """The names of the m markers."""
+        return self.tracked.tracks.markers
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """(n,) time of each frame, s."""
+        return self.tracked.tracks.time_s
+
+    @property
+    def present(self) -> np.ndarray:
+        """(n, m) True where there is a position."""
+        return np.isfinite(self.tracked.tracks.position_px).all(axis=2)

@@ -1,0 +1,81 @@
+"""The recording that `calib view` opens: everything of a session's trials over frames and over time."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import rerun as rr
+
+from reports.recording.blueprint import blueprint_of
+from reports.recording.contents import check_rows
+from reports.recording.layer import Layer
+from reports.recording.picture import picture_layers
+from reports.recording.recorded_trial import RecordedTrial
+from reports.recording.series import series_layers
+from session import writing_whole
+
+APPLICATION = "swimcal"
+
+
+def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "swimcal") -> None:
+    """Writes a recording for the Rerun viewer, reads it back, and only then gives it its name.
+
+    Each trial has its own tree of entities ``/<trial>/…`` on two timelines, ``frame`` (its number, from 0) and
+    ``time`` (that of the video), both from the start of the trial:
+
+    - ``picture``: in pixels of the video; ``video``, ``boxes`` (colour: state of the sample), ``markers``,
+      ``trails``, ``twin`` and ``residuals`` (lines from the measured to the twin's marker);
+    - ``confidence`` and ``residual_mm``: a line for each marker;
+    - ``states/<number>_<marker>``: the frames at which the state changes;
+    - ``flags``: a log, each flag at its first frame; ``summary``: the trial's numbers.
+
+    Args:
+        path: of the recording, ending in ``.rrd``.
+        trials: at least one, with names of their own.
+        name: of the recording in the viewer, such as the session's.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written; what stood there is unchanged.
+        InputError: what was written cannot be read back whole.
+        ValueError: no trial, or two of one name.
+    """
+    _check_names(trials)
+    layers = {trial.name: trial_layers(trial) for trial in trials}
+    with writing_whole(path) as part:
+        stream = rr.RecordingStream(APPLICATION)
+        stream.save(part, default_blueprint=blueprint_of(trials))
+        stream.send_recording_name(name)
+        for trial in trials:
+            for layer in layers[trial.name]:
+                layer.send(stream, trial.time_s)
+        stream.flush()
+        stream.disconnect()
+        _check(part, [layer for of_trial in layers.values() for layer in of_trial])
+
+
+def check_recording(path: Path, trials: Sequence[RecordedTrial]) -> None:
+    """Checks, without a viewer, that a recording holds every layer of these trials, row for row, and a layout.
+
+    Raises:
+        InputError: it cannot be read, or everything that is missing, at once.
+    """
+    _check(path, [layer for trial in trials for layer in trial_layers(trial)])
+
+
+def trial_layers(trial: RecordedTrial) -> list[Layer]:
+    """Every layer of a trial."""
+    return [*picture_layers(trial), *series_layers(trial)]
+
+
+def _check(path: Path, layers: Sequence[Layer]) -> None:
+    check_rows(path, {layer.entity: layer.row_counts() for layer in layers})
+
+
+def _check_names(trials: Sequence[RecordedTrial]) -> None:
+    if not trials:
+        raise ValueError("found no trials, expected at least one")
+    repeated = [name for name, count in Counter(trial.name for trial in trials).items() if count > 1]
+    if repeated:
+        raise ValueError(f"found several trials named {', '.join(repeated)}, expected each name once")

@@ -1,0 +1,239 @@
+"""A recording holds what it was given, frame by frame, and one that does not fails its check."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import rerun as rr
+
+from reports.recording import EntityContents, RecordedTrial, check_recording, read_recording, write_recording
+from session import InputError
+from tests.reports.recording.trials import FRAMES, LOST, MARKERS, SIDE_PX, frame_times_s, made_trial, trial_with_video
+from tracking.records import SampleState, TrackedTrial
+
+
+@pytest.fixture(scope="module")
+def trial(tmp_path_factory: pytest.TempPathFactory) -> RecordedTrial:
+    return trial_with_video(tmp_path_factory.mktemp("video"))
+
+
+@pytest.fixture(scope="module")
+def file(trial: RecordedTrial, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("recording") / "results" / "session.rrd"
+    write_recording(path, [trial, made_trial("f1 75/b", twin_px=None, residual_mm=None)], "pool")
+    return path
+
+
+@pytest.fixture(scope="module")
+def entities(file: Path) -> dict[str, EntityContents]:
+    return dict(read_recording(file).entities)
+
+
+def rows_of(contents: EntityContents, component: str) -> list[Any]:
+    """Every row that holds something, one a frame, as Python values."""
+    return [row for part in contents.columns[component] for row in part.to_pylist() if row is not None]
+
+
+def test_every_row_stands_on_both_timelines(entities: dict[str, EntityContents]) -> None:
+    layers = ("video", "boxes", "markers", "trails", "twin", "residuals")
+    for entity in [*(f"/f1_00/picture/{layer}" for layer in layers), "/f1_00/confidence", "/f1_00/residual_mm"]:
+        np.testing.assert_array_equal(entities[entity].frame, np.arange(FRAMES), err_msg=entity)
+        np.testing.assert_allclose(entities[entity].time_s, frame_times_s(), atol=1e-9, err_msg=entity)
+
+
+def test_markers_stand_where_the_tracks_have_them(trial: RecordedTrial, entities: dict[str, EntityContents]) -> None:
+    markers = entities["/f1_00/picture/markers"]
+    positions, classes = rows_of(markers, "Points2D:positions"), rows_of(markers, "Points2D:class_ids")
+    for k in range(FRAMES):
+        here = np.flatnonzero(trial.present[k])
+        np.testing.assert_array_equal(classes[k], here)
+        np.testing.assert_allclose(positions[k], trial.tracked.tracks.position_px[k, here], atol=1e-4)
+    assert [len(row) for row in positions[LOST]] == [len(MARKERS) - 1] * 6
+
+
+def test_marker_names_and_colours_are_told_once(entities: dict[str, EntityContents]) -> None:
+    (context,) = rows_of(entities["/f1_00/picture"], "AnnotationContext:context")
+    infos = [entry["class_description"]["info"] for entry in context[0]]
+    assert [info["label"] for info in infos] == list(MARKERS)
+    assert len({info["color"] for info in infos}) == len(MARKERS)
+
+
+def test_boxes_have_the_size_and_the_state_of_their_samples(entities: dict[str, EntityContents]) -> None:
+    boxes = entities["/f1_00/picture/boxes"]
+    half, states = rows_of(boxes, "Boxes2D:half_sizes"), rows_of(boxes, "Boxes2D:class_ids")
+    assert half[0] == [[SIDE_PX / 2, SIDE_PX / 2]] * len(MARKERS)
+    assert half[31] == half[0], "a sample that was not measured has the usual size of its marker"
+    assert states[31] == [SampleState.MEASURED, SampleState.MEASURED, SampleState.PREDICTED, SampleState.MEASURED]
+    assert len(states[LOST.start]) == len(MARKERS) - 1
+
+
+def test_residual_lines_go_from_the_marker_to_the_twin(
+    trial: RecordedTrial, entities: dict[str, EntityContents]
+) -> None:
+    lines = rows_of(entities["/f1_00/picture/residuals"], "LineStrips2D:strips")
+    assert lines[0] == [] == lines[1], "no twin there"
+    measured, twin = np.array(lines[10]).transpose(1, 0, 2)
+    np.testing.assert_allclose(measured, trial.tracked.tracks.position_px[10], atol=1e-4)
+    assert trial.twin_px is not None
+    np.testing.assert_allclose(twin, trial.twin_px[10], atol=1e-4)
+    np.testing.assert_allclose(rows_of(entities["/f1_00/picture/twin"], "Points2D:positions")[10], twin)
+
+
+def test_trails_join_each_sample_to_the_one_before(trial: RecordedTrial, entities: dict[str, EntityContents]) -> None:
+    steps = rows_of(entities["/f1_00/picture/trails"], "LineStrips2D:strips")
+    assert steps[0] == []
+    np.testing.assert_allclose(
+        np.array(steps[5]).transpose(1, 0, 2), trial.tracked.tracks.position_px[[4, 5]], atol=1e-4
+    )
+    assert len(steps[LOST.stop]) == len(MARKERS) - 1, "no step out of a gap"
+
+
+@pytest.mark.parametrize("name", ["confidence", "residual_mm"])
+def test_series_equal_their_inputs(trial: RecordedTrial, entities: dict[str, EntityContents], name: str) -> None:
+    expected = trial.tracked.tracks.confidence if name == "confidence" else trial.residual_mm
+    series = entities[f"/f1_00/{name}"]
+    np.testing.assert_array_equal(rows_of(series, "Scalars:scalars"), expected)
+    assert rows_of(series, "SeriesLines:names") == [list(MARKERS)]
+
+
+def test_states_are_told_where_they_change(entities: dict[str, EntityContents]) -> None:
+    lanes = [entity for entity in entities if entity.startswith("/f1_00/states/")]
+    assert sorted(lanes) == [f"/f1_00/states/{k + 1:02d}_{marker}" for k, marker in enumerate(MARKERS)]
+    lost = entities["/f1_00/states/04_caudal_fin"]
+    assert rows_of(lost, "StateChange:state") == [["measured"], ["missing"], ["measured"]]
+    np.testing.assert_array_equal(lost.frame, [0, LOST.start, LOST.stop])
+
+
+def test_flags_stand_at_their_first_frame(entities: dict[str, EntityContents]) -> None:
+    flags = entities["/f1_00/flags"]
+    np.testing.assert_array_equal(flags.frame, [0, 20])
+    assert rows_of(flags, "TextLog:text") == [
+        ["scale_off_robot · whole trial · far off"],
+        ["gap · frames 20 to 25 · caudal_fin · 6 samples are missing"],
+    ]
+
+
+def test_summary_tells_the_metrics(entities: dict[str, EntityContents]) -> None:
+    ((text,),) = rows_of(entities["/f1_00/summary"], "TextDocument:text")
+    assert "| marker_error_mm | 3.125 |" in text
+    assert "| samples_missing | 6 |" in text
+
+
+def test_video_is_embedded_byte_for_byte(trial: RecordedTrial, entities: dict[str, EntityContents]) -> None:
+    (part,) = (part for part in entities["/f1_00/picture/video"].columns["AssetVideo:blob"] if part.null_count == 0)
+    assert trial.video_proxy is not None
+    assert part.flatten().flatten().to_numpy().tobytes() == trial.video_proxy.read_bytes()
+
+
+def test_each_frame_shows_the_picture_of_its_own_time(entities: dict[str, EntityContents]) -> None:
+    stamps = rows_of(entities["/f1_00/picture/video"], "VideoFrameReference:timestamp")
+    np.testing.assert_allclose(1e-9 * np.array(stamps)[:, 0], frame_times_s(), atol=1e-4)
+
+
+def test_video_is_stretched_onto_the_pixels_of_the_tracks(entities: dict[str, EntityContents]) -> None:
+    video = entities["/f1_00/picture/video"]
+    assert rows_of(video, "Transform3D:scale") == [[[2.0, 2.0, 1.0]]]
+    assert rows_of(video, "Transform3D:translation") == [[[-0.5, -0.5, 0.0]]]
+
+
+def test_what_a_trial_lacks_is_left_out(entities: dict[str, EntityContents]) -> None:
+    other = {entity for entity in entities if not entity.startswith("/f1_00/")}
+    root = r"/f1\ 75\/b"
+    assert f"{root}/picture/markers" in other
+    assert not other & {
+        f"{root}/{name}" for name in ("picture/video", "picture/twin", "picture/residuals", "residual_mm")
+    }
+
+
+def test_bare_tracks_make_a_recording(tmp_path: Path) -> None:
+    bare = RecordedTrial("bare", TrackedTrial.of(made_trial().tracked.tracks))
+    write_recording(tmp_path / "session.rrd", [bare])
+    entities = read_recording(tmp_path / "session.rrd").entities
+    assert "/bare/picture/markers" in entities
+    assert "/bare/picture/boxes" not in entities
+
+
+def test_the_whole_recording_passes_its_check(file: Path, trial: RecordedTrial) -> None:
+    check_recording(file, [trial])
+    assert read_recording(file).blueprints == 1
+
+
+def test_an_empty_file_fails_the_check(tmp_path: Path, trial: RecordedTrial) -> None:
+    empty = tmp_path / "session.rrd"
+    empty.write_bytes(b"")
+    with pytest.raises(InputError, match="calib view"):
+        check_recording(empty, [trial])
+
+
+def test_a_recording_without_entities_fails_the_check(tmp_path: Path, trial: RecordedTrial) -> None:
+    path = tmp_path / "session.rrd"
+    stream = rr.RecordingStream("swimcal")
+    stream.save(path)
+    stream.flush()
+    stream.disconnect()
+    with pytest.raises(InputError, match=r"(?s)no layout.*/f1_00/picture/markers: not whole; found 0 rows"):
+        check_recording(path, [trial])
+
+
+@pytest.mark.parametrize("share", [0.3, 0.8])
+def test_a_recording_cut_short_fails_the_check(tmp_path: Path, file: Path, trial: RecordedTrial, share: float) -> None:
+    whole = file.read_bytes()
+    cut = tmp_path / "session.rrd"
+    cut.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(InputError, match=r"session\.rrd"):
+        check_recording(cut, [trial])
+
+
+def test_noise_in_the_middle_fails_the_check(tmp_path: Path, file: Path, trial: RecordedTrial) -> None:
+    whole = bytearray(file.read_bytes())
+    middle = slice(len(whole) // 2, len(whole) // 2 + 4000)
+    whole[middle] = np.random.default_rng(0).bytes(4000)
+    spoilt = tmp_path / "session.rrd"
+    spoilt.write_bytes(whole)
+    with pytest.raises(InputError, match=r"session\.rrd"):
+        check_recording(spoilt, [trial])
+
+
+def test_a_recording_of_fewer_frames_fails_the_check(tmp_path: Path) -> None:
+    trial = RecordedTrial("f1_00", made_trial().tracked)
+    tracks = trial.tracked.tracks
+    short = replace(
+        tracks, time_s=tracks.time_s[:-1], position_px=tracks.position_px[:-1], confidence=tracks.confidence[:-1]
+    )
+    write_recording(tmp_path / "session.rrd", [RecordedTrial("f1_00", TrackedTrial.of(short))])
+    with pytest.raises(InputError, match=f"{FRAMES - 1} rows of Points2D:positions.*expected {FRAMES}, "):
+        check_recording(tmp_path / "session.rrd", [trial])
+
+
+def test_a_missing_recording_says_how_to_make_it(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="calib view"):
+        read_recording(tmp_path / "session.rrd")
+
+
+def test_a_proxy_that_is_no_video_leaves_what_stood_there(tmp_path: Path) -> None:
+    proxy, path = tmp_path / "proxy.mp4", tmp_path / "session.rrd"
+    proxy.write_bytes(b"not a video")
+    path.write_bytes(b"before")
+    with pytest.raises(InputError, match=re.escape("proxy.mp4")):
+        write_recording(path, [made_trial(video_proxy=proxy)])
+    assert path.read_bytes() == b"before"
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["proxy.mp4", "session.rrd"]
+
+
+def test_names_are_checked(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="several trials named f1_00"):
+        write_recording(tmp_path / "session.rrd", [made_trial(), made_trial()])
+    with pytest.raises(ValueError, match="at least one"):
+        write_recording(tmp_path / "session.rrd", [])
+
+
+def test_shapes_are_checked() -> None:
+    with pytest.raises(ValueError, match=r"residual_mm: found shape \(2, 2\), expected \(48, 4\)"):
+        made_trial(residual_mm=np.zeros((2, 2)))
+    with pytest.raises(ValueError, match="needs picture_px"):
+        made_trial(video_proxy=Path("proxy.mp4"), picture_px=None)
