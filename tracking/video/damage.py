@@ -1,0 +1,66 @@
+"""What of a damaged file is lost, in words."""
+
+from collections.abc import Iterable
+from itertools import groupby
+
+import av
+import numpy as np
+
+from tracking.video.index import FrameIndex
+
+MP4 = "mov,mp4,m4a,3gp,3g2,mj2"
+MATROSKA = "matroska,webm"
+"""Names FFmpeg gives its readers of these containers."""
+RANGES_SHOWN = 5
+"""How many stretches of lost frames are spelled out before the rest is only counted."""
+SHORT_BY_FRAMES = 2.5
+"""A file may end this many frames before the duration in its header (rounding, the last frame's own duration)."""
+SHORT_WITH_SOUND_S = 1.0
+"""The same in seconds where sound or other streams may be longer than the picture."""
+
+
+def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer, stream: av.VideoStream) -> str | None:
+    """What the file's header declares beyond the packets that were found; None if nothing.
+
+    MP4 and MOV list every packet, AVI counts them, Matroska and WebM give a duration, transport streams nothing.
+    """
+    found, formats = len(index.time_s), container.format.name
+    last_s = float(index.time_s[-1])
+    declared = {"avi": stream.frames, MP4: len(stream.index_entries)}.get(formats, 0)
+    if declared > index.total_packets:
+        return f"the file ends after {index.total_packets} of {declared} frames, at {last_s:.3f} s"
+    if formats == MATROSKA and container.duration and found > 1:
+        frame_s = float(np.median(np.diff(index.time_s)))
+        allowed = SHORT_BY_FRAMES * frame_s if len(container.streams) == 1 else SHORT_WITH_SOUND_S
+        declared_s = container.duration / av.time_base
+        if declared_s - last_s > allowed:
+            expected = found + round((declared_s - last_s) / frame_s) - 1
+            return f"the file ends after {found} of about {expected} frames, at {last_s:.3f} s of {declared_s:.3f} s"
+    if index.broke_off:
+        return f"the file cannot be read beyond frame {found - 1}, at {last_s:.3f} s"
+    return None
+
+
+def lost_frames(lost: Iterable[int], index: FrameIndex) -> str | None:
+    """Which frames could not be decoded, and how far their traces may reach; None if none."""
+    numbers = sorted(lost)
+    if not numbers:
+        return None
+    stretches = _stretches(numbers)
+    shown = ", ".join(_named(first, last, index) for first, last in stretches[:RANGES_SHOWN])
+    more = f" and {len(stretches) - RANGES_SHOWN} more stretches" if len(stretches) > RANGES_SHOWN else ""
+    return f"{len(numbers)} of {len(index.time_s)} frames cannot be decoded: {shown}{more}"
+
+
+def _stretches(numbers: list[int]) -> list[tuple[int, int]]:
+    """First and last of each run of consecutive numbers."""
+    runs = groupby(enumerate(numbers), key=lambda item: item[1] - item[0])
+    return [(run[0][1], run[-1][1]) for _, members in runs if (run := list(members))]
+
+
+def _named(first: int, last: int, index: FrameIndex) -> str:
+    """A stretch of lost frames with its time, and the frames after it that may show traces of the damage."""
+    name = f"{first}" if first == last else f"{first} to {last}"
+    until = index.next_key(last) - 1
+    traces = f", traces possible up to {until}" if until > last else ""
+    return f"{name} ({index.time_s[first]:.3f} s{traces})"

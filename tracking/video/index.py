@@ -1,0 +1,153 @@
+"""Which frames a video has, when each is shown, and where decoding can start: from the packets, nothing decoded."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+import av
+import numpy as np
+
+MOSTLY = 0.95
+"""From this share of packets with a time stamp of their own, the others are damaged packets, not frames."""
+NO_TIME_OF_PRESENTATION = ("avi",)
+"""Containers that store the order of decoding only; what FFmpeg gives as times of presentation is then a guess."""
+STEPS_BACK = (1, 2, 4, 8)
+"""Which key frames before a frame to start decoding from, should the nearest one not lead to it."""
+
+
+class TimeSource(StrEnum):
+    """Where the times of the frames come from."""
+
+    PRESENTATION = "presentation time stamps"
+    DECODING = "decoding time stamps"
+    FRAME_RATE = "the frame rate"
+
+
+class Packet(NamedTuple):
+    """What is kept of a packet: its stamps in units of the stream's time base, and its flags."""
+
+    pts: int | None
+    dts: int | None
+    is_key: bool
+    is_corrupt: bool
+    is_shown: bool
+
+
+class Packets(NamedTuple):
+    """The packets of a stream.
+
+    Attributes:
+        packets: those with data, in order of decoding.
+        total: how many there are with the empty ones.
+        broke_off: reading them ended with an error.
+    """
+
+    packets: list[Packet]
+    total: int
+    broke_off: bool
+
+
+@dataclass(frozen=True, eq=False)
+class FrameIndex:
+    """The frames of a video in order of presentation.
+
+    Attributes:
+        time_s: (n,) time of each frame from the first one.
+        source: where the times come from.
+        pts: (n,) presentation stamps, ascending; None where the file has none one can trust.
+        number_of: stamp -> number of the frame; empty where `pts` is None.
+        keys: ascending stamps of the key frames decoding can start from; empty where `pts` is None.
+        corrupt: numbers of the frames whose packet the container itself calls corrupt.
+        total_packets: packets read, shown or not.
+        broke_off: reading the packets ended with an error.
+    """
+
+    time_s: np.ndarray
+    source: TimeSource
+    pts: np.ndarray | None
+    number_of: dict[int, int]
+    keys: np.ndarray
+    corrupt: frozenset[int]
+    total_packets: int
+    broke_off: bool
+
+    def starts(self, number: int) -> list[int | None]:
+        """Stamps of key frames to start from to reach a frame, best first; None is the start of the file."""
+        if self.pts is None or number == 0:
+            return [None]
+        before = int(np.searchsorted(self.keys, self.pts[number], side="right"))
+        keys: list[int | None] = [int(self.keys[before - back]) for back in STEPS_BACK if back <= before]
+        return keys if before > STEPS_BACK[-1] else [*keys, None]
+
+    def key_between(self, number: int, later: int) -> bool:
+        """Whether a key frame lies after frame `number` and not after frame `later`."""
+        if self.pts is None:
+            return False
+        low, high = np.searchsorted(self.keys, self.pts[[number, later]], side="right")
+        return bool(high > low)
+
+    def next_key(self, number: int) -> int:
+        """Number of the first key frame after a frame, or the number of frames."""
+        if self.pts is None:
+            return len(self.time_s)
+        later = self.keys[np.searchsorted(self.keys, self.pts[number], side="right") :]
+        return int(np.searchsorted(self.pts, later[0])) if len(later) else len(self.time_s)
+
+
+def read_packets(container: av.container.InputContainer, stream: av.VideoStream) -> Packets:
+    """Goes through the file once, without decoding; what follows an error of the container is not read."""
+    packets: list[Packet] = []
+    total = -1  # PyAV's own last packet, which stands for the end of the stream
+    try:
+        for packet in container.demux(stream):
+            total += 1
+            if packet.size:
+                flags = packet.is_keyframe, packet.is_corrupt, not packet.is_discard
+                packets.append(Packet(packet.pts, packet.dts, *flags))
+    except av.FFmpegError:
+        return Packets(packets, total + 1, broke_off=True)
+    return Packets(packets, total, broke_off=False)
+
+
+def index_frames(container: av.container.InputContainer, stream: av.VideoStream) -> FrameIndex:
+    """The frames of a stream, numbered in the order in which they are shown."""
+    read = read_packets(container, stream)
+    shown = [packet for packet in read.packets if packet.is_shown]
+    reordered = stream.codec_context.has_b_frames
+    if not (reordered and container.format.name in NO_TIME_OF_PRESENTATION):
+        stamps = sorted({packet.pts for packet in shown if packet.pts is not None})
+        if len(stamps) >= MOSTLY * len(shown):
+            return _by_presentation(read, stamps, _unit_s(stream))
+    return _by_order(read, shown, stream)
+
+
+def _unit_s(stream: av.VideoStream) -> float:
+    """The unit of a stream's stamps."""
+    return float(stream.time_base or 1)
+
+
+def _by_presentation(read: Packets, stamps: Sequence[int], unit_s: float) -> FrameIndex:
+    """The index by the frames' own stamps."""
+    pts = np.array(stamps, dtype=np.int64)
+    number_of = {stamp: number for number, stamp in enumerate(stamps)}
+    return FrameIndex(
+        time_s=(pts - pts[:1]) * unit_s,
+        source=TimeSource.PRESENTATION,
+        pts=pts,
+        number_of=number_of,
+        keys=np.array(sorted({p.pts for p in read.packets if p.is_key and p.pts is not None}), dtype=np.int64),
+        corrupt=frozenset(number_of[p.pts] for p in read.packets if p.is_corrupt and p.pts in number_of),
+        total_packets=read.total,
+        broke_off=read.broke_off,
+    )
+
+
+def _by_order(read: Packets, shown: Sequence[Packet], stream: av.VideoStream) -> FrameIndex:
+    """The index by counting: frames leave the decoder in order of presentation, whatever their packets say."""
+    dts = sorted({packet.dts for packet in shown if packet.dts is not None})
+    if shown and len(dts) == len(shown):
+        time_s, source = (np.array(dts) - dts[0]) * _unit_s(stream), TimeSource.DECODING
+    else:
+        time_s, source = np.arange(len(shown)) / float(stream.guessed_rate or 25), TimeSource.FRAME_RATE
+    return FrameIndex(time_s, source, None, {}, np.empty(0, dtype=np.int64), frozenset(), read.total, read.broke_off)

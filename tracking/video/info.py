@@ -1,0 +1,59 @@
+"""What is known of a video before its frames are read."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tracking.video.index import TimeSource
+
+LONGEST_SPAN = 60
+"""Frames a span for the frame rate has at most: stamps rounded to 1 ms then leave it within 0.1 %."""
+
+
+@dataclass(frozen=True, eq=False)
+class VideoInfo:
+    """A video's size, frames and times.
+
+    Attributes:
+        file: the file.
+        width_px: width of the upright picture.
+        height_px: height of the upright picture.
+        codec: name of the codec: ``"h264"``, ``"hevc"``, ...
+        time_s: (n,) time of each frame from the first one, ascending.
+        time_source: where the times come from.
+        rotation_deg: 0, 90, 180 or 270, by how much the stored picture is turned counterclockwise to be upright.
+        pixel_aspect: width over height of a pixel.
+        damage: what opening the file showed to be missing from it; None if nothing.
+    """
+
+    file: Path
+    width_px: int
+    height_px: int
+    codec: str
+    time_s: np.ndarray
+    time_source: TimeSource = TimeSource.PRESENTATION
+    rotation_deg: int = 0
+    pixel_aspect: float = 1.0
+    damage: str | None = None
+
+    @property
+    def frames(self) -> int:
+        """How many frames the file has; `Video.frames` may give fewer if some cannot be decoded."""
+        return len(self.time_s)
+
+    @property
+    def fps(self) -> float:
+        """Frames a second, the median over spans of up to 60 frames; nan for a single frame."""
+        span = min(self.frames - 1, LONGEST_SPAN)
+        return float(span / np.median(self.time_s[span:] - self.time_s[:-span])) if span > 0 else np.nan
+
+    @property
+    def caveats(self) -> tuple[str, ...]:
+        """What a reader of results from this video must know, in sentences without a full stop."""
+        caveats = [self.damage] if self.damage else []
+        if self.time_source is not TimeSource.PRESENTATION:
+            caveats.append(f"the file has no times of presentation; the frames' times come from {self.time_source}")
+        if abs(self.pixel_aspect - 1) > 1e-3:
+            caveats.append(f"the pixels are {self.pixel_aspect:.3f} times as wide as high")
+        return tuple(caveats)

@@ -1,0 +1,127 @@
+"""The reader of videos."""
+
+from collections.abc import Iterator
+from itertools import takewhile
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from session.errors import Fault, InputError
+from tracking.video.damage import lost_frames
+from tracking.video.decoding import Decoder, Numbered
+from tracking.video.frame import Frame
+from tracking.video.seeking import Seeker
+from tracking.video.survey import survey
+
+
+class Video:
+    """A video file: its frames in order, or by number.
+
+    Opening goes through the file once without decoding, to number the frames by their time stamps; a frame has
+    the same number however it is reached. Whatever the FFmpeg bundled with PyAV decodes can be read. Not for use
+    by several threads at once; each thread opens its own.
+
+    >>> with Video(Path("f1_00.mp4")) as video:
+    ...     for frame in video.frames():
+    ...         track(frame.time_s, frame.luma)
+
+    Attributes:
+        info: size, codec and the time of every frame.
+    """
+
+    def __init__(self, path: Path, threads: int = 0) -> None:
+        """Opens a video; `threads` to decode with, 0 for all cores.
+
+        Raises:
+            InputError: if the file is missing, is no video or has no frame that can be decoded.
+        """
+        self._file, self._threads = Path(path), threads
+        self.info, self._index, self._stored_size_px = survey(self._file)
+        self._lost: set[int] = set()
+        self._seekers: dict[int, Seeker] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the file; frames already given stay readable."""
+        while self._seekers:
+            self._seekers.popitem()[1].close()
+
+    @property
+    def damage(self) -> str | None:
+        """What is missing from the file, and what of it could not be decoded so far; None if nothing."""
+        told = [part for part in (self.info.damage, lost_frames(self._lost, self._index)) if part]
+        return "; ".join(told) or None
+
+    def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+        """The readable frames from `start` up to, not including, `stop` (None: to the end), in order of presentation.
+
+        Frames that cannot be decoded are left out, the others keep their numbers and times, and `damage` says so.
+        Each call reads the file on its own and closes it when it is done or let go of.
+
+        Raises:
+            InputError: if `start` or `stop` lie outside the video.
+        """
+        stop = self.info.frames if stop is None else stop
+        if not 0 <= start <= stop <= self.info.frames:
+            raise self._no_such_frame(f"frames {start} to {stop}")
+        return self._frames(start, stop)
+
+    def frame(self, number: int) -> Frame:
+        """The frame with a number, exactly the one that `frames` gives under it.
+
+        Raises:
+            InputError: if the video has no such frame, or it cannot be decoded.
+        """
+        if not 0 <= number < self.info.frames:
+            raise self._no_such_frame(f"frame {number}")
+        for threads in () if number in self._lost else self._attempts:
+            reached = self._random_access(threads).reach(number)
+            if reached is not None and reached.number == number and self._fits(reached):
+                return self._as_frame(reached)
+        self._lost.add(number)
+        found = f"damaged data at {self.info.time_s[number]:.3f} s"
+        raise InputError([Fault(str(self._file), f"frame {number}", "cannot be decoded", found, "another frame")])
+
+    @property
+    def _attempts(self) -> tuple[int, ...]:
+        """Threads to try with: several lose what follows a fault just before the end of a file, one does not."""
+        return (1,) if self._threads == 1 else (self._threads, 1)
+
+    def _frames(self, start: int, stop: int) -> Iterator[Frame]:
+        """The readable frames, each attempt going on where the one before ended."""
+        wanted = start
+        for threads in self._attempts:
+            if wanted == stop:
+                return
+            with Decoder(self._file, threads) as decoder:
+                run = Seeker(decoder, self._index).onwards(wanted)
+                for numbered in takewhile(lambda numbered: numbered.number < stop, filter(self._fits, run)):
+                    self._lost.update(range(wanted, numbered.number))
+                    wanted = numbered.number + 1
+                    yield self._as_frame(numbered)
+                    if wanted == stop:
+                        return
+        self._lost.update(range(wanted, stop))
+
+    def _random_access(self, threads: int) -> Seeker:
+        """The open file that `frame` goes back and forth in."""
+        if threads not in self._seekers:
+            self._seekers[threads] = Seeker(Decoder(self._file, threads), self._index)
+        return self._seekers[threads]
+
+    def _fits(self, numbered: Numbered) -> bool:
+        """Whether a picture has the video's size; damaged headers can change it."""
+        return (numbered.picture.width, numbered.picture.height) == self._stored_size_px
+
+    def _as_frame(self, numbered: Numbered) -> Frame:
+        number, picture = numbered
+        return Frame(number, float(self.info.time_s[number]), picture, self.info.rotation_deg // 90)
+
+    def _no_such_frame(self, found: str) -> InputError:
+        last = self.info.frames - 1
+        return InputError([Fault(str(self._file), "", "no such frame in this video", found, f"frames 0 to {last}")])
