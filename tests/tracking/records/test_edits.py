@@ -1,0 +1,126 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.tracking.records.test_edit_log import FRAMES, MARKERS, edits
+from tests.tracking.records.trials import mixed_trial, same
+from tracking.records import (
+    Drop,
+    EditLog,
+    LoggedEdit,
+    Relabel,
+    Retrack,
+    SampleState,
+    SetBox,
+    Swap,
+    TrackedTrial,
+    Undo,
+    apply_edits,
+    retracks,
+)
+
+
+def log_of(path, *several) -> EditLog:
+    return EditLog(path, MARKERS, FRAMES, tuple(LoggedEdit(line, edit) for line, edit in enumerate(several, start=1)))
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "f.edits.jsonl"
+
+
+@pytest.fixture
+def trial() -> TrackedTrial:
+    return mixed_trial(0, FRAMES, MARKERS)
+
+
+swaps = edits.filter(lambda edit: isinstance(edit, Swap))
+
+
+@settings(deadline=None, max_examples=40)
+@given(swaps, st.integers(0, 99))
+def test_swapping_twice_changes_nothing(tmp_path_factory, swap, seed):
+    trial = mixed_trial(seed, FRAMES, MARKERS)
+    log = log_of(tmp_path_factory.getbasetemp(), swap, swap)
+    assert same(apply_edits(trial, log), trial, flags=False)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(edits, max_size=4), edits, st.integers(0, 99))
+def test_an_undo_restores_bit_for_bit(tmp_path_factory, several, edit, seed):
+    trial = mixed_trial(seed, FRAMES, MARKERS)
+    path = tmp_path_factory.getbasetemp()
+    undone = log_of(path, *several, edit, Undo(line=len(several) + 1))
+    assert same(apply_edits(trial, undone), apply_edits(trial, log_of(path, *several)))
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(edits, min_size=1, max_size=5), st.integers(0, 99))
+def test_edits_are_replayed_in_order_and_the_trial_is_left_alone(tmp_path_factory, several, seed):
+    trial, kept = mixed_trial(seed, FRAMES, MARKERS), mixed_trial(seed, FRAMES, MARKERS)
+    path = tmp_path_factory.getbasetemp()
+    one_by_one = trial
+    for edit in several:
+        one_by_one = apply_edits(one_by_one, log_of(path, edit))
+    assert same(apply_edits(trial, log_of(path, *several)), one_by_one, flags=False)
+    assert same(trial, kept)
+
+
+def test_swapped_samples_keep_their_state_under_the_other_name(trial, path):
+    edited = apply_edits(trial, log_of(path, Swap(markers=("nose", "tail_1"), frames=(5, 9), note="crossed")))
+    assert np.array_equal(edited.state[5:10, 0], trial.state[5:10, 2])
+    assert np.array_equal(edited.tracks.confidence[5:10, 2], trial.tracks.confidence[5:10, 0])
+    assert np.array_equal(edited.size_px[5:10, 2], trial.size_px[5:10, 0], equal_nan=True)
+    flag = edited.flags[-1]
+    assert (flag.kind, flag.markers, flag.frames) == ("edited", ("nose", "tail_1"), (5, 9))
+    assert flag.message == "nose and tail_1 swapped by hand (line 1 of the edit log): crossed"
+
+
+def test_dropped_samples_are_missing_to_the_end_if_so_asked(trial, path):
+    edited = apply_edits(trial, log_of(path, Drop(markers=("neck",), frames=(15, None))))
+    assert (edited.state[15:, 1] == SampleState.MISSING).all()
+    assert (edited.tracks.confidence[15:, 1] == 0).all()
+    assert edited.flags[-1].frames == (15, FRAMES - 1)
+    assert np.array_equal(edited.state[:, [0, 2]], trial.state[:, [0, 2]])
+
+
+def test_a_relabelled_marker_leaves_none_behind(trial, path):
+    edited = apply_edits(trial, log_of(path, Relabel(marker="nose", to="neck", frames=(0, 3))))
+    assert np.array_equal(edited.tracks.position_px[:4, 1], trial.tracks.position_px[:4, 0], equal_nan=True)
+    assert (edited.state[:4, 0] == SampleState.MISSING).all()
+
+
+def test_a_box_by_hand_sets_its_frame_and_is_tracked_on_to_where_it_says(trial, path):
+    box = SetBox(marker="neck", frame=4, box=(10.0, 20.0, 5.0, 3.0), until=7)
+    log = log_of(path, box)
+    seen: list[Retrack] = []
+
+    def retrack(so_far: TrackedTrial, wanted: Retrack) -> TrackedTrial:
+        assert tuple(so_far.tracks.position_px[4, 1]) == (12.0, 21.0)
+        assert so_far.state[4, 1] == SampleState.BY_HAND
+        seen.append(wanted)
+        everywhere = np.ones_like(so_far.state)
+        return so_far.with_samples(
+            np.full_like(so_far.tracks.position_px, 7.0), everywhere * 0.5, everywhere, everywhere * 20.0, so_far.flags
+        )
+
+    plain = apply_edits(trial, log)
+    edited = apply_edits(trial, log, retrack)
+    assert seen == list(retracks(log)) == [Retrack("neck", 4, (10.0, 20.0, 5.0, 3.0), 7)]
+    assert (edited.tracks.position_px[5:8, 1] == 7.0).all()
+    assert (edited.size_px[5:8, 1] == 20.0).all()
+    changed = np.zeros(trial.state.shape, dtype=bool)
+    changed[5:8, 1] = True
+    keeps = np.where(changed[..., None], 0.0, edited.tracks.position_px)
+    assert np.array_equal(keeps, np.where(changed[..., None], 0.0, plain.tracks.position_px), equal_nan=True)
+    assert edited.tracks.confidence[4, 1] == 1.0
+
+
+def test_a_box_that_is_undone_is_not_tracked_on(path):
+    assert retracks(log_of(path, SetBox(marker="neck", frame=4, box=(1, 2, 3, 4)), Undo(line=1))) == ()
+
+
+def test_a_log_of_another_trial_is_refused(trial, path):
+    with pytest.raises(ValueError, match=r"line 1 of the edit log names fin, 99; the trial has the markers nose"):
+        apply_edits(trial, log_of(path, Drop(markers=("fin",), frames=(99, None))))

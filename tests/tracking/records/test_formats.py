@@ -1,0 +1,176 @@
+import gzip
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from session import InputError, Tracks
+from tests.tracking.records.trials import mixed_trial, same
+from tracking.records import (
+    FORMATS,
+    SampleState,
+    TrackedTrial,
+    export_tracks,
+    import_tracks,
+    load_deeplabcut,
+    load_movement,
+    save_movement,
+    to_movement,
+)
+
+MARKERS = ("nose", "neck", "tail_1")
+FPS = 50.0
+DLC = """scorer,net,net,net,net,net,net
+bodyparts,nose,nose,nose,neck,neck,neck
+coords,x,y,likelihood,x,y,likelihood
+3,1.5,2,0.9,,,0.01
+4,1.6,2,0.8,7,8,1
+"""
+MULTI = """scorer,net,net,net,net,net,net
+individuals,fish,fish,fish,fish,fish,fish
+bodyparts,nose,nose,nose,neck,neck,neck
+coords,x,y,likelihood,x,y,likelihood
+0,1.5,2,0.9,5,6,0.7
+1,1.6,2,0.8,7,8,1
+"""
+
+
+def steady_trial(seed: int) -> TrackedTrial:
+    """Frames at k / FPS, which every form can hold."""
+    trial = mixed_trial(seed)
+    tracks = trial.tracks
+    time_s = np.arange(len(tracks.time_s)) / FPS
+    return TrackedTrial(
+        Tracks(tracks.markers, time_s, tracks.position_px, tracks.confidence), trial.state, trial.size_px
+    )
+
+
+def written(tmp_path, text: str):
+    path = tmp_path / "tracks.csv"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_what_is_written_is_recognised_by_content_and_comes_back(tmp_path, form):
+    trial = steady_trial(1)
+    path = tmp_path / "anything.dat"
+    export_tracks(trial, path, form)
+    tracks = import_tracks(path, MARKERS, FPS)
+    assert np.array_equal(tracks.position_px, trial.tracks.position_px, equal_nan=True)
+    assert np.array_equal(tracks.time_s, trial.tracks.time_s)
+    if form != "fishsim":
+        assert np.array_equal(tracks.confidence, trial.tracks.confidence)
+
+
+@pytest.mark.parametrize("form", ["deeplabcut", "movement"])
+def test_markers_come_in_the_order_asked_for_and_others_are_left_out(tmp_path, form):
+    trial = steady_trial(2)
+    export_tracks(trial, tmp_path / "tracks", form)
+    tracks = import_tracks(tmp_path / "tracks", ("tail_1", "nose"), FPS)
+    assert tracks.markers == ("tail_1", "nose")
+    assert np.array_equal(tracks.position_px, trial.tracks.position_px[:, [2, 0]], equal_nan=True)
+
+
+@pytest.mark.parametrize("form", ["deeplabcut", "movement"])
+def test_markers_that_are_not_there_are_told_with_the_choices(tmp_path, form):
+    export_tracks(steady_trial(2), tmp_path / "tracks", form)
+    with pytest.raises(InputError, match=r"'nek'; choices: nose, neck, tail_1\. Did you mean 'neck'"):
+        import_tracks(tmp_path / "tracks", ("nek", "nose"), FPS)
+
+
+def test_an_unknown_form_is_told_with_the_choices(tmp_path):
+    with pytest.raises(InputError, match="found 'sleap'; choices: swimcal, deeplabcut, movement, fishsim"):
+        export_tracks(steady_trial(0), tmp_path / "x", "sleap")
+    assert not list(tmp_path.iterdir())
+
+
+def test_deeplabcut_frames_give_the_time_and_empty_cells_are_missing(tmp_path):
+    tracks = import_tracks(written(tmp_path, DLC), ("nose", "neck"), FPS)
+    assert np.allclose(tracks.time_s, [0.06, 0.08])
+    assert np.isnan(tracks.position_px[0, 1]).all()
+    assert tracks.confidence.tolist() == [[0.9, 0.0], [0.8, 1.0]]
+
+
+def test_a_file_of_a_multi_animal_project_is_read_if_it_holds_one_animal(tmp_path):
+    tracks = import_tracks(written(tmp_path, MULTI), ("neck",), FPS)
+    assert tracks.position_px[:, 0].tolist() == [[5, 6], [7, 8]]
+    with pytest.raises(InputError, match=r"line 2: more than one animal; found fish, eel; expected one"):
+        import_tracks(written(tmp_path, MULTI.replace("fish,fish,fish\n", "eel,eel,eel\n")), ("neck",), FPS)
+
+
+def test_labels_without_likelihood_and_packed_files_are_read(tmp_path):
+    lines = [",".join(cell for k, cell in enumerate(line.split(",")) if k not in (3, 6)) for line in DLC.splitlines()]
+    path = tmp_path / "labels.csv.gz"
+    path.write_bytes(gzip.compress("\n".join(lines).encode()))
+    assert import_tracks(path, ("nose", "neck"), FPS).confidence.tolist() == [[1, 0], [1, 1]]
+
+
+def test_faults_of_a_deeplabcut_file_are_told_at_once(tmp_path):
+    text = DLC.replace("1.5,2,0.9", "wide,2,0.9").replace("7,8,1", "7,8")
+    with pytest.raises(InputError) as raised:
+        import_tracks(written(tmp_path, text), ("nose", "neck"), FPS)
+    assert "line 4, column 2 (nose x): not a number; found 'wide'" in str(raised.value)
+    assert "line 5: wrong number of columns; found 6 columns; expected 7 columns" in str(raised.value)
+    with pytest.raises(InputError) as raised:
+        import_tracks(written(tmp_path, DLC.replace("0.9", "1.9").replace("\n4,", "\n2,")), ("nose", "neck"), FPS)
+    assert "line 4, nose: confidence out of range; found 1.9; expected 0 to 1" in str(raised.value)
+    assert "line 5: time does not increase" in str(raised.value)
+
+
+def test_a_header_that_is_not_deeplabcuts_is_told(tmp_path):
+    with pytest.raises(InputError, match="rows that start with scorer, bodyparts and coords"):
+        load_deeplabcut(written(tmp_path, "scorer,a,a\nkeypoints,nose,nose\n1,2,3\n"), ("nose",), FPS)
+    with pytest.raises(InputError, match=r"header rows of different length; found bodyparts: 6, coords: 5"):
+        load_deeplabcut(written(tmp_path, DLC.replace("coords,x", "coords")), ("nose",), FPS)
+
+
+@pytest.mark.parametrize("legacy_names", [False, True])
+def test_a_movement_file_keeps_times_states_and_sizes(tmp_path, legacy_names):
+    trial = mixed_trial(3)
+    save_movement(tmp_path / "f.nc", trial, legacy_names=legacy_names)
+    assert same(load_movement(tmp_path / "f.nc", MARKERS, FPS), trial, flags=False)
+
+
+def test_a_movement_dataset_has_the_layout_of_the_package():
+    data = to_movement(steady_trial(0), source_file="f1_00.mp4")
+    assert data["position"].dims == ("time", "space", "keypoint", "individual")
+    assert data["confidence"].dims == ("time", "keypoint", "individual")
+    assert data["space"].values.tolist() == ["x", "y"]
+    assert data.attrs["ds_type"] == "poses"
+    assert data.attrs["time_unit"] == "seconds"
+    assert data.attrs["fps"] == pytest.approx(FPS)
+    assert data.attrs["source_file"] == "f1_00.mp4"
+    assert data["state"].attrs["flag_meanings"].split()[SampleState.BY_HAND] == "by_hand"
+
+
+def test_a_movement_file_of_others_without_our_variables_is_measured_where_present(tmp_path):
+    trial = steady_trial(4)
+    data = to_movement(trial, legacy_names=True).drop_vars(["state", "size"])
+    data = data.assign_coords(time=np.arange(data.sizes["time"]))
+    data.attrs["time_unit"] = "frames"
+    data.to_netcdf(tmp_path / "f.nc", engine="h5netcdf")
+    loaded = load_movement(tmp_path / "f.nc", MARKERS, FPS)
+    assert np.allclose(loaded.tracks.time_s, trial.tracks.time_s)
+    assert set(np.unique(loaded.state)) <= {SampleState.MISSING, SampleState.MEASURED}
+
+
+def test_what_is_wrong_with_a_movement_file_is_told(tmp_path):
+    path = tmp_path / "f.nc"
+    two = xr.concat([to_movement(steady_trial(k)) for k in (0, 1)], dim="individual", join="outer")
+    two.assign_coords(individual=["fish", "eel"]).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(InputError, match=r"not one individual; found \['fish', 'eel'\]; expected one"):
+        import_tracks(path, MARKERS, FPS)
+    xr.Dataset({"position": ("time", [1.0, 2.0])}).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(InputError, match=r"not a poses dataset of movement; found .*position \('time',\)"):
+        import_tracks(path, MARKERS, FPS)
+    path.write_bytes(b"\x89HDF\r\n\x1a\n and no more")
+    with pytest.raises(InputError, match=r"f\.nc: the file cannot be read"):
+        import_tracks(path, MARKERS, FPS)
+
+
+def test_a_file_that_is_not_there_is_told(tmp_path):
+    with pytest.raises(InputError, match="the file is not there"):
+        import_tracks(tmp_path / "none.csv", MARKERS, FPS)
+    with pytest.raises(InputError, match="the file is not there"):
+        load_movement(tmp_path / "none.nc", MARKERS, FPS)

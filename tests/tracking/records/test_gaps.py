@@ -1,0 +1,130 @@
+import numpy as np
+import pytest
+
+from session import Flag
+from tests.tracking.fish import FPS, MARKERS, swimming_fish
+from tests.tracking.records.trials import same, tracked_of, twin_px
+from tracking.records import GapLimits, SampleState, TrackedTrial, fill_gaps
+
+NOISE_PX = 0.15
+ANY = GapLimits(seconds=9.0, error_px=99.0)
+
+
+def cut(position_px: np.ndarray, names: tuple[str, ...], first: int, long: int) -> np.ndarray:
+    """The positions without `long` frames of some markers."""
+    position = position_px.copy()
+    position[first : first + long, [MARKERS.index(name) for name in names]] = np.nan
+    return position
+
+
+def error_px(names: tuple[str, ...], long: int, limits: GapLimits = ANY) -> float:
+    """RMS error an axis over gaps all along the twin's swims."""
+    rng = np.random.default_rng(0)
+    index = [MARKERS.index(name) for name in names]
+    off = []
+    for true in twin_px():
+        noisy = true + rng.normal(0, NOISE_PX, true.shape)
+        for first in range(30, 150, 30):
+            filled = fill_gaps(tracked_of(cut(noisy, names, first, long)), limits)
+            gap = slice(first, first + long)
+            assert (filled.state[gap, index] == SampleState.INTERPOLATED).all()
+            off.append((filled.tracks.position_px - true)[gap, index])
+    return float(np.sqrt(np.mean(np.square(off))))
+
+
+@pytest.mark.parametrize(
+    ("names", "long", "at_most_px"),
+    [
+        (("tail_5",), 3, 0.3),
+        (("tail_5",), 15, 0.3),
+        (("tail_5",), 30, 0.3),
+        (("caudal_fin",), 15, 1.2),
+        (("tail_5", "caudal_fin"), 15, 1.5),
+        (("nose",), 15, 0.3),
+        (("tail_4", "tail_5"), 15, 0.4),
+        (MARKERS, 3, 0.4),
+        (MARKERS, 7, 1.4),
+    ],
+)
+def test_a_filled_gap_follows_the_beating_tail(names, long, at_most_px):
+    assert error_px(names, long) < at_most_px
+
+
+def test_the_rehearsed_error_decides_whether_a_gap_is_filled():
+    true = twin_px()[2]  # 2.25 Hz
+    lost = fill_gaps(tracked_of(cut(true, MARKERS, 60, 13)))
+    tail = MARKERS.index("tail_5")
+    assert (lost.state[60:73, tail] == SampleState.MISSING).all()
+    flag = next(flag for flag in lost.flags if flag.markers == ("tail_5",))
+    assert flag.kind == "gap"
+    assert flag.frames == (60, 72)
+    assert "px only, and 3 px is the limit" in flag.message
+
+
+def test_gaps_longer_than_the_limit_and_at_the_ends_stay_missing_and_are_flagged():
+    position = cut(twin_px()[0], ("tail_3",), 50, 15)
+    position = cut(position, ("nose",), 0, 4)
+    position = cut(position, ("neck",), 100, 14)
+    filled = fill_gaps(tracked_of(position))
+    assert [(flag.kind, flag.markers, flag.frames) for flag in filled.flags] == [
+        ("gap", ("nose",), (0, 3)),
+        ("gap", ("tail_3",), (50, 64)),
+    ]
+    assert filled.flags[1].message == "tail_3 is not seen in 15 frames: 0.27 s, and gaps are filled up to 0.25 s"
+    assert np.isnan(filled.tracks.position_px[50:65, MARKERS.index("tail_3")]).all()
+    assert (filled.state[100:114, MARKERS.index("neck")] == SampleState.INTERPOLATED).all()
+
+
+def test_confidence_falls_with_the_distance_to_seen_samples():
+    filled = fill_gaps(tracked_of(cut(twin_px()[0], ("tail_2",), 80, 13)))
+    confidence = filled.tracks.confidence[80:93, MARKERS.index("tail_2")]
+    assert (np.diff(confidence[:7]) < 0).all()
+    assert np.allclose(confidence, confidence[::-1])
+    assert 0 < confidence.min() < confidence.max() < 0.5
+
+
+def test_seen_samples_stay_bit_for_bit_and_filling_twice_is_filling_once():
+    position = swimming_fish(1.0, 0)
+    position[np.random.default_rng(1).random(position.shape[:2]) < 0.1] = np.nan
+    before = tracked_of(position)
+    once = fill_gaps(before)
+    assert np.array_equal(once.tracks.position_px[before.seen], position[before.seen])
+    assert (once.state != SampleState.MISSING).mean() > 0.99
+    assert same(fill_gaps(once), once)
+
+
+def test_predicted_samples_are_filled_too_and_give_nothing():
+    true = twin_px()[1]
+    plain = fill_gaps(tracked_of(cut(true, ("tail_4",), 40, 8)))
+    wild = true.copy()
+    tail = MARKERS.index("tail_4")
+    wild[40:48, tail] += 50.0
+    tracked = tracked_of(wild)
+    tracked.state[40:48, tail] = SampleState.PREDICTED
+    assert same(fill_gaps(tracked), plain)
+
+
+def test_a_moved_camera_moves_the_filling():
+    turn = np.array([[0.6, 0.8], [-0.8, 0.6]])
+    position = cut(twin_px()[1], ("tail_4", "tail_5"), 40, 10)
+    moved = fill_gaps(tracked_of(position @ turn + [300.0, -20.0])).tracks.position_px
+    assert np.allclose(moved, fill_gaps(tracked_of(position)).tracks.position_px @ turn + [300.0, -20.0], atol=1e-6)
+
+
+def test_flags_of_others_stay_and_old_gaps_go():
+    tracked = tracked_of(twin_px()[0])
+    flags = (Flag("jump", ("nose",), (3, 3), ""), Flag("gap", ("nose",), (5, 9), "old"))
+    filled = fill_gaps(TrackedTrial(tracked.tracks, tracked.state, tracked.size_px, flags))
+    assert filled.flags == flags[:1]
+
+
+def test_a_short_trial_is_flagged_not_guessed():
+    position = twin_px()[0][:12].copy()
+    position[5, 3] = np.nan
+    filled = fill_gaps(tracked_of(position))
+    assert filled.state[5, 3] == SampleState.MISSING
+    assert "too few samples elsewhere" in filled.flags[0].message
+
+
+def test_the_default_limit_is_a_quarter_second():
+    assert GapLimits().seconds == 15 / FPS

@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+from session import InputError, ResultsNotWritable, load_tracks
+from tests.tracking.records.trials import mixed_trial, same
+from tracking.records import SampleState, TrackedTrial, load_tracked, save_tracked
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_trial_comes_back_bit_for_bit(tmp_path, seed):
+    trial = mixed_trial(seed)
+    save_tracked(tmp_path, "f1_00", trial)
+    assert same(load_tracked(tmp_path, "f1_00"), trial)
+
+
+def test_the_tracks_are_those_of_the_contract_and_states_stand_in_words(tmp_path):
+    trial = mixed_trial(0)
+    files = save_tracked(tmp_path, "f1_00", trial)
+    assert [path.name for path in files] == ["f1_00.csv", "f1_00.states.csv", "f1_00.flags.json"]
+    tracks = load_tracks(files.tracks, trial.tracks.markers, 60.0)
+    assert np.array_equal(tracks.position_px, trial.tracks.position_px, equal_nan=True)
+    header, first = files.states.read_text().splitlines()[:2]
+    assert header == "time_s,nose_state,nose_size_px,neck_state,neck_size_px,tail_1_state,tail_1_size_px"
+    assert first.split(",")[1::2] == ["measured"] * 3
+
+
+def test_nothing_is_half_written(tmp_path):
+    before, after = mixed_trial(0), mixed_trial(1)
+    files = save_tracked(tmp_path, "f1_00", before)
+    files.flags.unlink()
+    files.flags.mkdir()  # which cannot be written over
+    with pytest.raises(ResultsNotWritable, match=r"flags\.json"):
+        save_tracked(tmp_path, "f1_00", after)
+    assert np.array_equal(load_tracks(files.tracks, before.tracks.markers, 60.0).time_s, before.tracks.time_s)
+    assert not list(tmp_path.glob("*.part.*")) + list(tmp_path.glob(".*"))
+
+
+def test_all_faults_of_the_three_files_are_told_at_once(tmp_path):
+    files = save_tracked(tmp_path, "f1_00", mixed_trial(0))
+    lines = files.states.read_text().splitlines()
+    lines[2] = lines[2].split(",", 2)[0] + ",measurd," + lines[2].split(",", 2)[2]
+    lines[4] += ",1"
+    files.states.write_text("\n".join(lines) + "\n")
+    files.flags.write_text("[3]")
+    with pytest.raises(InputError) as raised:
+        load_tracked(tmp_path, "f1_00")
+    text = str(raised.value)
+    assert "line 3, column 2 (nose_state): not a state; found 'measurd'" in text
+    assert "choices: missing, measured, predicted, interpolated, by_hand" in text
+    assert "line 5: wrong number of columns" in text
+    assert "not a list of flags" in text
+
+
+def test_states_that_do_not_fit_the_tracks_are_told(tmp_path):
+    trial = mixed_trial(0)
+    files = save_tracked(tmp_path, "f1_00", trial)
+    text = files.states.read_text()
+    files.states.write_text(text.replace("measured", "missing", 1))
+    with pytest.raises(InputError, match=r"line 2: the state of 'nose' does not fit the tracks; found missing"):
+        load_tracked(tmp_path, "f1_00")
+    files.states.write_text("\n".join(text.splitlines()[:-2]) + "\n")
+    with pytest.raises(InputError, match=r"other times than in the tracks; found 10 frames"):
+        load_tracked(tmp_path, "f1_00")
+
+
+def test_a_state_that_contradicts_its_position_is_refused():
+    trial = mixed_trial(0)
+    state = trial.state.copy()
+    state[0, 1] = SampleState.MISSING
+    with pytest.raises(ValueError, match=r"1 samples are MISSING with a position.*neck in frame 0"):
+        TrackedTrial(trial.tracks, state, trial.size_px)
+    with pytest.raises(ValueError, match=r"state: found \[9\]"):
+        TrackedTrial(trial.tracks, np.full_like(state, 9), trial.size_px)
+    with pytest.raises(ValueError, match=r"size_px: found shape \(2, 2\), expected \(12, 3\)"):
+        TrackedTrial(trial.tracks, trial.state, np.zeros((2, 2)))

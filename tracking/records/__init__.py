@@ -1,0 +1,45 @@
+"""Tracked trials: what the tracker says of every sample, filled gaps, a person's edits, and other programs' files."""
+
+from tracking.records.deeplabcut import load_deeplabcut, save_deeplabcut
+from tracking.records.edit import Drop, Edit, Relabel, SetBox, Swap, Undo
+from tracking.records.edit_log import EditLog, LoggedEdit
+from tracking.records.edits import Retrack, Retracker, apply_edits, retracks
+from tracking.records.fishsim import save_fishsim
+from tracking.records.formats import FORMATS, export_tracks, import_tracks
+from tracking.records.gaps import GapLimits, fill_gaps
+from tracking.records.movement import load_movement, save_movement, to_movement
+from tracking.records.storage import TrackedFiles, load_tracked, save_tracked
+from tracking.records.tracked import SEEN, STATE_WORDS, SampleState, TrackedTrial
+
+__all__ = [
+    "FORMATS",
+    "SEEN",
+    "STATE_WORDS",
+    "Drop",
+    "Edit",
+    "EditLog",
+    "GapLimits",
+    "LoggedEdit",
+    "Relabel",
+    "Retrack",
+    "Retracker",
+    "SampleState",
+    "SetBox",
+    "Swap",
+    "TrackedFiles",
+    "TrackedTrial",
+    "Undo",
+    "apply_edits",
+    "export_tracks",
+    "fill_gaps",
+    "import_tracks",
+    "load_deeplabcut",
+    "load_movement",
+    "load_tracked",
+    "retracks",
+    "save_deeplabcut",
+    "save_fishsim",
+    "save_movement",
+    "save_tracked",
+    "to_movement",
+]

@@ -1,0 +1,117 @@
+"""DeepLabCut's CSV: three or four header rows, then one row a frame; single-animal as written, both as read.
+
+    scorer,swimcal,swimcal,swimcal,…
+    individuals,fish,fish,fish,…            only in files of multi-animal projects
+    bodyparts,nose,nose,nose,…
+    coords,x,y,likelihood,…
+    0,310.5,95.0,0.98,…
+
+The first column is the number of the frame; there is no time in the file. Files without ``likelihood``, as
+labelled by hand, have confidence 1. https://deeplabcut.github.io/DeepLabCut/docs/standardDeepLabCut_UserGuide.html
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from session import FaultCollector, Tracks, write_whole
+from session.tables import RawTable, read_table, to_numbers
+from tracking.records.foreign import check_names, checked_tracks
+
+SCORER = "swimcal"
+COORDS = ("x", "y", "likelihood")
+
+
+def save_deeplabcut(path: Path, tracks: Tracks) -> None:
+    """Writes tracks in DeepLabCut's form for one animal, whole or not at all. Times are lost, frames stay.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    columns = [(marker, coord) for marker in tracks.markers for coord in COORDS]
+    writer.writerow(["scorer", *[SCORER] * len(columns)])
+    writer.writerow(["bodyparts", *(marker for marker, _ in columns)])
+    writer.writerow(["coords", *(coord for _, coord in columns)])
+    samples = np.concatenate([tracks.position_px, tracks.confidence[..., None]], axis=2)  # (n, m, 3)
+    for number, row in enumerate(samples.reshape(len(samples), -1).tolist()):
+        writer.writerow([number, *("" if cell != cell else repr(cell) for cell in row)])
+    write_whole(path, text.getvalue())
+
+
+def load_deeplabcut(path: Path, markers: Sequence[str], fps: float) -> Tracks:
+    """Reads DeepLabCut's CSV. Frame k is at k / `fps`; further body parts in the file are left out.
+
+    Args:
+        path: the file.
+        markers: the body parts it must hold.
+        fps: frames a second.
+
+    Raises:
+        InputError: every fault of the file at once.
+    """
+    table = read_table(path)
+    faults = FaultCollector(table.file)
+    head = _head(table, faults)
+    columns = list(zip(head["bodyparts"], head["coords"], strict=True))  # without the first, the frame
+    check_names(markers, [marker for marker, _ in columns], "body part", faults)
+    faults.raise_if_any()
+    names = ("frame", *(f"{marker} {coord}" for marker, coord in columns))
+    rows = replace(table, rows=table.rows[len(head) :])
+    values = to_numbers(rows, names, faults)  # (n, 1 + columns)
+    faults.raise_if_any()
+    samples = np.stack([_samples(values[:, 1:], columns, marker, faults) for marker in markers], axis=1)  # (n, m, 3)
+    lines = [f"line {row.line}" for row in rows.rows]
+    return checked_tracks(markers, values[:, 0] / fps, samples[..., :2], samples[..., 2], lines, faults)
+
+
+def is_deeplabcut(table: RawTable) -> bool:
+    """Whether a table starts as DeepLabCut's files do."""
+    return table.header is not None and table.header[0].lower() == "scorer"
+
+
+def _head(table: RawTable, faults: FaultCollector) -> dict[str, list[str]]:
+    """The header rows after the first by their names, without their first cells.
+
+    Raises:
+        InputError: they are not DeepLabCut's, or name several animals.
+    """
+    head: dict[str, list[str]] = {}
+    for row in table.rows[:3]:
+        if row.cells[0].lower() in ("individuals", "bodyparts", "coords"):
+            head[row.cells[0].lower()] = row.cells[1:]
+    first = table.header or ("numbers",)
+    if not is_deeplabcut(table) or not {"bodyparts", "coords"} <= head.keys():
+        found = ", ".join([first[0], *(row.cells[0] for row in table.rows[:3])])
+        faults.add(
+            "line 1",
+            "not the header of DeepLabCut",
+            found=f"rows that start with {found}",
+            expected="rows that start with scorer, bodyparts and coords, with individuals before bodyparts if several",
+        )
+    elif len({len(row) for row in (first[1:], *head.values())}) > 1:
+        found = ", ".join(f"{key}: {len(row)}" for key, row in head.items())
+        faults.add("line 1", "header rows of different length", found=found, expected="as many cells in each")
+    elif len(animals := list(dict.fromkeys(head.get("individuals", ())))) > 1:
+        step = "Write a file with the columns of one of them."
+        faults.add("line 2", "more than one animal", found=", ".join(animals), expected="one", next_step=step)
+    faults.raise_if_any()
+    return head
+
+
+def _samples(values: np.ndarray, columns: list[tuple[str, str]], marker: str, faults: FaultCollector) -> np.ndarray:
+    """(n, 3) x, y and likelihood of one body part; nan for a likelihood that the file does not hold."""
+    samples = np.full((len(values), 3), np.nan)
+    for number, coord in enumerate(COORDS):
+        if (marker, coord) in columns:
+            samples[:, number] = values[:, columns.index((marker, coord))]
+        elif coord != "likelihood":
+            faults.add("", f"body part {marker!r} has no {coord}", expected="x and y, and likelihood if there is one")
+    return samples

@@ -1,0 +1,158 @@
+"""What a person can correct in a tracked trial: one class for each operation of the edit log."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from session import key_error
+
+FrameNumber = Annotated[int, Field(ge=0)]
+Side = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Edit(BaseModel):
+    """What all edits have in common."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    note: str = ""
+    """Free text: why, who, when."""
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The markers it names."""
+        return ()
+
+    @property
+    def framed(self) -> tuple[int, ...]:
+        """The frames it names."""
+        return ()
+
+
+class _Stretch(_Edit):
+    """An edit of a stretch of frames."""
+
+    frames: tuple[FrameNumber, FrameNumber | None] = (0, None)
+    """First and last, both included; None for the last means to the end."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> _Stretch:
+        first, last = self.frames
+        if last is not None and last < first:
+            raise key_error("the frames are the wrong way round", found=f"{first} to {last}", expected="first, last")
+        return self
+
+    @property
+    def framed(self) -> tuple[int, ...]:
+        """The frames it names."""
+        return tuple(frame for frame in self.frames if frame is not None)
+
+    @property
+    def span(self) -> slice:
+        """The frames as a slice."""
+        first, last = self.frames
+        return slice(first, None if last is None else last + 1)
+
+
+class Swap(_Stretch):
+    """Two markers change their samples."""
+
+    op: Literal["swap"] = "swap"
+    markers: tuple[str, str]
+
+    @model_validator(mode="after")
+    def _two(self) -> Swap:
+        if self.markers[0] == self.markers[1]:
+            raise key_error("one marker twice", found=repr(self.markers[0]), expected="two different markers")
+        return self
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The markers it names."""
+        return self.markers
+
+
+class Drop(_Stretch):
+    """The samples of some markers are wrong; they become missing."""
+
+    op: Literal["drop"] = "drop"
+    markers: Annotated[tuple[str, ...], Field(min_length=1)]
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The markers it names."""
+        return self.markers
+
+
+class Relabel(_Stretch):
+    """What was tracked as `marker` is really the marker `to`, whose own samples there were wrong."""
+
+    op: Literal["relabel"] = "relabel"
+    marker: str
+    to: str
+
+    @model_validator(mode="after")
+    def _two(self) -> Relabel:
+        if self.marker == self.to:
+            raise key_error("a marker relabelled as itself", found=repr(self.to), expected="another marker in `to`")
+        return self
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The markers it names."""
+        return (self.marker, self.to)
+
+
+class SetBox(_Edit):
+    """In one frame a marker is in this box; from there it is tracked on.
+
+    Attributes:
+        marker: its name.
+        frame: the frame.
+        box: x, y of the top left pixel, width and height, px.
+        until: the last frame to track on to; None leaves it to the tracker.
+    """
+
+    op: Literal["box"] = "box"
+    marker: str
+    frame: FrameNumber
+    box: tuple[Coordinate, Coordinate, Side, Side]
+    until: FrameNumber | None = None
+
+    @model_validator(mode="after")
+    def _in_order(self) -> SetBox:
+        if self.until is not None and self.until < self.frame:
+            expected = f"a frame from {self.frame} on"
+            raise key_error("the last frame is before that of the box", found=f"until {self.until}", expected=expected)
+        return self
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The markers it names."""
+        return (self.marker,)
+
+    @property
+    def framed(self) -> tuple[int, ...]:
+        """The frames it names."""
+        return (self.frame,) if self.until is None else (self.frame, self.until)
+
+    @property
+    def centre_px(self) -> tuple[float, float]:
+        """Centre of the pixels that the box covers."""
+        x, y, width, height = self.box
+        return x + (width - 1) / 2, y + (height - 1) / 2
+
+
+class Undo(_Edit):
+    """The edit on an earlier line of the log does not count."""
+
+    op: Literal["undo"] = "undo"
+    line: Annotated[int, Field(ge=1)]
+
+
+Edit = Swap | Drop | Relabel | SetBox | Undo
+EDITS: dict[str, type[Edit]] = {"swap": Swap, "drop": Drop, "relabel": Relabel, "box": SetBox, "undo": Undo}
+"""The kinds of edit by the name of their operation."""

@@ -1,0 +1,96 @@
+"""What holds for tracks of other programs: the samples are made ours and checked, faults named by their place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from session import Fault, FaultCollector, Tracks, did_you_mean
+from session.tracks import FARTHEST_PX
+
+
+def check_names(markers: Sequence[str], found: Sequence[str], what: str, faults: FaultCollector) -> None:
+    """Adds a fault for each marker that a file does not hold; `what` is its word for a marker."""
+    for marker in markers:
+        if marker not in found:
+            hint = did_you_mean(marker, found) or "Rename it in the file, or in [markers] names of the session."
+            faults.add("", f"no {what} {marker!r}", choices=dict.fromkeys(found), next_step=hint)
+
+
+def checked_tracks(
+    markers: Sequence[str],
+    time_s: np.ndarray,
+    position_px: np.ndarray,
+    confidence: np.ndarray,
+    where: Sequence[str],
+    faults: FaultCollector,
+) -> Tracks:
+    """Tracks from the samples of another program.
+
+    A position with one half missing is missing altogether; a confidence that is missing is 1, and 0 where the
+    position is missing.
+
+    Args:
+        markers: names of the m markers.
+        time_s: (n,).
+        position_px: (n, m, 2).
+        confidence: (n, m).
+        where: (n,) the place of each frame in the file, for messages.
+        faults: where faults go.
+
+    Raises:
+        InputError: times that do not increase, infinite or far away positions, confidences outside [0, 1], a marker
+            that is missing throughout, less than two frames, and the faults that were there before.
+    """
+    position = np.array(position_px, dtype=float)
+    missing = np.isnan(position).any(axis=2)  # (n, m)
+    position[missing] = np.nan
+    belief = np.where(np.isnan(confidence), 1.0, confidence)
+    belief = np.where(missing, 0.0, belief)
+    if len(time_s) < 2:
+        faults.add("", "too short", found=f"{len(time_s)} frames", expected="at least 2 frames")
+    for k in np.flatnonzero(missing.all(axis=0)).tolist() if len(time_s) else []:
+        faults.add("", f"marker {markers[k]!r} is missing in every frame", expected="at least one sample")
+    late = np.flatnonzero(~(np.diff(time_s) > 0)).tolist()
+    outside = np.argwhere((belief < 0) | (belief > 1)).tolist()
+    far = np.argwhere(np.abs(np.nan_to_num(position)).max(axis=2) > FARTHEST_PX).tolist()
+    file, range_px = faults.file, f"pixels, no further than {FARTHEST_PX:g} from the corner"
+    faults.extend_capped(
+        [
+            Fault(
+                file,
+                f"frame {row + 2} of the file",
+                "time does not increase",
+                f"{time_s[row + 1]:g}",
+                f"after {time_s[row]:g}",
+            )
+            for row in late
+        ]
+    )
+    faults.extend_capped(
+        [
+            Fault(
+                file,
+                f"{where[row]}, {markers[k]}",
+                "confidence out of range",
+                f"{belief[row, k]:g}",
+                "0 to 1",
+            )
+            for row, k in outside
+        ]
+    )
+    faults.extend_capped(
+        [
+            Fault(
+                file,
+                f"{where[row]}, {markers[k]}",
+                "lies beyond any image",
+                f"{position[row, k]}",
+                range_px,
+            )
+            for row, k in far
+        ]
+    )
+    faults.raise_if_any()
+    return Tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)

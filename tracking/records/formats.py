@@ -1,0 +1,70 @@
+"""Tracks in the forms of other programs: recognised by content on the way in, named on the way out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from session import FaultCollector, Tracks, load_tracks, save_tracks
+from session.tables import read_table
+from tracking.records.deeplabcut import is_deeplabcut, load_deeplabcut, save_deeplabcut
+from tracking.records.fishsim import save_fishsim
+from tracking.records.movement import load_movement, save_movement
+from tracking.records.tracked import TrackedTrial
+
+SIGNATURES = {b"\x89HDF\r\n\x1a\n": "HDF5", b"CDF": "netCDF 3"}
+"""How files that are no text start."""
+FORMATS: dict[str, Callable[[Path, TrackedTrial], None]] = {
+    "swimcal": lambda path, tracked: save_tracks(path, tracked.tracks),
+    "deeplabcut": lambda path, tracked: save_deeplabcut(path, tracked.tracks),
+    "movement": save_movement,
+    "fishsim": lambda path, tracked: save_fishsim(path, tracked.tracks),
+}
+"""The forms that tracks can be written in, by name: the contract's CSV, DeepLabCut's CSV, netCDF as of the package
+`movement`, the authors' CSV without a header."""
+
+
+def import_tracks(path: Path, markers: Sequence[str], fps: float) -> Tracks:
+    """Reads tracks in any of the forms in `FORMATS`, which is told from the content, not from the name.
+
+    Args:
+        path: the file; text may be packed (.gz).
+        markers: the markers it must hold; what else the file tracks is left out, save in our own form, in which
+            it is an error.
+        fps: frames a second, for forms without time.
+
+    Raises:
+        InputError: every fault of the file at once.
+    """
+    if _signature(path) is not None:
+        return load_movement(path, markers, fps).tracks
+    if is_deeplabcut(read_table(path)):
+        return load_deeplabcut(path, markers, fps)
+    return load_tracks(path, markers, fps)
+
+
+def export_tracks(tracked: TrackedTrial, path: Path, form: str) -> None:
+    """Writes tracks in a form of `FORMATS`, whole or not at all.
+
+    States and sizes are kept by ``movement`` alone, times by ``swimcal`` and ``movement``, confidences by all but
+    ``fishsim``.
+
+    Raises:
+        InputError: an unknown form.
+        ResultsNotWritable: the file cannot be written.
+    """
+    if form not in FORMATS:
+        faults = FaultCollector(str(path))
+        faults.add("", "no such form of tracks", found=repr(form), choices=FORMATS)
+        faults.raise_if_any()
+    FORMATS[form](path, tracked)
+
+
+def _signature(path: Path) -> str | None:
+    """The kind of a file that is no text; None for text, and for what cannot be read, which readers report."""
+    try:
+        with path.open("rb") as stream:
+            start = stream.read(8)
+    except OSError:
+        return None
+    return next((kind for signature, kind in SIGNATURES.items() if start.startswith(signature)), None)

@@ -1,0 +1,168 @@
+"""netCDF in the layout of the `movement` package, its "poses" dataset.
+
+Dimensions time, space, keypoint, individual; variables ``position`` (time, space, keypoint, individual) and
+``confidence`` (time, keypoint, individual); attributes ds_type, source_software, source_file, time_unit, fps.
+Before version 0.17 the last two dimensions were called keypoints and individuals: both names are read, and
+`legacy_names` writes the older ones. States and sizes of samples stand in further variables, which `movement` keeps.
+https://movement.neuroinformatics.dev/user_guide/movement_dataset.html
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from session import FaultCollector, program_version, shown, writing_whole
+from tracking.records.foreign import check_names, checked_tracks
+from tracking.records.tracked import SampleState, TrackedTrial
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+INDIVIDUAL = "fish"
+SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
+"""The names of dimensions before version 0.17, and since."""
+DIMENSIONS = ("time", "space", "keypoint", "individual")
+
+
+def to_movement(tracked: TrackedTrial, *, source_file: str = "", legacy_names: bool = False) -> xr.Dataset:
+    """The trial as a poses dataset of `movement`, time in seconds.
+
+    Args:
+        tracked: of n frames and m markers.
+        source_file: what was tracked.
+        legacy_names: name the dimensions as `movement` did before version 0.17.
+    """
+    import xarray as xr  # takes half a second, which only these files need
+
+    tracks = tracked.tracks
+    of_samples = ("time", "keypoint", "individual")
+    data = xr.Dataset(
+        data_vars={
+            "position": (DIMENSIONS, np.swapaxes(tracks.position_px, 1, 2)[..., None], {"units": "px"}),
+            "confidence": (of_samples, tracks.confidence[..., None]),
+            "state": (of_samples, tracked.state[..., None], _meanings()),
+            "size": (of_samples, tracked.size_px[..., None], {"units": "px", "long_name": "apparent diameter"}),
+        },
+        coords={
+            "time": tracks.time_s,
+            "space": ["x", "y"],
+            "keypoint": list(tracks.markers),
+            "individual": [INDIVIDUAL],
+        },
+        attrs={
+            "ds_type": "poses",
+            "source_software": program_version(),
+            "source_file": source_file,
+            "time_unit": "seconds",
+            "fps": _fps(tracks.time_s),
+        },
+    )
+    return data.rename({new: old for old, new in SINGULAR.items()}) if legacy_names else data
+
+
+def save_movement(path: Path, tracked: TrackedTrial, *, source_file: str = "", legacy_names: bool = False) -> None:
+    """Writes `to_movement` as netCDF, whole or not at all; the arguments are the same.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written.
+    """
+    data = to_movement(tracked, source_file=source_file, legacy_names=legacy_names)
+    with writing_whole(path) as part:
+        data.to_netcdf(part, engine="h5netcdf")
+
+
+def load_movement(path: Path, markers: Sequence[str], fps: float) -> TrackedTrial:
+    """Reads a poses dataset of `movement` with one individual; further keypoints are left out.
+
+    Args:
+        path: the file.
+        markers: the keypoints it must hold.
+        fps: frames a second, used where the file counts time in frames.
+
+    Raises:
+        InputError: every fault of the file at once.
+    """
+    faults = FaultCollector(str(path))
+    data = _read(path, faults)
+    _check_layout(data, faults)
+    faults.raise_if_any()
+    check_names(markers, data["keypoint"].values.astype(str).tolist(), "keypoint", faults)
+    faults.raise_if_any()
+    chosen = data.isel(individual=0).sel(keypoint=list(markers), space=["x", "y"])
+    position = chosen["position"].transpose("time", "keypoint", "space").values  # (n, m, 2)
+    shape = position.shape[:2]
+    confidence = _optional(chosen, "confidence", shape)
+    where = [f"time[{row}]" for row in range(shape[0])]
+    tracks = checked_tracks(markers, _time_s(data, fps), position, confidence, where, faults)
+    plain = TrackedTrial.of(tracks)
+    state = np.nan_to_num(_optional(chosen, "state", shape), nan=SampleState.MISSING).astype(np.int8)
+    fits = ((state == SampleState.MISSING) == (plain.state == SampleState.MISSING)).all()
+    known = np.isin(state, list(SampleState)).all()
+    return TrackedTrial(tracks, state if fits and known else plain.state, _optional(chosen, "size", shape))
+
+
+def _meanings() -> dict[str, object]:
+    """What the numbers of the states mean, as the CF conventions say it (section 3.5, flags)."""
+    return {
+        "flag_values": np.array(list(SampleState), dtype=np.int8),
+        "flag_meanings": " ".join(state.word for state in SampleState),
+    }
+
+
+def _fps(time_s: np.ndarray) -> float:
+    return float(1 / np.median(np.diff(time_s))) if len(time_s) > 1 else float("nan")
+
+
+def _read(path: Path, faults: FaultCollector) -> xr.Dataset:
+    """The whole dataset in memory, with the present names of its dimensions."""
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as data:
+            data.load()
+    except FileNotFoundError:
+        faults.add("", "the file is not there", expected="a readable file")
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        faults.add("", "the file cannot be read", found=str(error), expected="a whole netCDF 4 file")
+    faults.raise_if_any()
+    return data.rename({old: new for old, new in SINGULAR.items() if old in data.dims})
+
+
+def _check_layout(data: xr.Dataset, faults: FaultCollector) -> None:
+    next_step = "Write it with `movement` as a poses dataset: ds.to_netcdf(path)."
+    kind = data.attrs.get("ds_type", "poses")
+    if kind != "poses" or "position" not in data or set(data["position"].dims) != set(DIMENSIONS):
+        found = f"a dataset of {kind} with " + ", ".join(f"{name} {tuple(data[name].dims)}" for name in data.data_vars)
+        expected = f"poses: position {DIMENSIONS}, confidence"
+        faults.add(
+            "", "not a poses dataset of movement", found=shown(found, 200), expected=expected, next_step=next_step
+        )
+        return
+    if unlabelled := [name for name in DIMENSIONS if name not in data.coords]:
+        faults.add("", "dimensions without labels", found=", ".join(unlabelled), expected="a coordinate for each")
+    elif not {"x", "y"} <= set(data["space"].values.astype(str).tolist()):
+        faults.add("", "no x and y", found=shown(data["space"].values.tolist()), expected="x and y in space")
+    if data.sizes["individual"] != 1:
+        found = (
+            shown(data["individual"].values.tolist()) if "individual" in data.coords else str(data.sizes["individual"])
+        )
+        step = "Choose one: ds.sel(individual=[name])."
+        faults.add("", "not one individual", found=found, expected="one", next_step=step)
+    if data.attrs.get("time_unit", "seconds") not in ("seconds", "frames"):
+        faults.add("", "unknown time_unit", found=shown(data.attrs["time_unit"]), choices=("seconds", "frames"))
+
+
+def _time_s(data: xr.Dataset, fps: float) -> np.ndarray:
+    time = data["time"].values.astype(float)  # (n,)
+    return time / fps if data.attrs.get("time_unit") == "frames" else time
+
+
+def _optional(chosen: xr.Dataset, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """(n, m) of a variable that may not be there; nan then."""
+    if name not in chosen:
+        return np.full(shape, np.nan)
+    return chosen[name].transpose("time", "keypoint").values.astype(float)

@@ -1,0 +1,180 @@
+"""A tracked trial on disk: the contract's tracks, and beside them states, sizes and flags."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from session import Fault, FaultCollector, Flag, InputError, Tracks, load_tracks, save_tracks, shown, writing_whole
+from session.tables import RawTable, Row, read_table, read_text, to_numbers
+from tracking.records.tracked import STATE_WORDS, SampleState, TrackedTrial
+
+AGAIN = "Make it again with `calib track`."
+
+
+class TrackedFiles(NamedTuple):
+    """The three files of a tracked trial.
+
+    Attributes:
+        tracks: ``<trial>.csv``, the tracks of the public contract.
+        states: ``<trial>.states.csv``, header ``time_s,<marker>_state,<marker>_size_px,…``.
+        flags: ``<trial>.flags.json``, a list of flags in the form of the public contract.
+    """
+
+    tracks: Path
+    states: Path
+    flags: Path
+
+    @classmethod
+    def of(cls, folder: Path, trial: str) -> TrackedFiles:
+        """The files of a trial in a folder."""
+        return cls(*(folder / f"{trial}{suffix}" for suffix in (".csv", ".states.csv", ".flags.json")))
+
+
+def save_tracked(folder: Path, trial: str, tracked: TrackedTrial) -> TrackedFiles:
+    """Writes the three files of a tracked trial. None of them appears before all are written.
+
+    The tracks come last: where they stand, the others do.
+
+    Raises:
+        ResultsNotWritable: a file cannot be written; what stood there is unchanged.
+    """
+    files = TrackedFiles.of(folder, trial)
+    flags = [flag.to_json() for flag in tracked.flags]
+    with (
+        writing_whole(files.tracks) as tracks,
+        writing_whole(files.states) as states,
+        writing_whole(files.flags) as part,
+    ):
+        save_tracks(tracks, tracked.tracks)
+        states.write_text(_states_csv(tracked), encoding="utf-8", newline="\n")
+        part.write_text(json.dumps(flags, indent=1, ensure_ascii=False) + "\n", encoding="utf-8", newline="\n")
+    return files
+
+
+def load_tracked(folder: Path, trial: str) -> TrackedTrial:
+    """Reads what `save_tracked` wrote, every number as it was.
+
+    Raises:
+        InputError: every fault of the three files at once.
+    """
+    files = TrackedFiles.of(folder, trial)
+    faults = FaultCollector()
+    tracks, state, size_px = None, np.zeros(0), np.zeros(0)
+    flags: tuple[Flag, ...] = ()
+    with faults.nested():
+        tracks = load_tracks(files.tracks, _markers(read_table(files.tracks)), fps=1.0, minimum=1)
+    with faults.nested():
+        flags = _load_flags(files.flags)
+    if tracks is not None:
+        with faults.nested():
+            state, size_px = _load_states(files.states, tracks)
+    faults.raise_if_any()
+    assert tracks is not None
+    return TrackedTrial(tracks, state, size_px, flags)
+
+
+def _markers(table: RawTable) -> tuple[str, ...]:
+    """The markers that the header of a file of tracks names."""
+    markers = tuple(name.removesuffix("_x") for name in table.header or () if name.endswith("_x"))
+    if not markers:
+        first = ",".join(table.header or table.rows[0].cells)
+        expected = "a header time_s,<marker>_x,<marker>_y,<marker>_confidence,…"
+        raise InputError([Fault(table.file, "line 1", "no header of tracks", shown(first), expected, (), AGAIN)])
+    return markers
+
+
+def _states_csv(tracked: TrackedTrial) -> str:
+    names = [f"{marker}{suffix}" for marker in tracked.tracks.markers for suffix in ("_state", "_size_px")]
+    rows = [
+        ",".join([repr(time), *(cell for pair in zip(states, sizes, strict=True) for cell in _cells(*pair))])
+        for time, states, sizes in zip(
+            tracked.tracks.time_s.tolist(), tracked.state.tolist(), tracked.size_px.tolist(), strict=True
+        )
+    ]
+    return "\n".join([",".join(["time_s", *names]), *rows, ""])
+
+
+def _cells(state: int, size_px: float) -> tuple[str, str]:
+    return SampleState(state).word, "" if size_px != size_px else repr(size_px)
+
+
+def _load_states(path: Path, tracks: Tracks) -> tuple[np.ndarray, np.ndarray]:
+    """(n, m) states and sizes, checked against the tracks beside them."""
+    table = read_table(path)
+    faults = FaultCollector(table.file)
+    names = ("time_s", *(f"{marker}{suffix}" for marker in tracks.markers for suffix in ("_state", "_size_px")))
+    if table.header != names:
+        faults.add("line 1", "another header than the tracks ask for", found=shown(table.header), expected=shown(names))
+        faults.raise_if_any()
+    values = to_numbers(_without_words(table, names, faults), names, faults)  # (n, 1 + 2 m)
+    faults.raise_if_any()
+    if not np.array_equal(values[:, 0], tracks.time_s):
+        faults.add(
+            "",
+            "other times than in the tracks",
+            found=f"{len(values)} frames",
+            expected=f"the {len(tracks.time_s)} times of the tracks beside it",
+            next_step=AGAIN,
+        )
+    faults.raise_if_any()
+    state, size_px = values[:, 1::2].astype(np.int8), values[:, 2::2]
+    _check_missing(table, state, tracks, faults)
+    faults.raise_if_any()
+    return state, size_px
+
+
+def _without_words(table: RawTable, names: tuple[str, ...], faults: FaultCollector) -> RawTable:
+    """The table with the number of each state instead of its word."""
+    unknown: list[Fault] = []
+
+    def number(row: Row, column: int, cell: str) -> str:
+        if not names[column].endswith("_state"):
+            return cell
+        if cell not in STATE_WORDS:
+            where = f"line {row.line}, column {column + 1} ({names[column]})"
+            unknown.append(Fault(table.file, where, "not a state", shown(cell), "", tuple(STATE_WORDS)))
+            return "0"
+        return str(int(STATE_WORDS[cell]))
+
+    rows = [
+        replace(row, cells=[number(row, *cell) for cell in enumerate(row.cells)])
+        if len(row.cells) == len(names)
+        else row
+        for row in table.rows
+    ]
+    faults.extend_capped(unknown)
+    return replace(table, rows=rows)
+
+
+def _check_missing(table: RawTable, state: np.ndarray, tracks: Tracks, faults: FaultCollector) -> None:
+    absent = np.isnan(tracks.position_px[..., 0])  # (n, m)
+    faults.extend_capped(
+        [
+            Fault(
+                table.file,
+                f"line {table.rows[row].line}",
+                f"the state of {tracks.markers[k]!r} does not fit the tracks",
+                SampleState(state[row, k]).word,
+                "missing, as it has no position" if absent[row, k] else "not missing, as it has a position",
+                (),
+                AGAIN,
+            )
+            for row, k in np.argwhere((state == SampleState.MISSING) != absent).tolist()
+        ]
+    )
+
+
+def _load_flags(path: Path) -> tuple[Flag, ...]:
+    faults = FaultCollector(str(path))
+    try:
+        return tuple(Flag.from_json(flag) for flag in json.loads(read_text(path)))
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError) as error:
+        found = f"{type(error).__name__}: {error}"
+        faults.add("", "not a list of flags", found=found, expected='[{"kind": "…", …}, …]', next_step=AGAIN)
+    faults.raise_if_any()
+    raise AssertionError("unreachable")

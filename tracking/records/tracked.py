@@ -1,0 +1,96 @@
+"""A tracked trial: tracks, and for every sample how it came about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+
+from session import Flag, Tracks
+
+
+class SampleState(IntEnum):
+    """How a sample came about."""
+
+    MISSING = 0
+    """There is none."""
+    MEASURED = 1
+    """The tracker found the marker in the picture."""
+    PREDICTED = 2
+    """The tracker carried the motion on without seeing the marker."""
+    INTERPOLATED = 3
+    """Filled in afterwards, from samples before and after."""
+    BY_HAND = 4
+    """Set by a person."""
+
+    @property
+    def word(self) -> str:
+        """The state as files write it: ``by_hand``."""
+        return self.name.lower()
+
+
+STATE_WORDS = {state.word: state for state in SampleState}
+"""The states by the words that files use."""
+SEEN = (SampleState.MEASURED, SampleState.BY_HAND)
+"""The states of samples that somebody or something saw; the others are guesses."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedTrial:
+    """What the tracker says of n frames of m markers.
+
+    Attributes:
+        tracks: positions and confidences.
+        state: (n, m) int8 of `SampleState`; MISSING exactly where the position is nan.
+        size_px: (n, m) apparent diameter of the marker, px; nan where not measured.
+        flags: what is doubtful.
+    """
+
+    tracks: Tracks
+    state: np.ndarray
+    size_px: np.ndarray
+    flags: tuple[Flag, ...] = ()
+
+    def __post_init__(self) -> None:
+        expected = self.tracks.confidence.shape
+        for name in ("state", "size_px"):
+            if (found := np.shape(getattr(self, name))) != expected:
+                raise ValueError(f"{name}: found shape {found}, expected {expected}, one for each sample")
+        if unknown := set(np.unique(self.state).tolist()) - set(SampleState):
+            raise ValueError(f"state: found {sorted(unknown)}, expected values of SampleState, 0 to {max(SampleState)}")
+        wrong = np.argwhere((self.state == SampleState.MISSING) != np.isnan(self.tracks.position_px).any(axis=2))
+        if len(wrong):
+            row, k = wrong[0].tolist()
+            raise ValueError(
+                f"{len(wrong)} samples are MISSING with a position, or have none without being MISSING; "
+                f"the first: {self.tracks.markers[k]} in frame {row}"
+            )
+
+    @classmethod
+    def of(cls, tracks: Tracks, flags: tuple[Flag, ...] = ()) -> TrackedTrial:
+        """Tracks from elsewhere: measured where there is a position, of unknown size."""
+        present = np.isfinite(tracks.position_px).all(axis=2)
+        state = np.where(present, SampleState.MEASURED, SampleState.MISSING).astype(np.int8)
+        return cls(tracks, state, np.full(state.shape, np.nan), flags)
+
+    @property
+    def seen(self) -> np.ndarray:
+        """(n, m) True where the sample is measured or set by hand."""
+        return np.isin(self.state, SEEN)
+
+    def with_samples(
+        self,
+        position_px: np.ndarray,
+        confidence: np.ndarray,
+        state: np.ndarray,
+        size_px: np.ndarray,
+        flags: tuple[Flag, ...],
+    ) -> TrackedTrial:
+        """The same frames and markers with other samples; shapes as in the class.
+
+        Raises:
+            ValueError: arrays that do not fit each other.
+        """
+        tracks = replace(self.tracks, position_px=position_px, confidence=confidence)
+        return TrackedTrial(tracks, state.astype(np.int8), size_px, flags)
