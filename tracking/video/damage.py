@@ -42,14 +42,31 @@ def missing_at_the_end(index: FrameIndex, container: av.container.InputContainer
 
 
 def lost_frames(lost: Iterable[int], index: FrameIndex) -> str | None:
-    """Which frames could not be decoded, and how far their traces may reach; None if none."""
+    """Which frames could not be decoded, and how many others that may have harmed; None if none."""
     numbers = sorted(lost)
     if not numbers:
         return None
     stretches = _stretches(numbers)
     shown = ", ".join(_named(first, last, index) for first, last in stretches[:RANGES_SHOWN])
     more = f" and {len(stretches) - RANGES_SHOWN} more stretches" if len(stretches) > RANGES_SHOWN else ""
-    return f"{len(numbers)} of {len(index.time_s)} frames cannot be decoded: {shown}{more}"
+    told = f"{len(numbers)} of {len(index.time_s)} frames cannot be decoded: {shown}{more}"
+    harmed = int(np.sum(suspect_frames(numbers, index))) - len(numbers)
+    return f"{told}; {harmed} others between the same key frames may show traces of that" if harmed else told
+
+
+def suspect_frames(lost: Iterable[int], index: FrameIndex) -> np.ndarray:
+    """(n,) bool, the frames that lean on a lost one, directly or not, and the lost ones themselves.
+
+    Frames lean on each other between two key frames only, except that those shown shortly before a key frame may
+    lean on it as well (an open group of pictures).
+    """
+    suspect = np.zeros(len(index.time_s), dtype=bool)
+    for number in lost:
+        first, after = index.group(number)
+        if index.is_reordered and first == number > 0:
+            first = index.group(number - 1)[0]
+        suspect[first:after] = True
+    return suspect
 
 
 def _stretches(numbers: list[int]) -> list[tuple[int, int]]:
@@ -59,8 +76,6 @@ def _stretches(numbers: list[int]) -> list[tuple[int, int]]:
 
 
 def _named(first: int, last: int, index: FrameIndex) -> str:
-    """A stretch of lost frames with its time, and the frames after it that may show traces of the damage."""
+    """A stretch of lost frames with its time."""
     name = f"{first}" if first == last else f"{first} to {last}"
-    until = index.next_key(last) - 1
-    traces = f", traces possible up to {until}" if until > last else ""
-    return f"{name} ({index.time_s[first]:.3f} s{traces})"
+    return f"{name} ({index.time_s[first]:.3f} s)"

@@ -59,6 +59,7 @@ class FrameIndex:
         number_of: stamp -> number of the frame; empty where `pts` is None.
         keys: ascending stamps of the key frames decoding can start from; empty where `pts` is None.
         corrupt: numbers of the frames whose packet the container itself calls corrupt.
+        is_reordered: frames may be decoded in another order than they are shown in.
         total_packets: packets read, shown or not.
         broke_off: reading the packets ended with an error.
     """
@@ -69,6 +70,7 @@ class FrameIndex:
     number_of: dict[int, int]
     keys: np.ndarray
     corrupt: frozenset[int]
+    is_reordered: bool
     total_packets: int
     broke_off: bool
 
@@ -87,12 +89,14 @@ class FrameIndex:
         low, high = np.searchsorted(self.keys, self.pts[[number, later]], side="right")
         return bool(high > low)
 
-    def next_key(self, number: int) -> int:
-        """Number of the first key frame after a frame, or the number of frames."""
+    def group(self, number: int) -> tuple[int, int]:
+        """The group of pictures a frame belongs to: its first frame, a key frame, and the first one after it."""
         if self.pts is None:
-            return len(self.time_s)
-        later = self.keys[np.searchsorted(self.keys, self.pts[number], side="right") :]
-        return int(np.searchsorted(self.pts, later[0])) if len(later) else len(self.time_s)
+            return 0, len(self.time_s)
+        before = int(np.searchsorted(self.keys, self.pts[number], side="right"))
+        bounds = np.searchsorted(self.pts, self.keys)  # a key frame that an edit list hides counts as the first shown
+        first = bounds[before - 1] if before else 0
+        return int(first), int(bounds[before]) if before < len(bounds) else len(self.time_s)
 
 
 def read_packets(container: av.container.InputContainer, stream: av.VideoStream) -> Packets:
@@ -114,11 +118,10 @@ def index_frames(container: av.container.InputContainer, stream: av.VideoStream)
     """The frames of a stream, numbered in the order in which they are shown."""
     read = read_packets(container, stream)
     shown = [packet for packet in read.packets if packet.is_shown]
-    reordered = stream.codec_context.has_b_frames
-    if not (reordered and container.format.name in NO_TIME_OF_PRESENTATION):
+    if not (stream.codec_context.has_b_frames and container.format.name in NO_TIME_OF_PRESENTATION):
         stamps = sorted({packet.pts for packet in shown if packet.pts is not None})
         if len(stamps) >= MOSTLY * len(shown):
-            return _by_presentation(read, stamps, _unit_s(stream))
+            return _by_presentation(read, stamps, stream)
     return _by_order(read, shown, stream)
 
 
@@ -127,17 +130,18 @@ def _unit_s(stream: av.VideoStream) -> float:
     return float(stream.time_base or 1)
 
 
-def _by_presentation(read: Packets, stamps: Sequence[int], unit_s: float) -> FrameIndex:
+def _by_presentation(read: Packets, stamps: Sequence[int], stream: av.VideoStream) -> FrameIndex:
     """The index by the frames' own stamps."""
     pts = np.array(stamps, dtype=np.int64)
     number_of = {stamp: number for number, stamp in enumerate(stamps)}
     return FrameIndex(
-        time_s=(pts - pts[:1]) * unit_s,
+        time_s=(pts - pts[:1]) * _unit_s(stream),
         source=TimeSource.PRESENTATION,
         pts=pts,
         number_of=number_of,
         keys=np.array(sorted({p.pts for p in read.packets if p.is_key and p.pts is not None}), dtype=np.int64),
         corrupt=frozenset(number_of[p.pts] for p in read.packets if p.is_corrupt and p.pts in number_of),
+        is_reordered=stream.codec_context.has_b_frames,
         total_packets=read.total,
         broke_off=read.broke_off,
     )
@@ -150,4 +154,5 @@ def _by_order(read: Packets, shown: Sequence[Packet], stream: av.VideoStream) ->
         time_s, source = (np.array(dts) - dts[0]) * _unit_s(stream), TimeSource.DECODING
     else:
         time_s, source = np.arange(len(shown)) / float(stream.guessed_rate or 25), TimeSource.FRAME_RATE
-    return FrameIndex(time_s, source, None, {}, np.empty(0, dtype=np.int64), frozenset(), read.total, read.broke_off)
+    no_keys = np.empty(0, dtype=np.int64)
+    return FrameIndex(time_s, source, None, {}, no_keys, frozenset(), True, read.total, read.broke_off)

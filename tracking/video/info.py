@@ -10,6 +10,9 @@ from tracking.video.index import TimeSource
 LONGEST_SPAN = 60
 """Frames a span for the frame rate has at most: stamps rounded to 1 ms then leave it within 0.1 %."""
 
+LONG_STEP_S, LONG_STEP = 1.0, 10
+"""A step in time is told from this length on, if it is also this many times the median one."""
+
 
 @dataclass(frozen=True, eq=False)
 class VideoInfo:
@@ -52,8 +55,17 @@ class VideoInfo:
     def caveats(self) -> tuple[str, ...]:
         """What a reader of results from this video must know, in sentences without a full stop."""
         caveats = [self.damage] if self.damage else []
+        if jump := self._jump():
+            caveats.append(jump)
         if self.time_source is not TimeSource.PRESENTATION:
             caveats.append(f"the file has no times of presentation; the frames' times come from {self.time_source}")
         if abs(self.pixel_aspect - 1) > 1e-3:
             caveats.append(f"the pixels are {self.pixel_aspect:.3f} times as wide as high")
         return tuple(caveats)
+
+    def _jump(self) -> str | None:
+        """The longest step in time where it is far beyond the usual one: frames are missing or stamps are wrong."""
+        steps_s = np.diff(self.time_s)
+        if not len(steps_s) or steps_s.max() <= max(LONG_STEP_S, LONG_STEP * np.median(steps_s)):
+            return None
+        return f"time jumps by {steps_s.max():.3f} s after frame {steps_s.argmax()}"

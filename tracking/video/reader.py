@@ -6,8 +6,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+import numpy as np
+
 from session.errors import Fault, InputError
-from tracking.video.damage import lost_frames
+from tracking.video.damage import lost_frames, suspect_frames
 from tracking.video.decoding import Decoder, Numbered
 from tracking.video.frame import Frame
 from tracking.video.seeking import Seeker
@@ -56,6 +58,15 @@ class Video:
         """What is missing from the file, and what of it could not be decoded so far; None if nothing."""
         told = [part for part in (self.info.damage, lost_frames(self._lost, self._index)) if part]
         return "; ".join(told) or None
+
+    @property
+    def suspect(self) -> np.ndarray:
+        """(n,) bool, the frames that could not be decoded so far, and those that may show traces of what is missing.
+
+        Decoders fill in what is missing from other frames: a suspect picture may show an older moment in places. A
+        packet that is gone together with its header is not missed, except by the step in time.
+        """
+        return suspect_frames(self._lost, self._index)
 
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         """The readable frames from `start` up to, not including, `stop` (None: to the end), in order of presentation.

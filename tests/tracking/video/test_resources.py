@@ -1,0 +1,99 @@
+"""Reading holds one frame at a time, however long the video, and closes its files."""
+
+import gc
+import weakref
+from collections.abc import Callable
+from pathlib import Path
+
+import av
+import pytest
+
+from session.errors import InputError
+from tests.tracking.video.clips import Clip
+from tracking.video import Video
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[av.container.InputContainer]:
+    """Every container that is opened from here on."""
+    containers = []
+    really_open = av.open
+
+    def watched(*arguments: object, **named: object) -> av.container.InputContainer:
+        containers.append(really_open(*arguments, **named))
+        return containers[-1]
+
+    monkeypatch.setattr("tracking.video.opening.av.open", watched)
+    return containers
+
+
+def is_closed(container: av.container.InputContainer) -> bool:
+    try:
+        container.seek(0)
+    except AssertionError:
+        return True
+    return False
+
+
+def test_frames_alive_do_not_grow_with_length(tmp_path: Path) -> None:
+    alive: weakref.WeakSet[object] = weakref.WeakSet()
+    most = 0
+    with Video(Clip(".mp4", "libx264", frames=400).write(tmp_path)) as video:
+        for frame in video.frames():
+            assert frame.luma.size
+            alive.add(frame)
+            most = max(most, len(alive))
+    assert most <= 2
+
+
+def test_reading_to_the_end_closes_the_file(
+    clip: Callable[[str], Path], opened: list[av.container.InputContainer]
+) -> None:
+    with Video(clip("h264-mp4")) as video:
+        list(video.frames())
+        assert all(map(is_closed, opened))
+
+
+def test_stopping_early_closes_the_file(clip: Callable[[str], Path], opened: list[av.container.InputContainer]) -> None:
+    with Video(clip("h264-mp4")) as video:
+        frames = video.frames(3)
+        next(frames)
+        assert not all(map(is_closed, opened))
+        frames.close()
+        assert all(map(is_closed, opened))
+        for _ in video.frames():
+            break
+        gc.collect()
+        assert all(map(is_closed, opened))
+
+
+def test_leaving_the_video_closes_what_random_access_opened(
+    clip: Callable[[str], Path], opened: list[av.container.InputContainer]
+) -> None:
+    with Video(clip("h264-mp4")) as video:
+        video.frame(20)
+        video.frame(4)
+        assert not all(map(is_closed, opened))
+    assert all(map(is_closed, opened))
+
+
+def test_random_access_opens_the_file_once(
+    clip: Callable[[str], Path], opened: list[av.container.InputContainer]
+) -> None:
+    with Video(clip("h264-mp4")) as video:
+        before = len(opened)
+        for number in (20, 21, 22, 7, 39, 8):
+            video.frame(number)
+        assert len(opened) - before == 1
+
+
+def test_a_file_that_is_refused_is_closed(tmp_path: Path, opened: list[av.container.InputContainer]) -> None:
+    path = Clip(".mkv", "ffv1", frames=2, options={"g": "1"}).write(tmp_path)
+    data = path.read_bytes()
+    with av.open(str(path)) as container:
+        first = next(packet for packet in container.demux(video=0) if packet.size)
+        path.write_bytes(data[: data.index(bytes(first)) + 20])
+    with pytest.raises(InputError, match="no frame of this video can be decoded"):
+        Video(path)
+    assert len(opened) == 4  # the writer's, the test's, and two of the reader's
+    assert all(map(is_closed, opened[2:]))
