@@ -13,7 +13,17 @@ import rerun as rr
 
 from reports.recording import EntityContents, RecordedTrial, check_recording, read_recording, write_recording
 from session import InputError
-from tests.reports.recording.trials import FRAMES, LOST, MARKERS, SIDE_PX, frame_times_s, made_trial, trial_with_video
+from tests.reports.recording.trials import (
+    FRAMES,
+    HEIGHT_PX,
+    LOST,
+    MARKERS,
+    SIDE_PX,
+    WIDTH_PX,
+    frame_times_s,
+    made_trial,
+    trial_with_video,
+)
 from tracking.records import SampleState, TrackedTrial
 
 
@@ -137,7 +147,8 @@ def test_each_frame_shows_the_picture_of_its_own_time(entities: dict[str, Entity
 
 def test_video_is_stretched_onto_the_pixels_of_the_tracks(entities: dict[str, EntityContents]) -> None:
     video = entities["/f1_00/picture/video"]
-    assert rows_of(video, "Transform3D:scale") == [[[2.0, 2.0, 1.0]]]
+    ((scale,),) = rows_of(video, "Transform3D:scale")
+    np.testing.assert_allclose(scale, [WIDTH_PX / 156, HEIGHT_PX / 88, 1.0], rtol=1e-6)
     assert rows_of(video, "Transform3D:translation") == [[[-0.5, -0.5, 0.0]]]
 
 

@@ -71,7 +71,7 @@ def write_video(path: Path, size_px: tuple[int, int] = (WIDTH_PX, HEIGHT_PX)) ->
 
 
 def trial_with_video(folder: Path) -> RecordedTrial:
-    """A trial with a proxy half as wide as its video."""
+    """A trial with a proxy of 156 x 88 pixels, about half its video."""
     proxy = folder / "proxy.mp4"
     make_proxy(write_video(folder / "video.mp4"), proxy, max_height_px=HEIGHT_PX // 2)
     return made_trial(video_proxy=proxy)
