@@ -6,8 +6,7 @@ octave on ever smaller pictures, are only the places to look; each is then measu
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import cv2
 import numpy as np
@@ -33,6 +32,10 @@ LONGEST = 2.0
 """Ratio of the axes of a disc in motion blur; what is longer is a line."""
 FULLEST = (0.8, 1.2)
 """Area over that of the ellipse with the same moments: 1 for a disc."""
+SMOOTHED = 0.12
+"""Sigma of the smoothing before a blob's outline is taken, in radii."""
+SOFTEST_SHRINK = 0.75
+"""Ratio of the diameters at 0.15 above a level and 0.1 below it: about 0.8 to 0.95 for a marker, 0.65 for a swell."""
 LEVELS = (0.5, 0.65, 0.8)
 """Thresholds between ring and disc; the higher ones part neighbours that touch."""
 
@@ -45,12 +48,14 @@ class Blob(NamedTuple):
         y: centre, px.
         diameter_px: of the disc of the same area.
         contrast: grey levels between it and its surroundings, at least 0 whatever its polarity.
+        elongation: ratio of its axes, 1 for a disc.
     """
 
     x: float
     y: float
     diameter_px: float
     contrast: float
+    elongation: float = 1.0
 
 
 def find_blobs(luma: np.ndarray, polarity: Polarity) -> tuple[Blob, ...]:
@@ -96,34 +101,49 @@ def _measure(luma: np.ndarray, x: float, y: float, radius: float) -> Blob | None
     patch = luma[top : int(y + 3 * radius + 3), left : int(x + 3 * radius + 3)].astype(np.float32)
     rows, columns = np.ogrid[: patch.shape[0], : patch.shape[1]]
     away = np.hypot(columns - (x - left), rows - (y - top))
-    surroundings = float(np.median(patch[(away > 1.6 * radius) & (away < 3 * radius)]))
-    contrast = float(np.mean(patch[away <= max(0.5 * radius, 1.0)])) - surroundings
+    patch -= np.median(patch[(away > 1.6 * radius) & (away < 3 * radius)])
+    contrast = float(np.mean(patch[away <= max(0.5 * radius, 1.0)]))
     if contrast < LEAST_CONTRAST:
         return None
+    smooth = cv2.GaussianBlur(patch, (0, 0), SMOOTHED * radius) / contrast
+    middle = min(round(y - top), len(patch) - 1), min(round(x - left), patch.shape[1] - 1)
     for level in LEVELS:
-        for region in _regions(patch, surroundings, level * contrast, (round(y - top), round(x - left))):
+        disc = _part(smooth, middle, level)
+        if disc is not None and _is_disc(disc) and not _is_soft(smooth, middle, level):
+            region = regionprops(disc.astype(np.uint8), intensity_image=np.clip(patch, 0, None))[0]
             row, column = region.centroid_weighted
-            return Blob(left + float(column), top + float(row), float(region.equivalent_diameter_area), contrast)
+            diameter, elongation = region.equivalent_diameter_area, region.axis_major_length / region.axis_minor_length
+            return Blob(left + float(column), top + float(row), float(diameter), contrast, float(elongation))
     return None
 
 
-def _regions(patch: np.ndarray, floor: float, above: float, inside: tuple[int, int]) -> Iterator[Any]:
-    """The part of a patch that stands above the floor around a pixel, if it is a disc inside the patch."""
-    parts = label(patch > floor + above, connectivity=1)
-    here = parts[min(inside[0], patch.shape[0] - 1), min(inside[1], patch.shape[1] - 1)]
-    if here == 0:
-        return
-    region = regionprops((parts == here).astype(np.uint8), intensity_image=np.clip(patch - floor, 0, None))[0]
-    top, left, bottom, right = region.bbox
-    if min(top, left) == 0 or bottom == patch.shape[0] or right == patch.shape[1]:
-        return
+def _part(patch: np.ndarray, pixel: tuple[int, int], level: float) -> np.ndarray | None:
+    """(h, w) the connected part above a level around a pixel, if it does not reach the patch's edge."""
+    parts = label(patch > level, connectivity=1)
+    part = parts == parts[pixel]
+    edge = part[0].any() or part[-1].any() or part[:, 0].any() or part[:, -1].any()
+    return None if edge or parts[pixel] == 0 else part
+
+
+def _is_disc(part: np.ndarray) -> bool:
+    """Whether a part is about as long as wide, and filled like an ellipse."""
     least, most = DIAMETERS_PX
+    if not least**2 <= part.sum() * 4 / np.pi <= most**2:
+        return False
+    region = regionprops(part.astype(np.uint8))[0]
     major, minor = region.axis_major_length, region.axis_minor_length
-    round_enough = minor > 0 and major <= LONGEST * minor
-    if not round_enough or not least <= region.equivalent_diameter_area <= most:
-        return
-    if FULLEST[0] <= region.area / (np.pi / 4 * major * minor) <= FULLEST[1]:
-        yield region
+    full = region.area / (np.pi / 4 * major * max(minor, 1e-9))
+    return bool(major <= LONGEST * minor and FULLEST[0] <= full <= FULLEST[1])
+
+
+def _is_soft(patch: np.ndarray, pixel: tuple[int, int], level: float) -> bool:
+    """Whether the part shrinks much while the level rises: a swell of the water, not a marker with an edge."""
+    lower, upper = (_part(patch, pixel, level + step) for step in (-0.1, 0.15))
+    if upper is None:
+        return True
+    if lower is None:
+        return False
+    return bool(np.sqrt(upper.sum() / lower.sum()) < SOFTEST_SHRINK)
 
 
 def _each_once(blobs: list[Blob]) -> list[Blob]:

@@ -28,9 +28,9 @@ BESIDE_M = 0.01
 """A marker farther from the axis than this is held by the head."""
 DIAMETERS_APART = (3.0, 40.0)
 """The head's two front markers are so many marker diameters apart."""
-SIZE_SD = 0.2
+SIZE_SD = 0.15
 """Spread of the logarithm of a marker's diameter about that of the head's two."""
-CONTRAST_SD = 0.35
+CONTRAST_SD = 0.3
 """Spread of the logarithm of a marker's contrast about that of the head's two."""
 GATE = 3.0
 """Nothing may depart by more standard deviations than this."""
@@ -108,7 +108,7 @@ def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
 
 def complete_bodies(blobs: Sequence[Blob], layout_m: np.ndarray) -> Bodies:
     """All ways, the best first, to see the layout (m, 2), m, in the blobs of one polarity."""
-    looks = np.array(blobs[:CANDIDATES], dtype=float).reshape(-1, 4)
+    looks = np.array([blob[:4] for blob in blobs[:CANDIDATES]]).reshape(-1, 4)
     nose, neck, steps = body_steps(layout_m)
     if len(looks) < len(layout_m):
         return Bodies(np.empty((0, len(layout_m)), dtype=int), np.empty(0))

@@ -20,6 +20,8 @@ NO_BODY_COST = 2.4
 BOX_DIAMETERS = 1.4
 """Side of a box in diameters of its marker."""
 SMALLEST_BOX_PX = 9.0
+MERGED = 1.2
+"""A marker larger than the others by this factor, and as much longer than wide, runs into something bright beside it."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,9 @@ def find_boxes(
     if confidence < CERTAIN:
         raise _not_certain(file, frame, seen, markers, (confidence, runner_up))
     chosen = [best.blobs[k] for k in best.bodies.blobs[0]]
+    if merged := _merged(chosen, markers):
+        found = f"{', '.join(merged)} larger than the others, and not round"
+        raise _refusal(file, frame, "a marker runs into something beside it", found, "round markers of one size")
     boxes = {name: _box(blob, chosen, luma.shape) for name, blob in zip(markers, chosen, strict=True)}
     diameter_px = np.array([blob.diameter_px for blob in chosen])
     residual_px = _residual_px(np.array([blob[:2] for blob in chosen]), layout_m)
@@ -97,6 +102,15 @@ def _probabilities(seen: Sequence[_Seen], count: int) -> tuple[float, float]:
         return 0.0, 0.0
     share = softmax(np.append(-costs, -NO_BODY_COST * count))
     return float(share[0]), float(share[1]) if len(costs) > 1 else 0.0
+
+
+def _merged(chosen: Sequence[Blob], markers: Sequence[str]) -> list[str]:
+    """Names of the markers whose blob holds something beside the marker."""
+    larger, longer = (
+        values / np.median(values) > MERGED
+        for values in (np.array([b.diameter_px for b in chosen]), np.array([b.elongation for b in chosen]))
+    )
+    return [name for name, odd in zip(markers, larger & longer, strict=True) if odd]
 
 
 def _box(blob: Blob, chosen: Sequence[Blob], shape: tuple[int, ...]) -> Box:

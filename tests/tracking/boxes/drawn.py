@@ -10,6 +10,7 @@ import numpy as np
 from swimmer import load_robot
 
 NINE = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")
+WATER = 125.0
 ELEVEN = (*NINE, "pectoral_left", "pectoral_right")
 
 
@@ -72,7 +73,7 @@ def draw(scene: Scene, centre_px: np.ndarray | None = None) -> Drawn:
     rng = np.random.default_rng(scene.seed)
     centre_px = places_px(scene) if centre_px is None else centre_px
     picture = water(scene, rng)
-    level = 60.0 if scene.bright else 190.0
+    level = WATER if not scene.body else 60.0 if scene.bright else 190.0
     if scene.body:
         draw_body(picture, scene, centre_px, level)
     for _ in range(scene.glints):
@@ -98,7 +99,7 @@ def water(scene: Scene, rng: np.random.Generator) -> np.ndarray:
     slope = np.linspace(-15, 15, width, dtype=np.float32) + np.linspace(-8, 8, height, dtype=np.float32)[:, None]
     coarse = rng.normal(0, 1, (height // 12 + 2, width // 12 + 2)).astype(np.float32)
     net = cv2.resize(cv2.GaussianBlur(coarse, (0, 0), 1.5), (width, height), interpolation=cv2.INTER_CUBIC)
-    return 125 + slope + scene.ripple * (1 - np.abs(net) / (np.abs(net).std() + 1e-9))
+    return WATER + slope + scene.ripple * (1 - np.abs(net) / (np.abs(net).std() + 1e-9))
 
 
 def draw_body(picture: np.ndarray, scene: Scene, centre_px: np.ndarray, level: float) -> None:
@@ -107,7 +108,7 @@ def draw_body(picture: np.ndarray, scene: Scene, centre_px: np.ndarray, level: f
     nose, neck, dorsal = at["nose"], at["neck"], at["dorsal_fin"]
     middle, along = (nose + dorsal) / 2, dorsal - nose
     length = np.linalg.norm(neck - nose) / 0.142
-    axes = np.linalg.norm(along) / 2 + 0.03 * length, 0.085 * length
+    axes = np.linalg.norm(along) / 2 + 0.04 * length, 0.12 * length
     blob(picture, middle, np.array(axes), np.rad2deg(np.arctan2(along[1], along[0])), level)
     line = np.rint(np.array([at[name] for name in NINE[2:]]) * 16).astype(np.int32)
     cv2.polylines(picture, [line], False, level, max(3, int(0.05 * length)), cv2.LINE_AA, 4)
