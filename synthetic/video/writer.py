@@ -16,6 +16,7 @@ from session import writing_whole
 
 Codec = Literal["h264", "hevc", "ffv1"]
 _ENCODERS = {"h264": "libx264", "hevc": "libx265", "ffv1": "ffv1"}
+_KEPT_AS = {"rgb24": "bgr0"}  # in FFV1
 _BT709, _LIMITED_RANGE = 1, 1  # FFmpeg's AVCOL_SPC_BT709 and AVCOL_RANGE_MPEG
 _TICKS_HZ = 60_000  # the coarsest clock of a video: at least so many ticks a second
 
@@ -23,7 +24,7 @@ _TICKS_HZ = 60_000  # the coarsest clock of a video: at least so many ticks a se
 class VideoWriter:
     """Writes a video, as a context manager; the file appears under its name when the block ends well.
 
-    H.264 and HEVC hold 4:2:0 colour (BT.709, limited range); FFV1 keeps gray and RGB pictures bit by bit. In MP4 a
+    H.264 and HEVC hold 4:2:0 colour (BT.709, limited range); FFV1 keeps every bit. In MP4 a
     time stamp is exact to 1/60000 s or better, in Matroska to 1 ms.
 
     Args:
@@ -75,16 +76,17 @@ class VideoWriter:
         """Appends a picture.
 
         Args:
-            image: (h, w, 3) RGB or (h, w) gray, uint8; all pictures of one kind.
+            image: (h, w, 3) RGB, (h, w) gray or (3 h / 2, w) planes of yuv420p, uint8; all pictures of one kind.
             time_s: when it is shown, later than the picture before; default: its number over `fps`.
 
         Raises:
             ValueError: another size or type, or a time that does not increase.
         """
-        self._check(image)
-        stream = self._stream or self._open(gray=image.ndim == 2)
-        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="gray" if image.ndim == 2 else "rgb24")
-        frame = frame.reformat(format=stream.pix_fmt, dst_colorspace="itu709")
+        pixels = self._pixels_of(image)
+        stream = self._stream or self._open(pixels)
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format=pixels)
+        if pixels != stream.pix_fmt:
+            frame = frame.reformat(format=stream.pix_fmt, dst_colorspace="itu709")
         frame.pts, frame.time_base = self._tick_of(time_s), self._tick_s
         self._container.mux(stream.encode(frame))
         self._frames += 1
@@ -99,24 +101,27 @@ class VideoWriter:
                 raise ValueError(f"{self.path}: found no picture, expected at least one")
             self._container.mux(self._stream.encode(None))
 
-    def _open(self, gray: bool) -> av.VideoStream:
+    def _open(self, pixels: str) -> av.VideoStream:
         self._container = self._undo.enter_context(av.open(str(self._part), "w"))
         added = self._container.add_stream(_ENCODERS[self.codec], rate=self.fps, options=self._options)
         stream = cast(av.VideoStream, added)
         stream.width, stream.height = self.width_px, self.height_px
-        stream.pix_fmt = ("gray" if gray else "bgr0") if self.codec == "ffv1" else "yuv420p"
+        stream.pix_fmt = _KEPT_AS.get(pixels, pixels) if self.codec == "ffv1" else "yuv420p"
         stream.codec_context.time_base = self._tick_s
         stream.codec_context.thread_count = self._threads
-        if self.codec != "ffv1":
+        if stream.pix_fmt == "yuv420p":
             stream.codec_context.colorspace, stream.codec_context.color_range = _BT709, _LIMITED_RANGE
         self._stream = stream
         return stream
 
-    def _check(self, image: np.ndarray) -> None:
-        size = (self.height_px, self.width_px)
-        if image.dtype != np.uint8 or image.shape not in (size, (*size, 3)):
-            expected = f"uint8 ({size[0]}, {size[1]}) or ({size[0]}, {size[1]}, 3)"
+    def _pixels_of(self, image: np.ndarray) -> str:
+        """FFmpeg's name for the pixels of a picture."""
+        h, w = self.height_px, self.width_px
+        kinds = {(h, w, 3): "rgb24", (h, w): "gray", (3 * h // 2, w): "yuv420p"}
+        if image.dtype != np.uint8 or image.shape not in kinds:
+            expected = f"uint8 {', '.join(map(str, kinds))}"
             raise ValueError(f"picture {self._frames}: found {image.dtype} {image.shape}, expected {expected}")
+        return kinds[image.shape]
 
     def _tick_of(self, time_s: float | None) -> int:
         tick = round((self._frames / self.fps if time_s is None else Fraction(time_s)) / self._tick_s)
