@@ -70,8 +70,8 @@ def write_video(path: Path, size_px: tuple[int, int] = (WIDTH_PX, HEIGHT_PX)) ->
     return path
 
 
-def trial_with_video(folder: Path) -> RecordedTrial:
-    """A trial with a proxy of 156 x 88 pixels, about half its video."""
-    proxy = folder / "proxy.mp4"
-    make_proxy(write_video(folder / "video.mp4"), proxy, max_height_px=HEIGHT_PX // 2)
-    return made_trial(video_proxy=proxy)
+def trial_with_video(folder: Path, max_height_px: int = HEIGHT_PX // 2) -> RecordedTrial:
+    """A trial with a proxy, by default of 156 x 88 pixels, about half its picture; the video has twice its pixels."""
+    video = write_video(folder / "video.mp4", (2 * WIDTH_PX, 2 * HEIGHT_PX))
+    make_proxy(video, folder / "proxy.mp4", max_height_px)
+    return made_trial(video_proxy=folder / "proxy.mp4")
