@@ -27,6 +27,7 @@ class Decoder:
     def __init__(self, file: Path, threads: int) -> None:
         """Opens the file; `threads` 0 takes all cores."""
         self.file, self.threads = file, threads
+        self._at_start = True
         self._open()
 
     def __enter__(self) -> Self:
@@ -54,13 +55,16 @@ class Decoder:
                 yield Numbered(number, picture)
 
     def _pictures_from_start(self) -> Iterator[av.VideoFrame]:
-        """All pictures; the file is opened anew, as not every container can go back to its start."""
-        self.close()
-        self._open()
+        """All pictures; a file already read from is opened anew, as not every container can go back to its start."""
+        if not self._at_start:
+            self.close()
+            self._open()
+        self._at_start = False
         yield from self._pictures(self._packets())
 
     def _pictures_from_key(self, start: int) -> Iterator[av.VideoFrame]:
         """The pictures from the key frame on at which a seek to stamp `start` lands."""
+        self._at_start = False
         self.container.seek(start, stream=self.stream)
         packets = self._packets()
         key = next((packet for packet in packets if packet.is_keyframe and packet.pts is not None), None)
@@ -72,6 +76,7 @@ class Decoder:
         self.container, self.stream = open_video(self.file)
         self.stream.thread_type = "AUTO"  # threads across frames as well as within one
         self.stream.codec_context.thread_count = self.threads
+        self._at_start = True
 
     def _packets(self) -> Iterator[av.Packet]:
         """The stream's packets up to the end of what can be read."""

@@ -1,6 +1,7 @@
-"""Which frames a video has, when each is shown, and where decoding can start: from the packets, nothing decoded."""
+"""Which frames a video has, when each is shown, and where decoding can start: from the packets, without decoding."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -41,11 +42,13 @@ class Packets(NamedTuple):
         packets: those with data, in order of decoding.
         total: how many there are with the empty ones.
         broke_off: reading them ended with an error.
+        picture: the first one that can be decoded; None if there is none.
     """
 
     packets: list[Packet]
     total: int
     broke_off: bool
+    picture: av.VideoFrame | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,23 +103,29 @@ class FrameIndex:
 
 
 def read_packets(container: av.container.InputContainer, stream: av.VideoStream) -> Packets:
-    """Goes through the file once, without decoding; what follows an error of the container is not read."""
+    """Goes through the file once, up to an error of the container, and decodes no more than one picture."""
     packets: list[Packet] = []
-    total = -1  # PyAV's own last packet, which stands for the end of the stream
-    try:
+    total, broke_off, picture = -1, True, None  # PyAV adds a packet of its own for the end of the stream
+    with suppress(av.FFmpegError):
         for packet in container.demux(stream):
             total += 1
             if packet.size:
                 flags = packet.is_keyframe, packet.is_corrupt, not packet.is_discard
                 packets.append(Packet(packet.pts, packet.dts, *flags))
-    except av.FFmpegError:
-        return Packets(packets, total + 1, broke_off=True)
-    return Packets(packets, total, broke_off=False)
+                picture = picture or _decoded(stream, packet)
+        broke_off = False
+    return Packets(packets, total + broke_off, broke_off, picture or _decoded(stream, None))
 
 
-def index_frames(container: av.container.InputContainer, stream: av.VideoStream) -> FrameIndex:
+def _decoded(stream: av.VideoStream, packet: av.Packet | None) -> av.VideoFrame | None:
+    """The first sound picture the decoder gives for a packet; what it still holds, for None."""
+    with suppress(av.FFmpegError):
+        return next((picture for picture in stream.decode(packet) if not picture.is_corrupt), None)
+    return None
+
+
+def index_frames(read: Packets, container: av.container.InputContainer, stream: av.VideoStream) -> FrameIndex:
     """The frames of a stream, numbered in the order in which they are shown."""
-    read = read_packets(container, stream)
     shown = [packet for packet in read.packets if packet.is_shown]
     if not (stream.codec_context.has_b_frames and container.format.name in NO_TIME_OF_PRESENTATION):
         stamps = sorted({packet.pts for packet in shown if packet.pts is not None})

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from tracking.video.damage import missing_at_the_end
 from tracking.video.decoding import Decoder
-from tracking.video.index import FrameIndex, index_frames
+from tracking.video.index import FrameIndex, index_frames, read_packets
 from tracking.video.info import VideoInfo
 from tracking.video.opening import fault
 
@@ -30,14 +30,14 @@ def survey(file: Path) -> Survey:
     Raises:
         InputError: if the file is missing, is no video or has no frame that can be decoded.
     """
-    with Decoder(file, threads=1) as decoder:  # one thread: nothing beyond the first frame is decoded
-        index = index_frames(decoder.container, decoder.stream)
-        first = next(decoder.decode(index, None), None)
-        stream = decoder.stream
-        if first is None:
-            found = f"{len(index.time_s)} packets of {stream.codec_context.name}, none of them readable"
+    with Decoder(file, threads=1) as decoder:  # one thread: nothing beyond the first picture is decoded
+        container, stream = decoder.container, decoder.stream
+        read = read_packets(container, stream)
+        picture = read.picture
+        if picture is None:
+            found = f"{len(read.packets)} packets of {stream.codec_context.name}, none of them readable"
             raise fault(file, "no frame of this video can be decoded", found, "at least one", "Copy the file again.")
-        picture = first.picture
+        index = index_frames(read, container, stream)
         stored = picture.width, picture.height
         turns = round(picture.rotation / 90) % 4
         info = VideoInfo(
@@ -48,6 +48,6 @@ def survey(file: Path) -> Survey:
             time_source=index.source,
             rotation_deg=90 * turns,
             pixel_aspect=float(stream.sample_aspect_ratio or 1),
-            damage=missing_at_the_end(index, decoder.container, stream),
+            damage=missing_at_the_end(index, container, stream),
         )
     return Survey(info, index, stored)
