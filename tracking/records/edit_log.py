@@ -95,6 +95,19 @@ class EditLog:
             part.write_bytes(before + _as_line(edit).encode() + b"\n")
         return log
 
+    def append_text(self, text: str) -> EditLog:
+        """Adds an edit written as JSON, as a line of the file has it; see `append`.
+
+        Raises:
+            InputError: not an edit, or one that does not fit; nothing is written.
+            ResultsNotWritable: the file cannot be written.
+        """
+        faults = FaultCollector("the edit")
+        edit = _parsed(text, 1, faults)
+        faults.raise_if_any()
+        assert edit is not None
+        return self.append(edit)
+
     @property
     def in_force(self) -> tuple[LoggedEdit, ...]:
         """The edits that count, in order: neither undone nor undos themselves."""

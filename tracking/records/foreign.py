@@ -52,45 +52,17 @@ def checked_tracks(
         faults.add("", "too short", found=f"{len(time_s)} frames", expected="at least 2 frames")
     for k in np.flatnonzero(missing.all(axis=0)).tolist() if len(time_s) else []:
         faults.add("", f"marker {markers[k]!r} is missing in every frame", expected="at least one sample")
-    late = np.flatnonzero(~(np.diff(time_s) > 0)).tolist()
+    late = (1 + np.flatnonzero(~(np.diff(time_s) > 0))).tolist()
     outside = np.argwhere((belief < 0) | (belief > 1)).tolist()
     far = np.argwhere(np.abs(np.nan_to_num(position)).max(axis=2) > FARTHEST_PX).tolist()
-    file, range_px = faults.file, f"pixels, no further than {FARTHEST_PX:g} from the corner"
-    faults.extend_capped(
-        [
-            Fault(
-                file,
-                f"frame {row + 2} of the file",
-                "time does not increase",
-                f"{time_s[row + 1]:g}",
-                f"after {time_s[row]:g}",
-            )
-            for row in late
-        ]
-    )
-    faults.extend_capped(
-        [
-            Fault(
-                file,
-                f"{where[row]}, {markers[k]}",
-                "confidence out of range",
-                f"{belief[row, k]:g}",
-                "0 to 1",
-            )
-            for row, k in outside
-        ]
-    )
-    faults.extend_capped(
-        [
-            Fault(
-                file,
-                f"{where[row]}, {markers[k]}",
-                "lies beyond any image",
-                f"{position[row, k]}",
-                range_px,
-            )
-            for row, k in far
-        ]
-    )
+
+    def fault(row: int, k: int | None, what: str, found: object, expected: str) -> Fault:
+        place = where[row] if k is None else f"{where[row]}, {markers[k]}"
+        return Fault(faults.file, place, what, f"{found}", expected)
+
+    in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner"
+    faults.extend_capped([fault(k, None, "time does not increase", time_s[k], f"after {time_s[k - 1]}") for k in late])
+    faults.extend_capped([fault(k, i, "confidence out of range", belief[k, i], "0 to 1") for k, i in outside])
+    faults.extend_capped([fault(k, i, "lies beyond any image", position[k, i], in_reach) for k, i in far])
     faults.raise_if_any()
     return Tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)

@@ -18,10 +18,11 @@ FORMATS: dict[str, Callable[[Path, TrackedTrial], None]] = {
     "swimcal": lambda path, tracked: save_tracks(path, tracked.tracks),
     "deeplabcut": lambda path, tracked: save_deeplabcut(path, tracked.tracks),
     "movement": save_movement,
+    "movement-legacy": lambda path, tracked: save_movement(path, tracked, legacy_names=True),
     "fishsim": lambda path, tracked: save_fishsim(path, tracked.tracks),
 }
 """The forms that tracks can be written in, by name: the contract's CSV, DeepLabCut's CSV, netCDF as of the package
-`movement`, the authors' CSV without a header."""
+`movement`, the same with the names of dimensions before its version 0.17, the authors' CSV without a header."""
 
 
 def import_tracks(path: Path, markers: Sequence[str], fps: float) -> Tracks:

@@ -80,7 +80,9 @@ def test_markers_that_are_not_there_are_told_with_the_choices(tmp_path, form):
 
 
 def test_an_unknown_form_is_told_with_the_choices(tmp_path):
-    with pytest.raises(InputError, match="found 'sleap'; choices: swimcal, deeplabcut, movement, fishsim"):
+    with pytest.raises(
+        InputError, match="found 'sleap'; choices: swimcal, deeplabcut, movement, movement-legacy, fishsim"
+    ):
         export_tracks(steady_trial(0), tmp_path / "x", "sleap")
     assert not list(tmp_path.iterdir())
 

@@ -1,9 +1,13 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from session import Flag
+from session import FISHSIM_MARKERS, Flag, load_tracks
+from swimmer import load_robot
 from tests.tracking.fish import FPS, MARKERS, swimming_fish
 from tests.tracking.records.trials import same, tracked_of, twin_px
+from tracking import check_tracks
 from tracking.records import GapLimits, SampleState, TrackedTrial, fill_gaps
 
 NOISE_PX = 0.15
@@ -116,6 +120,27 @@ def test_flags_of_others_stay_and_old_gaps_go():
     flags = (Flag("jump", ("nose",), (3, 3), ""), Flag("gap", ("nose",), (5, 9), "old"))
     filled = fill_gaps(TrackedTrial(tracked.tracks, tracked.state, tracked.size_px, flags))
     assert filled.flags == flags[:1]
+
+
+FISHSIM = Path(__file__).parents[4] / "shared" / "data" / "fishsim"
+
+
+@pytest.mark.skipif(not FISHSIM.is_dir(), reason="needs the public tracks in ../shared/data/fishsim")
+@pytest.mark.parametrize(("trial", "at_most_px"), [("f0_50", 0.9), ("f1_00", 1.3), ("f1_75", 1.8)])
+def test_gaps_cut_into_public_tracks_are_filled_within_their_jitter(trial, at_most_px):
+    tracks = load_tracks(FISHSIM / f"{trial}.csv", FISHSIM_MARKERS, FPS)
+    position = np.where((check_tracks(tracks, load_robot()).weight > 0)[..., None], tracks.position_px, np.nan)
+    tail = tracks.markers.index("tail_5")
+    off = []
+    for first in range(30, len(position) - 30, 45):
+        gap = slice(first, first + 14)
+        if np.isfinite(position[first - 2 : first + 16, tail]).all():
+            holed = position.copy()
+            holed[gap, tail] = np.nan
+            filled = fill_gaps(tracked_of(holed, tracks.markers))
+            off.append(filled.tracks.position_px[gap, tail] - position[gap, tail])
+    assert len(off) >= 4
+    assert np.sqrt(np.mean(np.square(off))) < at_most_px
 
 
 def test_a_short_trial_is_flagged_not_guessed():
