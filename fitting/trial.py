@@ -95,7 +95,8 @@ def measure_trial(
         NotEnoughData: no tail marker, too short for its warm-up, or less than one beat.
     """
     quality = check_tracks(tracks, robot)
-    pool = to_pool(tracks, camera, quality.weight)
+    heights = robot.marker_positions_m(tracks.markers)[:, 2]
+    pool = to_pool(tracks, camera, quality.weight, heights)
     nose, neck = pool.markers.index("nose"), pool.markers.index("neck")
     tail = tail_markers(robot, pool.markers)
     if not tail:

@@ -1,11 +1,14 @@
-"""From pixels to metres on the pool: lens, scale, and the change to a right-handed frame seen from above."""
+"""From pixels to metres on the pool: lens, parallax, scale, and the change to a right-handed frame seen from above."""
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from session import CameraCalibration, CameraSpec, NotEnoughData, Tracks
+from session import CameraCalibration, CameraSpec, Fault, InputError, NotEnoughData, Tracks
+from tracking.lens.parallax import true_over_apparent
+from tracking.lens.undistort import to_rays, undistort
+
+__all__ = ["PoolTracks", "to_pool", "undistort"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,22 +30,35 @@ class PoolTracks:
     scale_jitter: float
 
 
-def to_pool(tracks: Tracks, camera: CameraSpec, weight: np.ndarray | None = None) -> PoolTracks:
-    """Scales tracks by the median nose-neck distance, after undoing the lens where it is calibrated.
+def to_pool(
+    tracks: Tracks,
+    camera: CameraSpec,
+    weight: np.ndarray | None = None,
+    marker_height_m: np.ndarray | None = None,
+    metres_per_px: float | None = None,
+) -> PoolTracks:
+    """Scales tracks by the median nose-neck distance, after undoing the lens and the parallax where they are known.
 
     "Simple Models, Real Swimming" (2026): pixels become metres by the nose-neck distance.
+
+    Parallax is undone when the markers' heights are given and the camera file has a `height_above_water_m`. What is
+    assumed then: the camera looks straight down, the robot is level, and the plane of nose and neck, which gives the
+    scale, is the surface of the water. Markers above it are in air; those below it are seen through the surface,
+    with Snell's refraction (see `tracking.lens.parallax`). Nose and neck themselves are not moved when they are
+    equally high.
 
     Args:
         tracks: n frames of m markers, with nose and neck among them.
         camera: clock, scale length and lens.
         weight: (n, m) samples of weight 0 do not count for the scale; default all count.
+        marker_height_m: (m,) z of the markers in the robot frame; only differences to nose and neck matter.
+        metres_per_px: a scale from elsewhere (`tracking.lens.scale_from_board`), instead of the nose-neck distance.
 
     Raises:
+        InputError: the camera is not above the markers.
         NotEnoughData: nose and neck are never seen both, apart from each other.
     """
-    position_px = tracks.position_px
-    if camera.calibration is not None:
-        position_px = undistort(position_px, camera.calibration)
+    position_px = _on_plane(tracks, camera, marker_height_m)
     nose, neck = tracks.markers.index("nose"), tracks.markers.index("neck")
     span_px = np.linalg.norm(position_px[:, neck] - position_px[:, nose], axis=1)  # (n,)
     good = np.isfinite(span_px) & (span_px > 0)
@@ -51,7 +67,7 @@ def to_pool(tracks: Tracks, camera: CameraSpec, weight: np.ndarray | None = None
     if not good.any():
         raise NotEnoughData("nose and neck are never seen apart, so the tracks have no scale; track them again")
     median_px = float(np.median(span_px[good]))
-    scale = camera.scale_length_m / median_px
+    scale = camera.scale_length_m / median_px if metres_per_px is None else metres_per_px
     return PoolTracks(
         markers=tracks.markers,
         time_s=tracks.time_s - tracks.time_s[0],
@@ -61,12 +77,32 @@ def to_pool(tracks: Tracks, camera: CameraSpec, weight: np.ndarray | None = None
     )
 
 
-def undistort(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
-    """(..., 2) pixels of the distorted image -> pixels of an ideal pinhole camera with the same matrix."""
-    matrix = np.array([[lens.fx_px, 0.0, lens.cx_px], [0.0, lens.fy_px, lens.cy_px], [0.0, 0.0, 1.0]])
-    flat = position_px.reshape(-1, 1, 2)
-    known = np.isfinite(flat).all(axis=(1, 2))
-    result = np.full_like(flat, np.nan)
-    if known.any():
-        result[known] = cv2.undistortPoints(flat[known], matrix, np.array(lens.distortion), P=matrix)
-    return result.reshape(position_px.shape)
+def _on_plane(tracks: Tracks, camera: CameraSpec, marker_height_m: np.ndarray | None) -> np.ndarray:
+    """(n, m, 2) where an ideal camera with square pixels would see each marker's foot on the reference plane, px."""
+    lens = camera.calibration
+    if lens is None:
+        return tracks.position_px
+    rays = to_rays(tracks.position_px, lens)  # (n, m, 2)
+    if marker_height_m is not None and lens.height_above_water_m is not None:
+        height_m = marker_height_m - _plane_height_m(tracks.markers, marker_height_m)
+        _check_below_camera(height_m, lens, camera)
+        rays = rays * true_over_apparent(rays, height_m, lens.height_above_water_m)[..., None]
+    return lens.fx_px * rays + [lens.cx_px, lens.cy_px * lens.fx_px / lens.fy_px]
+
+
+def _plane_height_m(markers: tuple[str, ...], marker_height_m: np.ndarray) -> float:
+    """The reference plane: the mean height of nose and neck, robot frame."""
+    return float(np.mean([marker_height_m[markers.index(name)] for name in ("nose", "neck")]))
+
+
+def _check_below_camera(height_m: np.ndarray, lens: CameraCalibration, camera: CameraSpec) -> None:
+    if lens.height_above_water_m is not None and height_m.max() >= lens.height_above_water_m:
+        fault = Fault(
+            file=str(camera.file or "the camera"),
+            where="camera.height_above_water_m",
+            what="the lens is not above the markers",
+            found=f"{lens.height_above_water_m:g}",
+            expected=f"more than {height_m.max():g}, the height of the highest marker above nose and neck",
+            next_step="Is it in metres, from the surface of the water to the lens?",
+        )
+        raise InputError([fault])

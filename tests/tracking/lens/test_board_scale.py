@@ -1,0 +1,87 @@
+"""The scale of the water's surface and the camera's height from a level board, at the surface, above and under it."""
+
+import cv2
+import numpy as np
+import pytest
+
+from session import NotEnoughData
+from tests.tracking.lens.conftest import CHARUCO, LENS
+from tests.tracking.lens.render import Scene
+from tests.tracking.lens.test_parallax import H, slope_of
+from tracking.lens import Corners, find_corners, scale_from_board, scale_from_corners, to_pixels, to_rays
+
+
+def lying(height: float, turn: float = 0.4, tilt: float = 0.0) -> Corners:
+    """The board enlarged to 2 m, level at a height above the water, seen from H above the water."""
+    place = CHARUCO.corner_places_m * 8
+    axes = cv2.Rodrigues(np.array([tilt, 0.0, 0.0]))[0] @ cv2.Rodrigues(np.array([0.0, 0.0, turn]))[0]
+    point = (place - place.mean(axis=0)) @ axes.T + [0.3, -0.1, 0.0]
+    if tilt:
+        ray = point[:, :2] / (H + point[:, 2:])
+    else:
+        distance = np.linalg.norm(point[:, :2], axis=1)
+        slope = np.array([slope_of(d, height) for d in distance])
+        ray = point[:, :2] * (slope / distance)[:, None]
+    return Corners(place, to_pixels(ray, LENS))
+
+
+@pytest.mark.parametrize("height", [-0.6, 0.0, 0.15])
+def test_scale_and_camera_height_come_back(height: float) -> None:
+    found = scale_from_corners(lying(height), LENS, height)
+    assert found.camera_height_m == pytest.approx(H, rel=1e-6)
+    assert found.metres_per_px == pytest.approx(H / LENS.fx_px, rel=1e-6)
+    assert found.rms_px < 1e-3
+
+
+def test_forgetting_refraction_would_cost_a_sixth_of_the_depth() -> None:
+    seen = lying(-0.6)
+    rays = to_rays(seen.image_px, LENS)
+    apparent = np.ptp(seen.place_m[:, 0]) / np.ptp(rays @ [np.cos(0.4), np.sin(0.4)])
+    assert apparent < H + 0.6 - 0.1
+
+
+def test_the_stated_uncertainty_is_that_of_repeated_pictures() -> None:
+    rng, clean = np.random.default_rng(0), lying(0.0)
+    found = [
+        scale_from_corners(clean._replace(image_px=clean.image_px + rng.normal(0, 0.3, clean.image_px.shape)), LENS)
+        for _ in range(60)
+    ]
+    scatter = np.std([one.metres_per_px for one in found])
+    assert scatter == pytest.approx(np.mean([one.sd_metres_per_px for one in found]), rel=0.3)
+
+
+def test_a_tilted_camera_shows() -> None:
+    found = scale_from_corners(lying(0.0, tilt=np.radians(4.0)), LENS)
+    assert found.tilt_deg == pytest.approx(4.0, abs=0.01)
+    assert found.rms_px > 1
+    assert scale_from_corners(lying(0.0), LENS).tilt_deg == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_picture_of_the_board_gives_its_scale(scene: Scene) -> None:
+    picture = scene.picture(np.zeros(3), np.array([-0.12, -0.09, 0.3]), np.random.default_rng(1))
+    found = scale_from_board(picture, CHARUCO, LENS)
+    assert found.camera_height_m == pytest.approx(0.3, rel=1e-3)
+    assert found.camera_height_m
+    assert found.sd_camera_height_m
+    assert abs(found.camera_height_m - 0.3) < 4 * found.sd_camera_height_m
+    assert found.corners == 35
+
+
+def test_without_a_lens_the_scale_holds_its_distortion() -> None:
+    seen = lying(0.0)
+    found = scale_from_corners(seen)
+    assert found.camera_height_m is None
+    assert found.metres_per_px == pytest.approx(H / LENS.fx_px, rel=0.1)
+    assert found.rms_px > 1
+
+
+def test_without_a_lens_the_board_must_lie_at_the_surface() -> None:
+    with pytest.raises(NotEnoughData, match=r"the board lies -0\.6 m above the water.*calibrate the lens"):
+        scale_from_corners(lying(-0.6), None, -0.6)
+
+
+def test_no_board_is_an_error(scene: Scene) -> None:
+    blank = np.full((540, 960), 128, np.uint8)
+    assert len(find_corners(blank, CHARUCO).image_px) == 0
+    with pytest.raises(NotEnoughData, match="0 corners of the board were found; at least 4"):
+        scale_from_board(blank, scene.board, LENS)

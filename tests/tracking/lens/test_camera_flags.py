@@ -1,0 +1,44 @@
+"""What is doubtful about a camera is said, with its likely size."""
+
+import numpy as np
+import pytest
+
+from session import CameraSpec
+from tests.tracking.lens.conftest import LENS
+from tracking.lens import lens_flags, to_rays
+from tracking.lens.camera_flags import bend_at_edge
+
+KNOWN = LENS.model_copy(update={"height_above_water_m": 2.0})
+
+
+def kinds(camera: CameraSpec, picture_px: tuple[int, int] | None = None, scale: float | None = None) -> set[str]:
+    return {flag.kind for flag in lens_flags(camera, picture_px=picture_px, metres_per_px=scale)}
+
+
+def test_a_missing_lens_is_flagged_with_its_size() -> None:
+    (flag,) = lens_flags(CameraSpec(60.0, 0.142))
+    assert flag.kind == "no_lens"
+    assert "0.9 % of the picture's width" in flag.message
+    assert "lengths there by 5 %" in flag.message
+
+
+def test_the_stated_size_is_that_of_such_a_lens() -> None:
+    lens = LENS.model_copy(update={"fx_px": 500.0, "fy_px": 500.0, "distortion": (0.02, 0.0, 0.0, 0.0, 0.0)})
+    slope = np.array([[0.96, 0.0], [0.961, 0.0]])
+    pixel = slope * (1 + 0.02 * slope[:, :1] ** 2) * 500 + [491, 263]
+    assert to_rays(pixel, lens) == pytest.approx(slope)
+    shift, stretch = bend_at_edge(0.02, 0.96)
+    assert (pixel[0, 0] - (0.96 * 500 + 491)) / 960 == pytest.approx(shift, rel=0.01)
+    assert (pixel[1, 0] - pixel[0, 0]) / 0.5 - 1 == pytest.approx(stretch, rel=0.01)
+
+
+def test_a_good_camera_has_no_flags() -> None:
+    assert lens_flags(CameraSpec(60.0, 0.142, KNOWN), picture_px=(960, 540), metres_per_px=2.0 / KNOWN.fx_px) == ()
+
+
+def test_other_doubts_are_told_apart() -> None:
+    assert kinds(CameraSpec(60.0, 0.142, LENS)) == {"no_camera_height"}
+    assert kinds(CameraSpec(60.0, 0.142, KNOWN), picture_px=(1920, 1080)) == {"lens_other_size"}
+    assert kinds(CameraSpec(60.0, 0.142, KNOWN), scale=2.3 / KNOWN.fx_px) == {"camera_height_off_scale"}
+    folded = KNOWN.model_copy(update={"distortion": (-2.0, 0.0, 0.0, 0.0, 0.0)})
+    assert kinds(CameraSpec(60.0, 0.142, folded)) == {"lens_folds"}

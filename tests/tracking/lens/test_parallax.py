@@ -1,0 +1,51 @@
+"""Parallax against rays traced through the air and the surface of the water."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from tracking.lens import true_over_apparent
+from tracking.lens.parallax import WATER_INDEX
+
+H = 2.5
+
+
+def slope_of(distance: float, height: float) -> float:
+    """Slope of the ray from a place `distance` from the foot and `height` above the plane, by Snell's law."""
+    if height >= 0:
+        return distance / (H - height)
+
+    def excess(on_water: float) -> float:
+        sin_air = on_water / np.hypot(on_water, H)
+        sin_water = (distance - on_water) / np.hypot(distance - on_water, height)
+        return sin_air - WATER_INDEX * sin_water
+
+    return brentq(excess, 0, distance, xtol=1e-14) / H
+
+
+@pytest.mark.parametrize("height", [-0.8, -0.05, 0.0, 0.05, 0.3])
+@pytest.mark.parametrize("distance", [0.01, 0.5, 2.0])
+def test_a_traced_ray_leads_back_to_where_it_came_from(height: float, distance: float) -> None:
+    ray = slope_of(distance, height) * np.array([0.6, -0.8])
+    found = H * ray * true_over_apparent(ray, np.array(height), H)
+    assert found == pytest.approx(distance * np.array([0.6, -0.8]), rel=1e-9)
+
+
+def test_a_marker_above_the_plane_appears_too_far_out_by_the_ratio_of_distances() -> None:
+    factor = true_over_apparent(np.array([[0.3, 0.1]]), np.array([0.05]), H)
+    assert factor == pytest.approx((H - 0.05) / H)
+
+
+def test_near_the_foot_water_shows_the_apparent_depth() -> None:
+    factor = true_over_apparent(np.array([1e-4, 0.0]), np.array(-0.4), H)
+    assert factor == pytest.approx(1 + 0.4 / WATER_INDEX / H)
+
+
+def test_heights_belong_to_markers() -> None:
+    factor = true_over_apparent(np.zeros((7, 3, 2)), np.array([0.0, 0.1, 0.2]), 1.0)
+    assert factor == pytest.approx(np.tile([1.0, 0.9, 0.8], (7, 1)))
+
+
+def test_a_place_above_the_camera_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"1\.2 m above the plane is not below the camera at 1 m"):
+        true_over_apparent(np.zeros((1, 2)), np.array([1.2]), 1.0)

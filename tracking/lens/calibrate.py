@@ -1,0 +1,158 @@
+"""Lens calibration from pictures of a board: the lens, how good it is, and which pictures it rests on."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from session import CameraCalibration, Flag, NotEnoughData
+from tracking.lens.board import BoardSpec
+from tracking.lens.corners import Corners, find_corners
+from tracking.lens.credibility import RMS_SHARE, Evidence, coverage_of, doubts
+from tracking.lens.lens_fit import LensFit, fit_lens
+from tracking.lens.pictures import each_picture
+from tracking.lens.uncertainty import LensUncertainty, lens_uncertainty
+
+LEAST_CORNERS = 8
+"""Fewer corners tell little more than the pose of the board."""
+LEAST_VIEWS = 3
+"""Zhang 2000, section 3.1: each view gives two equations for the pinhole camera, which has four numbers or more."""
+OUTLYING_VIEW = 3.0
+"""A view is left out whose corners are off by this many times the usual."""
+OUTLYING_PX = 0.3
+"""But not where it is off by less than this."""
+
+
+@dataclass(frozen=True)
+class View:
+    """What became of one picture.
+
+    Attributes:
+        name: of the file, or the picture's number from 1.
+        corners: how many were found.
+        rms_px: distance between found and projected corners; nan where it could not be fitted.
+        rejected: why it was left out; empty where it was used.
+    """
+
+    name: str
+    corners: int
+    rms_px: float
+    rejected: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class LensCalibration:
+    """A calibrated lens.
+
+    Attributes:
+        calibration: the camera, for `save_camera`; its height above the water is not known from this.
+        model: the distortion coefficients that the pictures support; the others are 0.
+        rms_px: distance between found and projected corners over all views used.
+        views: one for each picture.
+        coverage: share of the picture's 8 x 6 tiles in which a corner was seen.
+        sd: standard deviations.
+        flags: why it should not be believed, if so.
+    """
+
+    calibration: CameraCalibration
+    model: str
+    rms_px: float
+    views: tuple[View, ...]
+    coverage: float
+    sd: LensUncertainty
+    flags: tuple[Flag, ...]
+
+
+def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> LensCalibration:
+    """Calibrates a lens from pictures of a flat board, held at many angles all over the picture.
+
+    Take frames of a video in the mode used for the swims: photographs have another field of view.
+
+    Args:
+        pictures: files, or (h, w) or (h, w, 3) RGB uint8 arrays; 15 to 30 are good.
+        board: the board as printed and measured.
+
+    Raises:
+        InputError: pictures that cannot be read, or differ in size.
+        NotEnoughData: the board is found in fewer than three of them.
+    """
+    names, found, size = [], [], (0, 0)
+    for picture in each_picture(pictures):
+        names.append(picture.name)
+        found.append(find_corners(picture.gray, board))
+        size = picture.gray.shape[1], picture.gray.shape[0]
+    views = {n: _unusable(corners, board) for n, corners in enumerate(found)}
+    good = [n for n, reason in views.items() if not reason]
+    _check_enough(len(good), len(names), board)
+    fit, used = _without_outliers(found, good, size)
+    rms = dict(zip(used, fit.view_rms_px.tolist(), strict=True))
+    for n in set(good) - set(used):
+        rms[n] = float("nan")
+        views[n] = "its corners do not fit the lens of the other pictures: blurred, moved, or the board was bent"
+    calibration = _as_camera(fit, *size)
+    sd = lens_uncertainty(fit, calibration)
+    return LensCalibration(
+        calibration=calibration,
+        model=fit.model,
+        rms_px=fit.rms_px,
+        views=tuple(
+            View(name, len(found[n].image_px), rms.get(n, float("nan")), views[n]) for n, name in enumerate(names)
+        ),
+        coverage=coverage_of(fit.bundle.corners, *size),
+        sd=sd,
+        flags=doubts(Evidence(fit, calibration, sd)),
+    )
+
+
+def _unusable(corners: Corners, board: BoardSpec) -> str:
+    """Why a picture cannot be used; empty where it can."""
+    if len(corners.image_px) == 0:
+        return f"no {board.kind} board was found"
+    if len(corners.image_px) < LEAST_CORNERS:
+        return f"only {len(corners.image_px)} corners were found, {LEAST_CORNERS} are needed"
+    spread = np.linalg.svd(corners.place_m[:, :2] - corners.place_m[:, :2].mean(axis=0), compute_uv=False)
+    if spread[1] < 1e-6 * spread[0]:
+        return "all corners found lie on one line"
+    return ""
+
+
+def _check_enough(good: int, pictures: int, board: BoardSpec) -> None:
+    if good < LEAST_VIEWS:
+        raise NotEnoughData(
+            f"the board was found in {good} of {pictures} pictures; at least {LEAST_VIEWS} are needed, 15 are good. "
+            f"Is it a {board.kind} board of {board.columns} x {board.rows} squares"
+            + (f" with markers of {board.dictionary}?" if board.kind == "charuco" else "?")
+        )
+
+
+def _without_outliers(found: Sequence[Corners], good: list[int], size: tuple[int, int]) -> tuple[LensFit, list[int]]:
+    """The fit without views that do not belong to it, one after the other, and the views that remain."""
+    used, fit = list(good), fit_lens([found[n] for n in good], *size)
+    while len(used) > LEAST_VIEWS:
+        worst = int(np.argmax(fit.view_rms_px))
+        stands_out = fit.view_rms_px[worst] > max(OUTLYING_VIEW * float(np.median(fit.view_rms_px)), OUTLYING_PX)
+        if not stands_out and fit.rms_px <= RMS_SHARE * size[0]:
+            break
+        # A view that is wrong by much spoils the lens for all, and need not stand out itself.
+        without = [used[:k] + used[k + 1 :] for k in ([worst] if stands_out else range(len(used)))]
+        fits = [fit_lens([found[n] for n in others], *size) for others in without]
+        best = int(np.argmin([one.rms_px for one in fits]))
+        if not stands_out and fits[best].rms_px > fit.rms_px / 2:
+            break
+        used, fit = without[best], fits[best]
+    return fit, used
+
+
+def _as_camera(fit: LensFit, width_px: int, height_px: int) -> CameraCalibration:
+    fx, fy, cx, cy, *distortion = fit.bundle.lens.tolist()
+    k1, k2, p1, p2, k3 = distortion
+    return CameraCalibration(
+        width_px=width_px,
+        height_px=height_px,
+        fx_px=fx,
+        fy_px=fy,
+        cx_px=cx,
+        cy_px=cy,
+        distortion=(k1, k2, p1, p2, k3),
+    )

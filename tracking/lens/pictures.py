@@ -1,0 +1,76 @@
+"""Pictures of a board: files, or frames of a video."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from session import Fault, FaultCollector
+
+
+class Picture(NamedTuple):
+    """A picture and how a message names it.
+
+    Attributes:
+        name: the file, or its number from 1.
+        gray: (h, w) uint8.
+    """
+
+    name: str
+    gray: np.ndarray
+
+
+def read_picture(path: Path) -> np.ndarray:
+    """(h, w) uint8, turned upright where the file says how.
+
+    Raises:
+        InputError: not there, or not a picture.
+    """
+    faults = FaultCollector(str(path))
+    gray = None
+    expected = "a picture (PNG, JPEG, TIFF …)"
+    try:
+        content = np.frombuffer(path.read_bytes(), np.uint8)
+        gray = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE) if len(content) else None
+    except OSError as error:
+        faults.add("", "the picture cannot be read", found=str(error.strerror or error), expected=expected)
+    if not faults and gray is None:
+        faults.add("", "not a picture that can be read", found="something else or a damaged file", expected=expected)
+    faults.raise_if_any()
+    assert gray is not None
+    return gray
+
+
+def each_picture(pictures: Iterable[Path | np.ndarray]) -> Iterator[Picture]:
+    """One at a time, so that hundreds need the memory of one.
+
+    Raises:
+        InputError: at the end, with every file that could not be read and every picture of another size.
+    """
+    faults = FaultCollector()
+    first: Picture | None = None
+    for number, source in enumerate(pictures, start=1):
+        name = source.name if isinstance(source, Path) else f"picture {number}"
+        with faults.nested():
+            image = read_picture(source) if isinstance(source, Path) else source
+            picture = Picture(name, image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY))
+            first = first or picture
+            if picture.gray.shape == first.gray.shape:
+                yield picture
+            else:
+                faults.extend([_other_size(picture, first, str(source) if isinstance(source, Path) else name)])
+    faults.raise_if_any()
+
+
+def _other_size(picture: Picture, first: Picture, file: str) -> Fault:
+    (height, width), (first_height, first_width) = picture.gray.shape, first.gray.shape
+    return Fault(
+        file,
+        "",
+        "a picture of another size",
+        f"{width} x {height}",
+        f"{first_width} x {first_height}, like {first.name}",
+        next_step="A lens is calibrated for one camera, one mode and one zoom: leave the others out.",
+    )

@@ -1,0 +1,58 @@
+"""The lens as a function: from pixels to rays and back."""
+
+import cv2
+import numpy as np
+
+from session import CameraCalibration
+
+STOP = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
+"""OpenCV's own five iterations leave whole pixels at the edge of a wide-angle picture."""
+
+
+def camera_matrix(lens: CameraCalibration) -> np.ndarray:
+    """(3, 3) the pinhole camera, px."""
+    return np.array([[lens.fx_px, 0.0, lens.cx_px], [0.0, lens.fy_px, lens.cy_px], [0.0, 0.0, 1.0]])
+
+
+def to_rays(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
+    """(..., 2) pixels -> (..., 2) slopes x/z, y/z of the rays they come from, in the camera's axes (x right, y down).
+
+    Missing positions (nan) stay missing.
+    """
+    flat = np.ascontiguousarray(position_px, dtype=float).reshape(-1, 1, 2)
+    known = np.isfinite(flat).all(axis=(1, 2))
+    rays = np.full_like(flat, np.nan)
+    if known.any():
+        rays[known] = cv2.undistortPoints(flat[known], camera_matrix(lens), np.array(lens.distortion), criteria=STOP)
+    return rays.reshape(position_px.shape)
+
+
+def to_pixels(ray: np.ndarray, lens: CameraCalibration) -> np.ndarray:
+    """(..., 2) slopes of rays -> (..., 2) pixels of the picture as the lens bends it; inverts `to_rays`."""
+    flat = ray.reshape(-1, 2)
+    points = np.column_stack([flat, np.ones(len(flat))])
+    at_rest = np.zeros(3)
+    return cv2.projectPoints(points, at_rest, at_rest, camera_matrix(lens), np.array(lens.distortion))[0].reshape(
+        ray.shape
+    )
+
+
+def undistort(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
+    """(..., 2) pixels of the distorted image -> pixels of an ideal pinhole camera with the same matrix."""
+    return to_rays(position_px, lens) * [lens.fx_px, lens.fy_px] + [lens.cx_px, lens.cy_px]
+
+
+def folds(lens: CameraCalibration) -> bool:
+    """Whether the lens's radial polynomial turns back within the picture, so that two rays meet in one pixel.
+
+    r_d = r (1 + k1 r^2 + k2 r^4 + k3 r^6) must rise up to the farthest corner of the picture.
+    """
+    k1, k2, _, _, k3 = lens.distortion
+    x, y = np.array([0, lens.width_px - 1]), np.array([0, lens.height_px - 1])
+    farthest = np.hypot(np.abs(x - lens.cx_px).max() / lens.fx_px, np.abs(y - lens.cy_px).max() / lens.fy_px)
+    turns = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])  # of r^2
+    real = turns[np.isreal(turns)].real
+    if not (real > 0).any():
+        return False
+    r = np.sqrt(real[real > 0].min())
+    return bool(r * (1 + k1 * r**2 + k2 * r**4 + k3 * r**6) < farthest)
