@@ -63,9 +63,13 @@ class Decoder:
         yield from self._pictures(self._packets())
 
     def _pictures_from_key(self, start: int) -> Iterator[av.VideoFrame]:
-        """The pictures from the key frame on at which a seek to stamp `start` lands."""
+        """The pictures from the key frame on at which a seek to stamp `start` lands; all, where there is no seeking."""
         self._at_start = False
-        self.container.seek(start, stream=self.stream)
+        try:
+            self.container.seek(start, stream=self.stream)
+        except av.FFmpegError:
+            yield from self._pictures_from_start()
+            return
         packets = self._packets()
         key = next((packet for packet in packets if packet.is_keyframe and packet.pts is not None), None)
         if key is not None:

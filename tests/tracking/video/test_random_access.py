@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import av
 import numpy as np
 import pytest
 
@@ -38,6 +39,26 @@ def test_reading_in_order_and_at_random_do_not_disturb_each_other(clip: Callable
             assert number_in(video.frame(39 - one.number).luma) == 39 - one.number
             assert number_in(one.luma) == one.number
             assert number_in(other.luma) == one.number + 5
+
+
+def test_a_container_that_cannot_seek_is_read_from_its_start(
+    clip: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    really_open = av.open
+
+    class Unseekable:
+        def __init__(self, file: str) -> None:
+            self._container = really_open(file)
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(self._container, name)
+
+        def seek(self, *_: object, **__: object) -> None:
+            raise av.error.PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr("tracking.video.opening.av.open", Unseekable)
+    with Video(clip("h264-mp4")) as video:
+        assert [number_in(video.frame(number).luma) for number in (30, 11, 39)] == [30, 11, 39]
 
 
 @pytest.mark.parametrize("number", [-1, 40, 1000])
