@@ -1,0 +1,134 @@
+"""Where a marker is looked for: its own motion, and that of its neighbours while it is out of sight."""
+
+import numpy as np
+import pytest
+
+from tracking.tracker.prediction import Motion
+
+DIAMETER = np.full(4, 14.0)
+
+
+def carried_through(path: np.ndarray, seen: np.ndarray | None = None) -> tuple[Motion, list[np.ndarray]]:
+    """A motion that took in places (n, m, 2), and what it predicted before each of them but the first."""
+    motion = Motion(path[0], DIAMETER[: path.shape[1]])
+    said = []
+    seen = np.ones(path.shape[:2], bool) if seen is None else seen
+    for place, there in zip(path[1:], seen[1:], strict=True):
+        predicted = motion.predict(DIAMETER[: path.shape[1]])
+        said.append(predicted.position_px)
+        motion.update(predicted.position_px, place, there)
+    return motion, said
+
+
+def turning(frames: int, markers: int = 4) -> np.ndarray:
+    """(n, m, 2) markers on a rigid body that turns and moves."""
+    rng = np.random.default_rng(3)
+    place = rng.uniform(-60, 60, (markers, 2))
+    angle = 0.04 * np.arange(frames)
+    cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    turned = np.stack([cos * place[:, 0] - sin * place[:, 1], sin * place[:, 0] + cos * place[:, 1]], axis=-1)
+    return turned + 2.0 * np.arange(frames)[:, None, None] + 200.0
+
+
+def test_steady_acceleration_is_predicted_exactly_from_the_third_frame_on() -> None:
+    t = np.arange(12.0)[:, None, None]
+    rng = np.random.default_rng(1)
+    place, velocity, acceleration = rng.normal(0, 5, (3, 1, 4, 2))
+    path = 100 + place + velocity * t + 0.5 * acceleration * t**2
+    _, said = carried_through(path)
+    assert np.abs(said[3:] - path[4:]).max() < 1e-9
+
+
+def test_the_second_frame_is_predicted_where_the_first_was() -> None:
+    path = np.array([[[10.0, 10.0]], [[20.0, 10.0]]])
+    motion = Motion(path[0], DIAMETER[:1])
+    assert np.array_equal(motion.predict(DIAMETER[:1]).position_px, path[0])
+
+
+def test_the_third_frame_is_predicted_by_velocity_alone() -> None:
+    motion, _ = carried_through(np.array([[[10.0, 10.0]], [[20.0, 12.0]]]))
+    assert np.array_equal(motion.predict(DIAMETER[:1]).position_px, [[30.0, 14.0]])
+
+
+def test_a_lost_marker_is_carried_along_rigidly() -> None:
+    path = turning(40)
+    seen = np.ones((40, 4), bool)
+    seen[10:, 0] = False
+    motion, said = carried_through(path, seen)
+    assert np.abs(np.array(said)[9:, 0] - path[10:, 0]).max() < 0.8
+    assert motion.unseen.tolist() == [30, 0, 0, 0]
+
+
+def test_a_marker_alone_coasts_and_comes_to_rest() -> None:
+    path = np.arange(6.0)[:, None, None] * [4.0, 0.0] + 50.0
+    motion, _ = carried_through(path)
+    start = motion.position_px[0, 0]
+    for _ in range(40):
+        predicted = motion.predict(DIAMETER[:1])
+        motion.update(predicted.position_px, predicted.position_px, np.array([False]))
+    travelled = motion.position_px[0, 0] - start
+    assert 4.0 < travelled < 16.0
+
+
+def test_the_gate_grows_while_a_marker_is_lost_and_is_bounded() -> None:
+    path = turning(10)
+    motion, _ = carried_through(path)
+    gates = []
+    for _ in range(60):
+        predicted = motion.predict(DIAMETER)
+        gates.append(predicted.gate_px[0])
+        seen = np.array([False, True, True, True])
+        motion.update(predicted.position_px, predicted.position_px, seen)
+    assert (np.diff(gates[:10]) > 0).all()
+    assert (np.diff(gates) >= 0).all()
+    assert gates[-1] == pytest.approx(5 * 14.0)
+
+
+def test_the_gate_follows_the_errors_of_the_predictions_and_forgets_them() -> None:
+    rng = np.random.default_rng(2)
+    steady = np.zeros((120, 1, 2)) + 100.0
+    jerky = steady + np.where(np.arange(120)[:, None, None] < 30, rng.normal(0, 6, steady.shape), 0.0)
+    quiet, _ = carried_through(steady)
+    wild, _ = carried_through(jerky[:30])
+    later, _ = carried_through(jerky)
+    least = 0.5 * DIAMETER[0]
+    assert quiet.predict(DIAMETER[:1]).gate_px[0] == pytest.approx(least)
+    assert wild.predict(DIAMETER[:1]).gate_px[0] > 2 * least
+    assert later.predict(DIAMETER[:1]).gate_px[0] == pytest.approx(least)
+
+
+def test_a_marker_seen_again_starts_without_a_velocity_from_its_jump() -> None:
+    path = turning(20)
+    seen = np.ones((20, 4), bool)
+    seen[10:15, 0] = False
+    back = path.copy()
+    back[15, 0] += [30.0, 0.0]  # found far from where it was carried to
+    motion, _ = carried_through(back[:16], seen[:16])
+    assert np.linalg.norm(motion.predict(DIAMETER).position_px[0] - back[15, 0]) < 1e-9
+
+
+def test_a_marker_put_by_a_person_starts_anew_there() -> None:
+    motion, _ = carried_through(turning(10))
+    motion.put(2, np.array([33.0, 44.0]))
+    predicted = motion.predict(DIAMETER)
+    assert predicted.position_px[2].tolist() == [33.0, 44.0]
+    assert predicted.gate_px[2] >= 1.5 * DIAMETER[2]
+
+
+def test_restored_motion_goes_on_the_same() -> None:
+    path, seen = turning(30), np.random.default_rng(4).random((30, 4)) > 0.2
+    motion, _ = carried_through(path[:15], seen[:15])
+    other = Motion.restored({name: value.copy() for name, value in motion.state().items()})
+    for k in range(15, 30):
+        here, there = motion.predict(DIAMETER), other.predict(DIAMETER)
+        assert np.array_equal(here.position_px, there.position_px) and np.array_equal(here.gate_px, there.gate_px)
+        motion.update(here.position_px, path[k], seen[k])
+        other.update(there.position_px, path[k], seen[k])
+
+
+def test_all_markers_lost_at_once_are_predicted_without_fault() -> None:
+    motion, _ = carried_through(turning(10))
+    for _ in range(30):
+        predicted = motion.predict(DIAMETER)
+        assert np.isfinite(predicted.position_px).all()
+        motion.update(predicted.position_px, np.full((4, 2), np.nan), np.zeros(4, bool))
