@@ -7,6 +7,7 @@ from tracking.lens.camera_file import save_camera
 from tracking.lens.camera_flags import lens_flags
 from tracking.lens.corners import Corners, find_corners
 from tracking.lens.parallax import true_over_apparent
+from tracking.lens.pictures import video_pictures
 from tracking.lens.print_board import draw_board
 from tracking.lens.uncertainty import LensUncertainty
 from tracking.lens.undistort import camera_matrix, to_pixels, to_rays, undistort
@@ -31,4 +32,5 @@ __all__ = [
     "to_rays",
     "true_over_apparent",
     "undistort",
+    "video_pictures",
 ]

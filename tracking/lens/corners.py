@@ -40,7 +40,7 @@ def find_corners(picture: np.ndarray, board: BoardSpec) -> Corners:
         picture: (h, w) or (h, w, 3) uint8.
         board: what to look for.
     """
-    gray = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+    gray = np.ascontiguousarray(picture) if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
     return _charuco_corners(gray, board) if board.kind == "charuco" else _chessboard_corners(gray, board)
 
 

@@ -74,3 +74,19 @@ def _other_size(picture: Picture, first: Picture, file: str) -> Fault:
         f"{first_width} x {first_height}, like {first.name}",
         next_step="A lens is calibrated for one camera, one mode and one zoom: leave the others out.",
     )
+
+
+def video_pictures(path: Path, count: int = 40) -> Iterator[np.ndarray]:
+    """(h, w) uint8 frames of a video of the board, evenly spread over it, for `calibrate_lens`.
+
+    Move the board slowly, and hold it still now and then: frames that are alike count as often as they stand there,
+    and make the stated uncertainty too small.
+
+    Raises:
+        InputError: the video cannot be read.
+    """
+    from tracking.video import Video
+
+    with Video(path) as video:
+        for number in np.unique(np.linspace(0, video.info.frames - 1, count).round().astype(int)).tolist():
+            yield np.ascontiguousarray(video.frame(number).luma)
