@@ -1,8 +1,9 @@
-"""Sessions made with the twin: tracking noise, track faults, known truth."""
+"""Sessions made with the twin: tracking noise, track faults, filmed swims, known truth."""
 
 from synthetic.card import write_card
 from synthetic.default import default_plan
 from synthetic.faults import Freeze, Gap, Jump, Merge, TrackFault, with_faults
+from synthetic.filmed import SessionVideo
 from synthetic.noise import NOISELESS, TrackingNoise
 from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial
 from synthetic.session import make_session
@@ -17,6 +18,7 @@ __all__ = [
     "Gap",
     "Jump",
     "Merge",
+    "SessionVideo",
     "SyntheticCamera",
     "SyntheticPlan",
     "SyntheticTrial",

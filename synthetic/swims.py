@@ -1,12 +1,13 @@
 """The true swims of a plan: simulated from before the first frame, placed in the pool, seen by the camera."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from fitting import forward_speed
 from session import FaultCollector
-from swimmer import Runs, Scene, Twin
+from swimmer import Runs, Scene, Trajectories, Twin
 from synthetic.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial
 from tracking import to_head_frame
 
@@ -19,6 +20,8 @@ class TrueSwim:
         trial: as planned.
         time_s: (n,) from the first frame, s.
         position_px: (n, m, 2) markers in the image, x to the right and y down.
+        head: (n, 3) x, y (m) and yaw (rad) of the head's frame in the twin's pool.
+        hinges_rad: (n, h).
         frequency_hz: mean turns a second of the crank between the first and the last frame.
         phase_rad: crank angle in the first frame, from 0 to 2 pi.
         speed_m_s: forward speed, the slope over the whole beats after the warm-up.
@@ -27,6 +30,8 @@ class TrueSwim:
     trial: SyntheticTrial
     time_s: np.ndarray
     position_px: np.ndarray
+    head: np.ndarray
+    hinges_rad: np.ndarray
     frequency_hz: float
     phase_rad: float
     speed_m_s: float
@@ -52,20 +57,33 @@ def simulate_swims(plan: SyntheticPlan) -> tuple[TrueSwim, ...]:
     twin = Twin(plan.swimmer, plan.markers, Scene(timestep_s=plan.timestep_s))
     seen = twin.simulate(runs, plan.run_in_s + max(times, key=len))
     swims = [
-        _swim(plan, trial, time_s, marker_m[: len(time_s)], crank_rad[: len(time_s)])
-        for trial, time_s, marker_m, crank_rad in zip(plan.trials, times, seen.marker_m, seen.crank_rad, strict=True)
+        _swim(plan, trial, time_s, _first_of(seen, number, len(time_s)))
+        for number, (trial, time_s) in enumerate(zip(plan.trials, times, strict=True))
     ]
     _check_in_image(swims, plan.camera)
     return tuple(swims)
 
 
-def _swim(
-    plan: SyntheticPlan,
-    trial: SyntheticTrial,
-    time_s: np.ndarray,
-    marker_m: np.ndarray,
-    crank_rad: np.ndarray,
-) -> TrueSwim:
+class _Seen(NamedTuple):
+    """A simulation at the frames of its trial: markers (n, m, 2), head (n, 3), hinges (n, h), crank (n,)."""
+
+    marker_m: np.ndarray
+    head: np.ndarray
+    hinges_rad: np.ndarray
+    crank_rad: np.ndarray
+
+
+def _first_of(seen: Trajectories, number: int, frames: int) -> _Seen:
+    return _Seen(
+        seen.marker_m[number, :frames],
+        seen.head[number, :frames],
+        seen.hinges_rad[number, :frames],
+        seen.crank_rad[number, :frames],
+    )
+
+
+def _swim(plan: SyntheticPlan, trial: SyntheticTrial, time_s: np.ndarray, seen: _Seen) -> TrueSwim:
+    marker_m, crank_rad = seen.marker_m, seen.crank_rad
     nose, neck = plan.markers.index("nose"), plan.markers.index("neck")
     forward_m = to_head_frame(marker_m, nose, neck).forward_m
     kept = time_s >= plan.warmup_s - 1e-9
@@ -73,6 +91,8 @@ def _swim(
         trial=trial,
         time_s=time_s,
         position_px=_in_image(marker_m, nose, neck, trial, plan.camera),
+        head=seen.head,
+        hinges_rad=seen.hinges_rad,
         frequency_hz=float((crank_rad[-1] - crank_rad[0]) / (2 * np.pi * time_s[-1])),
         phase_rad=float(crank_rad[0] % (2 * np.pi)),
         speed_m_s=float(forward_speed(time_s, forward_m, kept, trial.frequency_hz)),

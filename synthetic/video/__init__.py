@@ -1,12 +1,12 @@
 """Pool videos with known truth: rendered from the twin, for whoever measures a tracker."""
 
 from synthetic.video.camera import PX_PER_M, PoolCamera
-from synthetic.video.clips import BENCHMARK_CLIPS, ENCODINGS
+from synthetic.video.clips import BENCHMARK_CLIPS
 from synthetic.video.motion import Motion, RobotPoints, travelling_wave, twin_motion
 from synthetic.video.occlusion import Occlusion
 from synthetic.video.picture import Picture
 from synthetic.video.plan import ClipPlan, Look, MarkerLook, Optics, Swim
-from synthetic.video.render import render_clip, write_scene
+from synthetic.video.render import ENCODINGS, Encoding, render_clip, render_encodings, write_scene
 from synthetic.video.scene import PoolScene
 from synthetic.video.stage import Stage, centred, staged
 from synthetic.video.truth import ClipTruth, boxes_file, load_truth, save_boxes, truth_file
@@ -20,6 +20,7 @@ __all__ = [
     "ClipPlan",
     "ClipTruth",
     "Codec",
+    "Encoding",
     "Look",
     "MarkerLook",
     "Motion",
@@ -37,6 +38,7 @@ __all__ = [
     "centred",
     "load_truth",
     "render_clip",
+    "render_encodings",
     "save_boxes",
     "staged",
     "travelling_wave",

@@ -12,14 +12,11 @@ from synthetic.video.camera import PX_PER_M
 from synthetic.video.occlusion import Occlusion
 from synthetic.video.plan import ClipPlan, Look, MarkerLook, Optics, Swim
 from synthetic.video.water import WaterLook
-from synthetic.video.writer import Codec
 
 FASTEST_PUBLIC_HZ = 1.75
 """Crank turns a second of the fastest public trial, whose markers move up to 10 px a frame."""
 DORSAL_M = 0.253
 """Where the public videos show the dorsal fin's marker: 40 to 55 px before tail_1, not 19 as in the description."""
-ENCODINGS: tuple[tuple[Codec, int], ...] = (("ffv1", 0), ("h264", 18), ("h264", 23), ("h264", 28), ("hevc", 28))
-"""Codec and crf, lossless first."""
 _TAIL_M = 0.021  # between tail_4 and tail_5, the closest neighbours
 _HOVER = (0.03, 0.0)  # m/s: the swim stays in the picture
 

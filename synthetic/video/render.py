@@ -1,15 +1,37 @@
-"""Rendering: a plan becomes a video with its truth beside it."""
+"""Rendering: a plan becomes a video, in one or more encodings, with its truth beside it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
+from typing import NamedTuple
 
 from synthetic.video.plan import ClipPlan
 from synthetic.video.scene import PoolScene
 from synthetic.video.truth import ClipTruth, boxes_file, save_boxes, truth_file
 from synthetic.video.writer import Codec, VideoWriter
+
+
+class Encoding(NamedTuple):
+    """How a video is packed.
+
+    Attributes:
+        codec: "h264", "hevc" or "ffv1" (lossless).
+        crf: quality of H.264 and HEVC, 0 (best) to 51; FFV1 takes none.
+    """
+
+    codec: Codec = "h264"
+    crf: float = 23
+
+
+ENCODINGS = (Encoding("ffv1"), Encoding("h264", 18), Encoding("h264", 23), Encoding("h264", 28), Encoding("hevc", 28))
+"""What a tracker is measured at, lossless first."""
+
+
+def _silent(done: int) -> None:
+    """Tells nobody."""
 
 
 def render_clip(plan: ClipPlan, path: Path, codec: Codec = "h264", crf: float = 23) -> ClipTruth:
@@ -18,41 +40,57 @@ def render_clip(plan: ClipPlan, path: Path, codec: Codec = "h264", crf: float = 
     Args:
         plan: of the clip.
         path: of the video, for instance `clean.mp4`.
-        codec: "h264", "hevc" or "ffv1" (lossless).
-        crf: quality of H.264 and HEVC, 0 (best) to 51.
+        codec, crf: see `Encoding`.
+
+    Raises:
+        session.ResultsNotWritable: a file cannot be written.
+        session.SimulationDiverged: the planned motion is unstable.
+    """
+    return render_encodings(plan, {path: Encoding(codec, crf)})
+
+
+def render_encodings(
+    plan: ClipPlan, videos: Mapping[Path, Encoding], told: Callable[[int], None] = _silent
+) -> ClipTruth:
+    """Renders a clip once and packs it in several ways, each with its truth and start boxes beside it.
+
+    Args:
+        plan: of the clip.
+        videos: how to pack each video, by its file.
+        told: called with the number of frames done.
 
     Raises:
         session.ResultsNotWritable: a file cannot be written.
         session.SimulationDiverged: the planned motion is unstable.
     """
     scene = PoolScene(plan)
-    write_scene(scene, path, codec, crf)
-    scene.truth.save(truth_file(path))
-    save_boxes(boxes_file(path), scene.truth)
+    write_scene(scene, videos, told)
+    for path in videos:
+        scene.truth.save(truth_file(path))
+        save_boxes(boxes_file(path), scene.truth)
     return scene.truth
 
 
-def write_scene(
-    scene: PoolScene,
-    path: Path,
-    codec: Codec = "h264",
-    crf: float = 23,
-    told: Callable[[int], None] = lambda _: None,
-) -> None:
-    """Writes the video of a scene.
+def write_scene(scene: PoolScene, videos: Mapping[Path, Encoding], told: Callable[[int], None] = _silent) -> None:
+    """Paints a scene once and writes its videos, without truth.
 
     Args:
         scene: to be painted.
-        path: of the video.
-        codec, crf: as for `VideoWriter`.
-        told: called with the number of frames written so far.
+        videos: how to pack each video, by its file.
+        told: called with the number of frames done.
 
     Raises:
-        session.ResultsNotWritable: the file cannot be written.
+        session.ResultsNotWritable: a file cannot be written.
     """
     optics = scene.plan.optics
     fps = Fraction(optics.fps).limit_denominator(1001)
-    with VideoWriter(path, optics.width_px, optics.height_px, fps, codec, crf) as writer:
+    with ExitStack() as files:
+        writers = [
+            files.enter_context(VideoWriter(path, optics.width_px, optics.height_px, fps, *encoding))
+            for path, encoding in videos.items()
+        ]
         for number, time_s in enumerate(scene.stage.time_s):
-            writer.write(scene.picture(number).data, float(time_s))
+            data = scene.picture(number).data
+            for writer in writers:
+                writer.write(data, float(time_s))
             told(number + 1)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from session import InputError
-from synthetic.video import ClipPlan, Optics, Swim, boxes_file, load_truth, render_clip, truth_file
+from synthetic.video import ClipPlan, Codec, Optics, Swim, boxes_file, load_truth, render_clip, truth_file
 from tests.synthetic.video.test_writer import decoded
 
 SMALL = ClipPlan(
@@ -18,7 +18,7 @@ SMALL = ClipPlan(
 
 
 @pytest.mark.parametrize(("codec", "crf"), [("h264", 18), ("hevc", 28), ("ffv1", 0)])
-def test_a_clip_comes_with_its_truth_and_start_boxes(codec: str, crf: int, tmp_path: Path) -> None:
+def test_a_clip_comes_with_its_truth_and_start_boxes(codec: Codec, crf: int, tmp_path: Path) -> None:
     video = tmp_path / "small.mp4"
     truth = render_clip(SMALL, video, codec, crf)
 

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from synthetic.video.plan import Look
 from tests.synthetic.video.clips import HEAD, centroid_px, small_scene
 
 
-def lone_disc(shift_px: tuple[float, float], **changes: float) -> PoolScene:
+def lone_disc(shift_px: tuple[float, float], **changes: Any) -> PoolScene:
     """A scene of one frame, in which a disc sits so far from the middle."""
     return small_scene(frames=1, markers=("neck",), shift_m=(shift_px[0] / 420, -shift_px[1] / 420), **changes)
 

@@ -5,7 +5,7 @@ import av
 import numpy as np
 import pytest
 
-from synthetic.video import VideoWriter
+from synthetic.video import Codec, VideoWriter
 
 SIZE = (48, 64)
 
@@ -37,7 +37,7 @@ def test_ffv1_keeps_every_bit(gray: bool, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("codec", ["h264", "hevc"])
 @pytest.mark.parametrize("gray", [True, False])
-def test_lossy_codecs_keep_the_picture_and_its_colours(codec: str, gray: bool, tmp_path: Path) -> None:
+def test_lossy_codecs_keep_the_picture_and_its_colours(codec: Codec, gray: bool, tmp_path: Path) -> None:
     with VideoWriter(tmp_path / "a.mp4", 64, 48, codec=codec, crf=5) as writer:
         for seed in range(4):
             writer.write(picture(seed, gray=gray))
@@ -51,7 +51,7 @@ def test_lossy_codecs_keep_the_picture_and_its_colours(codec: str, gray: bool, t
 
 
 @pytest.mark.parametrize("codec", ["h264", "hevc", "ffv1"])
-def test_a_variable_rate_is_kept_to_a_sixtieth_of_a_millisecond(codec: str, tmp_path: Path) -> None:
+def test_a_variable_rate_is_kept_to_a_sixtieth_of_a_millisecond(codec: Codec, tmp_path: Path) -> None:
     asked_s = np.cumsum([0.0, 1 / 60, 1 / 30, 0.0123, 0.5])
     with VideoWriter(tmp_path / "a.mp4", 64, 48, codec=codec) as writer:
         for number, time_s in enumerate(asked_s):
@@ -67,7 +67,7 @@ def test_a_fractional_rate_is_exact(tmp_path: Path) -> None:
 
     with av.open(str(tmp_path / "a.mp4")) as container:
         stream = container.streams.video[0]
-        times = [frame.pts * stream.time_base for frame in container.decode(stream)]
+        times = [Fraction(frame.pts or 0) * (stream.time_base or 0) for frame in container.decode(stream)]
     assert times == [number * Fraction(1001, 60_000) for number in range(200)]
 
 
