@@ -37,7 +37,7 @@ SMOOTHED = 0.12
 SOFTEST_SHRINK = 0.75
 """Ratio of the diameters at 0.15 above a level and 0.1 below it: about 0.8 to 0.95 for a marker, 0.65 for a swell."""
 LEVELS = (0.5, 0.65, 0.8)
-"""Thresholds between ring and disc; the higher ones part neighbours that touch."""
+"""Thresholds between surroundings (0) and middle (1); the higher ones part neighbours that touch."""
 
 
 class Blob(NamedTuple):
@@ -48,6 +48,7 @@ class Blob(NamedTuple):
         y: centre, px.
         diameter_px: of the disc of the same area.
         contrast: grey levels between it and its surroundings, at least 0 whatever its polarity.
+        level: grey level of its middle; of the negative for a dark blob, so always high for a marker.
         elongation: ratio of its axes, 1 for a disc.
     """
 
@@ -55,6 +56,7 @@ class Blob(NamedTuple):
     y: float
     diameter_px: float
     contrast: float
+    level: float
     elongation: float = 1.0
 
 
@@ -101,19 +103,21 @@ def _measure(luma: np.ndarray, x: float, y: float, radius: float) -> Blob | None
     patch = luma[top : int(y + 3 * radius + 3), left : int(x + 3 * radius + 3)].astype(np.float32)
     rows, columns = np.ogrid[: patch.shape[0], : patch.shape[1]]
     away = np.hypot(columns - (x - left), rows - (y - top))
-    patch -= np.median(patch[(away > 1.6 * radius) & (away < 3 * radius)])
-    contrast = float(np.mean(patch[away <= max(0.5 * radius, 1.0)]))
+    level = float(np.mean(patch[away <= max(0.5 * radius, 1.0)]))
+    surroundings = float(np.median(patch[(away > 1.6 * radius) & (away < 3 * radius)]))
+    contrast = level - surroundings
     if contrast < LEAST_CONTRAST:
         return None
-    smooth = cv2.GaussianBlur(patch, (0, 0), SMOOTHED * radius) / contrast
+    patch = (patch - surroundings) / contrast
+    smooth = cv2.GaussianBlur(patch, (0, 0), SMOOTHED * radius)
     middle = min(round(y - top), len(patch) - 1), min(round(x - left), patch.shape[1] - 1)
-    for level in LEVELS:
-        disc = _part(smooth, middle, level)
-        if disc is not None and _is_disc(disc) and not _is_soft(smooth, middle, level):
+    for height in LEVELS:
+        disc = _part(smooth, middle, height)
+        if disc is not None and _is_disc(disc) and not _is_soft(smooth, middle, height):
             region = regionprops(disc.astype(np.uint8), intensity_image=np.clip(patch, 0, None))[0]
             row, column = region.centroid_weighted
             diameter, elongation = region.equivalent_diameter_area, region.axis_major_length / region.axis_minor_length
-            return Blob(left + float(column), top + float(row), float(diameter), contrast, float(elongation))
+            return Blob(left + float(column), top + float(row), float(diameter), contrast, level, float(elongation))
     return None
 
 

@@ -4,7 +4,8 @@ Every ordered pair of blobs is tried as the head's two front markers, which give
 markers follow one after another: those beside the axis and the first behind the head are held by the head, the tail may
 bend at every marker. Each step costs what it departs from the layout, in squared standard deviations; all partial
 bodies are carried on together and the best are kept (a beam search). The spreads are those of the public tracks, whose
-tail root stands up to 78 mm from the dorsal fin where the layout has 20, and whose last step is up to 1.6 times as long.
+tail root stands up to 78 mm from the dorsal fin where the layout has 20, and whose last step is up to
+1.6 times as long.
 
 Positions are complex numbers x - iy: the layout's y points up where the image's points down.
 """
@@ -28,10 +29,12 @@ BESIDE_M = 0.01
 """A marker farther from the axis than this is held by the head."""
 DIAMETERS_APART = (3.0, 40.0)
 """The head's two front markers are so many marker diameters apart."""
-SIZE_SD = 0.15
-"""Spread of the logarithm of a marker's diameter about that of the head's two."""
-CONTRAST_SD = 0.3
-"""Spread of the logarithm of a marker's contrast about that of the head's two."""
+SIZE_SD = 0.25
+"""Spread of the logarithm of a marker's diameter about that of the one before it: a robot's markers may differ."""
+LEVEL_SD = 0.12
+"""Spread of the logarithm of a marker's grey level about that of the head's two; its contrast depends on the water."""
+ELONGATION_SD = 0.15
+"""Spread of the logarithm of a marker's elongation about that of the head's two: motion blur of a few pixels."""
 GATE = 3.0
 """Nothing may depart by more standard deviations than this."""
 
@@ -43,6 +46,7 @@ class Held(Enum):
     BY_THE_HEAD = "by the head, behind its two front markers"
     AT_THE_ROOT = "by the first piece of the tail"
     BY_THE_TAIL = "by the tail, behind another"
+    AT_THE_END = "by the fin, behind the tail"
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,8 @@ SPREADS = {
     Held.RIGIDLY: Spread(place_m=0.012),
     Held.BY_THE_HEAD: Spread(length=0.06, bend_deg=7.0, stretch=0.96),
     Held.AT_THE_ROOT: Spread(place_m=0.027),
-    Held.BY_THE_TAIL: Spread(length=0.18, bend_deg=18.0, stretch=1.05),
+    Held.BY_THE_TAIL: Spread(length=0.14, bend_deg=18.0, stretch=1.03),
+    Held.AT_THE_END: Spread(length=0.17, bend_deg=18.0, stretch=1.25),
 }
 
 
@@ -102,13 +107,14 @@ def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
     steps += [Step(first, Held.AT_THE_ROOT, root, (neck, root))]
     # The tail's first direction is measured against the head's: its root stands to the side in the public tracks.
     along = [(neck, root), *pairwise(axis[3:])]
-    steps += [Step(k, Held.BY_THE_TAIL, before, way) for k, before, way in zip(tail, axis[3:], along, strict=False)]
+    held = [Held.BY_THE_TAIL] * (len(tail) - 1) + [Held.AT_THE_END]
+    steps += [Step(*step) for step in zip(tail, held, axis[3:], along, strict=False)]
     return nose, neck, tuple(steps)
 
 
 def complete_bodies(blobs: Sequence[Blob], layout_m: np.ndarray) -> Bodies:
     """All ways, the best first, to see the layout (m, 2), m, in the blobs of one polarity."""
-    looks = np.array([blob[:4] for blob in blobs[:CANDIDATES]]).reshape(-1, 4)
+    looks = np.array([(b.x, b.y, b.diameter_px, b.level, b.elongation) for b in blobs[:CANDIDATES]]).reshape(-1, 5)
     nose, neck, steps = body_steps(layout_m)
     if len(looks) < len(layout_m):
         return Bodies(np.empty((0, len(layout_m)), dtype=int), np.empty(0))
@@ -124,7 +130,7 @@ class _Partial:
     """Bodies put together so far: (b, m) blobs, -1 where not yet put, and (b,) costs."""
 
     at: np.ndarray  # (n,) complex places of the blobs, px
-    look: np.ndarray  # (n, 2) logarithms of diameter and contrast
+    look: np.ndarray  # (n, 3) logarithms of diameter, level and elongation
     layout: np.ndarray  # (m,) complex places of the layout, m
     front: tuple[int, int]
     blobs: np.ndarray
@@ -136,7 +142,7 @@ class _Partial:
         at = looks[:, 0] - 1j * looks[:, 1]
         look = np.log(looks[:, 2:])
         apart = np.abs(at[:, None] - at) / np.sqrt(looks[:, None, 2] * looks[:, 2])
-        unlike = (look[:, None] - look) / (np.sqrt(2) * np.array([SIZE_SD, CONTRAST_SD]))  # (n, n, 2)
+        unlike = (look[:, None] - look) / (np.sqrt(2) * np.array([SIZE_SD, LEVEL_SD, ELONGATION_SD]))  # (n, n, 3)
         low, high = DIAMETERS_APART
         first, second = np.nonzero((apart > low) & (apart < high) & (np.abs(unlike).max(axis=2) < GATE))
         blobs = np.full((len(first), len(layout_m)), -1)
@@ -146,7 +152,7 @@ class _Partial:
 
     def carried_on(self, step: Step) -> _Partial:
         """With one marker more, put on every blob that the step allows."""
-        off = np.concatenate([self._off_place(step), self._off_look()], axis=0)  # (d, b, n)
+        off = np.concatenate([self._off_place(step), self._off_look(step)], axis=0)  # (d, b, n)
         taken = (self.blobs[:, :, None] == np.arange(len(self.at))).any(axis=1)  # (b, n)
         allowed = (np.abs(off) < GATE).all(axis=0) & ~taken
         body, blob = np.nonzero(allowed)
@@ -174,8 +180,9 @@ class _Partial:
         bend = np.rad2deg(np.angle(np.where(taken == 0, 1, taken))) / spread.bend_deg
         return np.stack([length, bend])
 
-    def _off_look(self) -> np.ndarray:
-        """(2, b, n) departures in diameter and contrast from the head's two, in standard deviations."""
-        usual = self.look[self.blobs[:, self.front]].mean(axis=1)  # (b, 2)
-        off = (self.look - usual[:, None]) / np.array([SIZE_SD, CONTRAST_SD])  # (b, n, 2)
-        return np.moveaxis(off, 2, 0)
+    def _off_look(self, step: Step) -> np.ndarray:
+        """(3, b, n) departures in diameter, level and elongation, in standard deviations."""
+        size = self.look[:, 0] - self.look[self.blobs[:, step.before], 0][:, None]
+        usual = self.look[self.blobs[:, self.front], 1:].mean(axis=1)  # (b, 2)
+        level, elongation = np.moveaxis(self.look[:, 1:] - usual[:, None], 2, 0)  # (b, n) each
+        return np.stack([size / SIZE_SD, level / LEVEL_SD, elongation / ELONGATION_SD])

@@ -59,8 +59,8 @@ class ClickBoxes:
             trial=self.trial,
             frame=self.frame,
             place=f"trials/{self.trial}.boxes.json",
-            style=Markup(style),  # noqa: S704  our own files
-            script=Markup(script),  # noqa: S704
+            style=Markup(style),  # our own file
+            script=Markup(script),
             data=self._data(),
         )
 

@@ -1,4 +1,4 @@
-"""A picture of the start boxes to look at before the tracking: the robot with names, its crowded tail, and where it is."""
+"""A picture of the start boxes to look at before the tracking: the robot with names, its crowded tail, its place."""
 
 from __future__ import annotations
 
@@ -135,8 +135,9 @@ def _rim(box: Box, towards: np.ndarray) -> np.ndarray:
 def label_spots(centre_px: np.ndarray, view: View) -> np.ndarray:
     """(m, 2) places of labels that overlap neither each other nor the body: two rows, or two columns, beside it.
 
-    Markers well off the line through the others go to their own side, the rest take turns; on each side the labels keep the markers' order, as near to them as their width allows
-    (isotonic regression: the least squares solution under the order).
+    Markers well off the line through the others go to their own side, the rest take turns; on each side the labels
+    keep the markers' order, as near to them as their width allows (isotonic regression: the least squares solution
+    under the order).
     """
     size = np.array(view.size)
     along = int(np.ptp(centre_px[:, 1]) > np.ptp(centre_px[:, 0]))  # 0: the body lies across the view, 1: upright

@@ -23,12 +23,12 @@ def layout(markers: tuple[str, ...] = NINE) -> np.ndarray:
 class Scene:
     """What is drawn; lengths in px of the picture."""
 
-    size: tuple[int, int] = (1280, 720)
+    size: tuple[int, int] = (800, 600)
     markers: tuple[str, ...] = NINE
     bend_deg: tuple[float, ...] = (0, 0, 0, 0, 0)
     heading_deg: float = 180.0  # of the tail, seen from the nose; anticlockwise in the picture
     px_per_m: float = 900.0
-    centre: tuple[float, float] = (640.0, 360.0)
+    centre: tuple[float, float] = (400.0, 300.0)
     diameter: float = 16.0
     bright: bool = True
     contrast: float = 120.0

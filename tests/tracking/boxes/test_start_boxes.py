@@ -1,0 +1,118 @@
+"""Start boxes as a file: what is written is read back; every fault is named, all of them at once."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from session import InputError
+from tracking.boxes import Box, StartBoxes, load_boxes, save_boxes
+
+MARKERS = ("nose", "neck", "tail_1")
+GOOD = {"nose": [100, 50, 21, 21], "neck": [140.5, 50, 20, 20], "tail_1": [200, 52, 18, 18]}
+sides = st.floats(3, 80)
+places = st.floats(0, 3000)
+
+
+def written(folder: Path, boxes: object, frame: object = 0, **more: object) -> Path:
+    path = folder / "f1.boxes.json"
+    path.write_text(json.dumps({"frame": frame, "boxes": boxes, **more}))
+    return path
+
+
+def refused(path: Path, size: tuple[int, int] | None = None) -> str:
+    with pytest.raises(InputError) as caught:
+        load_boxes(path, MARKERS, size)
+    return str(caught.value)
+
+
+@given(st.lists(st.tuples(places, places, sides, sides), min_size=3, max_size=3), st.integers(0, 10**6))
+def test_what_is_saved_is_loaded(tmp_path_factory: pytest.TempPathFactory, values: list, frame: int) -> None:
+    spread = [Box(x + 5000 * k, *rest) for k, (x, *rest) in enumerate(values)]  # none on the spot of another
+    boxes = StartBoxes(frame, dict(zip(MARKERS, spread, strict=True)))
+    path = tmp_path_factory.getbasetemp() / "saved.boxes.json"
+
+    save_boxes(path, boxes)
+    loaded = load_boxes(path, MARKERS)
+
+    assert loaded.frame == frame
+    assert loaded.markers == MARKERS
+    assert loaded.centres_px(MARKERS) == pytest.approx(boxes.centres_px(MARKERS), abs=0.02)
+
+
+def test_the_centre_is_that_of_the_covered_pixels() -> None:
+    picture = np.zeros((40, 60))
+    x, y, width, height = 10, 5, 20, 11
+    picture[y : y + height, x : x + width] = 1
+    rows, columns = np.nonzero(picture)
+
+    assert Box(x, y, width, height).centre_px == (columns.mean(), rows.mean())
+    assert Box.around((12.3, 4.5), 9.0).centre_px == pytest.approx((12.3, 4.5))
+
+
+def test_the_order_is_that_of_the_session(tmp_path: Path) -> None:
+    path = written(tmp_path, dict(reversed(GOOD.items())))
+
+    assert load_boxes(path, MARKERS, (640, 480)).markers == MARKERS
+
+
+@pytest.mark.parametrize(
+    ("boxes", "message"),
+    [
+        ({"nose": GOOD["nose"], "neck": GOOD["neck"]}, "boxes.tail_1: missing"),
+        (GOOD | {"tail1": [1, 1, 9, 9]}, "boxes.tail1: not a marker of the session"),
+        (GOOD | {"tail1": [1, 1, 9, 9]}, "Did you mean 'tail_1'?"),
+        (GOOD | {"neck": [1, 2, 3]}, "boxes.neck: not a box; found [1, 2, 3]; expected four numbers"),
+        (GOOD | {"neck": [1, 2, "3", 4]}, "boxes.neck: not a box"),
+        (GOOD | {"neck": [1, 2, True, 4]}, "boxes.neck: not a box"),
+        (GOOD | {"neck": [1, float("nan"), 9, 9]}, "boxes.neck: not a box"),
+        (GOOD | {"neck": {"x": 1}}, "boxes.neck: not a box"),
+        (GOOD | {"neck": [1, 2, -9, 9]}, "boxes.neck: too small; found -9 x 9 px"),
+        (GOOD | {"neck": [630, 2, 20, 20]}, "boxes.neck: outside the picture; found x 630 to 649"),
+        (GOOD | {"neck": [-3, 2, 20, 20]}, "outside the picture"),
+        (GOOD | {"neck": [101, 51, 20, 20]}, "boxes.nose: on the same spot as neck"),
+        ([1, 2], "boxes: not an object; found [1, 2]"),
+    ],
+)
+def test_a_fault_names_its_place_and_what_is_expected(tmp_path: Path, boxes: object, message: str) -> None:
+    error = refused(written(tmp_path, boxes), (640, 480))
+
+    assert message in error.replace("boxes.neck: on the same spot as nose", "boxes.nose: on the same spot as neck")
+    assert "f1.boxes.json" in error
+
+
+@pytest.mark.parametrize("frame", [-1, 1.5, "0", None, True])
+def test_a_frame_is_a_whole_number(tmp_path: Path, frame: object) -> None:
+    assert "frame: not the number of a frame" in refused(written(tmp_path, GOOD, frame))
+
+
+def test_all_faults_come_at_once(tmp_path: Path) -> None:
+    error = refused(written(tmp_path, {"nose": [0, 0, 0, 0], "nosee": 3}, -4, trial="f1"))
+
+    for part in ("unknown key", "not the number of a frame", "nosee", "too small", "boxes.neck: missing"):
+        assert part in error
+    assert "6 faults" in error
+
+
+def test_a_key_that_stands_twice_is_a_fault(tmp_path: Path) -> None:
+    path = tmp_path / "f1.boxes.json"
+    path.write_text('{"frame": 0, "boxes": {"nose": [1, 1, 9, 9], "nose": [2, 2, 9, 9]}}')
+
+    assert "boxes.nose: stands in the file twice" in refused(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"), [("{", "line 1, column 2: not JSON"), ("[1]", "not an object; found [1]")]
+)
+def test_what_is_no_json_object_is_said_to_be_none(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "f1.boxes.json"
+    path.write_text(text)
+
+    assert message in refused(path)
+
+
+def test_a_missing_file_says_how_to_make_it(tmp_path: Path) -> None:
+    assert "calib track SESSION --click" in refused(tmp_path / "none.json")
