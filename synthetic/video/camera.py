@@ -19,7 +19,8 @@ class PoolCamera:
     """A pinhole camera with OpenCV's lens distortion, above the origin of the pool and looking down.
 
     The pool's frame: x to the right of the image, y up in the image, z up from the water, m. Without
-    `lens.height_above_water_m` everything is seen as if it lay on the water, so there is no parallax.
+    `lens.height_above_water_m` everything is seen as if it lay on the water, so there is no parallax. What is below the
+    water is seen along straight rays: only the robot's body is, and no marker.
 
     Attributes:
         lens: focal lengths, principal point, distortion and height.

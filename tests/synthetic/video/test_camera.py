@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 from synthetic.video import PoolCamera
+from tracking.lens import to_rays, true_over_apparent
 
 DISTORTION = (-0.2, 0.05, 0.001, -0.002, 0.01)
 
@@ -38,3 +39,12 @@ def test_the_last_row_is_read_the_readout_after_the_first() -> None:
     camera = PoolCamera.above(640, 480, readout_s=0.01)
 
     np.testing.assert_allclose(camera.delay_s(np.array([0, 239.5, 479])), [-0.005, 0, 0.005])
+
+
+def test_the_program_undoes_the_lens_and_the_parallax_it_is_filmed_with() -> None:
+    camera = PoolCamera.above(1280, 720, px_per_m=900, height_m=1.5, distortion=DISTORTION)
+    point_m = np.random.default_rng(1).uniform(-0.3, 0.3, (20, 3)) * [1, 1, 0] + [0, 0, 0.05]
+
+    ray = to_rays(camera.project(point_m), camera.lens)
+    found_m = 1.5 * ray * true_over_apparent(ray, point_m[:, 2], 1.5)[:, None] * [1, -1]
+    np.testing.assert_allclose(found_m, point_m[:, :2], atol=1e-6)
