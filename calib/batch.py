@@ -1,32 +1,28 @@
 """Reports of several sessions and the index that lists them."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from calib.pipeline import EffortName, Pipeline, open_session
+from calib.options import Options
+from calib.pipeline import open_session
+from calib.working import working
 from reports import IndexEntry, write_index
 from session import read_result_json
 
-Working = Callable[[Path, EffortName, int, bool], AbstractContextManager[Pipeline]]
 
-
-def report_batch(
-    folders: Sequence[Path], effort: EffortName, workers: int, index: Path | None, working: Working
-) -> Iterator[Path]:
+def report_batch(folders: Sequence[Path], options: Options, index: Path | None) -> Iterator[Path]:
     """Brings the report of each session up to date and yields it; the index comes last when there are several.
 
     Args:
         folders: the sessions.
-        effort, workers: as on the command line.
+        options: effort and threads.
         index: where the index goes; default `index.html` beside the first session.
-        working: opens and locks a session.
     """
     entries = []
     for folder in folders:
         open_session(folder)  # all faults of all sessions before the first long fit
     for folder in folders:
-        with working(folder, effort, workers, False) as pipeline:
+        with working(folder, False, options) as pipeline:
             path = pipeline.report()
         data = read_result_json(pipeline.calibration_file)
         entries.append(IndexEntry.from_calibration(pipeline.session.name, path, data))

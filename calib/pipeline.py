@@ -1,22 +1,15 @@
 """From a session folder to its results, stage by stage; what has not changed is not made again."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
-
-import numpy as np
 
 from calib.calibrated_mjcf import calibrated_mjcf
+from calib.options import EFFORTS, Options
+from calib.recordings import Recordings
 from fitting import (
-    FULL,
-    QUICK,
     Calibration,
-    Comparison,
     Evidence,
     MeasuredTrial,
-    MethodName,
     SearchRun,
     assemble,
     calibrate,
@@ -25,61 +18,27 @@ from fitting import (
     comparison_payload,
     evidence_payload,
     gather_evidence,
-    measure_trial,
     read_comparison,
     read_evidence,
     read_fit,
 )
 from reports import write_report
 from session import (
-    NotEnoughData,
     Provenance,
     Session,
     SwimcalError,
-    Tracks,
-    TrialSpec,
     file_hashes,
     fingerprint_of,
     is_current,
     load_session,
-    load_tracks,
     mark_current,
     program_version,
     read_result_json,
-    save_tracks,
     sha256_of,
     write_result_json,
     write_whole,
 )
 from swimmer import ENGINE, RobotSpec, Twin, check_engine, load_robot, model_sha256
-
-EffortName = Literal["quick", "full"]
-EFFORTS = {"quick": QUICK, "full": FULL}
-Tell = Callable[[str, float | None], None]
-"""Called with what is going on and the share done, None when unknown."""
-
-
-def _silent(_message: str, _share: float | None) -> None:
-    return
-
-
-@dataclass(frozen=True)
-class Options:
-    """How a session is worked on.
-
-    Attributes:
-        effort: "quick" or "full".
-        workers: threads; 0 for all cores.
-        method: the search, see `fitting.METHODS`.
-        comparison: what it minimises, see `fitting.Swims`.
-        tell: receives progress.
-    """
-
-    effort: EffortName = "full"
-    workers: int = 0
-    method: MethodName = "gradient"
-    comparison: Comparison = "published"
-    tell: Tell = field(default=_silent)
 
 
 def open_session(folder: Path) -> Session:
@@ -117,12 +76,6 @@ class Pipeline:
         return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort)
 
     @cached_property
-    def data_fingerprint(self) -> str:
-        """Of the recordings, the robot, the engine and the program."""
-        stamp = self.provenance
-        return fingerprint_of(stamp.inputs, {"mujoco": stamp.mujoco, "model": stamp.model_sha256})
-
-    @cached_property
     def fingerprint(self) -> str:
         """Of all that the calibration depends on."""
         options = self.options
@@ -132,7 +85,7 @@ class Pipeline:
             "method": options.method,
             "comparison": options.comparison,
         }
-        return fingerprint_of({}, parameters, [self.data_fingerprint])
+        return fingerprint_of({}, parameters, [self.recordings.fingerprint])
 
     @property
     def calibration_file(self) -> Path:
@@ -155,49 +108,23 @@ class Pipeline:
         return self.session.results / "report.html"
 
     @cached_property
+    def recordings(self) -> Recordings:
+        """The session's tracks and videos."""
+        return Recordings(self.session, self.robot, self.options, self.provenance)
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What the reader should know about the trials that were left out."""
-        left_out = [spec for spec in self.session.trials if not _is_usable(spec)]
-        return tuple(f"Trial {spec.name} was left out: {_why_left_out(spec)}." for spec in left_out)
+        return self.recordings.notes
 
-    @cached_property
+    @property
     def trials(self) -> list[MeasuredTrial]:
-        """All swims of the session that have tracks, measured; their tracks stand in `results/tracks`.
-
-        Raises:
-            NotEnoughData: no usable swim, or swims that are too short; all of them at once.
-        """
-        specs = [spec for spec in self.session.trials if _is_usable(spec)]
-        if not specs:
-            raise NotEnoughData(
-                f'{self.session.name}: no swim with tracks. Expected at least one [[trial]] with kind = "swim" and a '
-                f"tracks file; found {len(self.session.trials)} trials. {' '.join(self.notes)}"
-            )
-        measured, problems = [], []
-        for spec in specs:
-            self.options.tell(f"reading {spec.name}", None)
-            tracks = self._tracks(spec)
-            try:
-                trial = measure_trial(spec, tracks, self.session.camera, self.robot, self.session.warmup_s)
-            except NotEnoughData as problem:
-                problems.append(str(problem) if spec.name in str(problem) else f"trial {spec.name}: {problem}")
-                continue
-            measured.append(trial)
-            self._save_tracks(tracks, trial)
-        if problems:
-            raise NotEnoughData("\n".join(problems))
-        return measured
-
-    def tracks(self) -> tuple[Path, ...]:
-        """`results/tracks/<trial>.csv` of every usable swim, up to date."""
-        files = tuple(self._tracks_file(spec.name) for spec in self.session.trials if _is_usable(spec))
-        if not all(is_current(file, self.fingerprint) for file in files):
-            _ = self.trials
-        return files
+        """All usable swims, measured."""
+        return self.recordings.swims
 
     def fit(self) -> Path:
         """`results/calibration.json` and `results/calibrated.xml`, up to date."""
-        self.tracks()
+        self.recordings.tracks()
         if not is_current(self.calibration_file, self.fingerprint):
             self._calibrate()
         return self.calibration_file
@@ -243,14 +170,14 @@ class Pipeline:
         twin = Twin(self.robot, fitted[0].markers, workers=self.options.workers)
         runs = compare_methods(fitted, twin, seeds, budget_s, tell=self.options.tell)
         write_result_json(self.search_file, self.provenance, comparison_payload(runs))
-        mark_current(self.search_file, self.data_fingerprint)
+        mark_current(self.search_file, self.recordings.fingerprint)
         self.made.append(self.search_file)
         return runs
 
     def report(self) -> Path:
         """`results/report.html`, up to date."""
-        self.tracks()
-        searches = self.search_file if is_current(self.search_file, self.data_fingerprint) else None
+        self.recordings.tracks()
+        searches = self.search_file if is_current(self.search_file, self.recordings.fingerprint) else None
         extra = {} if searches is None else {"search": sha256_of(searches)}
         fingerprint = fingerprint_of(extra, {}, [self.fingerprint])
         if is_current(self.calibration_file, self.fingerprint) and is_current(self.report_file, fingerprint):
@@ -303,36 +230,10 @@ class Pipeline:
         if differ:
             self.said.append(f"{self.calibration_file} was made otherwise ({'; '.join(differ)}) and is made again.")
 
-    def _tracks(self, spec: TrialSpec) -> Tracks:
-        assert spec.tracks is not None
-        return load_tracks(spec.tracks, self.session.markers, self.session.camera.fps)
-
-    def _tracks_file(self, trial: str) -> Path:
-        return self.session.results / "tracks" / f"{trial}.csv"
-
-    def _save_tracks(self, tracks: Tracks, trial: MeasuredTrial) -> None:
-        """The tracks as used: flagged samples keep their place, with confidence 0."""
-        path = self._tracks_file(trial.name)
-        if is_current(path, self.fingerprint):
-            return
-        confidence = np.where(trial.weight > 0, tracks.confidence, 0.0)
-        save_tracks(path, Tracks(tracks.markers, tracks.time_s, tracks.position_px, confidence))
-        mark_current(path, self.fingerprint)
-
 
 def _short(value: object) -> str:
     """A value for a sentence: files and hashes are only named."""
     return "other files" if isinstance(value, dict) else str(value)[:12]
-
-
-def _is_usable(spec: TrialSpec) -> bool:
-    return spec.kind == "swim" and spec.tracks is not None
-
-
-def _why_left_out(spec: TrialSpec) -> str:
-    if spec.kind != "swim":
-        return f"this version does not use {spec.kind} trials yet"
-    return "it has no tracks, and this version does not track videos yet"
 
 
 def program() -> str:

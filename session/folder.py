@@ -39,7 +39,8 @@ class TrialSpec:
         kind: ``"free_decay"`` (tail let go), ``"dry"`` (head clamped, in air) or ``"swim"``.
         tracks: marker tracks; they win over a video.
         video: the video to track.
-        boxes: first boxes of the markers in the video.
+        boxes: first boxes of the markers in the video; where the file names none, ``<trial>.boxes.json`` beside the
+            video if that is there.
         motor: the motor log.
         motor_offset_s: motor clock minus video clock, seconds.
         commanded_hz: crank turns a second; None only for free decay.
@@ -55,6 +56,11 @@ class TrialSpec:
     motor_offset_s: float = 0.0
     commanded_hz: float | None = None
     role: TrialRole = "fit"
+
+    @property
+    def edits(self) -> Path | None:
+        """What a person corrected in the tracks, ``<trial>.edits.jsonl`` beside the video; it need not be there."""
+        return None if self.video is None else self.video.with_name(f"{self.name}.edits.jsonl")
 
 
 @dataclass(frozen=True)
@@ -111,6 +117,7 @@ class Session:
         files = [self.folder / SESSION_FILE, self.robot_file, self.camera.file]
         for trial in self.trials:
             files += [trial.tracks, trial.video, trial.boxes, trial.motor]
+            files += [trial.edits] if trial.edits is not None and is_file(trial.edits) else []
         return tuple(dict.fromkeys(file for file in files if file is not None))
 
 
@@ -234,4 +241,7 @@ def _session(content: SessionFile, folder: Path, camera: CameraSpec) -> Session:
 def _trial(trial: TrialTable, folder: Path) -> TrialSpec:
     files = {kind: getattr(trial, kind) for kind in TRIAL_FILES}
     paths = {kind: None if name is None else folder / name for kind, name in files.items()}
+    if paths["video"] is not None and paths["boxes"] is None:
+        beside = paths["video"].with_name(f"{trial.name}.boxes.json")
+        paths["boxes"] = beside if is_file(beside) else None
     return TrialSpec(**{**trial.model_dump(), **paths})

@@ -42,6 +42,10 @@ class Tracks:
                 f"{n} frames of {m} markers: expected {(n, m, 2)} and {(n, m)}"
             )
 
+    def since(self, frame: int) -> Tracks:
+        """The tracks from this frame on, with their times as they are."""
+        return Tracks(self.markers, self.time_s[frame:], self.position_px[frame:], self.confidence[frame:])
+
     def select(self, markers: Sequence[str]) -> Tracks:
         """The tracks of these markers only, in the order given.
 

@@ -33,20 +33,11 @@ name = "logged"
 kind = "swim"
 motor = "logged.motor.csv"
 commanded_hz = 0.8
-
-[[trial]]
-name = "filmed"
-kind = "swim"
-video = "filmed.mp4"
-boxes = "filmed.boxes.json"
-commanded_hz = 0.8
 """
 
 
 def with_others(folder: Path) -> Path:
     (folder / "logged.motor.csv").write_text(MOTOR_LOG)
-    (folder / "filmed.mp4").write_bytes(b"not looked at")
-    (folder / "filmed.boxes.json").write_text('{"frame": 0, "boxes": {}}')
     toml = folder / "session.toml"
     toml.write_text(toml.read_text() + OTHERS)
     return folder
@@ -68,8 +59,7 @@ def test_other_trials_are_left_out_with_a_note_that_says_why(calib: Front, fresh
     for line in (
         "Trial pull was left out: this version does not use free_decay trials yet.",
         "Trial clamped was left out: this version does not use dry trials yet.",
-        "Trial logged was left out: it has no tracks",
-        "Trial filmed was left out: it has no tracks, and this version does not track videos yet.",
+        "Trial logged was left out: it has neither tracks nor a video.",
     ):
         assert line in outcome.out
     report = (fresh / "results" / "report.html").read_text()

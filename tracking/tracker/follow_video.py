@@ -167,6 +167,6 @@ def _result(video: Video, markers: tuple[str, ...], record: _Record) -> TrackedT
         for k, name in enumerate(markers)
         for span in stretches(record.by_csrt[:, k])
     ]
-    if video.damage is not None:
-        flags.append(Flag("damaged_video", (), None, str(video.damage)))
+    flags += [Flag("damaged_video", (), span, "the video is damaged here") for span in stretches(video.suspect)]
+    flags += [Flag("damaged_video", (), None, caveat) for caveat in (*video.info.caveats, video.damage) if caveat]
     return TrackedTrial(tracks, record.state, record.size_px, tuple(flags))

@@ -83,7 +83,7 @@ def _exchanges(tracked: TrackedTrial, layout: RobotSpec, limits: JudgementLimits
     """Pairs of neighbours on the mid line that lie the wrong way round, and of left and right markers.
 
     The markers of the mid line stand in one order along the body, however it bends: exchanging two of them back makes
-    the line through all of them shorter. A left marker lies to the left of the line from neck to nose.
+    the line through all of them shorter. A left marker lies to the left of the line through the first two of them.
     """
     names = tracked.tracks.markers
     place = layout.marker_positions_m(names)  # (m, 3)
@@ -92,8 +92,8 @@ def _exchanges(tracked: TrackedTrial, layout: RobotSpec, limits: JudgementLimits
     for left, right in pairwise(middle):
         wrong = _shorter_exchanged(tracked.tracks.position_px, middle, left, right, limits.exchange)
         flags += _flagged(names, (left, right), wrong, limits)
-    for left, right in _sides(place):
-        wrong = _mirrored(tracked.tracks.position_px, place, names, left, right)
+    for left, right in _sides(place) if len(middle) > 1 else ():
+        wrong = _mirrored(tracked.tracks.position_px, middle, left, right)
         flags += _flagged(names, (left, right), wrong, limits)
     return flags
 
@@ -132,10 +132,8 @@ def _sides(place: np.ndarray) -> list[tuple[int, int]]:
     ]
 
 
-def _mirrored(position: np.ndarray, place: np.ndarray, names: tuple[str, ...], a: int, b: int) -> np.ndarray:
-    """(n,) whether a pair lies on the wrong sides of the line from nose to neck; image y runs down."""
-    nose, neck = names.index("nose"), names.index("neck")
-    axis = position[:, neck] - position[:, nose]
-    across = position[:, b] - position[:, a]
-    turned = axis[:, 0] * across[:, 1] - axis[:, 1] * across[:, 0]  # of the image
-    return turned * (place[b, 1] - place[a, 1]) > 0
+def _mirrored(position: np.ndarray, order: list[int], left: int, right: int) -> np.ndarray:
+    """(n,) whether a left marker lies to the right, seen along the first two of the mid line; image y runs down."""
+    axis = position[:, order[1]] - position[:, order[0]]
+    across = position[:, right] - position[:, left]
+    return axis[:, 0] * across[:, 1] - axis[:, 1] * across[:, 0] > 0

@@ -83,6 +83,8 @@ class SecondOpinion:
     ) -> dict[int, np.ndarray]:
         """Where CSRT sees the lost markers, as far as its answer looks like them and lies on no other marker.
 
+        Of two answers in one place the one nearer to where its marker was expected counts.
+
         Args:
             luma: (h, w) uint8.
             lost: (m,) bool.
@@ -95,11 +97,13 @@ class SecondOpinion:
         with ThreadPoolExecutor(self._threads) as pool:
             answers = list(pool.map(lambda marker: self._updated(luma, marker), askable))
         found: dict[int, np.ndarray] = {}
-        for marker, answer in zip(askable, answers, strict=True):
-            others = np.array([position_px[other] for other in range(len(lost)) if other != marker and not lost[other]])
-            taken = len(others) and np.linalg.norm(others - answer, axis=1).min() < _CLEAR * diameter_px[marker]
-            if np.isfinite(answer).all() and not taken and self._likeness(luma, marker, answer, diameter_px[marker]):
+        there = [place for place, away in zip(position_px, lost, strict=True) if not away]
+        off = [float(np.linalg.norm(answer - position_px[k])) for k, answer in zip(askable, answers, strict=True)]
+        for _, marker, answer in sorted(zip(off, askable, answers, strict=True), key=lambda item: item[:2]):
+            free = all(np.linalg.norm(place - answer) >= _CLEAR * diameter_px[marker] for place in there)
+            if np.isfinite(answer).all() and free and self._likeness(luma, marker, answer, diameter_px[marker]):
                 found[marker] = answer
+                there.append(answer)
         return found
 
     def _started(self, marker: int, diameter_px: float) -> bool:

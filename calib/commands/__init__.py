@@ -1,0 +1,1 @@
+"""The commands of `calib`, by what they work on."""

@@ -1,0 +1,43 @@
+"""Commands that measure what is claimed: `benchmark speed`, `benchmark search`, `benchmark tracking`."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from calib.commands.arguments import AsJson, SessionFolder, Workers
+from calib.options import Options
+from calib.working import working
+
+
+def speed(
+    session: Annotated[
+        Path | None, typer.Option(help="also measure with the coefficients of this calibrated session")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Times real time on one core and on all, beside a bare step without fluid; distance to an 8 times finer step."""
+    from calib.benchmarks.speed import measure_speed, speed_table
+
+    coefficients = None
+    if session is not None:
+        with working(session, as_json) as pipeline:
+            coefficients = pipeline.calibrated().coefficients
+    outcome = measure_speed(coefficients)
+    print(json.dumps(outcome.to_json(), indent=1) if as_json else speed_table(outcome))
+
+
+def search(
+    session: SessionFolder,
+    seeds: Annotated[int, typer.Option(min=1, help="of each search")] = 3,
+    budget: Annotated[float, typer.Option(min=100.0, help="simulated seconds of each search")] = 14_000.0,
+    workers: Workers = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Compares the searches on a session's fit trials: same budget, both objectives; the report then shows them."""
+    from fitting import comparison_payload, comparison_table
+
+    with working(session, as_json, Options(workers=workers)) as pipeline:
+        runs = pipeline.compare_searches(seeds, budget)
+    print(json.dumps(comparison_payload(runs), indent=1) if as_json else "\n".join(comparison_table(runs)))

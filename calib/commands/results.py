@@ -1,0 +1,74 @@
+"""Commands that make a session's results: `run`, `fit`, `report`, `mjcf`."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from calib.commands.arguments import AsJson, Effort, SessionFolder, Workers
+from calib.options import Options
+from calib.working import tell_outcome, working
+from fitting import MethodName
+from session import SESSION_FILE
+
+
+def run(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:
+    """Does everything the session's data allow: tracks, fit, calibrated MJCF, report."""
+    with working(session, as_json, Options(effort, workers)) as pipeline:
+        report = pipeline.report()
+    tell_outcome(pipeline, report, as_json)
+
+
+def fit(
+    session: SessionFolder,
+    effort: Effort = "full",
+    workers: Workers = 0,
+    method: Annotated[MethodName, typer.Option(help="the search; `calib benchmark search` compares them")] = "gradient",
+    objective: Annotated[
+        Literal["published", "shape"],
+        typer.Option(help="published: markers in the head frame; shape: relative to the nose in every frame"),
+    ] = "published",
+    as_json: AsJson = False,
+) -> None:
+    """Finds swim frequencies, crank phases, the five fluid coefficients and EBT; writes the calibrated MJCF."""
+    with working(session, as_json, Options(effort, workers, method, objective)) as pipeline:
+        pipeline.fit()
+    tell_outcome(pipeline, pipeline.calibration_file, as_json)
+
+
+def report(
+    sessions: Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")],
+    effort: Effort = "full",
+    workers: Workers = 0,
+    index: Annotated[
+        Path | None,
+        typer.Option(help="where the index of several sessions goes; default: index.html beside the first"),
+    ] = None,
+) -> None:
+    """Writes the HTML report of each session, and an index when there are several."""
+    from calib.batch import report_batch
+
+    for path in report_batch(sessions, Options(effort, workers), index):
+        print(path)
+
+
+def mjcf(
+    source: Annotated[
+        Path | None,
+        typer.Argument(metavar="[SESSION | ROBOT]", help="session folder or robot TOML; default: the 0.57 m fish"),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="the file to write")] = Path("robot.xml"),
+    effort: Effort = "full",
+    workers: Workers = 0,
+) -> None:
+    """Writes the MJCF: calibrated for a session, nominal for a robot."""
+    from calib.mjcf_file import write_nominal_mjcf
+    from session import write_whole
+
+    if source is None or (source.suffix == ".toml" and source.name != SESSION_FILE):
+        write_nominal_mjcf(source, out)
+    else:
+        with working(source, False, Options(effort, workers)) as pipeline:
+            pipeline.fit()
+        write_whole(out, (pipeline.session.results / "calibrated.xml").read_text())
+    print(out)

@@ -1,0 +1,32 @@
+"""The command that makes a session folder: `new`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from session import new_from_fishsim
+
+
+def new(
+    session: Annotated[Path, typer.Argument(metavar="SESSION", help="the folder to make")],
+    from_fishsim: Annotated[
+        Path | None,
+        typer.Option(help="a checkout of the authors' repository, or a folder of its marker CSVs"),
+    ] = None,
+    synthetic: Annotated[bool, typer.Option("--synthetic", help="a session made with the twin, truth known")] = False,
+    video: Annotated[bool, typer.Option("--video", help="synthetic: rendered videos instead of tracks")] = False,
+    fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
+    seed: Annotated[int, typer.Option(min=0, help="of a synthetic session")] = 0,
+) -> None:
+    """Makes a session folder."""
+    if (from_fishsim is None) == (not synthetic):
+        raise typer.BadParameter("give either --from-fishsim DIR or --synthetic")
+    if video and not synthetic:
+        raise typer.BadParameter("--video goes with --synthetic")
+    if from_fishsim is not None:
+        print(new_from_fishsim(session, from_fishsim, tuple(name.strip() for name in fit.split(",") if name.strip())))
+        return
+    from synthetic import SessionVideo, default_plan, make_session
+
+    print(make_session(session, default_plan(seed), SessionVideo() if video else None))

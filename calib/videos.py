@@ -1,0 +1,247 @@
+"""From the videos of a session to tracks, with start boxes, a person's edits, filled gaps and flags."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from calib.options import Options
+from session import (
+    Fault,
+    Flag,
+    InputError,
+    Session,
+    Tracks,
+    TrialSpec,
+    fingerprint_of,
+    is_current,
+    mark_current,
+    sha256_of,
+)
+from swimmer import RobotSpec
+from tracking.boxes import (
+    ClickBoxes,
+    StartBoxes,
+    find_blobs,
+    find_boxes,
+    load_boxes,
+    save_boxes,
+    write_click_page,
+    write_preview,
+)
+from tracking.records import EditLog, TrackedFiles, TrackedTrial, apply_edits, fill_gaps, load_tracked, save_tracked
+from tracking.tracker import TRACKERS, Partial, TrackerName, follow_video, judge, retracker
+from tracking.video import Video
+
+UNTRUSTED = ("lost_marker", "drift", "size", "swap")
+"""Flags of the tracker whose samples count nowhere."""
+_SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought until they are found
+
+
+@dataclass(frozen=True)
+class VideoTracks:
+    """The tracks of one video.
+
+    Attributes:
+        tracked: after edits and filled gaps.
+        boxes: they began with.
+        flags: of the tracker, with those of `tracking.tracker.judge`.
+    """
+
+    tracked: TrackedTrial
+    boxes: StartBoxes
+    flags: tuple[Flag, ...]
+
+    @property
+    def counting(self) -> Tracks:
+        """The tracks with confidence 0 where a sample was not seen, or is flagged."""
+        names = self.tracked.tracks.markers
+        counts = self.tracked.seen.copy()
+        for flag in self.flags:
+            if flag.kind in UNTRUSTED and flag.frames is not None:
+                columns = [names.index(name) for name in flag.markers]
+                counts[flag.frames[0] : flag.frames[1] + 1, columns] = False
+        tracks = self.tracked.tracks
+        return Tracks(names, tracks.time_s, tracks.position_px, np.where(counts, tracks.confidence, 0.0))
+
+
+class VideoStage:
+    """Tracks the videos of a session; what has not changed is not tracked again.
+
+    ``results/tracking/<trial>.csv`` with its states and flags is the trial after edits and filled gaps, in
+    ``results/tracking/raw`` as the tracker left it; beside them stand the boxes and their picture.
+
+    Args:
+        session: whose videos.
+        robot: whose markers.
+        options: tracker, threads, progress.
+    """
+
+    def __init__(self, session: Session, robot: RobotSpec, options: Options) -> None:
+        self._session, self._robot, self._options = session, robot, options
+        self._hashes: dict[Path, str] = {}
+        self.made: list[Path] = []
+
+    @property
+    def folder(self) -> Path:
+        """``results/tracking``."""
+        return self._session.results / "tracking"
+
+    def tracks(self, spec: TrialSpec) -> VideoTracks:
+        """The tracks of one trial, up to date.
+
+        Raises:
+            InputError: the video cannot be read, or its boxes are missing, faulty or not found.
+        """
+        with Video(self._video(spec)) as video:
+            boxes = self.boxes(spec, video)
+            raw = self._raw(spec, video, boxes)
+            tracked = self._corrected(spec, video, raw, boxes)
+        flags = (*tracked.flags, *judge(tracked, self._robot))
+        return VideoTracks(tracked, boxes, tuple(flag for flag in flags if flag.kind != "gap"))
+
+    def boxes(self, spec: TrialSpec, video: Video) -> StartBoxes:
+        """The start boxes of one trial: those of the session, else found in the first frames; always with a picture.
+
+        Raises:
+            InputError: they are faulty, or were not found; a page to click them then stands in `folder`.
+        """
+        if spec.boxes is not None:
+            boxes = load_boxes(spec.boxes, self._session.markers, (video.info.width_px, video.info.height_px))
+        else:
+            boxes = self._found(spec, video)
+        picture = self.folder / f"{spec.name}.boxes.png"
+        fingerprint = fingerprint_of({"video": self._sha256(self._video(spec))}, {"boxes": boxes.to_json()})
+        if not is_current(picture, fingerprint):
+            write_preview(picture, video.frame(boxes.frame).rgb(), boxes)
+            mark_current(picture, fingerprint)
+            self.made.append(picture)
+        return boxes
+
+    def all_boxes(self, specs: Sequence[TrialSpec]) -> dict[str, StartBoxes]:
+        """The start boxes of several trials.
+
+        Raises:
+            InputError: what is wrong with the videos and boxes of all of them.
+        """
+        boxes: dict[str, StartBoxes] = {}
+        faults: list[Fault] = []
+        for spec in specs:
+            try:
+                with Video(self._video(spec)) as video:
+                    boxes[spec.name] = self.boxes(spec, video)
+            except InputError as problem:
+                faults += problem.faults
+        if faults:
+            raise InputError(faults)
+        return boxes
+
+    def click_page(self, spec: TrialSpec, frame: int = 0) -> Path:
+        """A page on which a person clicks the markers of one trial, with the boxes there are as a start."""
+        page, names = self.folder / f"{spec.name}.click.html", self._session.markers
+        with Video(self._video(spec)) as video:
+            suggested = self._suggested(spec, video)
+            picture = video.frame(frame if suggested is None else suggested.frame)
+            blobs = (*find_blobs(picture.luma, "bright"), *find_blobs(picture.luma, "dark"))
+            layout_m = self._layout_m(names)
+            click = ClickBoxes(picture.rgb(), names, spec.name, picture.number, suggested, blobs, layout_m)
+            write_click_page(page, click)
+        return page
+
+    def _suggested(self, spec: TrialSpec, video: Video) -> StartBoxes | None:
+        try:
+            return self.boxes(spec, video) if spec.boxes is not None else self._found(spec, video, with_page=False)
+        except InputError:
+            return None
+
+    def _layout_m(self, names: tuple[str, ...]) -> np.ndarray:
+        return self._robot.marker_positions_m(names)[:, :2]
+
+    def _found(self, spec: TrialSpec, video: Video, with_page: bool = True) -> StartBoxes:
+        """Boxes found in one of the first frames, kept from one run to the next."""
+        names, file = self._session.markers, self.folder / f"{spec.name}.boxes.json"
+        fingerprint = fingerprint_of({"video": self._sha256(self._video(spec))}, {"markers": names, "finder": 1})
+        if is_current(file, fingerprint):
+            return load_boxes(file, names)
+        self._options.tell(f"{spec.name}: looking for the markers", None)
+        problems: list[InputError] = []
+        layout_m = self._layout_m(names)
+        for number in [number for number in _SEARCHED if number < video.info.frames]:
+            try:
+                found = find_boxes(video.frame(number).luma, layout_m, names, frame=number, file=str(spec.video))
+            except InputError as problem:
+                problems.append(problem)
+                continue
+            save_boxes(file, found.boxes)
+            mark_current(file, fingerprint)
+            self.made.append(file)
+            return found.boxes
+        if with_page:
+            page = self.click_page(spec)
+            step = f"Open {page} in a browser, click the markers, and save the file where it says. Then run this again."
+            fault = problems[0].faults[0]
+            raise InputError([Fault(fault.file, fault.where, fault.what, fault.found, fault.expected, next_step=step)])
+        raise problems[0]
+
+    def _raw(self, spec: TrialSpec, video: Video, boxes: StartBoxes) -> TrackedTrial:
+        """As the tracker left it."""
+        folder, tracker = self.folder / "raw", self._tracker(spec, boxes)
+        fingerprint = self._raw_fingerprint(spec, boxes, tracker)
+        files = TrackedFiles.of(folder, spec.name)
+        if is_current(files.tracks, fingerprint):
+            return load_tracked(folder, spec.name)
+
+        def progress(done: int, frames: int, fps: float) -> None:
+            self._options.tell(f"tracking {spec.name}, {fps:.0f} frames a second", done / frames)
+
+        partial = Partial(folder / f".{spec.name}.partial.npz", fingerprint)
+        tracked = follow_video(video, boxes, self._session.markers, tracker, partial, progress)
+        save_tracked(folder, spec.name, tracked)
+        mark_current(files.tracks, fingerprint, files[1:])
+        return tracked
+
+    def _corrected(self, spec: TrialSpec, video: Video, raw: TrackedTrial, boxes: StartBoxes) -> TrackedTrial:
+        """After a person's edits, and with its gaps filled."""
+        assert spec.edits is not None
+        log = EditLog.load(spec.edits, self._session.markers, len(raw.state))
+        edits = {"edits": sha256_of(spec.edits)} if log.edits else {}
+        fingerprint = fingerprint_of(edits, {}, [self._raw_fingerprint(spec, boxes, self._tracker(spec, boxes))])
+        files = TrackedFiles.of(self.folder, spec.name)
+        if is_current(files.tracks, fingerprint):
+            return load_tracked(self.folder, spec.name)
+        if log.edits:
+            self._options.tell(f"{spec.name}: replaying {len(log.in_force)} edits", None)
+        tracked = fill_gaps(apply_edits(raw, log, retracker(video)))
+        save_tracked(self.folder, spec.name, tracked)
+        mark_current(files.tracks, fingerprint, files[1:])
+        self.made.append(files.tracks)
+        return tracked
+
+    def tracker_of(self, spec: TrialSpec) -> TrackerName:
+        """The tracker whose tracks of this trial are used."""
+        with Video(self._video(spec)) as video:
+            return self._tracker(spec, self.boxes(spec, video))
+
+    def _tracker(self, spec: TrialSpec, boxes: StartBoxes) -> TrackerName:
+        if self._options.tracker is not None:
+            return self._options.tracker
+        raw = TrackedFiles.of(self.folder / "raw", spec.name).tracks
+        stand = [name for name in TRACKERS if is_current(raw, self._raw_fingerprint(spec, boxes, name))]
+        return stand[0] if stand else TRACKERS[0]
+
+    def _raw_fingerprint(self, spec: TrialSpec, boxes: StartBoxes, tracker: TrackerName) -> str:
+        parameters = {"boxes": boxes.to_json(), "markers": self._session.markers, "tracker": tracker}
+        return fingerprint_of({"video": self._sha256(self._video(spec))}, parameters | {"opencv": cv2.__version__})
+
+    def _sha256(self, path: Path) -> str:
+        """Of a file, read once only: videos are long."""
+        if path not in self._hashes:
+            self._hashes[path] = sha256_of(path)
+        return self._hashes[path]
+
+    @staticmethod
+    def _video(spec: TrialSpec) -> Path:
+        assert spec.video is not None
+        return spec.video

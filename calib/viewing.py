@@ -1,0 +1,96 @@
+"""What `calib view` shows of a session: videos, tracks and, once there is a fit, the twin beside them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from calib.pipeline import Pipeline
+from fitting import CalibratedTrial, residuals
+from reports.recording import RecordedTrial, make_proxy, write_recording
+from session import TrialSpec, fingerprint_of, is_current, load_tracks, mark_current, sha256_of
+from tracking.records import TrackedTrial
+from tracking.video import Video
+
+
+def make_recording(pipeline: Pipeline) -> Path:
+    """``results/session.rrd``, made anew: tracks are brought up to date, a fit is shown if one stands and is current.
+
+    Raises:
+        InputError: tracks or a video cannot be read.
+        NotEnoughData: no usable swim.
+    """
+    path = pipeline.session.results / "session.rrd"
+    pipeline.recordings.tracks()
+    fitted = {}
+    if is_current(pipeline.calibration_file, pipeline.fingerprint):
+        fitted = {trial.measured.name: trial for trial in pipeline.calibrated().trials}
+    specs = [spec for spec in pipeline.session.trials if spec.tracks is not None or spec.video is not None]
+    trials = [_recorded(pipeline, spec, fitted.get(spec.name)) for spec in specs]
+    pipeline.options.tell("writing the recording", None)
+    write_recording(path, trials, pipeline.session.name)
+    pipeline.made.append(path)
+    return path
+
+
+def _recorded(pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | None) -> RecordedTrial:
+    session = pipeline.session
+    picture: tuple[int, int] | None = None
+    proxy: Path | None = None
+    if spec.tracks is not None:
+        tracked = TrackedTrial.of(load_tracks(spec.tracks, session.markers, session.camera.fps))
+        first = 0
+    else:
+        seen = pipeline.recordings.videos.tracks(spec)
+        tracked, first = seen.tracked, seen.boxes.frame
+    if spec.video is not None:
+        with Video(spec.video) as video:
+            picture, frames = (video.info.width_px, video.info.height_px), video.info.frames
+        proxy = _proxy(pipeline, spec.name, spec.video, frames)
+    if fitted is None:
+        return RecordedTrial(spec.name, tracked, proxy, picture)
+    twin_px, residual_mm = _twin(fitted, tracked, first)
+    more = tuple(flag for flag in fitted.flags if flag not in tracked.flags)
+    tracked = replace(tracked, flags=(*tracked.flags, *more))
+    return RecordedTrial(spec.name, tracked, proxy, picture, twin_px, residual_mm, _metrics(fitted))
+
+
+def _proxy(pipeline: Pipeline, trial: str, video: Path, frames: int) -> Path:
+    """A small copy of the video, made again when the video changed."""
+    proxy = pipeline.session.results / "tracking" / f"{trial}.proxy.mp4"
+    fingerprint = fingerprint_of({"video": sha256_of(video)}, {"proxy": 1})
+    if not is_current(proxy, fingerprint):
+        make_proxy(video, proxy, progress=lambda done: pipeline.options.tell(f"copying {trial} small", done / frames))
+        mark_current(proxy, fingerprint)
+    return proxy
+
+
+def _twin(fitted: CalibratedTrial, tracked: TrackedTrial, first: int) -> tuple[np.ndarray, np.ndarray]:
+    """(n, m, 2) the twin's markers in the picture, px, and (n, m) their distance, mm; nan before the kept frames.
+
+    The difference from the measured marker in the head frame, turned by the measured heading, at the trial's scale.
+    """
+    trial = fitted.measured
+    kept = np.zeros(len(tracked.state), bool)
+    kept[first : first + len(trial.kept)] = trial.kept
+    difference_m = residuals(trial, fitted.simulated, trial.kept)  # (k, m, 2)
+    heading = trial.head.heading_rad[trial.kept][:, None]
+    cos, sin = np.cos(heading), np.sin(heading)
+    x = cos * difference_m[..., 0] - sin * difference_m[..., 1]
+    y = sin * difference_m[..., 0] + cos * difference_m[..., 1]
+    twin_px = np.full(tracked.tracks.position_px.shape, np.nan)
+    twin_px[kept] = tracked.tracks.position_px[kept] + np.stack([x, -y], axis=-1) / trial.metres_per_px
+    residual_mm = np.full(tracked.state.shape, np.nan)
+    counts = trial.weight[trial.kept] > 0
+    residual_mm[kept] = np.where(counts, 1000 * np.linalg.norm(difference_m, axis=-1), np.nan)
+    return twin_px, residual_mm
+
+
+def _metrics(fitted: CalibratedTrial) -> dict[str, float | str]:
+    return {
+        "role": fitted.measured.role,
+        "frequency_hz": fitted.measured.frequency.hz,
+        "marker_error_mm": 1000 * fitted.scores.marker_error_m,
+        "speed_measured_m_s": fitted.measured.speed,
+        "speed_twin_m_s": fitted.speed_twin,
+    }

@@ -1,0 +1,60 @@
+"""A session under work on the command line: locked, with a progress bar, and its outcome told at the end."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from calib.options import Options, Tell
+from calib.pipeline import Pipeline, open_session
+from calib.summary import calibration_lines
+from session import SESSION_FILE, read_result_json, session_lock
+
+
+@contextmanager
+def working(folder: Path, quiet: bool, options: Options | None = None) -> Iterator[Pipeline]:
+    """A locked session and its pipeline, with a progress bar unless quiet.
+
+    Args:
+        folder: of the session, or its `session.toml`.
+        quiet: no progress.
+        options: effort, threads, methods; who is told of the progress is replaced.
+    """
+    session = open_session(folder.parent if folder.name == SESSION_FILE else folder)
+    with session_lock(session.folder), progress_bar(quiet) as tell:
+        yield Pipeline(session, (options or Options()).telling(tell))
+
+
+@contextmanager
+def progress_bar(quiet: bool) -> Iterator[Tell]:
+    """What is going on, the share done and an estimate of the time left, on a terminal only."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    console = Console(stderr=True)
+    disabled = quiet or not console.is_terminal
+    left = (TextColumn("left:"), TimeRemainingColumn())
+    with Progress(*columns, *left, console=console, transient=True, disable=disabled) as bar:
+        task = bar.add_task("reading", total=None)
+
+        def tell(message: str, share: float | None) -> None:
+            bar.update(task, description=message, total=None if share is None else 1.0, completed=share or 0.0)
+
+        yield tell
+
+
+def tell_outcome(pipeline: Pipeline, result: Path, as_json: bool) -> None:
+    """The calibration on standard output; the path of the main result comes last."""
+    data = read_result_json(pipeline.calibration_file)
+    if as_json:
+        made = {
+            "result": str(result),
+            "made": [str(path) for path in pipeline.made],
+            "notes": list(pipeline.notes),
+        }
+        print(json.dumps(made | {"calibration": data}, indent=1))
+        return
+    for line in (*pipeline.said, *pipeline.notes, *calibration_lines(data)):
+        print(line)
+    print(result)
