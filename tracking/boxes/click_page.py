@@ -17,10 +17,10 @@ from markupsafe import Markup
 
 from session import write_whole
 from tracking.boxes.blobs import Blob
+from tracking.boxes.find_boxes import BOX_DIAMETERS
 from tracking.boxes.start_boxes import StartBoxes
 
 JPEG_QUALITY = 92
-BOX_DIAMETERS = 1.4
 USUAL_SIDE_PX = 25.0
 
 

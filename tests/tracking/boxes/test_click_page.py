@@ -105,6 +105,7 @@ def test_clicking_every_marker_a_little_off_gives_its_centre(tmp_path: Path, blo
     assert title.startswith("f1_00.boxes.json ")
     assert np.abs(boxes.centres_px(NINE) - DRAWN.centre_px).max() < 1.0
     assert boxes.frame == 0
+    assert all(1.2 * SCENE.diameter < box.width < 1.6 * SCENE.diameter for box in boxes.boxes.values())
 
 
 @in_a_browser

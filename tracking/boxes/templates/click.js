@@ -8,7 +8,7 @@ const BOX_DIAMETERS = 1.4, SMALLEST = 3, REACH = 22, CLICK = 4, LOUPE_PX = 56;
 const colour = Object.fromEntries(data.markers.map((name, k) => [name, `hsl(${(k * 360 * 0.381966 + 190) % 360} 95% 72%)`]));
 
 const state = { boxes: { ...data.suggested }, undo: [], current: null, last: null, view: null, mouse: null, drag: null };
-let side = data.side_px;
+let side = data.side_px, byMarker = true; // the side of new boxes: by the marker under the click, until the slider is moved
 state.current = data.markers.find((name) => !state.boxes[name]) ?? null;
 
 // --- view: canvas = scale * (pixel + 1/2) + shift ---------------------------------------------------------------------
@@ -29,13 +29,14 @@ function boxAround([x, y], wanted) {
   const room = 2 * Math.min(x, y, data.width - 1 - x, data.height - 1 - y) + 1, s = Math.min(wanted, room);
   return s < SMALLEST ? null : [x - (s - 1) / 2, y - (s - 1) / 2, s, s];
 }
-function remember() { state.undo.push(JSON.stringify([state.boxes, state.current, state.last, side])); }
+function remember() { state.undo.push(JSON.stringify([state.boxes, state.current, state.last, side, byMarker])); }
 function undo() {
   if (!state.undo.length) return;
-  [state.boxes, state.current, state.last, side] = JSON.parse(state.undo.pop());
+  [state.boxes, state.current, state.last, side, byMarker] = JSON.parse(state.undo.pop());
 }
+const sideFor = ([, , diameter]) => byMarker && diameter ? Math.max(BOX_DIAMETERS * diameter, 9) : side;
 function put(name, centre) {
-  const box = boxAround(centre, side);
+  const box = boxAround(centre, sideFor(centre));
   if (!box) return;
   remember();
   state.boxes[name] = box;
@@ -50,7 +51,7 @@ function move(name, centre) {
 }
 function resize(px) {
   remember();
-  side = Math.min(81, Math.max(7, px));
+  side = Math.min(81, Math.max(7, px)); byMarker = false;
   for (const name in state.boxes) state.boxes[name] = boxAround(centreOf(state.boxes[name]), side) ?? state.boxes[name];
 }
 function boxAt(at) {
@@ -61,14 +62,14 @@ function boxAt(at) {
   return near.filter(({ off }) => off <= 1).sort((a, b) => a.off - b.off)[0]?.name ?? null;
 }
 
-// --- snapping: to a blob found before, else to the centroid of what stands out under the click -------------------------
+// --- snapping: [x, y, diameter] of a blob found before, else of what stands out under the click --------------------------
 const freeBlobs = () => data.blobs.filter(([x, y, d]) =>
   !data.markers.some((name) => state.boxes[name] && Math.hypot(centreOf(state.boxes[name])[0] - x, centreOf(state.boxes[name])[1] - y) < d / 3));
 function snapped(at, exactly) {
   if (exactly || !byId("snap").checked) return at;
-  const near = freeBlobs().map(([x, y, d]) => ({ x, y, off: Math.hypot(at[0] - x, at[1] - y), reach: Math.max(d * 0.75, REACH / state.view.scale) }))
+  const near = freeBlobs().map(([x, y, d]) => ({ x, y, d, off: Math.hypot(at[0] - x, at[1] - y), reach: Math.max(d * 0.75, REACH / state.view.scale) }))
     .filter((blob) => blob.off < blob.reach).sort((a, b) => a.off - b.off)[0];
-  return near ? [near.x, near.y] : centroid(at) ?? at;
+  return near ? [near.x, near.y, near.d] : centroid(at) ?? at;
 }
 function centroid([x, y]) {
   const half = Math.round(side), left = Math.round(x) - half, top = Math.round(y) - half, n = 2 * half + 1;
@@ -87,7 +88,7 @@ function centroid([x, y]) {
     for (const next of [k - 1, k + 1, k - n, k + n])
       if (!seen.has(next) && (luma[next] - floor) / contrast > 0.5) { seen.add(next); open.push(next); }
   }
-  return [left + sum[1] / sum[0], top + sum[2] / sum[0]];
+  return [left + sum[1] / sum[0], top + sum[2] / sum[0], 2 * Math.sqrt(seen.size / Math.PI)];
 }
 
 // --- drawing ----------------------------------------------------------------------------------------------------------
@@ -144,7 +145,7 @@ function rim(name, { cu, cv }) {
   return [u + share * by[0], v + share * by[1]];
 }
 function drawAim() {
-  const at = snapped(toPicture(state.mouse), state.mouse.exactly), box = boxAround(at, side);
+  const at = snapped(toPicture(state.mouse), state.mouse.exactly), box = boxAround(at, sideFor(at));
   if (!box) return;
   const [u, v] = toCanvas([box[0] - 0.5, box[1] - 0.5]), size = state.view.scale * box[2];
   pen.setLineDash([4, 3]); pen.strokeStyle = colour[state.current]; pen.lineWidth = 1.6; pen.strokeRect(u, v, size, size); pen.setLineDash([]);
@@ -162,7 +163,8 @@ function drawLoupe() {
   loupe.moveTo(size / 2 - 16, size / 2); loupe.lineTo(size / 2 + 16, size / 2); loupe.stroke();
   if (state.current) {
     const target = snapped(at, state.mouse.exactly), u = size / 2 + scale * (target[0] - at[0]), v = size / 2 + scale * (target[1] - at[1]);
-    loupe.setLineDash([5, 4]); loupe.strokeRect(u - scale * side / 2, v - scale * side / 2, scale * side, scale * side); loupe.setLineDash([]);
+    const half = scale * sideFor(target) / 2;
+    loupe.setLineDash([5, 4]); loupe.strokeRect(u - half, v - half, 2 * half, 2 * half); loupe.setLineDash([]);
   }
 }
 function drawRobot() {
@@ -186,7 +188,7 @@ function tell() {
   if (state.current && left === 0) byId("ask").innerHTML = `<i style="background:${colour[state.current]}"></i>Click the <b>${spoken(state.current)}</b> again`;
   byId("save").disabled = left > 0;
   document.querySelector("[data-do=undo]").disabled = !state.undo.length;
-  byId("size").value = side; byId("size_px").textContent = `${Math.round(side)} px`;
+  byId("size").value = side; byId("size_px").textContent = byMarker ? "auto" : `${Math.round(side)} px`;
   for (const item of byId("markers").children) {
     const name = item.dataset.name, box = state.boxes[name], button = item.firstChild;
     item.className = box ? "put" : "";
