@@ -12,6 +12,7 @@ NAMES = FluidCoefficients._fields
 _AT_BOUND = 1e-3  # of the range
 _AS_GOOD = 1.01  # objective within this factor of the best
 _APART = 0.5  # difference between coefficients of equally good restarts that is worth a flag
+_WIDE, _WIDE_BY = 4.0, 0.5  # factor and difference between the ends of an interval from which it is worth a flag
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +53,12 @@ class CoefficientFit:
         restarts: all descents, best first.
         evaluations: how often the fit trials were simulated.
         seconds: wall time.
-        flags: bounds hit, not converged, restarts that disagree.
+        flags: bounds hit, not converged, restarts that disagree, coefficients that the data do not determine.
         method: the search, see `fitting.methods`.
         spent_s: seconds simulated.
         trace: (seconds simulated, best mean distance so far in m) at every new best that swims forward.
+        interval: (5, 2) 95 % interval of each coefficient from the curvature at the best (see `fitting.precision`);
+            None where it was not asked for.
     """
 
     coefficients: FluidCoefficients
@@ -68,10 +71,11 @@ class CoefficientFit:
     method: str = "gradient"
     spent_s: float = 0.0
     trace: tuple[tuple[float, float], ...] = ()
+    interval: np.ndarray | None = None
 
 
-def flags_of(restarts: list[Restart]) -> tuple[Flag, ...]:
-    """What is doubtful about a set of restarts, best first."""
+def flags_of(restarts: list[Restart], interval: np.ndarray | None = None) -> tuple[Flag, ...]:
+    """What is doubtful about a set of restarts, best first, and about the 95 % intervals (5, 2) of the best."""
     best = restarts[0]
     low, high = COEFFICIENT_BOUNDS
     flags = [
@@ -89,7 +93,17 @@ def flags_of(restarts: list[Restart]) -> tuple[Flag, ...]:
     if apart := [f"{name} (by {s:.2g})" for name, s in zip(NAMES, spread, strict=True) if s > _APART]:
         message = f"{len(as_good)} restarts fit equally well (within 1 %) but differ in {', '.join(apart)}"
         flags.append(Flag("restarts_disagree", message=message))
-    return tuple(flags)
+    return (*flags, *_undetermined(best, interval))
+
+
+def _undetermined(best: Restart, interval: np.ndarray | None) -> list[Flag]:
+    if interval is None:
+        return []
+    return [
+        Flag("unidentifiable", message=f"{name} = {value:.3g} is not determined: 95 % interval {low:.2g} to {high:.2g}")
+        for name, value, (low, high) in zip(NAMES, best.coefficients, interval, strict=True)
+        if high > _WIDE * low and high - low > _WIDE_BY
+    ]
 
 
 def _direction_flags(restarts: list[Restart]) -> list[Flag]:

@@ -1,7 +1,8 @@
 """The five fluid coefficients, jointly over all fit trials: robust Gauss-Newton from many starts.
 
 The objective has several valleys and a rough floor (see `fitting.search_space`), so one descent is not enough:
-screen the box, give the best few points that lie apart a short heat, polish the winners, then hop around the best.
+screen the box, give the best few points that lie apart a short heat, polish the winners, walk along the valley of the
+best (see `fitting.valley`), hop around the best, and go on from it if it was still improving.
 A twin that would swim backward from rest ranks behind all that swim forward (see `fitting.from_rest`). Where good
 restarts end apart, the result says so.
 """
@@ -16,7 +17,9 @@ from scipy.stats import qmc
 
 from fitting.coefficient_fit import CoefficientFit, Restart, flags_of
 from fitting.objective import Swims
+from fitting.precision import covariance, intervals
 from fitting.search_space import ROOTS, SearchSpace, parameters
+from fitting.valley import along_valley
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
 Progress = Callable[[float, float], None]
@@ -36,8 +39,10 @@ class Effort:
         starts: of these the best that lie `apart` (in roots), which all take part in the heats.
         finalists: of these again the best, which are polished.
         heat_iterations, final_iterations: of Gauss-Newton at most.
+        valley_steps: of the walk along the best one's valley, whose lowest two points elsewhere are polished; 0: none.
         hops: rounds of hops around the best point so far.
         hop_width: points tried in each round, of which the best two are polished.
+        last_iterations: of Gauss-Newton at most, from a best that has not converged yet.
         budget_s: simulated seconds for the other searches (see `fitting.methods`).
         finish_s: simulated seconds for the simplex at the end.
     """
@@ -47,8 +52,10 @@ class Effort:
     finalists: int
     heat_iterations: int
     final_iterations: int
+    valley_steps: int
     hops: int
     hop_width: int
+    last_iterations: int
     budget_s: float
     finish_s: float
     apart: float = 1.6
@@ -56,7 +63,7 @@ class Effort:
     @property
     def descents(self) -> int:
         """How many descents there will be at most."""
-        return self.starts + self.finalists + 2 * self.hops
+        return self.starts + self.finalists + 2 * self.hops + 2 * (self.valley_steps > 0)
 
 
 FULL = Effort(
@@ -65,8 +72,10 @@ FULL = Effort(
     finalists=3,
     heat_iterations=3,
     final_iterations=8,
-    hops=2,
+    valley_steps=8,
+    hops=1,
     hop_width=40,
+    last_iterations=8,
     budget_s=14_000.0,
     finish_s=2_000.0,
 )
@@ -76,15 +85,21 @@ QUICK = Effort(
     finalists=1,
     heat_iterations=3,
     final_iterations=6,
+    valley_steps=0,
     hops=0,
     hop_width=0,
+    last_iterations=0,
     budget_s=3_000.0,
     finish_s=0.0,
 )
 
 
 def fit_coefficients(
-    swims: Swims, effort: Effort = FULL, seed: int = 0, progress: Progress | None = None
+    swims: Swims,
+    effort: Effort = FULL,
+    seed: int = 0,
+    progress: Progress | None = None,
+    starts: list[np.ndarray] | None = None,
 ) -> CoefficientFit:
     """Fits the five coefficients and a crank phase a trial.
 
@@ -93,6 +108,7 @@ def fit_coefficients(
         effort: how hard to search.
         seed: of screening and hops.
         progress: called with the share done, 0 to 1, and the best mean distance so far, m.
+        starts: points (p,) of the search space to begin with; default: the best of a screening of the box.
     """
     began = time.perf_counter()
     space, random = SearchSpace(swims), np.random.default_rng(seed)
@@ -110,11 +126,16 @@ def fit_coefficients(
                 progress(min(len(restarts) / effort.descents, 1.0), restarts[0].objective_m)
         return restarts
 
-    heats = add(_starts(space, effort, random), effort.heat_iterations)[: effort.finalists]
+    starts = _starts(space, effort, random) if starts is None else starts
+    heats = add(starts, effort.heat_iterations)[: effort.finalists]
     add([heat.point for heat in heats], effort.final_iterations, heats)
+    if effort.valley_steps:
+        add(_elsewhere(space, restarts[0], effort.valley_steps), _HOP_ITERATIONS)
     for _ in range(effort.hops):
         add(_hops(space, restarts[0], effort.hop_width, random), _HOP_ITERATIONS)
-    return _result(swims, space, restarts, began, tuple(trace))
+    if effort.last_iterations and not restarts[0].converged:
+        add([restarts[0].point], effort.last_iterations, restarts[:1])
+    return _result(swims, space, restarts, began, tuple(trace), intervals(space, restarts[0].point))
 
 
 def refine_coefficients(
@@ -139,6 +160,7 @@ def _result(
     restarts: list[Restart],
     began: float,
     trace: tuple[tuple[float, float], ...] = (),
+    interval: np.ndarray | None = None,
 ) -> CoefficientFit:
     """A fit from restarts, best first."""
     best = restarts[0]
@@ -149,9 +171,10 @@ def _result(
         restarts=tuple(restarts),
         evaluations=space.evaluations,
         seconds=time.perf_counter() - began,
-        flags=flags_of(restarts),
+        flags=flags_of(restarts, interval),
         spent_s=space.spent_s,
         trace=trace,
+        interval=interval,
     )
 
 
@@ -169,11 +192,23 @@ def _starts(space: SearchSpace, effort: Effort, random: np.random.Generator) -> 
     return chosen
 
 
+def _elsewhere(space: SearchSpace, best: Restart, steps: int) -> list[np.ndarray]:
+    """(p,) the lowest points along the valley of the best, which the least determined coefficient runs through."""
+    weakest = int(np.argmax(np.diag(covariance(space, best.point))[:5]))
+    return along_valley(space, best.point, weakest, steps)
+
+
 def _hops(space: SearchSpace, best: Restart, width: int, random: np.random.Generator) -> list[np.ndarray]:
-    """(p,) the two best of some random points around the best so far, forward swimmers first."""
+    """(p,) the two best of some random points around the best so far, forward swimmers first.
+
+    Every other point stays on the floor of the valley: it is drawn as the noise may have moved the best.
+    """
     spread = np.append(np.full(5, _HOP[0]), np.full(space.size - 5, _HOP[1]))
-    points = best.point[:, None] + spread[:, None] * random.normal(size=(space.size, width))
-    points = np.clip(points, space.low[:, None], space.high[:, None])
+    steps = spread[:, None] * random.normal(size=(space.size, width))
+    steps[:, ::2] = random.multivariate_normal(
+        np.zeros(space.size), covariance(space, best.point), len(steps[0, ::2]), "ignore", method="eigh"
+    ).T
+    points = np.clip(best.point[:, None] + steps, space.low[:, None], space.high[:, None])
     return list(_forward_first(space, points[:, np.argsort(space.objectives(points))[:_CHECKED]])[:, :2].T)
 
 

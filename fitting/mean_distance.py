@@ -26,8 +26,19 @@ class MeanDistance(Norm):
 
     def grad_hess(self, r: np.ndarray, proj: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gradient (p, 1) and curvature (p, p) after projection on proj (2 e, p)."""
-        pull = np.repeat(self._weight / np.sqrt(self._distance_sq(r) + SOFTENING_M**2), 2)[:, None]
+        pull = np.repeat(self.pull(r), 2)[:, None]
         return proj.T @ (pull * r), proj.T @ (pull * proj)
+
+    def pull(self, r: np.ndarray) -> np.ndarray:
+        """(e,) by how much each error of r (2 e, 1) pulls: the gradient is the sum of pull times error, 1/m."""
+        return self._weight / np.sqrt(self._distance_sq(r) + SOFTENING_M**2)
+
+    def curvature(self, r: np.ndarray, proj: np.ndarray) -> np.ndarray:
+        """(p, p) second derivative of the function itself, where r (2 e, 1) is linear with slopes proj (2 e, p)."""
+        pull, slopes = self.pull(r), proj.reshape(len(r) // 2, 2, -1)
+        along = np.einsum("ei,eip->ep", r.reshape(-1, 2), slopes)  # (e, p)
+        flat = pull / (self._distance_sq(r) + SOFTENING_M**2)
+        return self.grad_hess(r, proj)[1] - along.T @ (flat[:, None] * along)
 
     def _distance_sq(self, r: np.ndarray) -> np.ndarray:
         return (r.reshape(-1, 2) ** 2).sum(axis=1)

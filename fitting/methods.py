@@ -10,8 +10,10 @@ import numpy as np
 from fitting.coefficient_fit import CoefficientFit, Restart, flags_of
 from fitting.coefficients import Effort, Progress, fit_coefficients
 from fitting.objective import Swims
+from fitting.precision import intervals
 from fitting.published_objective import PublishedObjective
 from fitting.published_search import bayesian_then_nelder_mead, nelder_mead, nelder_mead_alone, random_search
+from fitting.search_space import SearchSpace
 from session import SimulationDiverged
 from swimmer import FluidCoefficients
 
@@ -80,6 +82,7 @@ def search(
             "swims forward from rest; give a larger budget or use the gradient search"
         )
     best = _restart(swims, objective, objective.best_point[:5])
+    interval = intervals(SearchSpace(swims), best.point)
     return CoefficientFit(
         coefficients=FluidCoefficients(*map(float, best.coefficients)),
         phase_rad=best.phase_rad,
@@ -87,10 +90,11 @@ def search(
         restarts=(best,),
         evaluations=objective.evaluations,
         seconds=time.perf_counter() - began,
-        flags=flags_of([best]),
+        flags=flags_of([best], interval),
         method=method,
         spent_s=objective.spent_s,
         trace=tuple(objective.trace),
+        interval=interval,
     )
 
 
@@ -111,7 +115,7 @@ def _finished(swims: Swims, fit: CoefficientFit, budget_s: float) -> Coefficient
         restarts=tuple(restarts),
         evaluations=fit.evaluations + objective.evaluations,
         seconds=fit.seconds + time.perf_counter() - began,
-        flags=flags_of(restarts),
+        flags=flags_of(restarts, fit.interval),
         spent_s=fit.spent_s + objective.spent_s,
         trace=(*fit.trace, *((fit.spent_s + spent, value) for spent, value in objective.trace)),
     )

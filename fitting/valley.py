@@ -1,0 +1,51 @@
+"""A walk along the floor of a valley: the coefficient that the data hold least moves over its range, the rest follow.
+
+A weakly held coefficient bends the valley and can leave it two floors, more apart than a descent or a hop reaches.
+"""
+
+import numpy as np
+
+from fitting.search_space import ROOTS, SearchSpace
+
+ELSEWHERE = 0.6  # in roots: what lies nearer is where one came from
+_FRACTIONS = np.array([1.0, 0.5, 0.2])  # of a step that are tried
+
+
+def along_valley(space: SearchSpace, floor: np.ndarray, index: int, steps: int) -> list[np.ndarray]:
+    """(p,) the two lowest points elsewhere along a valley, lower one first.
+
+    Args:
+        space: to walk in.
+        floor: (p,) where the walk begins, in both directions.
+        index: of the coefficient that is moved, over its whole range in roots.
+        steps: that the range is divided by.
+    """
+    roots = np.linspace(ROOTS[0], ROOTS[1], steps + 1)
+    below, above = roots[roots < floor[index]][::-1], roots[roots > floor[index]]
+    passed = sorted((_walk(space, floor, index, below) + _walk(space, floor, index, above)), key=lambda p: p[0])
+    chosen = [floor]
+    for _, point in passed:
+        if all(abs(point[index] - other[index]) > ELSEWHERE for other in chosen):
+            chosen.append(point)
+    return chosen[1:3]
+
+
+def _walk(space: SearchSpace, floor: np.ndarray, index: int, roots: np.ndarray) -> list[tuple[float, np.ndarray]]:
+    """Objective (m) and point (p,) at each root in turn, from the one before."""
+    passed, point = [], floor
+    for root in roots:
+        value, point = _settle(space, np.where(np.arange(space.size) == index, root, point), index)
+        passed.append((value, point))
+    return passed
+
+
+def _settle(space: SearchSpace, point: np.ndarray, held: int) -> tuple[float, np.ndarray]:
+    """Objective (m) and point after the best part of one Gauss-Newton step in all but the held coefficient."""
+    errors, free = space.errors(point[:, None]), np.delete(np.arange(space.size), held)
+    gradient, curvature = space.norm.grad_hess(errors, space.slopes_ahead(point[:, None], errors))
+    step = np.zeros(space.size)
+    step[free] = -np.linalg.lstsq(curvature[np.ix_(free, free)], gradient[free, 0], rcond=1e-8)[0]
+    tried = np.clip(point[:, None] + step[:, None] * _FRACTIONS, space.low[:, None], space.high[:, None])
+    values = [float(space.norm.value(errors)), *space.objectives(tried)]
+    best = int(np.argmin(values))
+    return values[best], np.column_stack([point, tried])[:, best]

@@ -1,0 +1,63 @@
+"""The walk along a valley reaches the lower of two floors, which lies beyond a bend and a barrier."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fitting.mean_distance import MeanDistance
+from fitting.search_space import ROOTS
+from fitting.valley import ELSEWHERE, along_valley
+
+MOVED, LOWER, UPPER = 4, 1.0, 2.4
+
+
+class BentValley:
+    """A stand-in for a `SearchSpace`: five roots and a phase; the others follow a parabola of the fifth root."""
+
+    size = 6
+    low, high = np.append(np.zeros(5), -10.0), np.append(np.full(5, ROOTS[1]), 10.0)
+    norm = MeanDistance(np.full(4, 0.25))
+
+    def floor(self, root: float) -> np.ndarray:
+        others = 0.8 + 0.2 * (root - 1) ** 2 * np.array([1.0, 0.5, 1.5, 0.8, -1.0])
+        return np.insert(others, MOVED, root)
+
+    def errors(self, points: np.ndarray) -> np.ndarray:
+        columns = points.reshape(self.size, -1)
+        off = columns - np.stack([self.floor(root) for root in columns[MOVED]], axis=1)
+        root = columns[MOVED]
+        wells = 2e-3 * (root - LOWER) * (root - UPPER) + 2e-4 * root
+        return np.vstack([0.05 * np.delete(off, MOVED, axis=0), wells, 0 * wells, 0 * wells])
+
+    def objectives(self, points: np.ndarray) -> np.ndarray:
+        return np.array([self.norm.value(column[:, None]) for column in self.errors(points).T])
+
+    def slopes_ahead(self, x: np.ndarray, errors: np.ndarray) -> np.ndarray:
+        return (self.errors(x + 1e-6 * np.eye(self.size)) - errors) / 1e-6
+
+
+def test_the_walk_crosses_the_barrier_to_the_other_floor() -> None:
+    space: Any = BentValley()
+    lowest, _ = along_valley(space, space.floor(UPPER), MOVED, steps=16)
+
+    assert lowest[MOVED] == pytest.approx(LOWER, abs=0.2)
+    np.testing.assert_allclose(lowest, space.floor(lowest[MOVED]), atol=0.01)
+
+
+def test_what_it_finds_lies_elsewhere_and_apart() -> None:
+    space: Any = BentValley()
+    roots = [point[MOVED] for point in along_valley(space, space.floor(UPPER), MOVED, steps=8)]
+
+    assert len(roots) == 2
+    assert np.diff(np.sort([*roots, UPPER])).min() > ELSEWHERE
+
+
+@pytest.mark.parametrize("index", range(4))
+def test_points_stay_within_the_bounds(index: int) -> None:
+    space: Any = BentValley()
+    for point in along_valley(space, space.floor(UPPER), index, steps=6):
+        assert (point >= space.low).all()
+        assert (point <= space.high).all()
