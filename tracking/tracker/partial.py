@@ -25,9 +25,9 @@ class Partial:
     def read(self) -> dict[str, np.ndarray] | None:
         """What was kept; None when there is nothing, or nothing that can be used."""
         try:
-            with np.load(self.path, allow_pickle=False) as file:
+            with self.path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
                 kept = {name: file[name] for name in file.files}
-        except (OSError, ValueError, BadZipFile):
+        except (OSError, ValueError, EOFError, KeyError, RuntimeError, BadZipFile):  # what NumPy and zipfile raise
             return None
         return kept if str(kept.pop("fingerprint", "")) == self.fingerprint else None
 

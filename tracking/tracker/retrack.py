@@ -11,8 +11,8 @@ from tracking.video import Video
 def retracker(video: Video) -> Retracker:
     """What `tracking.records.apply_edits` asks to track a marker on in this video.
 
-    The other markers stay where they are, and no spot of theirs is taken. The marker is followed to the last frame
-    asked for, else to the end of the video.
+    The other markers stay where they are, and no spot of theirs is taken, but for those that sit where the person put
+    this one: they are wrong. The marker is followed to the last frame asked for, else to the end of the video.
     """
 
     def retrack(tracked: TrackedTrial, wanted: Retrack) -> TrackedTrial:
@@ -23,10 +23,13 @@ def retracker(video: Video) -> Retracker:
 
 def _tracked_on(video: Video, tracked: TrackedTrial, wanted: Retrack) -> TrackedTrial:
     marker = tracked.tracks.markers.index(wanted.marker)
-    others = np.delete(tracked.tracks.position_px, marker, axis=1)  # (n, m - 1, 2)
     box = Box(*wanted.box)
     centre, side = np.array([box.centre_px]), np.array([(box.width + box.height) / 2])
-    tracker, _ = MarkerTracker.begin(video.frame(wanted.frame).luma, centre, side)
+    tracker, first = MarkerTracker.begin(video.frame(wanted.frame).luma, centre, side)
+    away = np.linalg.norm(tracked.tracks.position_px[wanted.frame] - first.position_px, axis=1)  # (m,)
+    believed = ~(away < 0.5 * tracker.look.diameter_px)
+    believed[marker] = False
+    others = tracked.tracks.position_px[:, believed]  # (n, o, 2)
     position, confidence = tracked.tracks.position_px.copy(), tracked.tracks.confidence.copy()
     state, size = tracked.state.copy(), tracked.size_px.copy()
     stop = len(state) if wanted.until is None else wanted.until + 1

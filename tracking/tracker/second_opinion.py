@@ -79,7 +79,12 @@ class SecondOpinion:
             self._asked.pop(marker, None)
 
     def ask(
-        self, luma: np.ndarray, lost: np.ndarray, diameter_px: np.ndarray, position_px: np.ndarray
+        self,
+        luma: np.ndarray,
+        lost: np.ndarray,
+        diameter_px: np.ndarray,
+        position_px: np.ndarray,
+        taken_px: np.ndarray | None = None,
     ) -> dict[int, np.ndarray]:
         """Where CSRT sees the lost markers, as far as its answer looks like them and lies on no other marker.
 
@@ -90,6 +95,7 @@ class SecondOpinion:
             lost: (m,) bool.
             diameter_px: (m,) of the markers.
             position_px: (m, 2) of all markers, predicted where lost.
+            taken_px: (o, 2) where further markers are.
         """
         askable = [marker for marker in np.flatnonzero(lost).tolist() if marker in self._memory]
         askable = [marker for marker in askable if self._started(marker, diameter_px[marker])]
@@ -97,7 +103,7 @@ class SecondOpinion:
         with ThreadPoolExecutor(self._threads) as pool:
             answers = list(pool.map(lambda marker: self._updated(luma, marker), askable))
         found: dict[int, np.ndarray] = {}
-        there = [place for place, away in zip(position_px, lost, strict=True) if not away]
+        there = [*position_px[~lost], *([] if taken_px is None else taken_px)]
         off = [float(np.linalg.norm(answer - position_px[k])) for k, answer in zip(askable, answers, strict=True)]
         for _, marker, answer in sorted(zip(off, askable, answers, strict=True), key=lambda item: item[:2]):
             free = all(np.linalg.norm(place - answer) >= _CLEAR * diameter_px[marker] for place in there)

@@ -109,7 +109,7 @@ class MarkerTracker:
             spots = spots.away_from(taken_px, 0.5 * float(self.look.diameter_px.min()))
         chosen = assign(spots, predicted)
         position, seen = _placed(spots, chosen, predicted)
-        by_csrt = self._ask_csrt(luma, position, seen)
+        by_csrt = self._ask_csrt(luma, position, seen, taken_px)
         seen |= by_csrt
         markers = position if taken_px is None else np.vstack([position, taken_px])
         centres = measure_centres(luma, position[seen], markers, self.look.of(seen))
@@ -161,11 +161,14 @@ class MarkerTracker:
         if self.csrt is not None:
             self.csrt.remember(luma, sighting.position_px, sure)
 
-    def _ask_csrt(self, luma: np.ndarray, position: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    def _ask_csrt(
+        self, luma: np.ndarray, position: np.ndarray, seen: np.ndarray, taken_px: np.ndarray | None
+    ) -> np.ndarray:
         """Puts CSRT's answers into `position` (m, 2) where they hold; (m,) bool of where they do."""
         held = np.zeros_like(seen)
         if self.csrt is not None and not seen.all():
-            for marker, answer in self.csrt.ask(luma, ~seen, self.look.diameter_px, position).items():
+            answers = self.csrt.ask(luma, ~seen, self.look.diameter_px, position, taken_px)
+            for marker, answer in answers.items():
                 position[marker], held[marker] = answer, True
         return held
 
