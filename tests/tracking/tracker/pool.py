@@ -165,7 +165,7 @@ def _draw_thing(picture: np.ndarray, thing: Thing, number: int, blur: float) -> 
 
 def still(*places: Sequence[float]) -> Path2D:
     """Markers that stand."""
-    return lambda frame: np.array(places, float)
+    return lambda _: np.array(places, float)
 
 
 def drifting(places: Sequence[Sequence[float]], velocity: Sequence[float]) -> Path2D:

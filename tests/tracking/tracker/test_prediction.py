@@ -121,7 +121,8 @@ def test_restored_motion_goes_on_the_same() -> None:
     other = Motion.restored({name: value.copy() for name, value in motion.state().items()})
     for k in range(15, 30):
         here, there = motion.predict(DIAMETER), other.predict(DIAMETER)
-        assert np.array_equal(here.position_px, there.position_px) and np.array_equal(here.gate_px, there.gate_px)
+        assert np.array_equal(here.position_px, there.position_px)
+        assert np.array_equal(here.gate_px, there.gate_px)
         motion.update(here.position_px, path[k], seen[k])
         other.update(there.position_px, path[k], seen[k])
 

@@ -37,7 +37,7 @@ def centre_errors(diameter: float, contrast: float, shifts: int = 24, **pool: ob
     return np.array(found)
 
 
-@pytest.mark.parametrize("contrast", (80.0, -80.0))
+@pytest.mark.parametrize("contrast", [80.0, -80.0])
 @pytest.mark.parametrize("diameter", DIAMETERS)
 def test_centres_are_right_to_a_twentieth_of_a_pixel_and_without_bias(diameter: float, contrast: float) -> None:
     errors = centre_errors(diameter, contrast)
@@ -48,26 +48,24 @@ def test_centres_are_right_to_a_twentieth_of_a_pixel_and_without_bias(diameter: 
 @pytest.mark.parametrize("diameter", DIAMETERS)
 def test_centres_do_not_follow_the_grid_of_pixels(diameter: float) -> None:
     shifts = np.linspace(-0.5, 0.5, 9)
-    errors = []
+    found = []
     for shift in shifts:
         truth = np.array([[60.0 + shift, 55.0 - shift]])
         luma = Pool(still(*truth), (120, 110), diameter, 100.0, noise=0.0, texture=0.0).frame(0)
-        errors.append(
-            measure_centres(luma, np.rint(truth), truth, looks_of(luma, truth, 1.3 * diameter)).position_px[0]
-        )
-    errors = np.array(errors) - [60.0, 55.0] - np.stack([shifts, -shifts], axis=1)
+        found.append(measure_centres(luma, np.rint(truth), truth, looks_of(luma, truth, 1.3 * diameter)).position_px[0])
+    errors = np.array(found) - [60.0, 55.0] - np.stack([shifts, -shifts], axis=1)
     assert np.abs(errors).max() < 0.02
 
 
-@pytest.mark.parametrize("diameter", (8.0, 14.0, 22.0))
+@pytest.mark.parametrize("diameter", [8.0, 14.0, 22.0])
 def test_a_slope_of_the_water_moves_a_centre_by_less_than_its_share(diameter: float) -> None:
     """Over its disc the slope adds a few steps of luma on one side: at most 1/30 of the marker's light."""
     errors = centre_errors(diameter, 80.0, slope=(0.15, -0.1), noise=1.0, texture=0.0)
     assert np.abs(errors.mean(axis=0)).max() < 0.035
 
 
-@pytest.mark.parametrize("contrast", (80.0, -80.0))
-@pytest.mark.parametrize("diameter", (8.0, 14.0, 20.0))
+@pytest.mark.parametrize("contrast", [80.0, -80.0])
+@pytest.mark.parametrize("diameter", [8.0, 14.0, 20.0])
 def test_neighbours_that_nearly_touch_stay_two_and_hardly_draw_each_other(diameter: float, contrast: float) -> None:
     rng = np.random.default_rng(7)
     towards, away = [], []
@@ -138,7 +136,7 @@ def test_spots_away_from_taken_places_keep_the_rest() -> None:
     assert len(spots.away_from(np.empty((0, 2)), 5.5).strength) == 3
 
 
-@pytest.mark.parametrize("sign", (1.0, -1.0))
+@pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("diameter", DIAMETERS)
 def test_the_look_of_a_marker_is_measured_in_its_box(diameter: float, sign: float) -> None:
     truth = np.array([[60.0, 60.0]])

@@ -1,0 +1,277 @@
+"""From a video to tracks: rows, states, interruption and going on, damage, and what is kept in between."""
+
+import gc
+import sys
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from session import InputError
+from tests.tracking.tracker.pool import WATER, Pool, Thing, tail
+from tracking.boxes import StartBoxes
+from tracking.records import SampleState, TrackedTrial
+from tracking.tracker import PREDICTED_FOR, TRACKERS, Partial, follow_video
+from tracking.video import Frame, Video
+
+NAMES = ("tail_1", "tail_2", "tail_3", "tail_4")
+FRAMES = 75
+COVERED = (35, 54)
+PATH = tail(1.5, 20, 0.6, 4, (60, 60))
+POOL = Pool(PATH, (180, 120), things=(Thing(lambda f: PATH(f)[1], (22.0, 22.0), WATER, COVERED),))
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return POOL.video(tmp_path_factory.mktemp("clip") / "clip.mkv", FRAMES)
+
+
+@pytest.fixture(scope="module")
+def whole(clip: Path) -> TrackedTrial:
+    return tracked(clip)
+
+
+def tracked(clip: Path, boxes: StartBoxes | None = None, **options: object) -> TrackedTrial:
+    with Video(clip) as video:
+        return follow_video(video, boxes or POOL.boxes(NAMES), NAMES, **options)  # type: ignore[arg-type]
+
+
+def same(one: TrackedTrial, other: TrackedTrial) -> bool:
+    """Bit for bit."""
+    pairs = [
+        (one.tracks.position_px, other.tracks.position_px),
+        (one.tracks.confidence, other.tracks.confidence),
+        (one.tracks.time_s, other.tracks.time_s),
+        (one.state, other.state),
+        (one.size_px, other.size_px),
+    ]
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in pairs) and one.flags == other.flags
+
+
+class Interrupting:
+    """A progress that is called after every frame and presses Ctrl-C after one of them."""
+
+    def __init__(self, after: int, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.after = after
+        monkeypatch.setattr(sys.modules["tracking.tracker.follow_video"], "_TELL_EVERY_S", -1.0)
+        self.told: list[tuple[int, int, float]] = []
+
+    def __call__(self, done: int, frames: int, fps: float) -> None:
+        self.told.append((done, frames, fps))
+        if done == self.after:
+            raise KeyboardInterrupt
+
+
+def test_a_clip_is_tracked_to_a_fraction_of_a_pixel_at_its_own_times(whole: TrackedTrial, clip: Path) -> None:
+    truth = POOL.truths(FRAMES)
+    seen = whole.state == SampleState.MEASURED
+    away = np.linalg.norm(whole.tracks.position_px - truth, axis=2)
+    clear = np.ones(FRAMES, bool)
+    clear[COVERED[0] : COVERED[1] + 1] = False
+    assert seen[clear][1:].all()
+    assert away[clear].max() < 0.3
+    with Video(clip) as video:
+        assert np.array_equal(whole.tracks.time_s, video.info.time_s)
+    assert whole.tracks.markers == NAMES
+
+
+def test_an_unseen_marker_is_predicted_for_a_while_and_then_missing(whole: TrackedTrial) -> None:
+    state = whole.state[:, 1]
+    first, last = COVERED
+    assert (state[first : first + PREDICTED_FOR] == SampleState.PREDICTED).all()
+    assert (state[first + PREDICTED_FOR : last + 1] == SampleState.MISSING).all()
+    assert (state[last + 2 :] == SampleState.MEASURED).all()
+    assert np.isnan(whole.tracks.position_px[first + PREDICTED_FOR : last + 1, 1]).all()
+    assert (whole.tracks.confidence[first : last + 1, 1] == 0).all()
+    assert np.isnan(whole.size_px[first : last + 1, 1]).all()
+
+
+def test_frames_before_the_boxes_hold_no_samples(clip: Path) -> None:
+    trial = tracked(clip, POOL.boxes(NAMES, 20))
+    assert (trial.state[:20] == SampleState.MISSING).all()
+    assert (trial.state[20:35] == SampleState.MEASURED).all()
+    assert len(trial.state) == FRAMES
+
+
+def test_the_markers_come_in_the_order_asked_for(clip: Path, whole: TrackedTrial) -> None:
+    order = NAMES[::-1]
+    with Video(clip) as video:
+        trial = follow_video(video, POOL.boxes(NAMES), order)
+    assert trial.tracks.markers == order
+    off = np.abs(trial.tracks.position_px[:30, ::-1] - whole.tracks.position_px[:30])
+    assert off.max() < 1e-6
+
+
+@pytest.mark.parametrize("after", [31, 44, 74])
+@pytest.mark.parametrize("method", ["hybrid", "spots"])
+def test_interrupted_work_goes_on_to_the_same_bits(
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: int, method: str
+) -> None:
+    """In the middle of a loss too; and a second time."""
+    reference = tracked(clip, method=method)
+    partial = Partial(tmp_path / "f1.partial.npz", "one")
+    for stop in (after, after + 1):
+        with pytest.raises(KeyboardInterrupt):
+            tracked(clip, method=method, partial=partial, progress=Interrupting(stop, monkeypatch))
+        assert partial.path.exists()
+        assert list(tmp_path.iterdir()) == [partial.path]
+    resumed = Interrupting(10**6, monkeypatch)
+    assert same(tracked(clip, method=method, partial=partial, progress=resumed), reference)
+    assert resumed.told[0][0] > 30
+    assert not partial.path.exists()
+
+
+def test_interrupted_before_the_first_snapshot_it_starts_anew(
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: TrackedTrial
+) -> None:
+    partial = Partial(tmp_path / "partial.npz", "one")
+    with pytest.raises(KeyboardInterrupt):
+        tracked(clip, partial=partial, progress=Interrupting(5, monkeypatch))
+    assert same(tracked(clip, partial=partial), whole)
+
+
+def test_what_was_kept_under_another_fingerprint_is_not_used(
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: TrackedTrial
+) -> None:
+    partial = Partial(tmp_path / "partial.npz", "one")
+    with pytest.raises(KeyboardInterrupt):
+        tracked(clip, POOL.boxes(NAMES, 3), partial=partial, progress=Interrupting(60, monkeypatch))
+    started = Interrupting(10**6, monkeypatch)
+    assert same(tracked(clip, partial=Partial(partial.path, "another"), progress=started), whole)
+    assert started.told[0][0] == 2
+
+
+@pytest.mark.parametrize("content", [b"", b"not a zip", b"PK\x03\x04 cut off"])
+def test_a_broken_partial_file_is_not_used(clip: Path, tmp_path: Path, whole: TrackedTrial, content: bytes) -> None:
+    partial = Partial(tmp_path / "partial.npz", "one")
+    partial.path.write_bytes(content)
+    assert same(tracked(clip, partial=partial), whole)
+
+
+def test_a_partial_file_that_lost_its_end_is_not_used(tmp_path: Path) -> None:
+    partial = Partial(tmp_path / "partial.npz", "one")
+    partial.write({"values": np.arange(1000)})
+    read = partial.read()
+    assert read is not None
+    assert np.array_equal(read["values"], np.arange(1000))
+    whole = partial.path.read_bytes()
+    for end in range(0, len(whole), 97):
+        partial.path.write_bytes(whole[:end])
+        assert partial.read() is None
+
+
+def test_a_partial_file_with_flipped_bytes_is_not_used(tmp_path: Path) -> None:
+    partial = Partial(tmp_path / "partial.npz", "one")
+    partial.write({"values": np.arange(1000)})
+    whole = partial.path.read_bytes()
+    for at in range(0, len(whole), 61):
+        partial.path.write_bytes(whole[:at] + bytes([whole[at] ^ 0x40]) + whole[at + 1 :])
+        read = partial.read()
+        assert read is None or np.array_equal(read.get("values", []), np.arange(1000))
+
+
+def test_without_a_place_to_keep_it_an_interruption_leaves_nothing(
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        tracked(clip, progress=Interrupting(40, monkeypatch))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_progress_counts_frames_to_the_end(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    progress = Interrupting(10**6, monkeypatch)
+    tracked(clip, progress=progress)
+    assert [done for done, _, _ in progress.told] == list(range(2, FRAMES + 1))
+    assert {frames for _, frames, _ in progress.told} == {FRAMES}
+    assert min(fps for _, _, fps in progress.told) > 0
+
+
+def test_an_unknown_method_is_refused_with_the_choices(clip: Path) -> None:
+    with pytest.raises(ValueError, match=f"no tracker 'kcf'; choices: {', '.join(TRACKERS)}"):
+        tracked(clip, method="kcf")
+
+
+def test_boxes_in_a_frame_that_is_not_there_are_refused(clip: Path) -> None:
+    boxes = POOL.boxes(NAMES)
+    with pytest.raises(InputError, match="no such frame"):
+        tracked(clip, StartBoxes(FRAMES + 10, boxes.boxes))
+
+
+def test_the_baseline_follows_easy_markers_to_a_pixel_or_two(tmp_path: Path) -> None:
+    pool = POOL.but(things=())
+    trial = tracked(pool.video(tmp_path / "easy.mkv", 12), pool.boxes(NAMES), method="csrt")
+    away = np.linalg.norm(trial.tracks.position_px - pool.truths(12), axis=2)
+    assert (trial.state == SampleState.MEASURED).all()
+    assert away.max() < 4
+
+
+class Holed(Video):
+    """A video of which some frames cannot be decoded."""
+
+    LOST = (12, 13, 14, 40, 60)
+
+    @property
+    def damage(self) -> str | None:
+        return f"{len(self.LOST)} of {self.info.frames} frames cannot be decoded"
+
+    def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+        return (frame for frame in super().frames(start, stop) if frame.number not in self.LOST)
+
+
+def test_unreadable_frames_are_rows_without_samples_and_the_trial_says_so(clip: Path) -> None:
+    with Holed(clip) as video:
+        trial = follow_video(video, POOL.boxes(NAMES), NAMES)
+    readable = np.setdiff1d(np.arange(FRAMES), Holed.LOST)
+    away = np.linalg.norm(trial.tracks.position_px - POOL.truths(FRAMES), axis=2)
+    others = [0, 2, 3]  # never covered
+    assert len(trial.state) == FRAMES
+    assert (trial.state[list(Holed.LOST)] == SampleState.MISSING).all()
+    assert (trial.state[readable][:, others] == SampleState.MEASURED).all()
+    assert away[readable][:, others][-10:].max() < 0.3
+    assert [flag.message for flag in trial.flags if flag.kind == "damaged_video" and flag.frames is None] == [
+        "5 of 75 frames cannot be decoded"
+    ]
+
+
+def test_a_cut_off_video_is_tracked_as_far_as_it_goes(clip: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mkv"
+    content = clip.read_bytes()
+    cut.write_bytes(content[: len(content) * 2 // 3])
+    trial = tracked(cut)
+    assert 30 < len(trial.state) < FRAMES
+    assert (trial.state[:35] == SampleState.MEASURED).all()
+    assert "damaged_video" in {flag.kind for flag in trial.flags}
+
+
+def test_frames_are_let_go_of_as_the_work_goes_on(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However long the video: what is alive at once does not grow."""
+    alive: set[int] = set()
+    most = 0
+
+    def watched(self: Video, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+        nonlocal most
+        for frame in original(self, start, stop):
+            alive.add(frame.number)
+            weakref.finalize(frame, alive.discard, frame.number)
+            gc.collect(0)
+            most = max(most, len(alive))
+            yield frame
+            del frame
+
+    original = Video.frames
+    monkeypatch.setattr(Video, "frames", watched)
+    tracked(clip)
+    assert most <= 4
+
+
+def test_only_csrt_is_flagged_where_no_spot_answers(tmp_path: Path) -> None:
+    def contrast(frame: float) -> np.ndarray:
+        return np.array([110.0, 27.0 if 10 <= frame <= 20 else 110.0, 110.0, 110.0])
+
+    pool = Pool(tail(1.5, 30, 0.6, 4, (40, 60)), (180, 120), contrast=contrast, texture=1.0)
+    trial = tracked(pool.video(tmp_path / "faint.mkv", 30), pool.boxes(NAMES))
+    flags = [(flag.kind, flag.markers, flag.frames) for flag in trial.flags]
+    assert flags == [("only_csrt", ("tail_2",), (10, 13))]

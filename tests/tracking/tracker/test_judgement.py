@@ -1,0 +1,171 @@
+"""Doubts about tracks: exchanged, lost, drifting and wrongly sized markers are flagged where they are, others not."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from session import Flag, Tracks
+from swimmer import load_robot
+from tests.tracking.fish import swimming_fish
+from tests.tracking.tracker.pool import fish
+from tracking.records import SampleState, TrackedTrial
+from tracking.tracker import judge
+
+ROBOT = load_robot()
+NINE = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")
+ELEVEN = (*NINE, "pectoral_left", "pectoral_right")
+FRAMES = 150
+
+
+def trial_of(position_px: np.ndarray, markers: tuple[str, ...] = NINE, confidence: float = 0.95) -> TrackedTrial:
+    n, m, _ = position_px.shape
+    state = np.where(np.isfinite(position_px).all(axis=2), SampleState.MEASURED, SampleState.MISSING).astype(np.int8)
+    tracks = Tracks(markers, np.arange(n) / 60, position_px, np.full((n, m), confidence))
+    return TrackedTrial(tracks, state, np.full((n, m), 14.0))
+
+
+def swum(
+    hz: float = 1.5, bend: float = 0.5, heading: float = 0.2, markers: tuple[str, ...] = NINE, noise: float = 0.1
+) -> np.ndarray:
+    """(n, m, 2) clean tracks of a fish."""
+    path = fish(markers, hz, bend, heading)
+    clean = np.stack([path(k) for k in range(FRAMES)])
+    return clean + np.random.default_rng(0).normal(0, noise, clean.shape)
+
+
+def flags_of(kind: str, flags: tuple[Flag, ...]) -> list[Flag]:
+    return [flag for flag in flags if flag.kind == kind]
+
+
+def flagged_frames(flags: list[Flag]) -> set[int]:
+    return {frame for flag in flags if flag.frames for frame in range(flag.frames[0], flag.frames[1] + 1)}
+
+
+@pytest.mark.parametrize("hz", [0.5, 1.5, 2.25])
+@pytest.mark.parametrize("bend", [0.3, 0.6, 1.2])
+@pytest.mark.parametrize("heading", [0.2, 2.0, -2.6])
+def test_a_clean_swim_is_not_doubted_however_it_bends_and_heads(hz: float, bend: float, heading: float) -> None:
+    assert judge(trial_of(swum(hz, bend, heading, ELEVEN, noise=0.3), ELEVEN), ROBOT) == ()
+
+
+def test_boxes_placed_by_hand_are_hardly_ever_taken_for_exchanged() -> None:
+    """12 made-up trials with jitter of half a pixel and boxes beside their markers by 2.5 px: below 0.1 % of pairs."""
+    wrong = 0
+    for seed in range(12):
+        clean = swimming_fish(0.5 + 0.16 * seed, seed, frames=FRAMES)
+        wrong += len(flagged_frames(flags_of("swap", judge(trial_of(clean), ROBOT))))
+    assert wrong <= 0.001 * 12 * FRAMES * (len(NINE) - 1)
+
+
+@pytest.mark.parametrize("frames", [2, 5, 40])
+@pytest.mark.parametrize("pair", list(pairwise(NINE)), ids=lambda pair: pair[1])
+@pytest.mark.parametrize("bend", [0.3, 1.0])
+def test_exchanged_neighbours_are_flagged_in_exactly_their_frames(
+    frames: int, pair: tuple[str, str], bend: float
+) -> None:
+    position = swum(bend=bend)
+    a, b = (NINE.index(name) for name in pair)
+    span = slice(50, 50 + frames)
+    position[span, [a, b]] = position[span, [b, a]]
+    swaps = flags_of("swap", judge(trial_of(position), ROBOT))
+    own = [flag for flag in swaps if set(flag.markers) == set(pair)]
+    assert flagged_frames(own) == set(range(50, 50 + frames))
+    assert flagged_frames(swaps) == set(range(50, 50 + frames))
+
+
+def test_an_exchange_in_one_frame_alone_is_left_to_the_check_for_jumps() -> None:
+    position = swum()
+    position[50, [5, 6]] = position[50, [6, 5]]
+    assert judge(trial_of(position), ROBOT) == ()
+
+
+@pytest.mark.parametrize("frames", [2, 40])
+@pytest.mark.parametrize("heading", [0.2, 2.0, -2.6])
+def test_exchanged_pectorals_are_flagged_in_exactly_their_frames(frames: int, heading: float) -> None:
+    position = swum(heading=heading, markers=ELEVEN)
+    position[30 : 30 + frames, [9, 10]] = position[30 : 30 + frames, [10, 9]]
+    flags = judge(trial_of(position, ELEVEN), ROBOT)
+    assert [(flag.kind, set(flag.markers), flag.frames) for flag in flags] == [
+        ("swap", {"pectoral_left", "pectoral_right"}, (30, 29 + frames))
+    ]
+
+
+def test_the_order_of_the_columns_does_not_matter() -> None:
+    position = swum(markers=ELEVEN)
+    position[50:60, [5, 6]] = position[50:60, [6, 5]]
+    order = np.random.default_rng(1).permutation(11)
+    shuffled = tuple(ELEVEN[k] for k in order)
+    flags = judge(trial_of(position[:, order], shuffled), ROBOT)
+    assert [(flag.kind, set(flag.markers), flag.frames) for flag in flags] == [("swap", {"tail_3", "tail_4"}, (50, 59))]
+
+
+def test_tracks_without_the_head_are_judged_without_fault() -> None:
+    """Left and right need the line from neck to nose."""
+    tail = ("tail_1", "tail_2", "tail_3", "tail_4", "pectoral_left", "pectoral_right")
+    assert judge(trial_of(swum(markers=tail), tail), ROBOT) == ()
+
+
+def test_a_missing_neighbour_hides_no_flag_of_others_and_makes_none() -> None:
+    position = swum()
+    position[20:40, 4] = np.nan
+    position[80:90, [7, 8]] = position[80:90, [8, 7]]
+    flags = judge(trial_of(position), ROBOT)
+    assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [
+        ("lost_marker", ("tail_2",), (20, 39)),
+        ("swap", ("tail_5", "caudal_fin"), (80, 89)),
+    ]
+
+
+def test_predicted_and_interpolated_samples_are_lost_ones_by_hand_are_not() -> None:
+    trial = trial_of(swum())
+    state = trial.state.copy()
+    state[10:15, 1], state[20:25, 2], state[30:35, 3] = (
+        SampleState.PREDICTED,
+        SampleState.INTERPOLATED,
+        SampleState.BY_HAND,
+    )
+    tracks = trial.tracks
+    changed = trial.with_samples(tracks.position_px, tracks.confidence, state, trial.size_px, ())
+    flags = judge(changed, ROBOT)
+    assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [
+        ("lost_marker", ("neck",), (10, 14)),
+        ("lost_marker", ("dorsal_fin",), (20, 24)),
+    ]
+
+
+@pytest.mark.parametrize("factor", [0.6, 1.5])
+def test_a_wrong_size_is_flagged_where_it_lasts_and_not_in_one_frame(factor: float) -> None:
+    trial = trial_of(swum())
+    size = trial.size_px * np.random.default_rng(2).uniform(0.95, 1.05, trial.size_px.shape)
+    size[60:80, 4] *= factor
+    size[100, 6] *= factor
+    tracks = trial.tracks
+    flags = judge(trial.with_samples(tracks.position_px, tracks.confidence, trial.state, size, ()), ROBOT)
+    assert [(flag.kind, flag.markers) for flag in flags] == [("size", ("tail_2",))]
+    assert flags[0].frames == (60, 79)
+
+
+def test_an_unknown_size_is_no_wrong_size() -> None:
+    trial = trial_of(swum())
+    size = np.full_like(trial.size_px, np.nan)
+    tracks = trial.tracks
+    assert judge(trial.with_samples(tracks.position_px, tracks.confidence, trial.state, size, ()), ROBOT) == ()
+
+
+def test_low_confidence_that_lasts_is_a_drift() -> None:
+    trial = trial_of(swum())
+    confidence = trial.tracks.confidence.copy()
+    confidence[40:60, 2] = 0.2
+    confidence[80:89, 5] = 0.2  # one frame too short
+    flags = judge(trial.with_samples(trial.tracks.position_px, confidence, trial.state, trial.size_px, ()), ROBOT)
+    assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [("drift", ("dorsal_fin",), (40, 59))]
+
+
+def test_flags_come_by_first_frame_and_say_what_is_wrong() -> None:
+    position = swum()
+    position[90:95, [3, 4]] = position[90:95, [4, 3]]
+    position[10:12, 8] = np.nan
+    flags = judge(trial_of(position), ROBOT)
+    assert [flag.frames for flag in flags] == [(10, 11), (90, 94)]
+    assert flags[1].message == "tail_1 and tail_2 seem to be exchanged"

@@ -1,0 +1,118 @@
+"""A marker set by hand is tracked on from there, and takes nothing that belongs to another."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from session import Tracks
+from tests.tracking.tracker.pool import Pool, tail
+from tracking.boxes import Box
+from tracking.records import EditLog, Retrack, SampleState, SetBox, TrackedTrial, apply_edits
+from tracking.tracker import retracker
+from tracking.video import Video
+
+NAMES = ("tail_1", "tail_2", "tail_3", "tail_4")
+FRAMES, SET = 40, 10
+PATH = tail(1.5, 20, 0.6, 4, (60, 60))
+POOL = Pool(PATH, (180, 120))
+TRUTH = POOL.truths(FRAMES)
+
+
+@pytest.fixture(scope="module")
+def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return POOL.video(tmp_path_factory.mktemp("clip") / "clip.mkv", FRAMES)
+
+
+def spoiled() -> TrackedTrial:
+    """Right for all but tail_3, which sits on its neighbour from frame 5 on."""
+    position = TRUTH.copy()
+    position[5:, 2] = position[5:, 1]
+    return TrackedTrial.of(Tracks(NAMES, np.arange(FRAMES) / 60, position, np.full((FRAMES, 4), 0.9)))
+
+
+def box_at(place: np.ndarray, side: float = 18.0) -> tuple[float, float, float, float]:
+    box = Box.around(place.tolist(), side)
+    return box.x, box.y, box.width, box.height
+
+
+def test_a_marker_set_by_hand_is_tracked_on_to_the_end(clip: Path) -> None:
+    with Video(clip) as video:
+        trial = retracker(video)(spoiled(), Retrack("tail_3", SET, box_at(TRUTH[SET, 2] + [3.0, -2.0]), None))
+    away = np.linalg.norm(trial.tracks.position_px - TRUTH, axis=2)[SET + 1 :, 2]
+    assert (trial.state[SET + 1 :, 2] == SampleState.MEASURED).all()
+    assert away.max() < 0.3
+    assert np.isfinite(trial.size_px[SET + 1 :, 2]).all()
+
+
+def test_all_else_stays_as_it_was(clip: Path) -> None:
+    before = spoiled()
+    with Video(clip) as video:
+        after = retracker(video)(before, Retrack("tail_3", SET, box_at(TRUTH[SET, 2]), 20))
+    same = np.ones((FRAMES, 4), bool)
+    same[SET + 1 : 21, 2] = False
+    for name in ("position_px", "confidence"):
+        assert np.array_equal(getattr(after.tracks, name)[same], getattr(before.tracks, name)[same])
+    assert np.array_equal(after.state[same], before.state[same])
+    assert not np.array_equal(after.tracks.position_px[SET + 1 : 21, 2], before.tracks.position_px[SET + 1 : 21, 2])
+
+
+def test_a_marker_that_sits_where_the_person_put_this_one_is_not_heeded(clip: Path) -> None:
+    """The person is believed: whose spot it really is only they can see."""
+    with Video(clip) as video:
+        trial = retracker(video)(spoiled(), Retrack("tail_3", SET, box_at(TRUTH[SET, 1]), None))
+    onto = np.linalg.norm(trial.tracks.position_px[:, 2] - TRUTH[:, 1], axis=1)[SET + 1 :]
+    assert onto.max() < 0.3
+
+
+def test_where_it_is_not_seen_it_is_missing_and_takes_no_spot_of_another(tmp_path: Path) -> None:
+    def contrast(frame: float) -> np.ndarray:
+        return np.array([110.0, 110.0, 0.0 if 20 <= frame <= 26 else 110.0, 110.0])
+
+    pool = POOL.but(contrast=contrast, texture=1.0)
+    with Video(pool.video(tmp_path / "clip.mkv", FRAMES)) as video:
+        trial = retracker(video)(spoiled(), Retrack("tail_3", SET, box_at(TRUTH[SET, 2]), None))
+    assert (trial.state[20:27, 2] == SampleState.MISSING).all()
+    assert np.isnan(trial.tracks.position_px[20:27, 2]).all()
+    assert (trial.tracks.confidence[20:27, 2] == 0).all()
+    assert (trial.state[SET + 1 : 20, 2] == SampleState.MEASURED).all()
+    back = np.linalg.norm(trial.tracks.position_px - TRUTH, axis=2)[-5:, 2]
+    assert back.max() < 0.3
+
+
+@pytest.mark.parametrize("until", [SET, 25, FRAMES - 1])
+def test_an_edit_log_tracks_on_up_to_its_last_frame(clip: Path, tmp_path: Path, until: int) -> None:
+    log = EditLog.load(tmp_path / "f1.edits.jsonl", NAMES, FRAMES)
+    log = log.append(SetBox(marker="tail_3", frame=SET, box=box_at(TRUTH[SET, 2]), until=until))
+    before = spoiled()
+    with Video(clip) as video:
+        after = apply_edits(before, log, retracker(video))
+    away = np.linalg.norm(after.tracks.position_px - TRUTH, axis=2)[:, 2]
+    assert after.state[SET, 2] == SampleState.BY_HAND
+    assert away[SET : until + 1].max() < 0.3
+    assert np.array_equal(after.tracks.position_px[until + 1 :, 2], before.tracks.position_px[until + 1 :, 2])
+    assert [flag.kind for flag in after.flags] == ["edited"]
+
+
+def test_in_the_last_frame_there_is_nothing_to_track_on_to(clip: Path, tmp_path: Path) -> None:
+    log = EditLog.load(tmp_path / "f1.edits.jsonl", NAMES, FRAMES)
+    log = log.append(SetBox(marker="tail_3", frame=FRAMES - 1, box=box_at(TRUTH[-1, 2])))
+    with Video(clip) as video:
+        after = apply_edits(spoiled(), log, retracker(video))
+    assert after.state[-1, 2] == SampleState.BY_HAND
+    assert np.allclose(after.tracks.position_px[-1, 2], TRUTH[-1, 2], atol=1e-9)
+
+
+def test_two_markers_set_in_turn_each_heed_the_other(clip: Path, tmp_path: Path) -> None:
+    """tail_2 and tail_3 exchanged from frame 5 on, both set right by hand in frame 10."""
+    position = TRUTH.copy()
+    position[5:, [1, 2]] = position[5:, [2, 1]]
+    trial = TrackedTrial.of(Tracks(NAMES, np.arange(FRAMES) / 60, position, np.full((FRAMES, 4), 0.9)))
+    log = EditLog.load(tmp_path / "f1.edits.jsonl", NAMES, FRAMES)
+    for marker in (1, 2):
+        log = log.append(SetBox(marker=NAMES[marker], frame=SET, box=box_at(TRUTH[SET, marker])))
+    with Video(clip) as video:
+        after = apply_edits(trial, log, retracker(video))
+    away = np.linalg.norm(after.tracks.position_px - TRUTH, axis=2)[SET + 1 :]
+    assert np.nanmax(away) < 0.3
+    assert np.isfinite(away[:, 1:3]).all()

@@ -1,0 +1,239 @@
+"""The marker tracker on drawn pools: fast tails, covers, the border, glints, crossings, bad boxes, going on again."""
+
+import numpy as np
+import pytest
+
+from session import Tracks
+from swimmer import load_robot
+from tests.tracking.tracker.pool import WATER, Pool, Thing, drifting, errors, fish, still, tail
+from tracking import check_tracks
+from tracking.records import TrackedTrial
+from tracking.tracker import MarkerTracker, Sighting, judge
+
+ROBOT = load_robot()
+NINE = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")
+
+
+def rms_axis(away: np.ndarray) -> float:
+    return float(np.sqrt(np.nanmean(away**2) / 2))
+
+
+@pytest.mark.parametrize(
+    ("hz", "spacing", "bend", "diameter"), [(2.25, 18, 0.8, 14), (2.25, 18, 1.3, 14), (2.25, 14, 0.8, 11)]
+)
+def test_a_fast_tail_with_close_neighbours_is_never_lost(
+    hz: float, spacing: float, bend: float, diameter: float
+) -> None:
+    pool = Pool(tail(hz, spacing, bend), (320, 340), diameter)
+    away = errors(pool.followed(45), pool.truths(45))
+    assert np.isfinite(away).all()
+    assert rms_axis(away) < 0.05
+    assert np.max(away) < 0.3
+
+
+def test_csrt_is_not_asked_where_every_marker_answers() -> None:
+    pool = Pool(tail(), (320, 340))
+    tracker = pool.begin(use_csrt=True)
+    for luma in pool.frames(12, 1):
+        tracker.step(luma)
+    assert tracker.csrt is not None
+    assert tracker.csrt.updates == 0
+
+
+@pytest.mark.parametrize(("covered", "size"), [((5,), (22.0, 22.0)), ((8,), (22.0, 22.0)), ((5, 6, 7), (64.0, 44.0))])
+@pytest.mark.parametrize("use_csrt", [False, True])
+def test_covered_markers_are_unseen_for_as_long_and_found_again_as_themselves(
+    covered: tuple[int, ...], size: tuple[float, float], use_csrt: bool
+) -> None:
+    path = tail(1.5)
+    middle = covered[len(covered) // 2]
+    pool = Pool(path, (320, 340), things=(Thing(lambda f: path(f)[middle], size, WATER, (20, 34)),))
+    away = errors(pool.followed(50, use_csrt), pool.truths(50))
+    seen = np.isfinite(away)
+    assert not seen[20:35, covered].any()
+    assert seen[36:].all()
+    assert seen[:20].all()
+    assert np.max(away[36:]) < 0.3
+    assert np.nanmax(away) < 4.0  # of those that the cover leaves half in sight
+
+
+def test_a_half_covered_marker_is_doubted() -> None:
+    pool = Pool(still((60, 60), (100, 60), (140, 60)), (200, 120))
+    pool = pool.but(things=(Thing(lambda _: np.array([114.0, 60.0]), (28.0, 40.0), WATER, (5, 12)),))
+    sightings = pool.followed(16)
+    away = errors(sightings, pool.truths(16))[:, 1]
+    confidence = np.stack([s.confidence for s in sightings])[:, 1]
+    assert (confidence[5:13][away[5:13] > 1] < 0.35).all()
+    assert (confidence[14:] > 0.6).all()
+
+
+@pytest.mark.parametrize("use_csrt", [False, True])
+def test_a_marker_that_leaves_the_picture_is_unseen_and_put_nowhere_else(use_csrt: bool) -> None:
+    pool = Pool(drifting([(40, 60), (80, 60), (120, 60)], (-2.0, 0.2)), (200, 120))
+    sightings, truth = pool.followed(45, use_csrt), pool.truths(45)
+    away = errors(sightings, truth)
+    assert np.isnan(away[truth[..., 0] < 2]).all()
+    assert np.isfinite(away[truth[..., 0] > 8]).all()
+    assert np.nanmax(away) < 2.0
+
+
+def test_a_marker_that_comes_back_into_the_picture_is_found_again() -> None:
+    def path(frame: float) -> np.ndarray:
+        out = 40 * (1 - np.cos(2 * np.pi * frame / 60))
+        return np.array([(30 - out, 60), (70 - out, 60), (110 - out, 60)])
+
+    pool = Pool(path, (200, 120))
+    away = errors(pool.followed(61), pool.truths(61))
+    assert np.isnan(away[25:35, 0]).all()
+    assert np.isfinite(away[-5:]).all()
+    assert np.max(away[-5:]) < 0.3
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("scale", [1.3, 2.0])
+def test_boxes_beside_their_markers_or_twice_too_large_start_right(seed: int, scale: float) -> None:
+    pool = Pool(tail(1.5, bend=0.6), (320, 340))
+    angle = np.random.default_rng(seed).uniform(0, 2 * np.pi, 9)
+    off = 5 * np.column_stack([np.cos(angle), np.sin(angle)])
+    tracker, first = MarkerTracker.begin(pool.frame(0), pool.truth(0) + off, np.full(9, 14 * scale), use_csrt=False)
+    sightings = [first, *(tracker.step(luma) for luma in pool.frames(6, 1))]
+    away = errors(sightings, pool.truths(6))
+    assert np.isfinite(away).all()
+    assert np.max(away) < 0.2
+
+
+def test_a_box_on_empty_water_takes_no_spot_of_a_marker() -> None:
+    pool = Pool(still((60, 60), (100, 60)), (240, 120), texture=2.0)
+    centre = np.vstack([pool.truth(0), [180.0, 60.0]])
+    tracker, first = MarkerTracker.begin(pool.frame(0), centre, np.full(3, 18.0), use_csrt=False)
+    sightings = [first, *(tracker.step(luma) for luma in pool.frames(10, 1))]
+    assert np.isfinite(errors(sightings, np.broadcast_to(centre, (10, 3, 2)))[:, :2]).all()
+    taken = [np.linalg.norm(s.position_px[2] - pool.truth(0), axis=1).min() for s in sightings]
+    assert min(taken) > 14
+
+
+def crossing(offset: float, speed: float, seed: int) -> Pool:
+    """Two markers that pass each other at some distance in frame 25, and two that stand."""
+
+    def path(frame: float) -> np.ndarray:
+        ahead = (frame - 25) * speed
+        return np.array([[140 + ahead, 90.0], [140 - ahead, 90.0 + offset], [40, 40], [240, 40]])
+
+    return Pool(path, (280, 150), seed=seed)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_two_markers_that_cross_are_told_apart_or_doubted_at_once(seed: int) -> None:
+    """Where they hide each other nothing but motion tells them apart: then one is unseen or doubted while they do."""
+    rng = np.random.default_rng(seed)
+    offset, speed = rng.uniform(0, 12), rng.uniform(1, 4)
+    pool = crossing(offset, speed, seed)
+    sightings, truth = pool.followed(50), pool.truths(50)
+    end = np.linalg.norm(sightings[-1].position_px - truth[-1], axis=1)
+    confidence = np.stack([s.confidence for s in sightings])
+    met = np.abs(np.arange(50) - 25) * 2 * speed < 14
+    assert end.max() < 0.5 or confidence[met, :2].min() < 0.35
+    if offset > 2:
+        assert end.max() < 0.5, "a crossing in which both stay visible must not exchange them"
+
+
+def as_trial(sightings: list[Sighting]) -> TrackedTrial:
+    """Measured samples only."""
+    position = np.stack([np.where(s.seen[:, None], s.position_px, np.nan) for s in sightings])
+    confidence = np.stack([s.confidence for s in sightings])
+    return TrackedTrial.of(Tracks(NINE, np.arange(len(position)) / 60, position, confidence))
+
+
+def doubted(trial: TrackedTrial) -> np.ndarray:
+    """(n, m) flagged or without weight."""
+    result = check_tracks(trial.tracks, ROBOT).weight < 0.1
+    for flag in judge(trial, ROBOT):
+        first, last = flag.frames or (0, len(result) - 1)
+        result[first : last + 1, [NINE.index(name) for name in flag.markers]] = True
+    return result
+
+
+def decoy_pass(seed: int, frames: int = 80) -> tuple[np.ndarray, np.ndarray]:
+    """(n, m) errors and doubts while a glint like a marker passes within 20 px of one of them in frame 40."""
+    rng = np.random.default_rng(seed)
+    path = fish(NINE, rng.uniform(0.6, 2.25), rng.uniform(0.3, 0.7), rng.uniform(-0.3, 0.3), 800, rng.uniform(0, 6))
+    angle, speed, miss = rng.uniform(0, 2 * np.pi), rng.uniform(1, 8), rng.uniform(-20, 20)
+    ahead = np.array([np.cos(angle), np.sin(angle)])
+    middle = path(40)[rng.integers(0, 9)] + miss * np.array([-ahead[1], ahead[0]])
+    glint = Thing(lambda f: middle + (f - 40) * speed * ahead, 14.0, WATER + 110)
+    pool = Pool(path, (600, 400), things=(glint,), seed=seed)
+    sightings = pool.followed(frames)
+    return errors(sightings, pool.truths(frames)), doubted(as_trial(sightings))
+
+
+@pytest.mark.long
+def test_what_a_glint_like_a_marker_spoils_is_doubted() -> None:
+    """50 passes: it may steal a marker, as nothing but motion tells them apart, but not silently for long."""
+    passes = [decoy_pass(seed) for seed in range(100, 150)]
+    off = np.array([(away > 5).sum() for away, _ in passes])
+    silent = np.array([((away > 5) & ~doubt).sum() for away, doubt in passes])
+    stolen = np.array([(np.nanmin(np.nan_to_num(away[-5:], nan=np.inf), axis=0) > 5).any() for away, _ in passes])
+    assert stolen.mean() < 0.5
+    assert silent.sum() < 0.1 * off.sum()
+    assert (silent > 10).mean() <= 0.04
+
+
+@pytest.mark.parametrize(("diameter", "luma"), [(5.0, 240.0), (60.0, 200.0)])
+def test_a_glint_that_is_larger_or_smaller_than_a_marker_does_not_steal_it(diameter: float, luma: float) -> None:
+    path = tail(1.0, 24.0, 0.5, 5, (60, 80))
+    glint = Thing(lambda f: path(15)[2] + [(f - 15) * 5.0, 10.0 + diameter / 2], diameter, luma)
+    pool = Pool(path, (240, 160), things=(glint,))
+    away = errors(pool.followed(40), pool.truths(40))
+    assert np.isfinite(away[-1]).all()
+    assert np.max(away[-1]) < 0.3
+
+
+@pytest.mark.parametrize("use_csrt", [False, True])
+@pytest.mark.parametrize("at", [10, 30, 38])  # before, in and after a loss
+def test_a_restored_tracker_goes_on_bit_for_bit(use_csrt: bool, at: int) -> None:
+    path = tail(2.0)
+    pool = Pool(path, (320, 340), things=(Thing(lambda f: path(f)[6], (24.0, 24.0), WATER, (20, 34)),))
+    tracker = pool.begin(use_csrt)
+    for luma in pool.frames(at, 1):
+        tracker.step(luma)
+    assert tracker.can_be_kept
+    kept = {name: value.copy() for name, value in tracker.state().items()}
+    other = MarkerTracker.restored(kept)
+    for luma in pool.frames(45, at):
+        here, there = tracker.step(luma), other.step(luma)
+        for name in ("position_px", "seen", "confidence", "diameter_px", "contrast", "by_csrt"):
+            assert np.array_equal(getattr(here, name), getattr(there, name), equal_nan=True)
+
+
+def test_a_tracker_cannot_be_kept_while_csrt_runs() -> None:
+    pool = Pool(still((60, 60), (100, 60)), (160, 120), contrast=lambda f: np.array([110.0, 0.0 if f > 5 else 110.0]))
+    tracker = pool.begin(use_csrt=True)
+    kept = []
+    for luma in pool.frames(14, 1):
+        tracker.step(luma)
+        kept.append(tracker.can_be_kept)
+    assert kept == [True] * 5 + [False] * 4 + [True] * 4
+
+
+def test_places_taken_by_others_are_left_alone() -> None:
+    pool = Pool(still((60, 60), (76, 60)), (140, 120), contrast=lambda f: np.array([0.0 if f > 3 else 110.0, 110.0]))
+    tracker, _ = MarkerTracker.begin(pool.frame(0), pool.truth(0)[:1], np.array([18.0]), use_csrt=False)
+    for number, luma in enumerate(pool.frames(30, 1), start=1):
+        seen = tracker.step(luma, pool.truth(0)[1:])
+        assert bool(seen.seen[0]) == (number <= 3)
+
+
+def test_dark_markers_and_bright_ones_are_followed_in_one_picture() -> None:
+    pool = Pool(tail(2.0), (320, 340), contrast=np.where(np.arange(9) % 2, -80.0, 110.0).tolist())
+    away = errors(pool.followed(30), pool.truths(30))
+    assert np.isfinite(away).all()
+    assert rms_axis(away) < 0.05
+
+
+def test_slowly_fading_light_is_learned() -> None:
+    pool = Pool(
+        still((40, 40), (80, 40), (60, 80)), (120, 120), contrast=lambda f: np.full(3, 110.0 * (1 - 0.3 * f / 100))
+    )
+    sightings = pool.followed(100)
+    assert all(s.seen.all() for s in sightings)
+    assert sightings[-1].confidence.min() > 0.6
