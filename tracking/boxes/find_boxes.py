@@ -21,8 +21,8 @@ stands in for a hidden marker made it 1.7 and more in drawn scenes."""
 BOX_DIAMETERS = 1.4
 """Side of a box in diameters of its marker."""
 SMALLEST_BOX_PX = 9.0
-MERGED = 1.2
-"""A marker larger than the others by this factor, and as much longer than wide, runs into what is beside it."""
+LONGER = 1.12
+"""A marker longer than wide by this factor more than those before and behind it runs into what is beside it."""
 
 
 @dataclass(frozen=True)
@@ -86,9 +86,9 @@ def find_boxes(
     if confidence < CERTAIN:
         raise _not_certain(file, frame, seen, markers, (confidence, runner_up))
     chosen = [best.blobs[k] for k in best.bodies.blobs[0]]
-    if merged := _merged(chosen, markers):
-        found = f"{', '.join(merged)} larger than the others, and not round"
-        raise _refusal(file, frame, "a marker runs into something beside it", found, "round markers of one size")
+    if merged := _merged(chosen, layout_m):
+        found = f"{', '.join(markers[k] for k in merged)} longer than wide, unlike the markers before and behind"
+        raise _refusal(file, frame, "a marker runs into something beside it", found, "a disc, set off all around")
     boxes = {name: _box(blob, chosen, luma.shape) for name, blob in zip(markers, chosen, strict=True)}
     diameter_px = np.array([blob.diameter_px for blob in chosen])
     residual_px = _residual_px(np.array([blob[:2] for blob in chosen]), layout_m)
@@ -106,13 +106,15 @@ def _probabilities(seen: Sequence[_Seen], count: int) -> tuple[float, float]:
     return float(share[0]), float(share[1]) if len(costs) > 1 else 0.0
 
 
-def _merged(chosen: Sequence[Blob], markers: Sequence[str]) -> list[str]:
-    """Names of the markers whose blob holds something beside the marker."""
-    larger, longer = (
-        values / np.median(values) > MERGED
-        for values in (np.array([b.diameter_px for b in chosen]), np.array([b.elongation for b in chosen]))
-    )
-    return [name for name, odd in zip(markers, larger & longer, strict=True) if odd]
+def _merged(chosen: Sequence[Blob], layout_m: np.ndarray) -> list[int]:
+    """Numbers of the markers whose blob is longer than its neighbours': motion blur grows gradually along the body."""
+    nose, neck, steps = body_steps(layout_m)
+    pairs = [(nose, neck), *((step.before, step.marker) for step in steps)]
+    longest = np.zeros(len(chosen))  # of the neighbours
+    for one, other in pairs:
+        longest[one] = max(longest[one], chosen[other].elongation)
+        longest[other] = max(longest[other], chosen[one].elongation)
+    return [k for k, blob in enumerate(chosen) if blob.elongation > LONGER * longest[k]]
 
 
 def _box(blob: Blob, chosen: Sequence[Blob], shape: tuple[int, ...]) -> Box:

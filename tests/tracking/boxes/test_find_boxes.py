@@ -184,7 +184,7 @@ def test_of_240_scenes_none_is_wrong_silently_and_few_are_refused() -> None:
     counts = Counter(outcome(drawn_by_chance(seed)) for seed in range(240))
 
     assert counts["wrong"] == 0, counts
-    assert counts["right"] >= 220, counts
+    assert counts["right"] >= 210, counts
 
 
 @pytest.mark.long
