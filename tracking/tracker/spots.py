@@ -11,12 +11,14 @@ from tracking.tracker.windows import window, windows
 _WIDTHS = (0.25, 0.42)  # of the two Gaussians, in diameters
 _FAINTEST = 0.3  # of the response a marker of known contrast would give
 _RIVALS = 12  # spots in one window at most, the strongest
-_ROUNDS = 3  # of the centroid, each centred on the one before
-_REACH = 0.7  # of the centroid's disc, in diameters
-_FLOOR = 0.1  # of the peak: what is fainter does not count
-_DISC_RESPONSE = float(
-    np.exp(-1 / (8 * _WIDTHS[1] ** 2)) - np.exp(-1 / (8 * _WIDTHS[0] ** 2))
-)  # in a disc of contrast 1
+_ROUNDS = 4  # of the centroid, each centred on the one before
+_MARGIN_PX = 1.0  # by which the centroid's disc is wider than the marker
+_FLOOR, _CEILING = 0.1, 0.9  # shares of the known contrast: fainter light does not count, brighter no more than this
+_RING = (1.3, 1.8)  # radii of the ring that counts as background
+_REACH = 1.6  # radii within which light counts for the size
+_SLACK_PX = 4  # by which a window is larger than it need be
+# In the middle of a disc of contrast 1:
+_DISC_RESPONSE = float(np.exp(-1 / (8 * _WIDTHS[1] ** 2)) - np.exp(-1 / (8 * _WIDTHS[0] ** 2)))
 _APART_PX = 60.0  # beyond this a neighbour cannot disturb a centroid
 
 
@@ -108,7 +110,10 @@ class Centres:
 
 
 def measure_centres(luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance) -> Centres:
-    """Centroids of light over the background, in a disc around each marker, on its own side of its neighbours.
+    """Centroids of light over the background, in a disc hardly wider than each marker, on its side of its neighbours.
+
+    The disc is shifted onto the centroid a few times; a marker in a disc of its own width draws it to its middle. A
+    glint on the rim then hardly counts, nor does light beyond what the marker is known to have.
 
     Args:
         luma: (h, w) uint8.
@@ -118,27 +123,30 @@ def measure_centres(luma: np.ndarray, position_px: np.ndarray, others_px: np.nda
     """
     if not len(position_px):
         return Centres(np.empty((0, 2)), np.empty(0), np.empty(0))
-    reach = int(np.ceil(_REACH * look.diameter_px.max())) + 2
+    radius, known = (look.diameter_px / 2)[:, None, None], look.contrast[:, None, None]
+    reach = int(np.ceil(_REACH * radius.max())) + _SLACK_PX
     away = np.arange(-reach, reach + 1, dtype=np.float32)
-    centre = position_px.astype(float)
-    disc = (_REACH * look.diameter_px)[:, None, None]
+    patch, middle = windows(luma, position_px, reach)
+    offset = position_px - middle  # (k, 2)
+    mine = _own_side(position_px, others_px, *_from(offset, away))
+    distance = np.hypot(*_from(offset, away))
+    background = _background(patch, (distance > _RING[0] * radius) & (distance < _RING[1] * radius + 2) & mine)
+    light = np.where(mine, look.sign[:, None, None] * (patch - background[:, None, None]), 0)
+    counted = np.clip(light - _FLOOR * known, 0, _CEILING * known)
     for _ in range(_ROUNDS):
-        patch, middle = windows(luma, centre, reach)
-        offset = centre - middle  # (k, 2)
-        x = away[None, None, :] - offset[:, 0, None, None]  # (k, 1, s)
-        y = away[None, :, None] - offset[:, 1, None, None]  # (k, s, 1)
-        distance = np.hypot(x, y)
-        mine = _own_side(centre, others_px, x, y)
-        background = _background(patch, (distance > 0.85 * disc) & mine)
-        light = look.sign[:, None, None] * (patch - background[:, None, None])
-        weight = np.where(mine, np.clip(disc - distance + 0.5, 0, 1), 0)
-        peak = (light * (distance < 0.4 * disc)).max(axis=(1, 2))
-        light = np.clip(light - _FLOOR * peak[:, None, None], 0, None) * weight
-        total = np.maximum(light.sum(axis=(1, 2)), 1e-9)
-        shift = np.stack([(light * x).sum(axis=(1, 2)), (light * y).sum(axis=(1, 2))], axis=1) / total[:, None]
-        centre = centre + shift
-    area = total / np.maximum((1 - _FLOOR) * peak, 1e-9)
-    return Centres(centre, 2 * np.sqrt(area / np.pi), peak)
+        x, y = _from(offset, away)
+        weight = counted * np.clip(radius + _MARGIN_PX - np.hypot(x, y) + 0.5, 0, 1)
+        total = np.maximum(weight.sum(axis=(1, 2)), 1e-9)[:, None]
+        offset = offset + np.stack([(weight * x).sum(axis=(1, 2)), (weight * y).sum(axis=(1, 2))], axis=1) / total
+    distance = np.hypot(*_from(offset, away))
+    peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
+    share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius)
+    return Centres(middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / np.pi), peak)
+
+
+def _from(offset: np.ndarray, away: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(k, 1, s) and (k, s, 1) x and y of the pixels of a window, from a place (k, 2) off its middle."""
+    return away[None, None, :] - offset[:, 0, None, None], away[None, :, None] - offset[:, 1, None, None]
 
 
 def _own_side(centre: np.ndarray, others: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

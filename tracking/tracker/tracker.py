@@ -16,6 +16,7 @@ _CONTRAST_SPREAD = 0.35  # of the contrast, likewise
 _CSRT_CONFIDENCE = 0.5  # at most, where only CSRT saw the marker
 _CONFIDENT = 0.6  # from here on a sample teaches the look of the marker
 _SLACK_PX = 2.0  # by which a box may lie beside its marker, beyond half of it
+_STRANGER = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 
 
@@ -111,8 +112,8 @@ class MarkerTracker:
         position, seen = _placed(spots, chosen, predicted)
         by_csrt = self._ask_csrt(luma, position, seen, taken_px)
         seen |= by_csrt
-        markers = position if taken_px is None else np.vstack([position, taken_px])
-        centres = measure_centres(luma, position[seen], markers, self.look.of(seen))
+        others = _others(position, spots, chosen, taken_px)
+        centres = measure_centres(luma, position[seen], others, self.look.of(seen))
         centres, kept = self._believable(luma, centres, position, seen)
         sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
         self.motion.update(predicted.position_px, sighting.position_px, kept)
@@ -179,3 +180,10 @@ def _placed(spots: Spots, chosen: np.ndarray, predicted: Prediction) -> tuple[np
     position = predicted.position_px.copy()
     position[seen] = spots.position_px[chosen[seen]]
     return position, seen
+
+
+def _others(position: np.ndarray, spots: Spots, chosen: np.ndarray, taken_px: np.ndarray | None) -> np.ndarray:
+    """(o, 2) all that holds light of its own: the markers, those of others, and strong spots that nobody took."""
+    stranger = spots.strength >= _STRANGER
+    stranger[chosen[chosen >= 0]] = False
+    return np.vstack([position, spots.position_px[stranger], np.empty((0, 2)) if taken_px is None else taken_px])
