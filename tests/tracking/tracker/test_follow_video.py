@@ -18,7 +18,7 @@ from tracking.video import Frame, Video
 
 NAMES = ("tail_1", "tail_2", "tail_3", "tail_4")
 FRAMES = 75
-COVERED = (35, 54)
+COVERED = (50, 66)  # a snapshot is taken while the marker is lost
 PATH = tail(1.5, 20, 0.6, 4, (60, 60))
 POOL = Pool(PATH, (180, 120), things=(Thing(lambda f: PATH(f)[1], (22.0, 22.0), WATER, COVERED),))
 
@@ -104,7 +104,7 @@ def test_the_markers_come_in_the_order_asked_for(clip: Path, whole: TrackedTrial
     assert off.max() < 1e-6
 
 
-@pytest.mark.parametrize("after", [31, 44, 74])
+@pytest.mark.parametrize("after", [31, 62, 74])
 @pytest.mark.parametrize("method", ["hybrid", "spots"])
 def test_interrupted_work_goes_on_to_the_same_bits(
     clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: int, method: str
