@@ -169,18 +169,17 @@ def decoy_pass(seed: int, frames: int = 80) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.long
 def test_what_a_glint_like_a_marker_spoils_is_mostly_doubted() -> None:
-    """50 passes. Nothing but motion tells it from a marker: it steals or hides two in five for good.
+    """50 passes. Nothing but motion tells it from a marker: it steals or hides one marker for good in 18 of them.
 
-    Of the samples off by more than 5 px a fifth is not doubted; they lie in one pass in twelve. The bounds hold this
-    state, which leaves much to be wished for, against getting worse.
+    Of 625 samples off by more than 5 px all but 3 are doubted.
     """
     passes = [decoy_pass(seed) for seed in range(100, 150)]
     off = np.array([(away > 5).sum() for away, _ in passes])
     silent = np.array([((away > 5) & ~doubt).sum() for away, doubt in passes])
     stolen = np.array([(np.nanmin(np.nan_to_num(away[-5:], nan=np.inf), axis=0) > 5).any() for away, _ in passes])
-    assert stolen.mean() <= 0.5
-    assert silent.sum() <= 0.3 * off.sum()
-    assert (silent > 10).mean() <= 0.12
+    assert stolen.mean() <= 0.45
+    assert silent.sum() <= 0.03 * off.sum()
+    assert (silent <= 10).all()
 
 
 @pytest.mark.parametrize("apart", [13.0, 16.0, 22.0])
