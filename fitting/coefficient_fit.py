@@ -12,7 +12,7 @@ NAMES = FluidCoefficients._fields
 _AT_BOUND = 1e-3  # of the range
 _AS_GOOD = 1.01  # objective within this factor of the best
 _APART = 0.5  # difference between coefficients of equally good restarts that is worth a flag
-_WIDE, _WIDE_BY = 4.0, 0.5  # factor and difference between the ends of an interval from which it is worth a flag
+_WIDE, _WIDE_BY = 2.5, 0.5  # factor and difference between the ends of an interval from which it is worth a flag
 
 
 @dataclass(frozen=True, eq=False)

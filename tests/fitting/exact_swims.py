@@ -28,6 +28,7 @@ def exact_swims(
     seconds: float = 5.0,
     noise_m: float = 0.0,
     seed: int = 0,
+    lasts_s: float = 1 / 3,
 ) -> tuple[MeasuredTrial, ...]:
     """Fit trials at some frequencies, from a forward start of 0.1 m/s.
 
@@ -35,8 +36,9 @@ def exact_swims(
         coefficients: the truth.
         hz: turns of the crank a second, one trial each.
         seconds: of each trial.
-        noise_m: standard deviation of tracking noise that lasts a third of a second in each marker.
-        seed: of the noise and the crank phases.
+        noise_m: standard deviation of tracking noise; of two that differ in sign alone one is the other's mirror image.
+        seed: of the noise.
+        lasts_s: of the noise in each marker.
     """
     random = np.random.default_rng(seed)
     time_s = np.arange(round(seconds * FPS) + 1) / FPS
@@ -48,11 +50,11 @@ def exact_swims(
     )
     twin = exact_twin()
     marker_m = twin.simulate(runs, time_s).marker_m
-    noisy = marker_m + noise_m * lasting_noise(marker_m.shape, random)
+    noisy = marker_m + noise_m * lasting_noise(marker_m.shape, random, lasts_s)
     return tuple(_trial(f"f{f:.2f}", f, positions) for f, positions in zip(hz, noisy, strict=True))
 
 
-def lasting_noise(shape: tuple[int, ...], random: np.random.Generator, lasts_s: float = 1 / 3) -> np.ndarray:
+def lasting_noise(shape: tuple[int, ...], random: np.random.Generator, lasts_s: float) -> np.ndarray:
     """(t, n, m, 2) AR(1) noise of standard deviation 1 that lasts so long."""
     keep = np.exp(-1 / (lasts_s * FPS))
     fresh = random.normal(size=shape)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
-from fitting import FULL, QUICK, MeasuredTrial, Swims, fit_coefficients, measure_trial, search
+from fitting import FULL, QUICK, CoefficientFit, MeasuredTrial, Swims, fit_coefficients, measure_trial, search
 from fitting.coefficients import refine_coefficients
+from fitting.smooth_floor import middle_of_floor
 from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
 from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS
@@ -21,6 +22,10 @@ TRUTH = np.array(PLAUSIBLE_COEFFICIENTS)
 OTHER = FluidCoefficients(0.6, 3.0, 5.0, 4.5, 1.5)  # swims forward from rest, as a truth must to be found
 PIXEL_M = 1.0 / 965.0
 WRONG = np.array([1.2, 0.85, 1.15, 0.9, 1.3])  # factors on the truth
+FAR_OFF = np.array([1.3, 0.7, 0.75, 1.25, 1.5])
+HALF_PIXEL_M = 0.5 * PIXEL_M
+NEAR = replace(FULL, finalists=0, heat_iterations=8, valley_steps=6, hop_width=20, last_iterations=3)
+"""What of the search follows the screening, from a given start."""
 
 
 def relative(found: FluidCoefficients, true: FluidCoefficients = PLAUSIBLE_COEFFICIENTS) -> np.ndarray:
@@ -45,13 +50,12 @@ def test_without_noise_the_default_search_recovers_all_five_to_one_percent(seed:
 
 
 @pytest.mark.long
-def test_of_another_truth_the_default_search_recovers_three_to_one_percent() -> None:
-    """Angular drag and Magnus lift make up for each other there: the search stops in their valley, 7 and 110 % off."""
+def test_of_another_truth_the_default_search_recovers_all_five_to_one_percent() -> None:
+    """Angular drag and Magnus lift make up for each other there, and the valley has a second floor at twice Magnus."""
     fit = search("gradient", Swims(exact_twin(), exact_swims(OTHER)), FULL, seed=0)
-    error = dict(zip(FluidCoefficients._fields, np.abs(relative(fit.coefficients, OTHER)), strict=True))
 
-    assert max(error["blunt_drag"], error["slender_drag"], error["kutta_lift"]) < 0.01
-    assert error["angular_drag"] < 0.1
+    assert np.abs(relative(fit.coefficients, OTHER)).max() < 0.01
+    assert fit.flags == ()
 
 
 @pytest.mark.long
@@ -63,22 +67,90 @@ def test_the_search_finds_the_truth_through_noise() -> None:
 
 
 @pytest.mark.long
-def test_noise_of_tracking_leans_on_the_coefficients_by_less_than_it_scatters_them() -> None:
-    """Twelve draws of errors of 0.7 px that last a third of a second; Magnus lift scatters over its whole range.
+def test_a_second_floor_of_the_valley_does_not_hold_the_search() -> None:
+    """A descent from this start ends at 5.6 times the Magnus lift and a third more angular drag, 10 % further away."""
+    swims = Swims(exact_twin(), exact_swims(noise_m=HALF_PIXEL_M, seed=38, lasts_s=0.1))
+    start = np.append(np.sqrt(TRUTH * FAR_OFF), PHASES)
+    stuck, fit = refine_coefficients(swims, [start], 12), fit_coefficients(swims, NEAR, seed=0, starts=[start])
 
-    The fit is not free of bias: bounded Magnus lift and curved valleys lean blunt and angular drag by 7 to 8 % and
-    Kutta lift by 4 %, some 0.7 of the scatter of one fit.
+    assert relative(stuck.coefficients)[2] > 0.3
+    assert np.abs(relative(fit.coefficients)[:4]).max() < 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Draw:
+    """One truth near the standard one and two fits to it: with half a pixel of noise and with its mirror image.
+
+    Attributes:
+        truth: (5,).
+        fits: of both.
+        middles: (2, 5) coefficients in the middle of the floor around each.
     """
-    twin, start = exact_twin(), np.append(np.sqrt(TRUTH * WRONG), PHASES + 0.05)
-    errors = []
-    for seed in range(12):
-        swims = Swims(twin, exact_swims(noise_m=0.7 * PIXEL_M, seed=seed))
-        errors.append(relative(refine_coefficients(swims, [start], iterations=12).coefficients)[:4])
-    lean, scatter = np.mean(errors, axis=0), np.std(errors, axis=0, ddof=1)
 
-    assert (np.abs(lean) < scatter).all()
-    assert (np.abs(lean) < 0.12).all()
-    assert (scatter < 0.2).all()
+    truth: np.ndarray
+    fits: tuple[CoefficientFit, CoefficientFit]
+    middles: np.ndarray
+
+
+@pytest.fixture(scope="module")
+def draws() -> list[Draw]:
+    return [draw(seed) for seed in range(6)]
+
+
+def draw(seed: int) -> Draw:
+    truth = TRUTH * (1 + 0.1 * np.random.default_rng(1000 + seed).uniform(-1, 1, 5))
+    start, twin = np.append(np.sqrt(truth * FAR_OFF), PHASES), exact_twin()
+    fits, middles = [], []
+    for noise_m in (HALF_PIXEL_M, -HALF_PIXEL_M):
+        trials = exact_swims(FluidCoefficients(*map(float, truth)), noise_m=noise_m, seed=seed, lasts_s=0.1)
+        fits.append(fit_coefficients(Swims(twin, trials), NEAR, seed=0, starts=[start]))
+        middles.append(middle_of_floor(Swims(twin, trials), fits[-1]))
+    return Draw(truth, (fits[0], fits[1]), np.array(middles))
+
+
+def leans(draws: list[Draw], found: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mean relative error, its standard error, and scatter of one fit, (4,) each, from (2, 5) found in each draw.
+
+    What is linear in the noise cancels in the mean of a pair, so that a lean stands out.
+    """
+    errors = np.array([pair / draw.truth - 1 for pair, draw in zip(found, draws, strict=True)])[..., :4]
+    means = errors.mean(axis=1)
+    return means.mean(axis=0), means.std(axis=0, ddof=1) / np.sqrt(len(draws)), errors.std(axis=(0, 1))
+
+
+@pytest.mark.long
+def test_noise_of_tracking_does_not_lean_on_the_middle_of_the_floor(draws: list[Draw]) -> None:
+    lean, error, scatter = leans(draws, [draw.middles for draw in draws])
+
+    assert (np.abs(lean) < np.maximum(2 * error, 0.01)).all()
+    assert (error < 0.02).all()
+    assert (scatter < 0.12).all()
+
+
+@pytest.mark.long
+def test_the_best_itself_leans_by_six_per_cent_at_most(draws: list[Draw]) -> None:
+    """Its floor is rough: the search stops at some 4 per cent too much drag, about the scatter of one fit."""
+    lean, _, _ = leans(draws, [np.array([fit.coefficients for fit in draw.fits]) for draw in draws])
+
+    assert (np.abs(lean) < 0.06).all()
+
+
+@pytest.mark.long
+def test_magnus_lift_which_the_data_do_not_determine_is_flagged_and_nothing_else(draws: list[Draw]) -> None:
+    for fit in (fit for draw in draws for fit in draw.fits):
+        flagged = [flag.message.split(" ")[0] for flag in fit.flags if flag.kind == "unidentifiable"]
+        assert flagged == ["magnus_lift"]
+
+
+@pytest.mark.long
+def test_most_intervals_hold_the_truth(draws: list[Draw]) -> None:
+    inside = []
+    for drawn in draws:
+        for fit in drawn.fits:
+            assert fit.interval is not None
+            inside.append((fit.interval[:, 0] <= drawn.truth) & (drawn.truth <= fit.interval[:, 1]))
+
+    assert np.mean(inside) > 0.8
 
 
 def test_the_order_of_trials_does_not_matter() -> None:
