@@ -6,9 +6,9 @@ import numpy as np
 
 from tracking.tracker.windows import windows
 
-_KEEP = 0.98  # of what is known of a marker's look, frame by frame
-_BOUNDS = (0.6, 1.6)  # how far the look may wander from that in the start boxes
-_SURROUND = (1.5, 2.2)  # of the box' half side: the ring that counts as background
+_KEEP_SIZE, _KEEP_CONTRAST = 0.98, 0.94  # of what is known of a marker's look, frame by frame
+_SIZES, _CONTRASTS = (0.6, 1.6), (0.3, 2.5)  # how far the look may wander from that in the start boxes
+_SURROUND = (0.85, 1.2)  # of the box' half side: the ring at its rim
 _SMALLEST_PX = 4.0
 
 
@@ -20,47 +20,52 @@ class Appearance:
         sign: (m,) +1 for a marker brighter than what surrounds it, -1 for a darker one.
         diameter_px: (m,) of a disc of the same area.
         contrast: (m,) how far its luma stands out, in steps of 1/255.
+        answer: (m,) how strongly the detector answers to it, in parts of its answer to a disc on a wide plain ground.
     """
 
     sign: np.ndarray
     diameter_px: np.ndarray
     contrast: np.ndarray
+    answer: np.ndarray
 
     def as_array(self) -> np.ndarray:
-        """(3, m): sign, diameter and contrast."""
-        return np.stack([self.sign, self.diameter_px, self.contrast])
+        """(4, m): sign, diameter, contrast and answer."""
+        return np.stack([self.sign, self.diameter_px, self.contrast, self.answer])
 
     def of(self, which: np.ndarray) -> "Appearance":
         """The look of some of the markers, by (m,) bool or by number."""
-        return Appearance(self.sign[which], self.diameter_px[which], self.contrast[which])
+        return Appearance(self.sign[which], self.diameter_px[which], self.contrast[which], self.answer[which])
 
     def seen(
-        self, where: np.ndarray, diameter_px: np.ndarray, contrast: np.ndarray, start: "Appearance"
+        self, well: np.ndarray, at_all: np.ndarray, diameter_px: np.ndarray, contrast: np.ndarray, start: "Appearance"
     ) -> "Appearance":
         """The look after one more frame: light and distance change slowly, and only so far from the start.
 
         Args:
-            where: (m,) bool, which markers were seen well.
+            well: (m,) bool, which markers were seen well: their size counts.
+            at_all: (m,) bool, of which the contrast counts.
             diameter_px, contrast: (m,) what was seen.
             start: the look in the start boxes.
         """
-
-        def moved(old: np.ndarray, new: np.ndarray, first: np.ndarray) -> np.ndarray:
-            mixed = np.where(where, _KEEP * old + (1 - _KEEP) * new, old)
-            return np.clip(mixed, _BOUNDS[0] * first, _BOUNDS[1] * first)
-
+        size = _moved(self.diameter_px, np.where(well, diameter_px, self.diameter_px), _KEEP_SIZE)
+        light = _moved(self.contrast, np.where(at_all, contrast, self.contrast), _KEEP_CONTRAST)
         return replace(
             self,
-            diameter_px=moved(self.diameter_px, diameter_px, start.diameter_px),
-            contrast=moved(self.contrast, contrast, start.contrast),
+            diameter_px=np.clip(size, _SIZES[0] * start.diameter_px, _SIZES[1] * start.diameter_px),
+            contrast=np.clip(light, _CONTRASTS[0] * start.contrast, _CONTRASTS[1] * start.contrast),
         )
+
+
+def _moved(old: np.ndarray, new: np.ndarray, keep: float) -> np.ndarray:
+    return keep * old + (1 - keep) * new
 
 
 def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> Appearance:
     """Measures the look of markers in the frame of their start boxes.
 
-    Whether a marker is bright or dark is told by the middle of its box against a ring around the box; its area by
-    how much light the box holds over that ring.
+    Whether a marker is bright or dark is told by the middle of its box against the darkest and the brightest quarter
+    of a ring at the box' rim, since water and body may both be there; its area by how much light the box holds over
+    that quarter.
 
     Args:
         luma: (h, w) uint8.
@@ -69,7 +74,7 @@ def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarr
     """
     rows = [_look(luma, centre, side) for centre, side in zip(centre_px, box_px, strict=True)]
     sign, diameter, contrast = np.array(rows).T
-    return Appearance(sign, diameter, contrast)
+    return Appearance(sign, diameter, contrast, np.ones(len(sign)))
 
 
 def _look(luma: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[float, float, float]:
@@ -79,9 +84,10 @@ def _look(luma: np.ndarray, centre_px: np.ndarray, side_px: float) -> tuple[floa
     offset = centre_px - middle[0]
     distance = np.hypot(away[None, :] - offset[0], away[:, None] - offset[1])
     ring = patch[0][(distance > _SURROUND[0] * half) & (distance < _SURROUND[1] * half)]
-    background = np.median(ring)
     core = np.median(patch[0][distance < 0.3 * half + 1])
-    sign = 1.0 if core >= background else -1.0
+    dark, bright = np.percentile(ring, [25, 75])
+    sign = 1.0 if core - dark >= bright - core else -1.0
+    background = dark if sign > 0 else bright
     light = sign * (patch[0] - background)
     contrast = max(float(np.percentile(light[distance < half], 90)), 1.0)
     area = float(np.clip(light[distance < 1.2 * half] / contrast, 0, 1).sum())

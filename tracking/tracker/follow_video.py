@@ -6,7 +6,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from session import Flag, Tracks
+from session import Fault, Flag, InputError, Tracks
 from tracking.boxes import StartBoxes
 from tracking.records import SampleState, TrackedTrial
 from tracking.suspects import stretches
@@ -19,6 +19,8 @@ TrackerName = Literal["hybrid", "spots", "csrt"]
 TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
 """hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline."""
 
+LEAST_CONTRAST = 6.0
+"""Steps of brightness by which a marker must stand out in its start box."""
 PREDICTED_FOR = 12
 """Frames for which the position of an unseen marker is carried on; after that it is missing."""
 _SNAPSHOT_EVERY = 30  # frames; from the last of these interrupted work goes on
@@ -90,7 +92,7 @@ def follow_video(
         progress: called now and then.
 
     Raises:
-        InputError: the frame of the boxes is not in the video.
+        InputError: the frame of the boxes is not in the video, or a box holds no marker.
         ValueError: an unknown method.
     """
     if method not in TRACKERS:
@@ -123,7 +125,15 @@ def _begun(
     chosen = [boxes.boxes[name] for name in markers]
     centre = np.array([box.centre_px for box in chosen])
     side = np.array([(box.width + box.height) / 2 for box in chosen])
-    return MarkerTracker.begin(video.frame(boxes.frame).luma, centre, side, use_csrt=method == "hybrid")
+    tracker, first = MarkerTracker.begin(video.frame(boxes.frame).luma, centre, side, use_csrt=method == "hybrid")
+    empty = ~first.seen | (tracker.start.contrast < LEAST_CONTRAST)
+    if empty.any():
+        names = ", ".join(np.array(markers)[empty].tolist())
+        expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255 or more"
+        step = "Look at the preview of the boxes, or click them: `calib track SESSION --click`."
+        file, where = str(video.info.file), f"frame {boxes.frame}"
+        raise InputError([Fault(file, where, "boxes without a marker", names, expected, next_step=step)])
+    return tracker, first
 
 
 def _begun_plain(video: Video, boxes: StartBoxes, markers: tuple[str, ...]) -> tuple[PlainCsrt, Sighting]:
@@ -141,10 +151,14 @@ def _follow(
 ) -> None:
     """The pass over the frames; what was tracked is kept now and then, and when it is interrupted."""
     began, first, told = time.perf_counter(), record.end, -np.inf
+    since = np.diff(video.info.time_s, prepend=np.nan) * video.info.fps  # frames of the usual rate
+    last = first - 1
     snapshot: dict[str, np.ndarray] = {}
     try:
         for frame in video.frames(first):
-            record.add(frame.number, tracker.step(frame.luma))
+            elapsed = float(since[last + 1 : frame.number + 1].sum())
+            record.add(frame.number, tracker.step(frame.luma, frames=elapsed))
+            last = frame.number
             if partial is not None and isinstance(tracker, MarkerTracker) and record.end % _SNAPSHOT_EVERY == 0:
                 snapshot = record.arrays() | tracker.state() if tracker.can_be_kept else snapshot
                 if record.end % _KEEP_EVERY == 0:
@@ -168,5 +182,6 @@ def _result(video: Video, markers: tuple[str, ...], record: _Record) -> TrackedT
         for span in stretches(record.by_csrt[:, k])
     ]
     flags += [Flag("damaged_video", (), span, "the video is damaged here") for span in stretches(video.suspect)]
-    flags += [Flag("damaged_video", (), None, caveat) for caveat in (*video.info.caveats, video.damage) if caveat]
+    caveats = [caveat for caveat in video.info.caveats if caveat != video.info.damage]
+    flags += [Flag("damaged_video", (), None, caveat) for caveat in (*caveats, video.damage) if caveat]
     return TrackedTrial(tracks, record.state, record.size_px, tuple(flags))

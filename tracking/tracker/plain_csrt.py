@@ -28,7 +28,7 @@ class PlainCsrt:
             tracker.init(picture, tuple(box))
         self.first = self._sighting([(True, box) for box in boxes.tolist()])
 
-    def step(self, luma: np.ndarray) -> Sighting:
+    def step(self, luma: np.ndarray, *, frames: float = 1.0) -> Sighting:  # noqa: ARG002  it has no motion model
         """Takes the next frame (h, w) uint8."""
         picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
         with ThreadPoolExecutor() as pool:

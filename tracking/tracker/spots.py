@@ -1,6 +1,6 @@
 """Spots: places in a small window that look like a marker, and the sub-pixel centre of a marker."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -10,12 +10,14 @@ from tracking.tracker.windows import window, windows
 
 _WIDTHS = (0.25, 0.42)  # of the two Gaussians, in diameters
 _FAINTEST = 0.3  # of the response a marker of known contrast would give
+_ANSWERS = (0.15, 1.2)  # what an answer to a marker can be, in parts of that to a disc
 _RIVALS = 12  # spots in one window at most, the strongest
 _ROUNDS = 4  # of the centroid, each centred on the one before
 _MARGIN_PX = 1.0  # by which the centroid's disc is wider than the marker
 _FLOOR, _CEILING = 0.1, 0.9  # shares of the known contrast: fainter light does not count, brighter no more than this
-_RING = (1.3, 1.8)  # radii of the ring that counts as background
-_REACH = 1.6  # radii within which light counts for the size
+_RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
+_QUARTER = 0.25  # the darkest part of it, for a bright marker: the rest may be water beside a dark body
+_REACH = 1.25  # radii and the px of the ring: within them light counts for the size
 _SLACK_PX = 4  # by which a window is larger than it need be
 # In the middle of a disc of contrast 1:
 _DISC_RESPONSE = float(np.exp(-1 / (8 * _WIDTHS[1] ** 2)) - np.exp(-1 / (8 * _WIDTHS[0] ** 2)))
@@ -55,7 +57,7 @@ def find_spots(luma: np.ndarray, centre_px: np.ndarray, reach_px: np.ndarray, lo
     """
     found = [
         _in_window(luma, *item)
-        for item in zip(centre_px, reach_px, look.sign, look.diameter_px, look.contrast, strict=True)
+        for item in zip(centre_px, reach_px, look.sign, look.diameter_px, look.contrast * look.answer, strict=True)
     ]
     position = np.concatenate([np.empty((0, 2)), *(spot[0] for spot in found)])
     strength = np.concatenate([np.empty(0), *(spot[1] for spot in found)])
@@ -68,10 +70,7 @@ def _in_window(
     column, row = np.rint(centre).astype(int).tolist()
     margin = int(np.ceil(diameter))
     half = int(np.ceil(reach)) + margin
-    patch = window(luma, column, row, half).astype(np.float32)
-    inner, outer = (cv2.GaussianBlur(patch, (0, 0), width * diameter) for width in _WIDTHS)
-    response = inner - outer if sign > 0 else outer - inner
-    response /= contrast * _DISC_RESPONSE
+    response = _response(window(luma, column, row, half), sign, diameter) / contrast
     side = max(int(diameter / 2) | 1, 3)
     crest = (response == cv2.dilate(response, np.ones((side, side), np.uint8))) & (response > _FAINTEST)
     rows, columns = np.nonzero(crest[margin:-margin, margin:-margin])
@@ -80,6 +79,25 @@ def _in_window(
     position = np.column_stack([columns, rows])[strongest] + [column - half + margin, row - half + margin]
     inside = (position >= 0).all(axis=1) & (position < luma.shape[::-1]).all(axis=1)
     return position[inside].astype(float), strength[strongest][inside].astype(float)
+
+
+def _response(patch: np.ndarray, sign: float, diameter: float) -> np.ndarray:
+    """The two Gaussians' answer in every pixel of a patch, in units of luma: the contrast, in the middle of a disc."""
+    plain = patch.astype(np.float32)
+    inner, outer = (cv2.GaussianBlur(plain, (0, 0), width * diameter) for width in _WIDTHS)
+    return sign * (inner - outer) / _DISC_RESPONSE
+
+
+def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Appearance:
+    """The look with the answer that each marker gives where it is, (k, 2); at least a part that noise cannot give."""
+    answers = []
+    for (column, row), sign, diameter in zip(
+        np.rint(centre_px).astype(int).tolist(), look.sign, look.diameter_px, strict=True
+    ):
+        half = int(np.ceil(diameter)) + 1
+        response = _response(window(luma, column, row, half), sign, diameter)
+        answers.append(response[half - 1 : half + 2, half - 1 : half + 2].max())
+    return replace(look, answer=np.clip(np.array(answers) / look.contrast, *_ANSWERS))
 
 
 def _each_once(position: np.ndarray, strength: np.ndarray, apart_px: float) -> Spots:
@@ -124,14 +142,15 @@ def measure_centres(luma: np.ndarray, position_px: np.ndarray, others_px: np.nda
     if not len(position_px):
         return Centres(np.empty((0, 2)), np.empty(0), np.empty(0))
     radius, known = (look.diameter_px / 2)[:, None, None], look.contrast[:, None, None]
-    reach = int(np.ceil(_REACH * radius.max())) + _SLACK_PX
+    reach = int(np.ceil(_RING[1] * radius.max() + _RING[0])) + _SLACK_PX
     away = np.arange(-reach, reach + 1, dtype=np.float32)
     patch, middle = windows(luma, position_px, reach)
     offset = position_px - middle  # (k, 2)
     mine = _own_side(position_px, others_px, *_from(offset, away))
     distance = np.hypot(*_from(offset, away))
-    background = _background(patch, (distance > _RING[0] * radius) & (distance < _RING[1] * radius + 2) & mine)
-    light = np.where(mine, look.sign[:, None, None] * (patch - background[:, None, None]), 0)
+    bright = look.sign[:, None, None] * patch
+    ring = (distance > radius + _RING[0]) & (distance < _RING[1] * radius + _RING[0]) & mine
+    light = np.where(mine, bright - _background(bright, ring)[:, None, None], 0)
     counted = np.clip(light - _FLOOR * known, 0, _CEILING * known)
     for _ in range(_ROUNDS):
         x, y = _from(offset, away)
@@ -140,7 +159,7 @@ def measure_centres(luma: np.ndarray, position_px: np.ndarray, others_px: np.nda
         offset = offset + np.stack([(weight * x).sum(axis=(1, 2)), (weight * y).sum(axis=(1, 2))], axis=1) / total
     distance = np.hypot(*_from(offset, away))
     peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
-    share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius)
+    share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius + _RING[0])
     return Centres(middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / np.pi), peak)
 
 
@@ -161,8 +180,8 @@ def _own_side(centre: np.ndarray, others: np.ndarray, x: np.ndarray, y: np.ndarr
 
 
 def _background(patch: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    """(k,) the median of each patch over its ring."""
+    """(k,) the darkest quarter of each patch over its ring."""
     values = np.where(ring, patch, np.nan)
     values = np.sort(values.reshape(len(patch), -1), axis=1)  # nan last
     count = np.maximum(ring.reshape(len(patch), -1).sum(axis=1), 1)
-    return np.nan_to_num(values[np.arange(len(patch)), count // 2])
+    return np.nan_to_num(values[np.arange(len(patch)), (_QUARTER * count).astype(int)])

@@ -1,7 +1,7 @@
 """The marker tracker: predict, find spots, assign them jointly, measure their centres, ask CSRT where there is none."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,12 +9,14 @@ from tracking.tracker.appearance import Appearance, measure_appearance
 from tracking.tracker.assignment import assign
 from tracking.tracker.prediction import Motion, Prediction
 from tracking.tracker.second_opinion import SecondOpinion
-from tracking.tracker.spots import Centres, Spots, find_spots, measure_centres
+from tracking.tracker.spacing import Spacing
+from tracking.tracker.spots import Centres, Spots, find_spots, measure_centres, with_answer
 
 _SIZE_SPREAD = 0.25  # of the logarithm of the size, that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # of the contrast, likewise
 _CSRT_CONFIDENCE = 0.5  # at most, where only CSRT saw the marker
-_CONFIDENT = 0.6  # from here on a sample teaches the look of the marker
+_CONFIDENT = 0.6  # from here on a sample teaches the size of the marker …
+_STEADY = 0.5  # … and from here on its contrast, which light may change fast
 _SLACK_PX = 2.0  # by which a box may lie beside its marker, beyond half of it
 _STRANGER = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
@@ -47,18 +49,20 @@ class MarkerTracker:
     Args:
         start: the look of the markers in their start boxes.
         motion: where they are.
+        spacing: how far apart neighbours are.
         use_csrt: whether CSRT is asked where no spot answers.
     """
 
-    def __init__(self, start: Appearance, motion: Motion, use_csrt: bool = True) -> None:
+    def __init__(self, start: Appearance, motion: Motion, spacing: Spacing, use_csrt: bool = True) -> None:
         self.start = start
         self.look = start
         self.motion = motion
+        self.spacing = spacing
         self.csrt = SecondOpinion() if use_csrt else None
 
     @classmethod
     def begin(
-        cls, luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray, use_csrt: bool = True
+        cls, luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray, use_csrt: bool = True, one_body: bool = True
     ) -> tuple["MarkerTracker", Sighting]:
         """Starts in a frame in which every marker has a box.
 
@@ -67,33 +71,38 @@ class MarkerTracker:
             centre_px: (m, 2) their centres.
             box_px: (m,) mean side of each.
             use_csrt: whether CSRT is asked where no spot answers.
+            one_body: whether the markers sit on one body, so that a neighbour cannot go far away.
         """
         start = measure_appearance(luma, centre_px, box_px)
         for _ in range(2):  # a box may hold part of a neighbour
             centres = measure_centres(luma, centre_px, centre_px, start)
-            start = Appearance(start.sign, np.minimum(centres.diameter_px, box_px), centres.contrast)
-        tracker = cls(start, Motion(centre_px, start.diameter_px), use_csrt)
+            start = replace(start, diameter_px=np.minimum(centres.diameter_px, box_px), contrast=centres.contrast)
+        start = with_answer(luma, centres.position_px, start)
+        tracker = cls(start, Motion(centre_px, start.diameter_px), Spacing(centre_px, False), use_csrt)
         near_px = np.minimum(start.diameter_px, box_px) / 2 + _SLACK_PX
-        return tracker, tracker._see(luma, Prediction(centre_px.astype(float), near_px))
+        first = tracker._see(luma, Prediction(centre_px.astype(float), near_px))
+        tracker.spacing = Spacing(first.position_px, one_body)
+        return tracker, first
 
-    def step(self, luma: np.ndarray, taken_px: np.ndarray | None = None) -> Sighting:
+    def step(self, luma: np.ndarray, taken_px: np.ndarray | None = None, frames: float = 1.0) -> Sighting:
         """Takes the next frame.
 
         Args:
             luma: (h, w) uint8.
+            frames: time since the one before, in frames of the usual rate.
             taken_px: (o, 2) where other markers are that this tracker does not follow; no marker is put there.
         """
-        return self._see(luma, self.motion.predict(self.look.diameter_px), taken_px)
+        return self._see(luma, self.motion.predict(self.look.diameter_px, frames), taken_px, frames)
 
     def state(self) -> dict[str, np.ndarray]:
         """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
         looks = {"start": self.start.as_array(), "look": self.look.as_array()}
-        return looks | self.motion.state() | (self.csrt.state() if self.csrt is not None else {})
+        return looks | self.motion.state() | self.spacing.state() | (self.csrt.state() if self.csrt is not None else {})
 
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray]) -> "MarkerTracker":
         """The tracker whose `state` this was."""
-        tracker = cls(Appearance(*state["start"]), Motion.restored(state), "crops" in state)
+        tracker = cls(Appearance(*state["start"]), Motion.restored(state), Spacing.restored(state), "crops" in state)
         tracker.look = Appearance(*state["look"])
         if tracker.csrt is not None:
             tracker.csrt.restore(state)
@@ -104,11 +113,13 @@ class MarkerTracker:
         """Whether `state` says it all: not while CSRT runs on a marker."""
         return self.csrt is None or not self.csrt.running
 
-    def _see(self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None) -> Sighting:
+    def _see(
+        self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None, frames: float = 1.0
+    ) -> Sighting:
         spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look)
         if taken_px is not None:
             spots = spots.away_from(taken_px, 0.5 * float(self.look.diameter_px.min()))
-        chosen = assign(spots, predicted)
+        chosen, predicted = self._assigned(spots, predicted)
         position, seen = _placed(spots, chosen, predicted)
         by_csrt = self._ask_csrt(luma, position, seen, taken_px)
         seen |= by_csrt
@@ -116,9 +127,20 @@ class MarkerTracker:
         centres = measure_centres(luma, position[seen], others, self.look.of(seen))
         centres, kept = self._believable(luma, centres, position, seen)
         sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
-        self.motion.update(predicted.position_px, sighting.position_px, kept)
+        self.motion.update(predicted.position_px, sighting.position_px, kept, frames)
         self._remember(luma, sighting)
         return sighting
+
+    def _assigned(self, spots: Spots, predicted: Prediction) -> tuple[np.ndarray, Prediction]:
+        """(m,) the assignment; who breaks away from its neighbours is let go, to be sought where they put it."""
+        chosen = assign(spots, predicted)
+        position, seen = _placed(spots, chosen, predicted)
+        strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
+        strayed = self.spacing.strayed(position, seen, strength, self.look.diameter_px)
+        if not strayed.any():
+            return chosen, predicted
+        place = np.where(strayed[:, None], self.spacing.expected(position), predicted.position_px)
+        return np.where(strayed, -1, chosen), Prediction(place, predicted.gate_px)
 
     def _believable(
         self, luma: np.ndarray, centres: Centres, position: np.ndarray, seen: np.ndarray
@@ -158,7 +180,9 @@ class MarkerTracker:
     def _remember(self, luma: np.ndarray, sighting: Sighting) -> None:
         """Learns the look of what was seen well, and keeps its picture for CSRT."""
         sure = sighting.confidence > _CONFIDENT
-        self.look = self.look.seen(sure, sighting.diameter_px, sighting.contrast, self.start)
+        steady = sighting.confidence > _STEADY
+        self.look = self.look.seen(sure, steady, sighting.diameter_px, sighting.contrast, self.start)
+        self.spacing.learn(sighting.position_px, sure)
         if self.csrt is not None:
             self.csrt.remember(luma, sighting.position_px, sure)
 

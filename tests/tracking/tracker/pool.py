@@ -103,14 +103,14 @@ class Pool:
         """A tracker started on frame 0."""
         return self.begun(use_csrt)[0]
 
-    def begun(self, use_csrt: bool = False) -> tuple[MarkerTracker, Sighting]:
+    def begun(self, use_csrt: bool = False, one_body: bool = True) -> tuple[MarkerTracker, Sighting]:
         centre = self.truth(0)
         side = np.broadcast_to(np.asarray(self.diameter, float) * 1.3, len(centre)).copy()
-        return MarkerTracker.begin(self.frame(0), centre, side, use_csrt)
+        return MarkerTracker.begin(self.frame(0), centre, side, use_csrt, one_body)
 
-    def followed(self, frames: int, use_csrt: bool = False) -> list[Sighting]:
+    def followed(self, frames: int, use_csrt: bool = False, one_body: bool = True) -> list[Sighting]:
         """What a tracker started on frame 0 says of that many frames."""
-        tracker, first = self.begun(use_csrt)
+        tracker, first = self.begun(use_csrt, one_body)
         return [first, *(tracker.step(luma) for luma in self.frames(frames, 1))]
 
     def boxes(self, markers: Sequence[str], frame: int = 0) -> StartBoxes:

@@ -11,7 +11,7 @@ import pytest
 
 from session import InputError
 from tests.tracking.tracker.pool import WATER, Pool, Thing, tail
-from tracking.boxes import StartBoxes
+from tracking.boxes import Box, StartBoxes
 from tracking.records import SampleState, TrackedTrial
 from tracking.tracker import PREDICTED_FOR, TRACKERS, Partial, follow_video
 from tracking.video import Frame, Video
@@ -275,3 +275,10 @@ def test_only_csrt_is_flagged_where_no_spot_answers(tmp_path: Path) -> None:
     trial = tracked(pool.video(tmp_path / "faint.mkv", 30), pool.boxes(NAMES))
     flags = [(flag.kind, flag.markers, flag.frames) for flag in trial.flags]
     assert flags == [("only_csrt", ("tail_2",), (10, 13))]
+
+
+def test_a_box_on_empty_water_is_refused_by_name(clip: Path) -> None:
+    boxes = POOL.boxes(NAMES)
+    boxes.boxes["tail_3"] = Box(150, 20, 18, 18)
+    with pytest.raises(InputError, match="without a marker; found tail_3; expected a disc"):
+        tracked(clip, boxes)

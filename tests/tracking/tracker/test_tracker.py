@@ -128,7 +128,7 @@ def test_two_markers_that_cross_are_told_apart_or_doubted_at_once(seed: int) -> 
     rng = np.random.default_rng(seed)
     offset, speed = rng.uniform(0, 12), rng.uniform(1, 4)
     pool = crossing(offset, speed, seed)
-    sightings, truth = pool.followed(50), pool.truths(50)
+    sightings, truth = pool.followed(50, one_body=False), pool.truths(50)
     end = np.linalg.norm(sightings[-1].position_px - truth[-1], axis=1)
     confidence = np.stack([s.confidence for s in sightings])
     met = np.abs(np.arange(50) - 25) * 2 * speed < 14
@@ -169,16 +169,13 @@ def decoy_pass(seed: int, frames: int = 80) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.long
 def test_what_a_glint_like_a_marker_spoils_is_mostly_doubted() -> None:
-    """50 passes. Nothing but motion tells it from a marker: it steals or hides one marker for good in 18 of them.
-
-    Of 625 samples off by more than 5 px all but 3 are doubted.
-    """
-    passes = [decoy_pass(seed) for seed in range(100, 150)]
+    """24 passes. Motion and the distance to its neighbours tell it from a marker: it keeps one in a tenth of them."""
+    passes = [decoy_pass(seed) for seed in range(100, 124)]
     off = np.array([(away > 5).sum() for away, _ in passes])
     silent = np.array([((away > 5) & ~doubt).sum() for away, doubt in passes])
     stolen = np.array([(np.nanmin(np.nan_to_num(away[-5:], nan=np.inf), axis=0) > 5).any() for away, _ in passes])
-    assert stolen.mean() <= 0.45
-    assert silent.sum() <= 0.03 * off.sum()
+    assert stolen.mean() <= 0.2
+    assert silent.sum() <= 0.08 * off.sum()
     assert (silent <= 10).all()
 
 
