@@ -33,6 +33,7 @@ camera.command()(cameras.scale)
 app.add_typer(benchmark, name="benchmark")
 benchmark.command()(benchmarks.speed)
 benchmark.command()(benchmarks.search)
+benchmark.command()(benchmarks.tracking)
 
 INTERRUPTED = 130  # what typer makes of Ctrl-C
 

@@ -1,14 +1,16 @@
 """Commands that measure what is claimed: `benchmark speed`, `benchmark search`, `benchmark tracking`."""
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated
+from tempfile import TemporaryDirectory
+from typing import Annotated, Literal
 
 import typer
 
 from calib.commands.arguments import AsJson, SessionFolder, Workers
 from calib.options import Options
-from calib.working import working
+from calib.working import progress_bar, working
 
 
 def speed(
@@ -41,3 +43,23 @@ def search(
     with working(session, as_json, Options(workers=workers)) as pipeline:
         runs = pipeline.compare_searches(seeds, budget)
     print(json.dumps(comparison_payload(runs), indent=1) if as_json else "\n".join(comparison_table(runs)))
+
+
+def tracking(
+    part: Annotated[
+        Literal["all", "accuracy", "speed", "fit"],
+        typer.Option(help="accuracy on every clip; speed at 4K; what the error costs in the fitted coefficients"),
+    ] = "all",
+    clips: Annotated[str, typer.Option(help="only these clips, comma-separated")] = "",
+    folder: Annotated[
+        Path | None, typer.Option(help="where rendered videos are kept for the next time; default: nowhere")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Tracks rendered videos with known truth: the tracker, without CSRT, plain CSRT, threshold and nearest."""
+    from calib.benchmarks.tracking_report import measure_all
+
+    chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
+    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
+        outcome = measure_all(Path(place), part, chosen, tell)
+    print(json.dumps(outcome.to_json(), indent=1) if as_json else outcome.text())
