@@ -201,14 +201,13 @@ def _elsewhere(space: SearchSpace, best: Restart, steps: int) -> list[np.ndarray
 def _hops(space: SearchSpace, best: Restart, width: int, random: np.random.Generator) -> list[np.ndarray]:
     """(p,) the two best of some random points around the best so far, forward swimmers first.
 
-    Every other point stays on the floor of the valley: it is drawn as the noise may have moved the best.
+    A third as many again stay on the floor of the valley: they are drawn as the noise may have moved the best.
     """
     spread = np.append(np.full(5, _HOP[0]), np.full(space.size - 5, _HOP[1]))
-    steps = spread[:, None] * random.normal(size=(space.size, width))
-    steps[:, ::2] = random.multivariate_normal(
-        np.zeros(space.size), covariance(space, best.point), len(steps[0, ::2]), "ignore", method="eigh"
-    ).T
-    points = np.clip(best.point[:, None] + steps, space.low[:, None], space.high[:, None])
+    wide = spread[:, None] * random.normal(size=(space.size, width))
+    values, vectors = np.linalg.eigh(covariance(space, best.point))
+    near = vectors @ (np.sqrt(np.abs(values))[:, None] * random.normal(size=(space.size, width // 3)))
+    points = np.clip(best.point[:, None] + np.hstack([wide, near]), space.low[:, None], space.high[:, None])
     return list(_forward_first(space, points[:, np.argsort(space.objectives(points))[:_CHECKED]])[:, :2].T)
 
 

@@ -197,10 +197,11 @@ def _told(flags: Sequence[Flag], tracked: TrackedTrial) -> np.ndarray:
 
 def tracking_table(scores: Sequence[TrackingScore]) -> str:
     """The scores for a terminal."""
-    head = f"{'clip':16} {'encoding':11} {'tracker':8} {'rms px':>7} {'bias px':>8} {'lost':>8} {'astray':>8} {'silent':>7}"
+    head = f"{'clip':16} {'encoding':11} {'tracker':8} {'rms px':>7} {'bias px':>8} {'lost':>8} {'astray':>8} "
+    head += f"{'silent':>7} {'flagged':>9} {'by CSRT':>8} {'s':>7}"
     rows = [
         f"{s.clip:16} {s.encoding:11} {s.method:8} {s.rms_px:7.3f} {s.bias_px:8.3f} {s.lost:8.2%} {s.astray:8.2%} "
         f"{s.silent:7d} {s.flagged:9.2%} {s.csrt:8.2%} {s.seconds:7.1f}"
         for s in scores
     ]
-    return "\n".join([f"{head} {'flagged':>9} {'by CSRT':>8} {'s':>7}", *rows])
+    return "\n".join([head, *rows])
