@@ -1,8 +1,8 @@
 """The five fluid coefficients, jointly over all fit trials: robust Gauss-Newton from many starts.
 
 The objective has several valleys and a rough floor (see `fitting.search_space`), so one descent is not enough:
-screen the box, give the best few points that lie apart a short heat, polish the winners, walk along the valley of the
-best (see `fitting.valley`), hop around the best, and go on from it if it was still improving.
+screen the box, give the best few points that lie apart a short heat, polish the winners, hop around the best, walk and
+hop along its valley (see `fitting.valley`), and go on from the best if it was still improving.
 A twin that would swim backward from rest ranks behind all that swim forward (see `fitting.from_rest`). Where good
 restarts end apart, the result says so.
 """
@@ -27,6 +27,7 @@ _TOLERANCE = 1e-3  # relative size of a step that ends a descent
 _DAMPING_FACTOR = 3.0  # between tries of a step
 _HOP = (0.35, 0.08)  # spread of hops in roots and in phases (rad)
 _HOP_ITERATIONS = 5
+_FLOOR_WIDTH = 16  # hops along the floor of a valley
 _CHECKED = 8  # of the hops, whether they swim forward
 
 
@@ -39,9 +40,10 @@ class Effort:
         starts: of these the best that lie `apart` (in roots), which all take part in the heats.
         finalists: of these again the best, which are polished.
         heat_iterations, final_iterations: of Gauss-Newton at most.
-        valley_steps: of the walk along the best one's valley, whose lowest two points elsewhere are polished; 0: none.
         hops: rounds of hops around the best point so far.
         hop_width: points tried in each round, of which the best two are polished.
+        valley_steps: of the walk along the best one's valley, whose lowest two points elsewhere are polished, and then
+            the best of some hops along its floor; 0: neither.
         last_iterations: of Gauss-Newton at most, from a best that has not converged yet.
         budget_s: simulated seconds for the other searches (see `fitting.methods`).
         finish_s: simulated seconds for the simplex at the end.
@@ -63,7 +65,7 @@ class Effort:
     @property
     def descents(self) -> int:
         """How many descents there will be at most."""
-        return self.starts + self.finalists + 2 * self.hops + 2 * (self.valley_steps > 0)
+        return self.starts + self.finalists + 2 * self.hops + 3 * (self.valley_steps > 0)
 
 
 FULL = Effort(
@@ -72,7 +74,7 @@ FULL = Effort(
     finalists=3,
     heat_iterations=3,
     final_iterations=8,
-    valley_steps=8,
+    valley_steps=6,
     hops=1,
     hop_width=40,
     last_iterations=8,
@@ -129,10 +131,11 @@ def fit_coefficients(
     starts = _starts(space, effort, random) if starts is None else starts
     heats = add(starts, effort.heat_iterations)[: effort.finalists]
     add([heat.point for heat in heats], effort.final_iterations, heats)
-    if effort.valley_steps:
-        add(_elsewhere(space, restarts[0], effort.valley_steps), _HOP_ITERATIONS)
     for _ in range(effort.hops):
         add(_hops(space, restarts[0], effort.hop_width, random), _HOP_ITERATIONS)
+    if effort.valley_steps:
+        add(_elsewhere(space, restarts[0], effort.valley_steps), _HOP_ITERATIONS)
+        add(_hops_on_floor(space, restarts[0], random)[:1], _HOP_ITERATIONS)
     if effort.last_iterations and not restarts[0].converged:
         add([restarts[0].point], effort.last_iterations, restarts[:1])
     return _result(swims, space, restarts, began, tuple(trace), intervals(space, restarts[0].point))
@@ -199,15 +202,21 @@ def _elsewhere(space: SearchSpace, best: Restart, steps: int) -> list[np.ndarray
 
 
 def _hops(space: SearchSpace, best: Restart, width: int, random: np.random.Generator) -> list[np.ndarray]:
-    """(p,) the two best of some random points around the best so far, forward swimmers first.
-
-    A third as many again stay on the floor of the valley: they are drawn as the noise may have moved the best.
-    """
+    """(p,) the two best of some random points around the best so far, forward swimmers first."""
     spread = np.append(np.full(5, _HOP[0]), np.full(space.size - 5, _HOP[1]))
-    wide = spread[:, None] * random.normal(size=(space.size, width))
+    return _best_around(space, best, spread[:, None] * random.normal(size=(space.size, width)))
+
+
+def _hops_on_floor(space: SearchSpace, best: Restart, random: np.random.Generator) -> list[np.ndarray]:
+    """The same along the floor of the valley: the points are drawn as the noise may have moved the best."""
     values, vectors = np.linalg.eigh(covariance(space, best.point))
-    near = vectors @ (np.sqrt(np.abs(values))[:, None] * random.normal(size=(space.size, width // 3)))
-    points = np.clip(best.point[:, None] + np.hstack([wide, near]), space.low[:, None], space.high[:, None])
+    steps = np.sqrt(np.abs(values))[:, None] * random.normal(size=(space.size, _FLOOR_WIDTH))
+    return _best_around(space, best, vectors @ steps)
+
+
+def _best_around(space: SearchSpace, best: Restart, steps: np.ndarray) -> list[np.ndarray]:
+    """(p,) the two best of the points that lie so many steps (p, s) from the best so far, forward swimmers first."""
+    points = np.clip(best.point[:, None] + steps, space.low[:, None], space.high[:, None])
     return list(_forward_first(space, points[:, np.argsort(space.objectives(points))[:_CHECKED]])[:, :2].T)
 
 

@@ -24,7 +24,7 @@ PIXEL_M = 1.0 / 965.0
 WRONG = np.array([1.2, 0.85, 1.15, 0.9, 1.3])  # factors on the truth
 FAR_OFF = np.array([1.3, 0.7, 0.75, 1.25, 1.5])
 HALF_PIXEL_M = 0.5 * PIXEL_M
-NEAR = replace(FULL, finalists=0, heat_iterations=8, valley_steps=6, hop_width=20, last_iterations=3)
+NEAR = replace(FULL, finalists=0, heat_iterations=8, hops=0, last_iterations=3)
 """What of the search follows the screening, from a given start."""
 
 

@@ -6,13 +6,15 @@ import cv2
 import numpy as np
 
 from tracking.tracker.appearance import Appearance
-from tracking.tracker.windows import window, windows
+from tracking.tracker.windows import half_size, window, windows
 
 _WIDTHS = (0.25, 0.42)  # of the two Gaussians, in diameters
 _FAINTEST = 0.3  # of the response a marker of known contrast would give
 _ANSWERS = (0.15, 1.2)  # what an answer to a marker can be, in parts of that to a disc
+_LARGE_PX = 22.0  # wider markers are handled apart from narrower ones
+_SIGMAS = 2.5  # a Gaussian's kernel reaches so far
 _RIVALS = 12  # spots in one window at most, the strongest
-_ROUNDS = 4  # of the centroid, each centred on the one before
+_ROUNDS = 3  # of the centroid, each centred on the one before
 _MARGIN_PX = 1.0  # by which the centroid's disc is wider than the marker
 _FLOOR, _CEILING = 0.1, 0.9  # shares of the known contrast: fainter light does not count, brighter no more than this
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
@@ -68,24 +70,35 @@ def _in_window(
     luma: np.ndarray, centre: np.ndarray, reach: float, sign: float, diameter: float, contrast: float
 ) -> tuple[np.ndarray, np.ndarray]:
     column, row = np.rint(centre).astype(int).tolist()
-    margin = int(np.ceil(diameter))
-    half = int(np.ceil(reach)) + margin
-    response = _response(window(luma, column, row, half), sign, diameter) / contrast
-    side = max(int(diameter / 2) | 1, 3)
+    step = 2 if diameter > _LARGE_PX else 1  # large markers are sought at half the resolution
+    margin = int(np.ceil(diameter / step))
+    half = int(np.ceil(reach / step)) + margin
+    patch = window(luma, column, row, step * half)
+    if step == 2:
+        patch = half_size(np.ascontiguousarray(patch[:-1, :-1]))
+    response = _response(patch, sign, diameter / step) / contrast
+    side = max(int(diameter / step / 2) | 1, 3)
     crest = (response == cv2.dilate(response, np.ones((side, side), np.uint8))) & (response > _FAINTEST)
     rows, columns = np.nonzero(crest[margin:-margin, margin:-margin])
     strength = response[rows + margin, columns + margin]
     strongest = np.argsort(-strength)[:_RIVALS]
-    position = np.column_stack([columns, rows])[strongest] + [column - half + margin, row - half + margin]
+    corner = np.array([column, row]) - step * half + (step - 1) / 2
+    position = step * (np.column_stack([columns, rows])[strongest] + margin) + corner
     inside = (position >= 0).all(axis=1) & (position < luma.shape[::-1]).all(axis=1)
-    return position[inside].astype(float), strength[strongest][inside].astype(float)
+    return position[inside], strength[strongest][inside].astype(float)
 
 
 def _response(patch: np.ndarray, sign: float, diameter: float) -> np.ndarray:
     """The two Gaussians' answer in every pixel of a patch, in units of luma: the contrast, in the middle of a disc."""
     plain = patch.astype(np.float32)
-    inner, outer = (cv2.GaussianBlur(plain, (0, 0), width * diameter) for width in _WIDTHS)
-    return sign * (inner - outer) / _DISC_RESPONSE
+    inner, outer = (cv2.GaussianBlur(plain, _kernel(width * diameter), width * diameter) for width in _WIDTHS)
+    return (inner - outer) * np.float32(sign / _DISC_RESPONSE)
+
+
+def _kernel(sigma: float) -> tuple[int, int]:
+    """Its size."""
+    side = 2 * int(np.ceil(_SIGMAS * sigma)) + 1
+    return side, side
 
 
 def with_answer(luma: np.ndarray, centre_px: np.ndarray, look: Appearance) -> Appearance:
@@ -139,28 +152,42 @@ def measure_centres(luma: np.ndarray, position_px: np.ndarray, others_px: np.nda
         others_px: (o, 2) where all markers are, these k among them; half-way to another marker the disc ends.
         look: of the k markers.
     """
-    if not len(position_px):
-        return Centres(np.empty((0, 2)), np.empty(0), np.empty(0))
-    radius, known = (look.diameter_px / 2)[:, None, None], look.contrast[:, None, None]
+    centres = Centres(position_px.astype(float), np.zeros(len(position_px)), np.zeros(len(position_px)))
+    large = look.diameter_px > _LARGE_PX
+    for group in (np.flatnonzero(large), np.flatnonzero(~large)):  # a window is as wide as the widest needs it
+        if len(group):
+            found = _centres_of(luma, centres.position_px[group], others_px, look.of(group))
+            centres.position_px[group], centres.diameter_px[group], centres.contrast[group] = found
+    return centres
+
+
+def _centres_of(
+    luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """`measure_centres` for markers of about one size; the fields of `Centres`."""
+    radius = (look.diameter_px / 2).astype(np.float32)[:, None, None]
+    known = look.contrast.astype(np.float32)[:, None, None]
     reach = int(np.ceil(_RING[1] * radius.max() + _RING[0])) + _SLACK_PX
     away = np.arange(-reach, reach + 1, dtype=np.float32)
     patch, middle = windows(luma, position_px, reach)
-    offset = position_px - middle  # (k, 2)
-    mine = _own_side(position_px, others_px, *_from(offset, away))
-    distance = np.hypot(*_from(offset, away))
-    bright = look.sign[:, None, None] * patch
+    offset = (position_px - middle).astype(np.float32)  # (k, 2)
+    x, y = _from(offset, away)
+    mine, distance = _own_side(position_px, others_px, x, y), np.sqrt(x * x + y * y)
+    bright = patch if (look.sign > 0).all() else look.sign.astype(np.float32)[:, None, None] * patch
     ring = (distance > radius + _RING[0]) & (distance < _RING[1] * radius + _RING[0]) & mine
-    light = np.where(mine, bright - _background(bright, ring)[:, None, None], 0)
+    light = (bright - _background(bright, ring)[:, None, None]) * mine
     counted = np.clip(light - _FLOOR * known, 0, _CEILING * known)
     for _ in range(_ROUNDS):
+        weight = np.clip(radius + (_MARGIN_PX + 0.5) - distance, 0, 1)
+        weight *= counted
+        columns, rows = weight.sum(axis=1), weight.sum(axis=2)  # (k, s)
+        shift = np.stack([(columns * x[:, 0]).sum(axis=1), (rows * y[:, :, 0]).sum(axis=1)], axis=1)
+        offset = offset + shift / np.maximum(columns.sum(axis=1), 1e-9)[:, None]
         x, y = _from(offset, away)
-        weight = counted * np.clip(radius + _MARGIN_PX - np.hypot(x, y) + 0.5, 0, 1)
-        total = np.maximum(weight.sum(axis=(1, 2)), 1e-9)[:, None]
-        offset = offset + np.stack([(weight * x).sum(axis=(1, 2)), (weight * y).sum(axis=(1, 2))], axis=1) / total
-    distance = np.hypot(*_from(offset, away))
+        distance = np.sqrt(x * x + y * y)
     peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
     share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius + _RING[0])
-    return Centres(middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / np.pi), peak)
+    return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / np.pi), peak
 
 
 def _from(offset: np.ndarray, away: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
