@@ -1,4 +1,4 @@
-"""Makes `datasets/sample` again: `python -m synthetic.sample datasets/sample`; `--video` adds a filmed trial."""
+"""Makes `datasets/sample` again: `python -m synthetic.sample datasets/sample`."""
 
 import shutil
 import sys
@@ -13,47 +13,38 @@ from synthetic.session import make_session
 
 SAMPLE_SEED = 0
 COMMAND = "python -m synthetic.sample datasets/sample"
-WHAT = """A synthetic session: marker tracks of the built-in 0.57 m fish at five speeds, two to fit and three
-held out, with the errors of a real tracker and one track fault."""
+WHAT = """A synthetic session of the built-in 0.57 m fish: marker tracks at five speeds with the errors of a real
+tracker and one track fault, and one swim as a rendered video with the start boxes of its markers; what a perfect
+tracker would find in the video is in `truth/`. Two of the tracks and the video are to fit, three tracks are held
+out."""
 
 FILMED = SyntheticTrial(
     name="f1_00_video",
     frequency_hz=0.98,
     commanded_hz=1.0,
     seconds=3.5,
-    role="holdout",
+    role="fit",
     phase_rad=0.7,
     heading_rad=3.0,
 )
 """The sample's one video: a swim that stays within 1280 x 720 px at the scale of the published videos."""
 VIDEO = SessionVideo(trials=(FILMED.name,), width_px=1280, height_px=720, crf=21)
-WHAT_IS_FILMED = f"""
-One more trial, `{FILMED.name}`, comes as a rendered video with the start boxes of its markers; what a perfect
-tracker would find in it is in `truth/`."""
 
 
-def sample_plan(*, filmed: bool = False) -> SyntheticPlan:
-    """The default plan under the sample's name and seed, with one more trial where it is filmed."""
+def sample_plan() -> SyntheticPlan:
+    """The default plan under the sample's name and seed, with one more trial, the filmed one."""
     plan = default_plan(SAMPLE_SEED)
-    trials = (*plan.trials, FILMED) if filmed else plan.trials
-    return plan.model_copy(update={"name": "sample", "trials": trials})
+    return plan.model_copy(update={"name": "sample", "trials": (*plan.trials, FILMED)})
 
 
-def make_sample(folder: Path, *, filmed: bool = False) -> Path:
-    """Makes the sample and its card; files of the same names are replaced, no others are touched.
-
-    Args:
-        folder: of the sample.
-        filmed: with one more trial, as a video; the other trials stay as they are.
-    """
+def make_sample(folder: Path) -> Path:
+    """Makes the sample and its card; files of the same names are replaced, no others are touched."""
     with tempfile.TemporaryDirectory() as scratch:
-        made = make_session(Path(scratch) / "sample", sample_plan(filmed=filmed), VIDEO if filmed else None)
-        what, command = (WHAT + WHAT_IS_FILMED, f"{COMMAND} --video") if filmed else (WHAT, COMMAND)
-        write_card(made, "Sample session", what, command)
+        made = make_session(Path(scratch) / "sample", sample_plan(), VIDEO)
+        write_card(made, "Sample session", WHAT, COMMAND)
         shutil.copytree(made, folder, dirs_exist_ok=True)
     return folder
 
 
 if __name__ == "__main__":
-    folders = [argument for argument in sys.argv[1:] if argument != "--video"]
-    print(make_sample(Path(folders[0] if folders else "datasets/sample"), filmed="--video" in sys.argv))
+    print(make_sample(Path(sys.argv[1] if len(sys.argv) > 1 else "datasets/sample")))

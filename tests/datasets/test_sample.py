@@ -10,6 +10,9 @@ from synthetic.card import checksums
 from synthetic.sample import make_sample, sample_plan
 from synthetic.truth import Truth, read_truth
 from tests.synthetic.plans import measured
+from tracking.boxes import load_boxes
+from tracking.tracker import follow_video
+from tracking.video import Video
 
 SAMPLE = Path(__file__).resolve().parents[2] / "datasets" / "sample"
 GRID_PX = 0.5
@@ -33,7 +36,7 @@ def listed(card: Path) -> dict[str, str]:
 
 def test_the_checksums_of_the_card_are_those_of_the_files() -> None:
     assert listed(SAMPLE / "CARD.md") == checksums(SAMPLE)
-    assert len(checksums(SAMPLE)) == 2 + len(sample_plan().trials)
+    assert len(checksums(SAMPLE)) == 2 + len(sample_plan().trials) + 2  # boxes and truth of the video
 
 
 @pytest.mark.parametrize("part", ["What", "How made", "Truth", "Seed", "Licence", "Checksums"])
@@ -45,7 +48,7 @@ def test_the_sample_is_small_and_has_what_a_sample_needs() -> None:
     session = load_session(SAMPLE, lambda _: tuple(load_robot().markers))
     plan = read_truth(SAMPLE).plan
 
-    assert sum((SAMPLE / name).stat().st_size for name in checksums(SAMPLE)) < 300_000
+    assert sum((SAMPLE / name).stat().st_size for name in checksums(SAMPLE)) < 1_500_000
     assert len({trial.commanded_hz for trial in session.trials}) >= 5
     assert {trial.role for trial in session.trials} == {"fit", "holdout"}
     assert sum(len(trial.faults) for trial in plan.trials) == 1
@@ -58,9 +61,36 @@ def test_the_sample_is_what_its_plan_makes(remade: Path) -> None:
 
     assert (SAMPLE / "session.toml").read_text() == (remade / "session.toml").read_text()
     for trial in committed.trials:
+        if trial.tracks is None:
+            continue
         apart = np.abs(positions(committed, trial.name) - positions(again, trial.name))
         assert apart.max() <= GRID_PX
         assert (apart > 0).mean() < 0.001
+
+
+def test_the_video_of_the_sample_is_what_its_plan_makes(remade: Path) -> None:
+    """In its truth and boxes; the bytes of the video depend on the encoder."""
+    truths = [
+        np.loadtxt(folder / "truth" / "f1_00_video.csv", delimiter=",", skiprows=1) for folder in (SAMPLE, remade)
+    ]
+    boxes = [(folder / "trials" / "f1_00_video.boxes.json").read_text() for folder in (SAMPLE, remade)]
+
+    np.testing.assert_allclose(truths[1], truths[0], atol=1e-3)
+    assert boxes[0] == boxes[1]
+
+
+def test_the_video_of_the_sample_is_tracked_to_a_tenth_of_a_pixel() -> None:
+    session = load_session(SAMPLE)
+    spec = session.trial("f1_00_video")
+    assert spec.video is not None
+    assert spec.boxes is not None
+    truth = load_tracks(SAMPLE / "truth" / "f1_00_video.csv", session.markers, session.camera.fps)
+    with Video(spec.video) as video:
+        tracked = follow_video(video, load_boxes(spec.boxes, session.markers), session.markers)
+
+    assert tracked.seen.all()
+    assert np.sqrt(((tracked.tracks.position_px - truth.position_px) ** 2).mean()) < 0.1
+    np.testing.assert_allclose(tracked.tracks.time_s, truth.time_s, atol=1e-4)
 
 
 def test_the_truth_of_the_sample_is_what_its_plan_makes(remade: Path) -> None:

@@ -40,12 +40,13 @@ def tracks_of(session: Session, name: str) -> Tracks:
 
 
 def measured(folder: Path) -> dict[str, MeasuredTrial]:
-    """The trials of a session as the fit gets them."""
+    """The trials of a session with tracks, as the fit gets them."""
     session = load_session(folder)
     robot = load_robot(session.robot_file)
     return {
         spec.name: measure_trial(spec, tracks_of(session, spec.name), session.camera, robot, session.warmup_s)
         for spec in session.trials
+        if spec.tracks is not None
     }
 
 
