@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from calib.commands import benchmarks, cameras, results, sessions, videos
+from calib.commands import benchmarks, cameras, results, sessions, tracks, videos
 from calib.pipeline import program
 from session import SwimcalError
 
@@ -25,6 +25,7 @@ app.command()(videos.edit)
 app.command()(results.fit)
 app.command()(results.report)
 app.command()(videos.view)
+app.command()(tracks.convert)
 app.command()(results.mjcf)
 app.add_typer(camera, name="camera")
 camera.command()(cameras.board)

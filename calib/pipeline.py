@@ -1,13 +1,17 @@
 """From a session folder to its results, stage by stage; what has not changed is not made again."""
 
+import itertools
 from functools import cached_property
 from pathlib import Path
+from typing import get_args
 
 from calib.calibrated_mjcf import calibrated_mjcf
 from calib.options import EFFORTS, Options
 from calib.recordings import Recordings
 from fitting import (
+    METHODS,
     Calibration,
+    Comparison,
     Evidence,
     MeasuredTrial,
     SearchRun,
@@ -79,12 +83,10 @@ class Pipeline:
     def fingerprint(self) -> str:
         """Of all that the calibration depends on."""
         options = self.options
-        parameters = {
-            "seed": self.session.seed,
-            "effort": options.effort,
-            "method": options.method,
-            "comparison": options.comparison,
-        }
+        return self._fingerprint(options.effort, options.method, options.comparison)
+
+    def _fingerprint(self, effort: str, method: str, comparison: str) -> str:
+        parameters = {"seed": self.session.seed, "effort": effort, "method": method, "comparison": comparison}
         return fingerprint_of({}, parameters, [self.recordings.fingerprint])
 
     @property
@@ -133,6 +135,13 @@ class Pipeline:
         """The calibration: made when inputs, program, engine or effort changed, else read back."""
         current = is_current(self.calibration_file, self.fingerprint)
         return self.read_calibration() if current else self._calibrate()
+
+    def standing_calibration(self) -> Calibration | None:
+        """The calibration that stands, whatever its effort and search; None where there is none of these inputs."""
+        settings = itertools.product(EFFORTS, METHODS, get_args(Comparison))
+        if any(is_current(self.calibration_file, self._fingerprint(*setting)) for setting in settings):
+            return self.read_calibration()
+        return None
 
     def read_calibration(self) -> Calibration:
         """Rebuilds the calibration from `calibration.json`: only the comparison is simulated again.

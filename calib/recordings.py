@@ -10,6 +10,7 @@ from calib.options import Options
 from calib.videos import VideoStage
 from fitting import MeasuredTrial, measure_trial
 from session import (
+    FaultCollector,
     Flag,
     NotEnoughData,
     Provenance,
@@ -23,6 +24,7 @@ from session import (
     save_tracks,
 )
 from swimmer import RobotSpec
+from tracking.lens import lens_flags
 
 
 class Recordings:
@@ -41,9 +43,14 @@ class Recordings:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Of the recordings and how their videos are tracked, the robot, the engine and the program."""
+        """Of the recordings and how their videos are tracked, the robot, the engine and the program.
+
+        Raises:
+            InputError: what is wrong with the videos and boxes of all trials.
+        """
         stamp = self._stamp
         filmed = [spec for spec in self._session.trials if is_usable(spec) and spec.tracks is None]
+        self.videos.all_boxes(filmed)
         trackers = {spec.name: self.videos.tracker_of(spec) for spec in filmed}
         model = {"mujoco": stamp.mujoco, "model": stamp.model_sha256}
         return fingerprint_of(stamp.inputs, model | ({"trackers": trackers} if trackers else {}))
@@ -59,7 +66,7 @@ class Recordings:
         """All swims of the session that have tracks or a video, measured; their tracks stand in ``results/tracks``.
 
         Raises:
-            InputError: a video or its boxes cannot be used.
+            InputError: videos or boxes cannot be used; all of them at once.
             NotEnoughData: no usable swim, or swims that are too short; all of them at once.
         """
         specs = [spec for spec in self._session.trials if is_usable(spec)]
@@ -68,13 +75,15 @@ class Recordings:
                 f'{self._session.name}: no swim with tracks. Expected at least one [[trial]] with kind = "swim" and a '
                 f"tracks file or a video; found {len(self._session.trials)} trials. {' '.join(self.notes)}"
             )
-        measured, problems = [], []
+        measured, problems, faults = [], [], FaultCollector()
         for spec in specs:
             self._options.tell(f"reading {spec.name}", None)
             try:
-                measured.append(self._measured(spec))
+                with faults.nested():
+                    measured.append(self._measured(spec))
             except NotEnoughData as problem:
                 problems.append(str(problem) if spec.name in str(problem) else f"trial {spec.name}: {problem}")
+        faults.raise_if_any()
         if problems:
             raise NotEnoughData("\n".join(problems))
         return measured
@@ -89,16 +98,19 @@ class Recordings:
     def _measured(self, spec: TrialSpec) -> MeasuredTrial:
         if spec.tracks is not None:
             tracks = load_tracks(spec.tracks, self._session.markers, self._session.camera.fps)
-            flags: tuple[Flag, ...] = ()
+            trial = self._measured_from(spec, tracks)
             first = 0
         else:
             seen = self.videos.tracks(spec)
-            tracks, flags, first = seen.counting, seen.flags, seen.boxes.frame
-        session = self._session
-        trial = measure_trial(spec, tracks.since(first), session.camera, self._robot, session.warmup_s)
-        trial = replace(trial, flags=(*flags, *(_later(flag, first) for flag in trial.flags)))
+            tracks, first = seen.counting, seen.boxes.frame
+            trial = self._measured_from(spec, tracks.since(first))
+            lens = lens_flags(self._session.camera, picture_px=seen.picture_px, metres_per_px=trial.metres_per_px)
+            trial = replace(trial, flags=(*seen.flags, *(_later(flag, first) for flag in trial.flags), *lens))
         self._save(tracks, trial, first)
         return trial
+
+    def _measured_from(self, spec: TrialSpec, tracks: Tracks) -> MeasuredTrial:
+        return measure_trial(spec, tracks, self._session.camera, self._robot, self._session.warmup_s)
 
     def _file(self, trial: str) -> Path:
         return self._session.results / "tracks" / f"{trial}.csv"

@@ -5,7 +5,7 @@ from typing import Any
 
 
 def calibration_lines(data: Mapping[str, Any]) -> list[str]:
-    """A line a trial, then coefficients, means, and every flag: of each trial, then of the fit as a whole.
+    """A line a trial, then coefficients, means, and every flag: of the trials, each once, then of the whole fit.
 
     Args:
         data: the content of `calibration.json`.
@@ -27,8 +27,11 @@ def calibration_lines(data: Mapping[str, Any]) -> list[str]:
                 f"{label}: markers {_shown(summary['marker_error_mm'], 0, 1)} mm, mean speed error "
                 f"{_shown(summary['speed_mae_twin'], 0, 4)} m/s (EBT {_shown(summary['speed_mae_ebt'], 0, 4)})"
             )
+    doubts: dict[str, list[str]] = {}
     for name, trial in data["trials"].items():
-        lines += [f"! {name}: {_place(flag)}{flag['message']}" for flag in trial["flags"]]
+        for flag in trial["flags"]:
+            doubts.setdefault(f"{_place(flag)}{flag['message']}", []).append(name)
+    lines += [f"! {', '.join(dict.fromkeys(names))}: {doubt}" for doubt, names in doubts.items()]
     return lines + [f"! {flag['message']}" for flag in data["flags"]]
 
 

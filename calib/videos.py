@@ -1,7 +1,7 @@
 """From the videos of a session to tracks, with start boxes, a person's edits, filled gaps and flags."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -9,7 +9,7 @@ import numpy as np
 
 from calib.options import Options
 from session import (
-    Fault,
+    FaultCollector,
     Flag,
     InputError,
     Session,
@@ -47,11 +47,13 @@ class VideoTracks:
     Attributes:
         tracked: after edits and filled gaps.
         boxes: they began with.
+        picture_px: width and height of the video.
         flags: of the tracker, with those of `tracking.tracker.judge`.
     """
 
     tracked: TrackedTrial
     boxes: StartBoxes
+    picture_px: tuple[int, int]
     flags: tuple[Flag, ...]
 
     @property
@@ -82,6 +84,8 @@ class VideoStage:
     def __init__(self, session: Session, robot: RobotSpec, options: Options) -> None:
         self._session, self._robot, self._options = session, robot, options
         self._hashes: dict[Path, str] = {}
+        self._boxes: dict[str, StartBoxes] = {}
+        self._tracks: dict[str, VideoTracks] = {}
         self.made: list[Path] = []
 
     @property
@@ -95,25 +99,37 @@ class VideoStage:
         Raises:
             InputError: the video cannot be read, or its boxes are missing, faulty or not found.
         """
-        with Video(self._video(spec)) as video:
-            boxes = self.boxes(spec, video)
-            raw = self._raw(spec, video, boxes)
-            tracked = self._corrected(spec, video, raw, boxes)
-        flags = (*tracked.flags, *judge(tracked, self._robot))
-        return VideoTracks(tracked, boxes, tuple(flag for flag in flags if flag.kind != "gap"))
+        if spec.name not in self._tracks:
+            with Video(self._video(spec)) as video:
+                self._tracks[spec.name] = self._tracked(spec, video)
+        return self._tracks[spec.name]
 
-    def boxes(self, spec: TrialSpec, video: Video) -> StartBoxes:
+    def _tracked(self, spec: TrialSpec, video: Video) -> VideoTracks:
+        boxes = self._boxes_in(spec, video)
+        raw = self._raw(spec, video, boxes)
+        tracked = self._corrected(spec, video, raw, boxes)
+        flags = (*tracked.flags, *judge(tracked, self._robot))
+        counted = tuple(flag for flag in flags if flag.kind != "gap")
+        return VideoTracks(tracked, boxes, _size_px(video), counted)
+
+    def boxes(self, spec: TrialSpec) -> StartBoxes:
         """The start boxes of one trial: those of the session, else found in the first frames; always with a picture.
 
         Raises:
-            InputError: they are faulty, or were not found; a page to click them then stands in `folder`.
+            InputError: the video cannot be read, or its boxes are faulty or were not found; a page to click them then
+                stands in `folder`.
         """
-        if spec.boxes is not None:
-            boxes = load_boxes(spec.boxes, self._session.markers, (video.info.width_px, video.info.height_px))
-        else:
-            boxes = self._found(spec, video)
+        if spec.name not in self._boxes:
+            with Video(self._video(spec)) as video:
+                self._boxes[spec.name] = self._boxes_in(spec, video)
+        return self._boxes[spec.name]
+
+    def _boxes_in(self, spec: TrialSpec, video: Video) -> StartBoxes:
+        if spec.name in self._boxes:
+            return self._boxes[spec.name]
+        boxes = self._given(spec, video) or self._found(spec, video)
         picture = self.folder / f"{spec.name}.boxes.png"
-        fingerprint = fingerprint_of({"video": self._sha256(self._video(spec))}, {"boxes": boxes.to_json()})
+        fingerprint = fingerprint_of({"video": self.sha256(self._video(spec))}, {"boxes": boxes.to_json()})
         if not is_current(picture, fingerprint):
             write_preview(picture, video.frame(boxes.frame).rgb(), boxes)
             mark_current(picture, fingerprint)
@@ -127,23 +143,27 @@ class VideoStage:
             InputError: what is wrong with the videos and boxes of all of them.
         """
         boxes: dict[str, StartBoxes] = {}
-        faults: list[Fault] = []
+        faults = FaultCollector()
         for spec in specs:
-            try:
-                with Video(self._video(spec)) as video:
-                    boxes[spec.name] = self.boxes(spec, video)
-            except InputError as problem:
-                faults += problem.faults
-        if faults:
-            raise InputError(faults)
+            with faults.nested():
+                boxes[spec.name] = self.boxes(spec)
+        faults.raise_if_any()
         return boxes
 
-    def click_page(self, spec: TrialSpec, frame: int = 0) -> Path:
-        """A page on which a person clicks the markers of one trial, with the boxes there are as a start."""
+    def _given(self, spec: TrialSpec, video: Video) -> StartBoxes | None:
+        """The boxes that came with the session."""
+        return None if spec.boxes is None else load_boxes(spec.boxes, self._session.markers, _size_px(video))
+
+    def click_page(self, spec: TrialSpec) -> Path:
+        """A page on which a person clicks the markers of one trial, with the boxes there are as a start.
+
+        Raises:
+            InputError: the video cannot be read.
+        """
         page, names = self.folder / f"{spec.name}.click.html", self._session.markers
         with Video(self._video(spec)) as video:
             suggested = self._suggested(spec, video)
-            picture = video.frame(frame if suggested is None else suggested.frame)
+            picture = next(video.frames()) if suggested is None else video.frame(suggested.frame)
             blobs = (*find_blobs(picture.luma, "bright"), *find_blobs(picture.luma, "dark"))
             layout_m = self._layout_m(names)
             click = ClickBoxes(picture.rgb(), names, spec.name, picture.number, suggested, blobs, layout_m)
@@ -152,7 +172,7 @@ class VideoStage:
 
     def _suggested(self, spec: TrialSpec, video: Video) -> StartBoxes | None:
         try:
-            return self.boxes(spec, video) if spec.boxes is not None else self._found(spec, video, with_page=False)
+            return self._given(spec, video) or self._found(spec, video, with_page=False)
         except InputError:
             return None
 
@@ -162,12 +182,13 @@ class VideoStage:
     def _found(self, spec: TrialSpec, video: Video, with_page: bool = True) -> StartBoxes:
         """Boxes found in one of the first frames, kept from one run to the next."""
         names, file = self._session.markers, self.folder / f"{spec.name}.boxes.json"
-        fingerprint = fingerprint_of({"video": self._sha256(self._video(spec))}, {"markers": names, "finder": 1})
+        layout_m = self._layout_m(names)
+        parameters = {"markers": names, "layout_m": layout_m, "finder": 1}
+        fingerprint = fingerprint_of({"video": self.sha256(self._video(spec))}, parameters)
         if is_current(file, fingerprint):
             return load_boxes(file, names)
         self._options.tell(f"{spec.name}: looking for the markers", None)
         problems: list[InputError] = []
-        layout_m = self._layout_m(names)
         for number in [number for number in _SEARCHED if number < video.info.frames]:
             try:
                 found = find_boxes(video.frame(number).luma, layout_m, names, frame=number, file=str(spec.video))
@@ -179,10 +200,9 @@ class VideoStage:
             self.made.append(file)
             return found.boxes
         if with_page:
-            page = self.click_page(spec)
-            step = f"Open {page} in a browser, click the markers, and save the file where it says. Then run this again."
-            fault = problems[0].faults[0]
-            raise InputError([Fault(fault.file, fault.where, fault.what, fault.found, fault.expected, next_step=step)])
+            page, place = self.click_page(spec), self._video(spec).with_name(f"{spec.name}.boxes.json")
+            step = f"Open {page} in a browser, click the markers, and save them as {place}. Then run this again."
+            raise InputError([replace(problems[0].faults[0], next_step=step)])
         raise problems[0]
 
     def _raw(self, spec: TrialSpec, video: Video, boxes: StartBoxes) -> TrackedTrial:
@@ -221,8 +241,7 @@ class VideoStage:
 
     def tracker_of(self, spec: TrialSpec) -> TrackerName:
         """The tracker whose tracks of this trial are used."""
-        with Video(self._video(spec)) as video:
-            return self._tracker(spec, self.boxes(spec, video))
+        return self._tracker(spec, self.boxes(spec))
 
     def _tracker(self, spec: TrialSpec, boxes: StartBoxes) -> TrackerName:
         if self._options.tracker is not None:
@@ -233,9 +252,9 @@ class VideoStage:
 
     def _raw_fingerprint(self, spec: TrialSpec, boxes: StartBoxes, tracker: TrackerName) -> str:
         parameters = {"boxes": boxes.to_json(), "markers": self._session.markers, "tracker": tracker}
-        return fingerprint_of({"video": self._sha256(self._video(spec))}, parameters | {"opencv": cv2.__version__})
+        return fingerprint_of({"video": self.sha256(self._video(spec))}, parameters | {"opencv": cv2.__version__})
 
-    def _sha256(self, path: Path) -> str:
+    def sha256(self, path: Path) -> str:
         """Of a file, read once only: videos are long."""
         if path not in self._hashes:
             self._hashes[path] = sha256_of(path)
@@ -245,3 +264,8 @@ class VideoStage:
     def _video(spec: TrialSpec) -> Path:
         assert spec.video is not None
         return spec.video
+
+
+def _size_px(video: Video) -> tuple[int, int]:
+    """Width and height of its pictures."""
+    return video.info.width_px, video.info.height_px

@@ -8,7 +8,8 @@ import numpy as np
 from calib.pipeline import Pipeline
 from fitting import CalibratedTrial, residuals
 from reports.recording import RecordedTrial, make_proxy, write_recording
-from session import TrialSpec, fingerprint_of, is_current, load_tracks, mark_current, sha256_of
+from session import NotEnoughData, TrialSpec, fingerprint_of, is_current, load_tracks, mark_current
+from tracking import check_tracks
 from tracking.records import TrackedTrial
 from tracking.video import Video
 
@@ -18,17 +19,21 @@ def make_recording(pipeline: Pipeline) -> Path:
 
     Raises:
         InputError: tracks or a video cannot be read.
-        NotEnoughData: no usable swim.
+        NotEnoughData: no trial has tracks or a video.
     """
-    path = pipeline.session.results / "session.rrd"
-    pipeline.recordings.tracks()
-    fitted = {}
-    if is_current(pipeline.calibration_file, pipeline.fingerprint):
-        fitted = {trial.measured.name: trial for trial in pipeline.calibrated().trials}
-    specs = [spec for spec in pipeline.session.trials if spec.tracks is not None or spec.video is not None]
+    session, path = pipeline.session, pipeline.session.results / "session.rrd"
+    specs = [spec for spec in session.trials if spec.tracks is not None or spec.video is not None]
+    if not specs:
+        raise NotEnoughData(
+            f"{session.name}: nothing to show. Expected at least one [[trial]] with a tracks file or a video; found "
+            f"{len(session.trials)} trials. {' '.join(pipeline.notes)}"
+        )
+    pipeline.recordings.videos.all_boxes([spec for spec in specs if spec.tracks is None])
+    calibration = pipeline.standing_calibration()
+    fitted = {} if calibration is None else {trial.measured.name: trial for trial in calibration.trials}
     trials = [_recorded(pipeline, spec, fitted.get(spec.name)) for spec in specs]
     pipeline.options.tell("writing the recording", None)
-    write_recording(path, trials, pipeline.session.name)
+    write_recording(path, trials, session.name)
     pipeline.made.append(path)
     return path
 
@@ -38,11 +43,11 @@ def _recorded(pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | Non
     picture: tuple[int, int] | None = None
     proxy: Path | None = None
     if spec.tracks is not None:
-        tracked = TrackedTrial.of(load_tracks(spec.tracks, session.markers, session.camera.fps))
-        first = 0
+        tracks = load_tracks(spec.tracks, session.markers, session.camera.fps)
+        tracked, first = TrackedTrial.of(tracks, check_tracks(tracks, pipeline.robot).flags), 0
     else:
         seen = pipeline.recordings.videos.tracks(spec)
-        tracked, first = seen.tracked, seen.boxes.frame
+        tracked, first = replace(seen.tracked, flags=seen.flags), seen.boxes.frame
     if spec.video is not None:
         with Video(spec.video) as video:
             picture, frames = (video.info.width_px, video.info.height_px), video.info.frames
@@ -58,7 +63,7 @@ def _recorded(pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | Non
 def _proxy(pipeline: Pipeline, trial: str, video: Path, frames: int) -> Path:
     """A small copy of the video, made again when the video changed."""
     proxy = pipeline.session.results / "tracking" / f"{trial}.proxy.mp4"
-    fingerprint = fingerprint_of({"video": sha256_of(video)}, {"proxy": 1})
+    fingerprint = fingerprint_of({"video": pipeline.recordings.videos.sha256(video)}, {"proxy": 1})
     if not is_current(proxy, fingerprint):
         make_proxy(video, proxy, progress=lambda done: pipeline.options.tell(f"copying {trial} small", done / frames))
         mark_current(proxy, fingerprint)

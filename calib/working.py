@@ -36,12 +36,24 @@ def progress_bar(quiet: bool) -> Iterator[Tell]:
     disabled = quiet or not console.is_terminal
     left = (TextColumn("left:"), TimeRemainingColumn())
     with Progress(*columns, *left, console=console, transient=True, disable=disabled) as bar:
-        task = bar.add_task("reading", total=None)
+        yield _Teller(bar)
 
-        def tell(message: str, share: float | None) -> None:
-            bar.update(task, description=message, total=None if share is None else 1.0, completed=share or 0.0)
 
-        yield tell
+class _Teller:
+    """Receives progress; a share that is unknown, or falls, begins a stage with an estimate of its own."""
+
+    def __init__(self, bar: Progress) -> None:
+        self._bar, self._share = bar, 0.0
+        self._task = bar.add_task("reading", total=None)
+        self._began = bar.tasks[0].start_time
+
+    def __call__(self, message: str, share: float | None) -> None:
+        if share is None or share < self._share or self._bar.tasks[0].total is None:
+            self._bar.remove_task(self._task)
+            self._task = self._bar.add_task(message, total=None if share is None else 1.0)
+            self._bar.tasks[0].start_time = self._began
+        self._share = share or 0.0
+        self._bar.update(self._task, description=message, completed=self._share)
 
 
 def tell_outcome(pipeline: Pipeline, result: Path, as_json: bool) -> None:

@@ -9,9 +9,17 @@ import numpy as np
 import typer
 
 from calib.commands.arguments import AsJson
+from calib.working import progress_bar
 from session import load_camera
-from tracking.lens import BoardSpec, calibrate_lens, draw_board, load_board, save_camera, scale_from_board
-from tracking.video import Video
+from tracking.lens import (
+    BoardSpec,
+    calibrate_lens,
+    draw_board,
+    load_board,
+    save_camera,
+    scale_from_board,
+    video_pictures,
+)
 
 BoardFile = Annotated[
     Path | None, typer.Option(help="TOML with a table [board]; default: the board that `calib camera board` draws")
@@ -34,7 +42,10 @@ def lens(
     as_json: AsJson = False,
 ) -> None:
     """Calibrates the lens from pictures of a board at many angles; the session names the file as its calibration."""
-    found = calibrate_lens(_pictures(pictures), _board(description))
+    spec = _board(description)
+    with progress_bar(as_json) as tell:
+        tell("looking for the board", None)
+        found = calibrate_lens(_pictures(pictures), spec)
     save_camera(out, found.calibration)
     if as_json:
         flags = [flag.to_json() for flag in found.flags]
@@ -66,7 +77,6 @@ def scale(
 
 
 _BOARD = BoardSpec(columns=9, rows=6, square_m=0.03)
-_FRAMES = 40  # of a video, evenly spread
 _PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")
 
 
@@ -76,9 +86,4 @@ def _board(description: Path | None) -> BoardSpec:
 
 def _pictures(files: list[Path]) -> Iterable[Path | np.ndarray]:
     """The pictures, or frames of a single video."""
-    if len(files) > 1 or files[0].suffix.lower() in _PICTURES:
-        yield from files
-        return
-    with Video(files[0]) as video:
-        for number in np.unique(np.linspace(0, video.info.frames - 1, _FRAMES).astype(int)).tolist():
-            yield np.ascontiguousarray(video.frame(number).luma)
+    return files if len(files) > 1 or files[0].suffix.lower() in _PICTURES else video_pictures(files[0])

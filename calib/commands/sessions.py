@@ -27,6 +27,11 @@ def new(
     if from_fishsim is not None:
         print(new_from_fishsim(session, from_fishsim, tuple(name.strip() for name in fit.split(",") if name.strip())))
         return
+    from calib.working import progress_bar
     from synthetic import SessionVideo, default_plan, make_session
 
-    print(make_session(session, default_plan(seed), SessionVideo() if video else None))
+    with progress_bar(quiet=False) as tell:
+        tell("simulating the swims", None)
+        plan, filmed = default_plan(seed), SessionVideo() if video else None
+        made = make_session(session, plan, filmed, lambda name, done, of: tell(f"filming {name}", done / of))
+    print(made)

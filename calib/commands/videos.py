@@ -1,21 +1,27 @@
 """Commands that work on a session's videos: `track`, `edit`, `view`."""
 
 import json
-import shutil
-import subprocess
 from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated, Any, Self, TypeVar
 
+import numpy as np
 import typer
 
+from calib.camera_doubts import camera_doubts
 from calib.commands.arguments import AsJson, SessionFolder, Workers
+from calib.commands.tracks import check_form
 from calib.options import Options
-from calib.pipeline import Pipeline
+from calib.videos import VideoTracks
 from calib.working import working
-from session import FaultCollector, Session, TrialSpec
+from session import FaultCollector, InputError, Session, TrialSpec, plain_json
 from tracking.records import FORMATS, EditLog, SampleState, export_tracks
 from tracking.tracker import TrackerName
+from tracking.video import Video
+
+T = TypeVar("T")
 
 TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline"
 _SUFFIX = {"swimcal": ".csv", "deeplabcut": ".dlc.csv", "fishsim": ".fishsim.csv"}
@@ -34,27 +40,35 @@ def track(
     as_json: AsJson = False,
 ) -> None:
     """Tracks the markers in a session's videos, with the state and confidence of each sample, and flags."""
+    if export:
+        check_form(export, "--export")
     with working(session, as_json, Options(workers=workers, tracker=method)) as pipeline:
         filmed = _filmed(pipeline.session)
         videos = pipeline.recordings.videos
-        if export:
-            _check_format(export)
         if click:
-            for page in [videos.click_page(spec) for spec in filmed]:
-                print(page)
+            pages = _each(filmed, videos.click_page)
+            print(json.dumps({name: str(page) for name, page in pages.items()}, indent=1) if as_json else _list(pages))
             return
         boxes = videos.all_boxes(filmed)
-        lines = {spec.name: _tracked(pipeline, spec, export) for spec in filmed}
+        tracks = _each(filmed, videos.tracks)
+        exported = {name: videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}" for name in tracks if export}
+        for name, path in exported.items():
+            export_tracks(tracks[name].tracked, path, export)
+    doubts = camera_doubts(tracks.values(), pipeline.session.camera, pipeline.robot)
+    lines = {name: TrackLine.of(found, videos.folder / f"{name}.csv") for name, found in tracks.items()}
     if as_json:
-        print(
-            json.dumps(
-                {name: line.to_json() | {"boxes": boxes[name].to_json()} for name, line in lines.items()}, indent=1
-            )
-        )
+        camera = {"camera": [flag.to_json() for flag in doubts]}
+        told = {name: line.to_json() | {"boxes": boxes[name].to_json()} | camera for name, line in lines.items()}
+        print(json.dumps(plain_json(told), indent=1))
         return
     print(f"{'trial':12} {'frames':>7} {'seen':>7} {'filled':>7} {'missing':>8} {'confidence':>11}  flags")
     for name, line in lines.items():
         print(f"{name:12} {line.text()}")
+    for name, found in tracks.items():
+        whole = [flag for flag in found.flags if flag.frames is None and flag.message]
+        print("".join(f"! {name}: {flag.message}\n" for flag in whole), end="")
+    print("".join(f"! {flag.message}\n" for flag in doubts), end="")
+    print("".join(f"{path}\n" for path in exported.values()), end="")
     print(videos.folder)
 
 
@@ -70,11 +84,10 @@ def edit(
     ],
 ) -> None:
     """Adds a correction to the edit log of a trial; `calib track` replays it. Nothing is ever removed from the log."""
-    from calib.pipeline import open_session
-
-    spec = open_session(session).trial(trial)
-    log = _log(open_session(session), spec).append_text(correction)
-    print(f"{log.path}: {len(log.in_force)} edits count")
+    with working(session, True) as pipeline:
+        log = _log(pipeline.session, pipeline.session.trial(trial)).append_text(correction)
+    edits = "1 edit counts" if len(log.in_force) == 1 else f"{len(log.in_force)} edits count"
+    print(f"{log.path}: added line {log.edits[-1].line}; {edits}. `calib track` replays them")
 
 
 def view(
@@ -83,14 +96,16 @@ def view(
     workers: Workers = 0,
 ) -> None:
     """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin beside them."""
+    from calib.viewer import open_viewer
     from calib.viewing import make_recording
 
     with working(session, False, Options(workers=workers)) as pipeline:
         recording = make_recording(pipeline)
+    for line in pipeline.said:
+        print(line)
     print(recording)
     if show:
-        viewer = shutil.which("rerun")
-        subprocess.Popen([viewer or "rerun", str(recording)], start_new_session=True)
+        open_viewer(recording)
 
 
 def _filmed(session: Session) -> list[TrialSpec]:
@@ -107,20 +122,39 @@ def _filmed(session: Session) -> list[TrialSpec]:
     return filmed
 
 
-def _check_format(name: str) -> None:
-    faults = FaultCollector("--export")
-    if name not in FORMATS:
-        faults.add("", "no such form of tracks", found=repr(name), choices=tuple(FORMATS))
+def _each(specs: Sequence[TrialSpec], make: Callable[[TrialSpec], T]) -> dict[str, T]:
+    """What is made of each trial; one that is faulty does not keep the others from it.
+
+    Raises:
+        InputError: at the end, with the faults of all.
+    """
+    made, faults = {}, FaultCollector()
+    for spec in specs:
+        with faults.nested():
+            made[spec.name] = make(spec)
     faults.raise_if_any()
+    return made
+
+
+def _list(pages: Mapping[str, Path]) -> str:
+    return "\n".join(map(str, pages.values()))
 
 
 def _log(session: Session, spec: TrialSpec) -> EditLog:
-    if spec.edits is None:
+    """The edit log of a trial, and its number of frames, for edits to be held against.
+
+    Raises:
+        InputError: the trial is not tracked from a video, its video cannot be read, or the log has faults.
+    """
+    if spec.video is None or spec.edits is None or spec.tracks is not None:
         faults = FaultCollector(str(session.folder / "session.toml"))
-        faults.add(f"trial {spec.name}", "it has no video", expected="a trial whose video is tracked here")
-        faults.raise_if_any()
-    assert spec.edits is not None
-    return EditLog.load(spec.edits, session.markers)
+        what = "it has no video" if spec.video is None else "its tracks come from a file, not from its video"
+        choices = [each.name for each in session.trials if each.video is not None and each.tracks is None]
+        expected = "a trial whose video is tracked here"
+        faults.add(f"trial {spec.name}", what, expected=expected, choices=choices)
+        raise InputError(faults.faults)
+    with Video(spec.video) as video:
+        return EditLog.load(spec.edits, session.markers, video.info.frames)
 
 
 @dataclass(frozen=True)
@@ -135,6 +169,21 @@ class TrackLine:
     flags: dict[str, int]
     tracks: str
 
+    @classmethod
+    def of(cls, found: VideoTracks, file: Path) -> Self:
+        """What is said of these tracks, which stand in `file`."""
+        tracked, since = found.tracked, slice(found.boxes.frame, None)
+        seen, present = tracked.seen[since], tracked.state[since] != SampleState.MISSING
+        return cls(
+            frames=len(tracked.state),
+            seen=float(seen.mean()),
+            filled=float((present & ~seen).mean()),
+            missing=float((~present).mean()),
+            confidence=float(np.average(tracked.tracks.confidence[since], weights=seen)) if seen.any() else 0.0,
+            flags=dict(Counter(flag.kind for flag in found.flags)),
+            tracks=str(file),
+        )
+
     def text(self) -> str:
         """For a terminal."""
         flags = ", ".join(f"{count} {kind}" for kind, count in self.flags.items()) or "none"
@@ -144,23 +193,3 @@ class TrackLine:
     def to_json(self) -> dict[str, Any]:
         """Plain numbers."""
         return asdict(self)
-
-
-def _tracked(pipeline: Pipeline, spec: TrialSpec, export: str) -> TrackLine:
-    """Tracks one trial, writes it in another form if asked to."""
-    videos = pipeline.recordings.videos
-    found = videos.tracks(spec)
-    tracked = found.tracked
-    if export:
-        export_tracks(tracked, videos.folder / f"{spec.name}{_SUFFIX.get(export, '.nc')}", export)
-    since = slice(found.boxes.frame, None)
-    seen, present = tracked.seen[since], tracked.state[since] != SampleState.MISSING
-    return TrackLine(
-        frames=len(tracked.state),
-        seen=float(seen.mean()),
-        filled=float((present & ~seen).mean()),
-        missing=float((~present).mean()),
-        confidence=float(tracked.tracks.confidence[since][seen].mean()),
-        flags=dict(Counter(flag.kind for flag in found.flags)),
-        tracks=str(videos.folder / f"{spec.name}.csv"),
-    )

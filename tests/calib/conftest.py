@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from calib.pipeline import Options, Pipeline, open_session
-from synthetic import make_session
+from synthetic import SessionVideo, make_session
+from tests.calib import filmed as of_video
 from tests.calib.door import PLAN, Front, front_door, with_little_effort
 
 
@@ -57,3 +58,29 @@ def fresh(fresh_session: Path, tmp_path: Path) -> Path:
 def finished(finished_session: Path, tmp_path: Path) -> Path:
     """A session with all its results (quick effort), of the test's own."""
     return Path(shutil.copytree(finished_session, tmp_path / "pool"))
+
+
+@pytest.fixture(scope="session")
+def filmed_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_session(tmp_path_factory.mktemp("filmed") / "pool", of_video.PLAN, SessionVideo())
+
+
+@pytest.fixture(scope="session")
+def tracked_session(filmed_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = Path(shutil.copytree(filmed_session, tmp_path_factory.mktemp("tracked") / "pool"))
+    pipeline = Pipeline(open_session(folder))
+    for spec in pipeline.session.trials:
+        pipeline.recordings.videos.tracks(spec)
+    return folder
+
+
+@pytest.fixture
+def filmed(filmed_session: Path, tmp_path: Path) -> Path:
+    """A session of videos without results, of the test's own."""
+    return Path(shutil.copytree(filmed_session, tmp_path / "pool"))
+
+
+@pytest.fixture
+def tracked(tracked_session: Path, tmp_path: Path) -> Path:
+    """A session of videos that were tracked, of the test's own."""
+    return Path(shutil.copytree(tracked_session, tmp_path / "pool"))

@@ -1,0 +1,73 @@
+"""A small filmed session, and what may be wrong with its videos."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from session import FISHSIM_MARKERS, Tracks, load_tracks
+from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial
+from tests.calib.door import edit
+
+PLAN = SyntheticPlan(
+    trials=(
+        SyntheticTrial(name="slow", frequency_hz=0.8, commanded_hz=0.82, seconds=2.8, phase_rad=1.0),
+        SyntheticTrial(name="fast", frequency_hz=1.3, commanded_hz=1.35, seconds=2.5, role="holdout"),
+    ),
+    camera=SyntheticCamera(fps=30.0, px_per_m=480.0, width_px=560, height_px=280),
+    run_in_s=3.0,
+)
+NAMES = ("slow", "fast")
+FRAMES = {"slow": 85, "fast": 76}
+
+BOXES_KEY = 'boxes = "trials/{}.boxes.json"\n'
+
+
+def without_boxes(folder: Path, *names: str) -> Path:
+    """The session with the start boxes of these trials gone."""
+    for name in names:
+        edit(folder / "session.toml", BOXES_KEY.format(name), "")
+        (folder / "trials" / f"{name}.boxes.json").unlink()
+    return folder
+
+
+def with_tracks(folder: Path, name: str) -> Path:
+    """The session with the true tracks of a trial in the place of its video."""
+    old = f'video = "trials/{name}.mp4"\n{BOXES_KEY.format(name)}'
+    edit(folder / "session.toml", old, f'tracks = "truth/{name}.csv"\n')
+    return folder
+
+
+def change_boxes(folder: Path, name: str, change: Callable[[dict[str, Any]], None]) -> None:
+    """Changes the content of a trial's boxes in place."""
+    path = folder / "trials" / f"{name}.boxes.json"
+    content = json.loads(path.read_text())
+    change(content)
+    path.write_text(json.dumps(content))
+
+
+def cut_short(folder: Path, name: str, share: float = 0.7) -> None:
+    """Leaves the first part of a video."""
+    path = folder / "trials" / f"{name}.mp4"
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+
+
+def read(path: Path) -> Tracks:
+    """A file of tracks in the contract's form."""
+    return load_tracks(path, FISHSIM_MARKERS, PLAN.camera.fps)
+
+
+def tracks_of(folder: Path, name: str, stage: str = "") -> Tracks:
+    """The tracks of a trial as ``results/tracking`` has them; `stage` ``"raw"``: as the tracker left them."""
+    return read(folder / "results" / "tracking" / stage / f"{name}.csv")
+
+
+def farthest_px(folder: Path, name: str) -> float:
+    """The greatest error of any sample against the truth."""
+    found, true = tracks_of(folder, name), read(folder / "truth" / f"{name}.csv")
+    return float(np.nanmax(np.abs(found.position_px - true.position_px[: len(found.time_s)])))

@@ -1,0 +1,356 @@
+"""`calib track`: boxes, what it writes, what it skips, what it says of videos that are not whole."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from calib.pipeline import Pipeline, open_session
+from session import FISHSIM_MARKERS, load_camera
+from tests.calib.door import Front, assert_told, edit, files_in
+from tests.calib.filmed import (
+    BOXES_KEY,
+    FRAMES,
+    NAMES,
+    PLAN,
+    change_boxes,
+    cut_short,
+    farthest_px,
+    read,
+    tracks_of,
+    with_tracks,
+    without_boxes,
+)
+from tracking.boxes import load_boxes
+from tracking.records import import_tracks
+
+
+def refuse_to_find(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if no picture showed the markers with certainty."""
+    monkeypatch.setattr(import_module("tracking.boxes.find_boxes"), "CERTAIN", 2.0)
+
+
+def shades(path: Path) -> bytes:
+    return path.read_bytes()[:8]
+
+
+def test_the_markers_are_found_where_they_are(calib: Front, filmed: Path) -> None:
+    outcome = calib("track", filmed)
+
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out.splitlines()[-1] == str(filmed / "results" / "tracking")
+    for name in NAMES:
+        assert re.search(rf"^{name} +{FRAMES[name]} +100.00% +0.00% +0.00%", outcome.out, re.MULTILINE)
+        assert farthest_px(filmed, name) < 0.5
+        assert shades(filmed / "results" / "tracking" / f"{name}.boxes.png") == b"\x89PNG\r\n\x1a\n"
+
+
+def test_a_second_run_does_nothing(calib: Front, tracked: Path) -> None:
+    before = files_in(tracked)
+    outcome = calib("track", tracked)
+
+    assert outcome.code == 0
+    after = files_in(tracked)
+    assert {name for name in after if before.get(name) != after[name]} <= {".swimcal.lock"}
+
+
+@pytest.mark.parametrize("lost", ["slow.csv", "slow.states.csv", "raw/slow.csv", "slow.boxes.png"])
+def test_a_result_that_is_gone_is_made_again(calib: Front, tracked: Path, lost: str) -> None:
+    path = tracked / "results" / "tracking" / lost
+    before = path.read_bytes()
+    path.unlink()
+
+    assert calib("track", tracked).code == 0
+    assert path.read_bytes() == before
+
+
+def test_boxes_that_lie_beside_the_video_need_not_be_named(calib: Front, filmed: Path) -> None:
+    edit(filmed / "session.toml", BOXES_KEY.format("slow"), "")
+
+    told = json.loads(calib("track", filmed, "--json").out)
+    given = json.loads((filmed / "trials" / "slow.boxes.json").read_text())
+    assert told["slow"]["boxes"] == given
+    assert not (filmed / "results" / "tracking" / "slow.boxes.json").exists()
+
+
+def test_boxes_that_are_not_given_are_found_and_kept(calib: Front, filmed: Path) -> None:
+    given = load_boxes(filmed / "trials" / "slow.boxes.json", FISHSIM_MARKERS)
+    without_boxes(filmed, "slow")
+
+    assert calib("track", filmed).code == 0
+    found = load_boxes(filmed / "results" / "tracking" / "slow.boxes.json", FISHSIM_MARKERS)
+    assert np.abs(found.centres_px(FISHSIM_MARKERS) - given.centres_px(FISHSIM_MARKERS)).max() < 1.0
+    assert farthest_px(filmed, "slow") < 0.5
+    before = files_in(filmed / "results")
+    assert calib("track", filmed).code == 0
+    assert files_in(filmed / "results") == before
+
+
+def test_without_boxes_a_page_is_written_and_named(calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    refuse_to_find(monkeypatch)
+    boxes = (filmed / "trials" / "slow.boxes.json").read_bytes()
+    without_boxes(filmed, *NAMES)
+    outcome = calib("track", filmed)
+
+    pages = [filmed / "results" / "tracking" / f"{name}.click.html" for name in NAMES]
+    places = [filmed / "trials" / f"{name}.boxes.json" for name in NAMES]
+    assert_told(outcome, "slow.mp4", "fast.mp4", *map(str, (*pages, *places)))
+    for page, name in zip(pages, NAMES, strict=True):
+        assert f"trials/{name}.boxes.json" in page.read_text()
+    assert not list((filmed / "results" / "tracking").glob("*.csv"))
+
+    places[0].write_bytes(boxes)  # as the person saved them
+    assert_told(calib("track", filmed), "fast.mp4", str(places[1]))
+
+
+def test_a_click_page_can_be_asked_for(calib: Front, filmed: Path) -> None:
+    outcome = calib("track", filmed, "--click")
+
+    pages = [filmed / "results" / "tracking" / f"{name}.click.html" for name in NAMES]
+    assert outcome.out.splitlines() == [str(page) for page in pages]
+    x = json.loads((filmed / "trials" / "slow.boxes.json").read_text())["boxes"]["nose"][0]
+    assert str(round(x, 2)) in pages[0].read_text()  # the boxes there are to begin with
+    told = json.loads(calib("track", filmed, "--click", "--json").out)
+    assert told == dict(zip(NAMES, map(str, pages), strict=True))
+    assert not list((filmed / "results" / "tracking").glob("*.csv"))
+
+
+def gone(content: dict[str, Any]) -> None:
+    del content["boxes"]["tail_3"]
+
+
+def beyond(content: dict[str, Any]) -> None:
+    content["frame"] = 4000
+
+
+def outside(content: dict[str, Any]) -> None:
+    content["boxes"]["nose"] = [900, 20, 20, 20]
+
+
+def on_water(content: dict[str, Any]) -> None:
+    content["boxes"]["nose"] = [4, 4, 14, 14]
+
+
+BOXES: dict[str, tuple[Callable[[dict[str, Any]], None], tuple[str, ...]]] = {
+    "a marker is missing": (gone, ("slow.boxes.json", "boxes.tail_3", "--click")),
+    "frame beyond": (beyond, ("slow.mp4", "no such frame", "4000", "frames 0 to 84")),
+    "outside": (outside, ("slow.boxes.json", "boxes.nose", "outside the picture", "x from 0 to 559")),
+    "on water": (on_water, ("slow.mp4", "frame 0", "boxes without a marker", "nose", "preview")),
+}
+
+
+@pytest.mark.parametrize("case", BOXES)
+def test_boxes_that_cannot_be_used_are_told(calib: Front, filmed: Path, case: str) -> None:
+    change, parts = BOXES[case]
+    change_boxes(filmed, "slow", change)
+
+    assert_told(calib("track", filmed), *parts)
+    assert not (filmed / "results" / "tracking" / "slow.csv").exists()
+    assert not [name for name in files_in(filmed) if ".part." in name]
+
+
+def test_all_faults_of_two_videos_come_at_once(calib: Front, filmed: Path) -> None:
+    change_boxes(filmed, "slow", gone)
+    (filmed / "trials" / "fast.mp4").write_bytes(b"not a video at all" * 50)
+
+    for command in ("track", "run", "view"):
+        assert_told(calib(command, filmed), "slow.boxes.json", "boxes.tail_3", "fast.mp4")
+    assert not list((filmed / "results").rglob("*.csv"))
+
+
+def test_one_faulty_trial_does_not_keep_the_others_from_being_tracked(calib: Front, filmed: Path) -> None:
+    change_boxes(filmed, "slow", on_water)
+
+    assert_told(calib("track", filmed), "boxes without a marker")
+    assert farthest_px(filmed, "fast") < 0.5
+
+
+@pytest.mark.parametrize("content", [b"", b"\0" * 4000], ids=["empty", "zeros"])
+def test_a_broken_video_is_one_clear_error(calib: Front, filmed: Path, content: bytes) -> None:
+    (filmed / "trials" / "slow.mp4").write_bytes(content)
+    outcome = calib("track", filmed)
+
+    assert_told(outcome, str(filmed / "trials" / "slow.mp4"))
+    assert len(outcome.err.splitlines()) == 1
+
+
+def test_a_truncated_video_is_tracked_as_far_as_it_goes_and_flagged(calib: Front, filmed: Path) -> None:
+    index_first(filmed / "trials" / "slow.mp4")
+    cut_short(filmed, "slow")
+    outcome = calib("track", filmed)
+
+    assert outcome.code == 0, outcome.err
+    assert "damaged_video" in outcome.out
+    assert "! slow: the file ends after" in outcome.out
+    assert 30 < len(tracks_of(filmed, "slow").time_s) < FRAMES["slow"]
+    flags = json.loads((filmed / "results" / "tracking" / "slow.flags.json").read_text())
+    assert {flag["kind"] for flag in flags} <= {"damaged_video", "gap"}
+    assert farthest_px(filmed, "fast") < 0.5
+
+
+def index_first(path: Path) -> None:
+    """Puts the index of a video before its pictures, so that a cut leaves something to read."""
+    import av
+
+    moved = path.with_name("moved.mp4")
+    with av.open(str(path)) as source, av.open(str(moved), "w", options={"movflags": "faststart"}) as sink:
+        stream = sink.add_stream_from_template(source.streams.video[0])
+        for packet in source.demux(source.streams.video[0]):
+            if packet.dts is not None:
+                packet.stream = stream
+                sink.mux(packet)
+    moved.replace(path)
+
+
+def test_a_session_without_video_is_told_so(calib: Front, fresh: Path) -> None:
+    assert_told(calib("track", fresh), "session.toml", "no video to track", "video = ")
+
+
+def test_trials_of_all_kinds_are_tracked(calib: Front, filmed: Path) -> None:
+    edit(filmed / "session.toml", 'name = "slow"\nkind = "swim"', 'name = "slow"\nkind = "dry"')
+    edit(filmed / "session.toml", 'name = "fast"\nkind = "swim"', 'name = "fast"\nkind = "free_decay"')
+
+    assert set(json.loads(calib("track", filmed, "--json").out)) == set(NAMES)
+
+
+def test_a_run_tracks_only_what_it_uses(calib: Front, filmed: Path) -> None:
+    edit(filmed / "session.toml", 'name = "fast"\nkind = "swim"', 'name = "fast"\nkind = "dry"')
+    (filmed / "trials" / "fast.mp4").write_bytes(b"not a video at all" * 50)
+
+    assert calib("fit", filmed, "--effort", "quick").code == 0
+    assert [path.name for path in sorted((filmed / "results" / "tracking").glob("*.csv"))] == [
+        "slow.csv",
+        "slow.states.csv",
+    ]
+
+
+def test_tracks_of_a_file_win_over_the_video(calib: Front, filmed: Path) -> None:
+    edit(filmed / "session.toml", 'video = "trials/fast.mp4"', 'tracks = "truth/fast.csv"\nvideo = "trials/fast.mp4"')
+
+    assert set(json.loads(calib("track", filmed, "--json").out)) == {"slow"}
+
+
+def test_json_is_all_that_stands_on_standard_output(calib: Front, filmed: Path) -> None:
+    outcome = calib("track", filmed, "--json")
+    told = json.loads(outcome.out)
+
+    assert outcome.err == ""
+    assert told["slow"] | {"confidence": None, "boxes": None} == {
+        "frames": 85,
+        "seen": 1.0,
+        "filled": 0.0,
+        "missing": 0.0,
+        "confidence": None,
+        "flags": {},
+        "tracks": str(filmed / "results" / "tracking" / "slow.csv"),
+        "boxes": None,
+        "camera": told["fast"]["camera"],
+    }
+    assert 0.5 < told["slow"]["confidence"] <= 1
+
+
+@pytest.mark.parametrize(
+    ("form", "suffix"),
+    [
+        ("swimcal", ".csv"),
+        ("deeplabcut", ".dlc.csv"),
+        ("movement", ".nc"),
+        ("movement-legacy", ".nc"),
+        ("fishsim", ".fishsim.csv"),
+    ],
+)
+def test_tracks_are_exported_in_every_form(calib: Front, tracked: Path, form: str, suffix: str) -> None:
+    before = files_in(tracked / "results")
+    outcome = calib("track", tracked, "--export", form)
+
+    files = [tracked / "results" / "tracking" / f"{name}{suffix}" for name in NAMES]
+    assert outcome.code == 0, outcome.err
+    assert all(str(file) in outcome.out.splitlines() for file in files)
+    for file, name in zip(files, NAMES, strict=True):
+        again = import_tracks(file, FISHSIM_MARKERS, PLAN.camera.fps)
+        np.testing.assert_allclose(again.position_px, tracks_of(tracked, name).position_px, atol=1e-6)
+    assert calib("track", tracked).code == 0
+    tracking = {name for name in before if name.startswith("tracking/raw")}
+    assert {name: files_in(tracked / "results")[name] for name in tracking} == {n: before[n] for n in tracking}
+
+
+def test_an_unknown_form_is_refused_before_anything_is_done(calib: Front, filmed: Path) -> None:
+    before = files_in(filmed)
+
+    assert_told(calib("track", filmed, "--export", "sleap"), "--export", "'sleap'", "deeplabcut", "movement")
+    assert files_in(filmed) == before
+
+
+def test_an_unknown_method_is_refused(calib: Front, filmed: Path) -> None:
+    outcome = calib("track", filmed, "--method", "magic")
+
+    assert outcome.code == 2
+    assert "hybrid" in outcome.err
+
+
+@pytest.mark.parametrize("method", ["spots", pytest.param("csrt", marks=pytest.mark.long)])
+def test_a_fit_keeps_the_tracker_that_was_asked_for(calib: Front, tracked: Path, method: str) -> None:
+    before, tracking = tracks_of(tracked, "slow").position_px, tracked / "results" / "tracking"
+    raw = (tracking / "raw" / "slow.csv").stat().st_mtime_ns
+    assert calib("track", tracked, "--method", method).code == 0
+    chosen, files = tracks_of(tracked, "slow").position_px, files_in(tracking)
+
+    assert files["raw/slow.csv"] > raw
+    assert np.array_equal(chosen, before) == (method == "spots")
+    assert calib("fit", tracked, "--effort", "quick").code == 0
+    assert calib("track", tracked).code == 0
+    assert files_in(tracking) == files
+    used = read(tracked / "results" / "tracks" / "slow.csv").position_px
+    np.testing.assert_allclose(used, chosen, atol=1e-6)
+    assert calib("track", tracked, "--method", "hybrid").code == 0
+    np.testing.assert_array_equal(tracks_of(tracked, "slow").position_px, before)
+
+
+def test_a_camera_that_is_not_calibrated_is_doubted_once(calib: Front, tracked: Path) -> None:
+    outcome = calib("track", tracked)
+
+    assert outcome.out.count("! the lens is not calibrated") == 1
+    told = json.loads(calib("track", tracked, "--json").out)
+    assert [flag["kind"] for flag in told["slow"]["camera"]] == ["no_lens"]
+
+
+CAMERA = """
+[camera]
+width_px = 560
+height_px = {}
+fx_px = 480.0
+fy_px = 480.0
+cx_px = 279.5
+cy_px = 139.5
+{}
+"""
+
+
+@pytest.mark.parametrize(
+    ("height_px", "more", "kinds"),
+    [
+        (280, "height_above_water_m = 1.0", set()),
+        (280, "", {"no_camera_height"}),
+        (720, "height_above_water_m = 3.0", {"lens_other_size", "camera_height_off_scale"}),
+    ],
+)
+def test_doubts_about_the_lens_reach_the_results(
+    calib: Front, filmed: Path, height_px: int, more: str, kinds: set[str]
+) -> None:
+    (filmed / "camera.toml").write_text(CAMERA.format(height_px, more))
+    assert load_camera(filmed / "camera.toml").height_px == height_px
+    edit(filmed / "session.toml", "fps = 30.0", 'fps = 30.0\ncalibration = "camera.toml"')
+    with_tracks(filmed, "fast")
+
+    told = json.loads(calib("track", filmed, "--json").out)
+    assert {flag["kind"] for flag in told["slow"]["camera"]} == kinds
+    trials = Pipeline(open_session(filmed)).trials
+    doubted = {trial.name: {flag.kind for flag in trial.flags} for trial in trials}
+    assert doubted == {"slow": kinds, "fast": set()}

@@ -1,0 +1,157 @@
+"""`calib edit`: a person's corrections are logged, replayed by `calib track`, and can be taken back."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from session import FISHSIM_MARKERS, session_lock
+from tests.calib.door import Front, assert_told, edit, files_in
+from tests.calib.filmed import FRAMES, read, tracks_of, with_tracks
+from tracking.records import SampleState, load_tracked
+
+A, B = FISHSIM_MARKERS.index("tail_3"), FISHSIM_MARKERS.index("tail_4")
+SWAP = '{"op": "swap", "markers": ["tail_3", "tail_4"], "frames": [20, 30]}'
+DROP = '{"op": "drop", "markers": ["tail_3"], "frames": [10, 60]}'
+RELABEL = '{"op": "relabel", "marker": "tail_3", "to": "tail_4", "frames": [20, 30]}'
+
+
+def raw_files(folder: Path) -> dict[str, bytes]:
+    """The tracks as the tracker left them, to the bit."""
+    return {path.name: path.read_bytes() for path in (folder / "results" / "tracking" / "raw").iterdir()}
+
+
+def states(folder: Path) -> np.ndarray:
+    return load_tracked(folder / "results" / "tracking", "slow").state
+
+
+def flags(folder: Path) -> list[str]:
+    content = json.loads((folder / "results" / "tracking" / "slow.flags.json").read_text())
+    return [flag["kind"] for flag in content]
+
+
+def test_a_swap_is_replayed_and_the_raw_tracks_stay(calib: Front, tracked: Path) -> None:
+    before, raw = tracks_of(tracked, "slow").position_px, raw_files(tracked)
+    outcome = calib("edit", tracked, "slow", SWAP)
+
+    log = tracked / "trials" / "slow.edits.jsonl"
+    assert (outcome.code, outcome.err) == (0, "")
+    assert f"{log}: added line 1; 1 edit counts" in outcome.out
+    assert calib("track", tracked).code == 0
+    after = tracks_of(tracked, "slow").position_px
+    expected = before.copy()
+    expected[20:31, [A, B]] = before[20:31, [B, A]]
+    np.testing.assert_array_equal(after, expected)
+    assert raw_files(tracked) == raw
+    assert "edited" in flags(tracked)
+
+
+def test_a_swap_that_makes_it_worse_is_doubted_and_counts_nowhere(calib: Front, tracked: Path) -> None:
+    calib("edit", tracked, "slow", SWAP)
+
+    assert "swap" in calib("track", tracked).out.splitlines()[1]
+    assert calib("fit", tracked, "--effort", "quick").code == 0
+    used = read(tracked / "results" / "tracks" / "slow.csv")
+    assert (used.confidence[20:31, [A, B]] == 0).all()
+    assert used.confidence[40:, [A, B]].min() > 0
+
+
+def test_dropped_samples_are_missing_and_long_gaps_stay_open(calib: Front, tracked: Path) -> None:
+    calib("edit", tracked, "slow", DROP)
+
+    told = json.loads(calib("track", tracked, "--json").out)["slow"]
+    assert (states(tracked)[10:61, A] == SampleState.MISSING).any()
+    assert told["missing"] > 0
+
+
+def test_relabelled_samples_move(calib: Front, tracked: Path) -> None:
+    before = tracks_of(tracked, "slow").position_px
+    calib("edit", tracked, "slow", RELABEL)
+    calib("track", tracked)
+
+    np.testing.assert_array_equal(tracks_of(tracked, "slow").position_px[20:31, B], before[20:31, A])
+
+
+def test_a_box_is_tracked_on_from(calib: Front, tracked: Path) -> None:
+    before = tracks_of(tracked, "slow").position_px
+    calib("edit", tracked, "slow", DROP)
+    x, y = (np.round(before[15, A]) - 5).tolist()
+    box = {"op": "box", "marker": "tail_3", "frame": 15, "box": [x, y, 11, 11], "until": 40}
+    assert calib("edit", tracked, "slow", json.dumps(box)).code == 0
+    assert calib("track", tracked).code == 0
+
+    after, state = tracks_of(tracked, "slow").position_px, states(tracked)
+    assert state[15, A] == SampleState.BY_HAND
+    assert (state[16:41, A] == SampleState.MEASURED).all()
+    assert np.abs(after[16:41, A] - before[16:41, A]).max() < 0.5
+    assert (state[41:61, A] == SampleState.MISSING).any()
+
+
+def test_an_edit_can_be_undone(calib: Front, tracked: Path) -> None:
+    tracking = tracked / "results" / "tracking"
+    before = (tracking / "slow.csv").read_bytes()
+    calib("edit", tracked, "slow", SWAP)
+    calib("track", tracked)
+    outcome = calib("edit", tracked, "slow", '{"op": "undo", "line": 1}')
+
+    assert "added line 2; 0 edits count" in outcome.out
+    assert calib("track", tracked).code == 0
+    assert (tracking / "slow.csv").read_bytes() == before
+    assert len((tracked / "trials" / "slow.edits.jsonl").read_text().splitlines()) == 2
+
+
+def test_a_fit_takes_an_edit_into_account_by_itself(calib: Front, tracked: Path) -> None:
+    assert calib("fit", tracked, "--effort", "quick").code == 0
+    before = json.loads((tracked / "results" / "calibration.json").read_text())
+    calib("edit", tracked, "slow", DROP)
+    assert calib("fit", tracked, "--effort", "quick").code == 0
+
+    after = json.loads((tracked / "results" / "calibration.json").read_text())
+    assert after["trials"]["slow"]["used_fraction"] < before["trials"]["slow"]["used_fraction"]
+    assert "trials/slow.edits.jsonl" in after["inputs"]
+
+
+CASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "not JSON": (("slow", "{op: swap}"), ("the edit", "not JSON", '{"op": "drop"')),
+    "unknown operation": (("slow", '{"op": "swpa"}'), ("'swpa'", "swap, drop, relabel, box, undo", "Did you mean")),
+    "unknown marker": (("slow", SWAP.replace("tail_4", "tail_9")), ("no such marker", "'tail_9'", "tail_5")),
+    "frame beyond": (("slow", SWAP.replace("30", "85")), ("no such frame", "85", "0 to 84")),
+    "wrong way round": (("slow", SWAP.replace("30", "3")), ("20 to 3",)),
+    "nothing to undo": (("slow", '{"op": "undo", "line": 7}'), ("no edit to undo", "line 7")),
+    "unknown trial": (("slwo", SWAP), ("no such trial", "'slwo'", "slow, fast")),
+    "no video": (("fast", SWAP), ("trial fast: it has no video", "choices: slow")),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_an_edit_that_does_not_fit_is_refused_and_nothing_written(calib: Front, tracked: Path, case: str) -> None:
+    arguments, parts = CASES[case]
+    with_tracks(tracked, "fast")
+
+    assert_told(calib("edit", tracked, *arguments), *parts)
+    assert not list((tracked / "trials").glob("*.jsonl"))
+
+
+def test_a_trial_with_both_tracks_and_video_is_not_edited(calib: Front, tracked: Path) -> None:
+    edit(tracked / "session.toml", 'video = "trials/fast.mp4"', 'tracks = "truth/fast.csv"\nvideo = "trials/fast.mp4"')
+
+    assert_told(calib("edit", tracked, "fast", SWAP), "its tracks come from a file")
+
+
+def test_a_log_written_by_hand_is_checked_before_it_is_replayed(calib: Front, tracked: Path) -> None:
+    log = tracked / "trials" / "slow.edits.jsonl"
+    log.write_text(f"# glints\n{SWAP.replace('tail_4', 'tail_9')}\n\n{SWAP.replace('30', '300')}\n")
+    before = files_in(tracked / "results" / "tracking")
+
+    expected = (str(log), "2 faults", "line 2", "'tail_9'", "line 4", "300", f"0 to {FRAMES['slow'] - 1}")
+    assert_told(calib("track", tracked), *expected)
+    assert_told(calib("edit", tracked, "slow", SWAP), str(log), "2 faults")
+    assert files_in(tracked / "results" / "tracking") == before
+
+
+def test_a_session_under_work_is_not_edited(calib: Front, tracked: Path) -> None:
+    with session_lock(tracked):
+        assert_told(calib("edit", tracked, "slow", SWAP), "is being worked on")
