@@ -5,7 +5,7 @@ from fitting.calibration import CalibratedTrial, Calibration, Summary, assemble,
 from fitting.calibration_file import calibration_payload, read_fit
 from fitting.coefficient_fit import CoefficientFit, Restart
 from fitting.coefficients import FULL, QUICK, Effort, fit_coefficients
-from fitting.ebt import FORMS, EbtFit, EbtForm, fit_ebt
+from fitting.ebt import EBT_RATIO_ONLY, FORMS, EbtFit, EbtForm, fit_ebt
 from fitting.evidence import Evidence, YawFit, gather_evidence
 from fitting.evidence_file import evidence_payload, read_evidence
 from fitting.forecast import fit_phase, forecast
@@ -30,6 +30,7 @@ from fitting.tail_tip import TailSwim, measured_tail, published_motion, simulate
 from fitting.trial import MeasuredTrial, measure_trial, tail_markers
 
 __all__ = [
+    "EBT_RATIO_ONLY",
     "FORMS",
     "FULL",
     "METHODS",

@@ -12,6 +12,7 @@ from fitting.forecast import fit_phase, forecast
 from fitting.methods import search
 from fitting.objective import Comparison, Swims
 from fitting.scoring import Scores, score
+from fitting.smooth_floor import settled
 from fitting.speed import forward_speed
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.tail_tip import measured_tail, simulated_tail
@@ -157,7 +158,10 @@ def calibrate(
     _refuse_unusable(trials, robot)
     fitted = [trial for trial in trials if trial.role == "fit"]
     twin = Twin(robot, trials[0].markers, workers=workers)
-    fit = search(method, Swims(twin, tuple(fitted), comparison), effort, seed, progress=progress)
+    swims = Swims(twin, tuple(fitted), comparison)
+    fit = search(method, swims, effort, seed, progress=progress)
+    if effort.valley_steps and comparison == "published":
+        fit = settled(swims, fit, seed)
     phases = dict(zip([t.name for t in fitted], fit.phase_rad, strict=True))
     return assemble(trials, twin, fit, phases)
 

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from fitting.calibration import CalibratedTrial, Calibration, Summary
-from fitting.coefficient_fit import CoefficientFit, Restart
+from fitting.coefficient_fit import NAMES, CoefficientFit, Restart
+from fitting.ebt import EBT_RATIO_ONLY
 from session import Flag
 from swimmer import FluidCoefficients
 
@@ -33,6 +34,8 @@ def calibration_payload(calibration: Calibration) -> dict[str, Any]:
             "evaluations": fit.evaluations,
             "seconds": round(fit.seconds, 2),
             "method": fit.method,
+            "in_the_middle": fit.in_the_middle,
+            "interval95": None if fit.interval is None else dict(zip(NAMES, fit.interval.tolist(), strict=True)),
             "simulated_s": round(fit.spent_s, 1),
             "trace": [[round(spent, 1), MILLIMETRES * best] for spent, best in fit.trace],
             "restarts": [_restart(restart) for restart in fit.restarts],
@@ -99,10 +102,12 @@ def read_fit(data: Mapping[str, Any]) -> tuple[CoefficientFit, dict[str, float]]
         restarts=tuple(_read_restart(restart) for restart in fit["restarts"]),
         evaluations=fit["evaluations"],
         seconds=fit["seconds"],
-        flags=tuple(f for f in map(Flag.from_json, data["flags"]) if not f.message.startswith("EBT")),
+        flags=tuple(flag for flag in map(Flag.from_json, data["flags"]) if flag.kind != EBT_RATIO_ONLY),
         method=fit["method"],
         spent_s=fit["simulated_s"],
         trace=tuple((spent, best / MILLIMETRES) for spent, best in fit["trace"]),
+        interval=None if (found := fit.get("interval95")) is None else np.array([found[name] for name in NAMES]),
+        in_the_middle=fit.get("in_the_middle", False),
     ), phases
 
 

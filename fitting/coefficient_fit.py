@@ -59,6 +59,8 @@ class CoefficientFit:
         trace: (seconds simulated, best mean distance so far in m) at every new best that swims forward.
         interval: (5, 2) 95 % interval of each coefficient from the curvature at the best (see `fitting.precision`);
             None where it was not asked for.
+        in_the_middle: the coefficients are the middle of the rough floor around the best restart, not that itself
+            (see `fitting.smooth_floor`).
     """
 
     coefficients: FluidCoefficients
@@ -72,6 +74,7 @@ class CoefficientFit:
     spent_s: float = 0.0
     trace: tuple[tuple[float, float], ...] = ()
     interval: np.ndarray | None = None
+    in_the_middle: bool = False
 
 
 def flags_of(restarts: list[Restart], interval: np.ndarray | None = None) -> tuple[Flag, ...]:

@@ -12,6 +12,9 @@ from session import Flag
 from swimmer import RobotSpec, steady_speed, steady_speed_large
 from swimmer.ebt import BETA_BOUNDS, DRAG_BOUNDS
 
+EBT_RATIO_ONLY = "ebt_ratio_only"
+"""The flag that says what is not identifiable of elongated body theory; it belongs to every fit of it."""
+
 
 @dataclass(frozen=True)
 class EbtForm:
@@ -70,7 +73,7 @@ def fit_ebt(form: EbtForm, swims: Sequence[TailSwim], speeds: np.ndarray, robot:
     seen = np.array([np.isfinite(float(form.speed(motion, robot, 1.0, 1.0))) for motion in motions])
     if not seen.any():
         message = "EBT: the last two tail markers are usable in no fit trial"
-        return EbtFit(form, float("nan"), float("nan"), (Flag("unidentifiable", message=message),))
+        return EbtFit(form, float("nan"), float("nan"), (Flag(EBT_RATIO_ONLY, message=message),))
 
     def misfit(ratio: float) -> float:
         predicted = np.array([float(form.speed(motion, robot, 1.0, ratio)) for motion in motions])
@@ -88,7 +91,7 @@ def fit_ebt(form: EbtForm, swims: Sequence[TailSwim], speeds: np.ndarray, robot:
 
 def _flags(ratio: float, highest: float) -> tuple[Flag, ...]:
     only_ratio = "only c_D / beta is identifiable from the speed; beta is kept at 1"
-    flags = [Flag("unidentifiable", message=f"EBT: {only_ratio} (c_D / beta = {ratio:.3g})")]
+    flags = [Flag(EBT_RATIO_ONLY, message=f"EBT: {only_ratio} (c_D / beta = {ratio:.3g})")]
     if ratio < 1e-3 or ratio > 0.999 * highest:
         flags.append(Flag("at_bound", message=f"EBT: c_D / beta = {ratio:.3g} lies at its bound"))
     return tuple(flags)

@@ -6,6 +6,8 @@ from. Here the errors are taken as linear over a cloud as wide as the noise coul
 minimum of that is what one would find on average.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from fitting.coefficient_fit import CoefficientFit
@@ -15,28 +17,59 @@ from fitting.search_space import SearchSpace, parameters
 from swimmer import FluidCoefficients
 
 _CLOUD = 40  # points, each with its mirror image among them
+_FAR_M = 0.01  # from the tracks: the twin, not the noise, makes the floor then
+_AS_GOOD = 1.01  # objective of the middle over that of the best, at most
 _STEPS = 10  # of Gauss-Newton on the linear errors, which cost no simulation
 
 
-def middle_of_floor(swims: Swims, fit: CoefficientFit, rounds: int = 3, seed: int = 0) -> FluidCoefficients:
-    """The coefficients in the middle of the floor around a fit; up to 1 % further from the tracks than the best.
+def settled(swims: Swims, fit: CoefficientFit, seed: int = 0) -> CoefficientFit:
+    """The fit in the middle of its floor, where that is as good; else the fit as it is.
 
-    Meant for what the coefficients are read for: on tracks made by the twin itself they are free of the lean that the
-    best has. Where the twin is far from the tracks (33 mm on the public ones) the cloud is wide, and it means little.
+    On tracks made by the twin itself the middle is free of the lean that the best has. Where the twin is far from the
+    tracks (33 mm on the public ones) the cloud would be wide and mean little: such a fit stays. So does one whose
+    middle is more than 1 % further from the tracks, or swims backward from rest.
 
     Args:
         swims: the fit trials and the twin.
         fit: of them.
+        seed: of the cloud.
+    """
+    if fit.mean_distance_m > _FAR_M:
+        return fit
+    space = SearchSpace(swims)
+    point = middle_of_floor(space, fit, seed=seed)
+    distance_m = float(swims.mean_distance(parameters(point)[:, None])[0])
+    if distance_m > _AS_GOOD * fit.mean_distance_m or not space.swims_forward(point[:, None])[0]:
+        return fit
+    middle = FluidCoefficients(*map(float, parameters(point)[:5]))
+    spent_s, evaluations = fit.spent_s + space.spent_s, fit.evaluations + space.evaluations
+    return replace(
+        fit,
+        coefficients=middle,
+        phase_rad=point[5:],
+        mean_distance_m=distance_m,
+        spent_s=spent_s,
+        evaluations=evaluations,
+        in_the_middle=True,
+    )
+
+
+def middle_of_floor(space: SearchSpace, fit: CoefficientFit, rounds: int = 3, seed: int = 0) -> np.ndarray:
+    """(p,) the point in the middle of the floor around a fit.
+
+    Args:
+        space: the search space of the fit trials.
+        fit: of them.
         rounds: of a cloud around the last middle, 40 simulations of the trials each.
         seed: of the cloud.
     """
-    space, point = SearchSpace(swims), fit.restarts[0].point
+    point = fit.restarts[0].point
     values, vectors = np.linalg.eigh(covariance(space, point))
     half = np.random.default_rng(seed).normal(size=(space.size, _CLOUD // 2))
     cloud = vectors @ (np.sqrt(np.abs(values))[:, None] * np.hstack([half, -half]))
     for _ in range(rounds):
         point = _middle(space, point, cloud)
-    return FluidCoefficients(*map(float, parameters(point)[:5]))
+    return point
 
 
 def _middle(space: SearchSpace, point: np.ndarray, cloud: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from fitting import EBT_RATIO_ONLY
 from reports.numbers import MISSING, counted, in_mm, listed, shown
 from reports.page import render_page
 from session import FLAG_KINDS, Flag, write_whole
@@ -108,5 +109,5 @@ def _numbers(entry: IndexEntry) -> tuple[str, ...]:
 
 def _mind(entry: IndexEntry) -> str:
     """Flags of the fit by kind; that EBT's numbers are not both identifiable is so in every session."""
-    kinds = dict.fromkeys(flag.kind for flag in entry.flags if flag.kind != "unidentifiable")
+    kinds = dict.fromkeys(flag.kind for flag in entry.flags if flag.kind != EBT_RATIO_ONLY)
     return listed([FLAG_KINDS.get(kind, kind.replace("_", " ")) for kind in kinds]) or MISSING

@@ -28,6 +28,7 @@ FLAG_KINDS: dict[str, str] = {
     "at_bound": "an estimate sits at the bound of its range",
     "not_converged": "the optimiser stopped before it converged",
     "restarts_disagree": "different starts end at different estimates",
+    "ebt_ratio_only": "of elongated body theory only c_D / beta is identifiable",
     "unidentifiable": "the data do not determine this number",
     "frequency_off_command": "the swim frequency differs from the command",
     "scale_off_robot": "the scale of the picture does not fit the robot",

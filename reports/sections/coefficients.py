@@ -23,6 +23,7 @@ COLUMNS = (
     Column("coefficient", numeric=False),
     Column("value"),
     Column("published"),
+    Column("95 % interval"),
     Column("range of equals"),
     Column("mind", numeric=False),
 )
@@ -35,7 +36,7 @@ def build(context: ReportContext) -> Section:
     text = (
         f"Found by {method}: {counted(len(fit.restarts), 'start')}, {fit.evaluations} simulations of the fit trials, "
         f"{shown(fit.seconds)} s. At the best, the mean marker distance over the fit trials is "
-        f"{in_mm(fit.mean_distance_m)} mm. {_agreement(fit)} {_determined(fit, context.evidence)}"
+        f"{in_mm(fit.mean_distance_m)} mm. {_middle(fit)}{_agreement(fit)} {_determined(fit, context.evidence)}"
     )
     caveats = tuple(sentence(flag.message or flag.kind) for flag in fit.flags)
     blocks = (Plots(_values(fit, context.evidence)), Prose(text.strip()), _table(fit), Plots(_ways(fit)))
@@ -127,6 +128,15 @@ def _agreement(fit: CoefficientFit) -> str:
     return f"{equals} starts fit equally well (within 1 %); the table shows how far apart they are."
 
 
+def _middle(fit: CoefficientFit) -> str:
+    if not fit.in_the_middle:
+        return ""
+    return (
+        "The values are the middle of the objective's rough floor, at most 1 % further from the tracks than the lowest "
+        "point found: that point leans to where the search came from. "
+    )
+
+
 def _range(values: np.ndarray) -> str:
     """Least and greatest of several."""
     return MISSING if len(values) == 1 else f"{significant(values.min())} to {significant(values.max())}"
@@ -143,12 +153,15 @@ def _table(fit: CoefficientFit) -> Table:
                 name.replace("_", " "),
                 significant(fit.coefficients[i]),
                 significant(PUBLISHED_COEFFICIENTS[i]),
+                MISSING if fit.interval is None else " to ".join(significant(end) for end in fit.interval[i]),
                 _range(equals[:, i]),
                 ", ".join(mind) or MISSING,
             )
         )
     caption = (
         f"Coefficients of the fluid forces (no unit), bounds {low:g} to {high:g}. “Equals” are the starts "
-        "whose objective lies within 1 % of the best; “published” values belong to the authors' own model."
+        "whose objective lies within 1 % of the best; “published” values belong to the authors' own model. The interval is "
+        "from the curvature at the best and the noise around it: it knows of no other valley, and takes what the twin "
+        "cannot follow for noise."
     )
     return Table(caption, COLUMNS, tuple(rows))

@@ -2,7 +2,7 @@
 
 from markupsafe import Markup
 
-from fitting import CalibratedTrial, Summary
+from fitting import EBT_RATIO_ONLY, CalibratedTrial, Summary
 from reports.blocks import Block, Plot, Plots, Points, Prose, Section, Tile, Tiles
 from reports.caveats import beats_compared, whole_trial_flags
 from reports.context import ReportContext
@@ -127,7 +127,7 @@ def _holdout_warning(context: ReportContext) -> str:
 def _doubts(context: ReportContext) -> tuple[str, ...]:
     """Flags of the fit in full, those of whole trials by kind."""
     calibration = context.calibration
-    doubts = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != "unidentifiable"]
+    doubts = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != EBT_RATIO_ONLY]
     names: dict[str, list[str]] = {}
     for trial in calibration.trials:
         for kind in dict.fromkeys(flag.kind for flag in whole_trial_flags(trial)):

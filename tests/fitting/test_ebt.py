@@ -69,7 +69,7 @@ def test_errors_of_the_speeds_move_it_by_as_much_as_least_squares_would(form: Eb
 def test_it_says_that_only_the_ratio_is_identifiable(form: EbtForm) -> None:
     flags = fit_ebt(form, SWIMS, speeds(form, 1.0), ROBOT).flags
 
-    assert [flag.kind for flag in flags] == ["unidentifiable"]
+    assert [flag.kind for flag in flags] == ["ebt_ratio_only"]
     assert "c_D / beta = 1" in flags[0].message
 
 

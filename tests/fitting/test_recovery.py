@@ -10,7 +10,7 @@ import pytest
 
 from fitting import FULL, QUICK, CoefficientFit, MeasuredTrial, Swims, fit_coefficients, measure_trial, search
 from fitting.coefficients import refine_coefficients
-from fitting.smooth_floor import middle_of_floor
+from fitting.smooth_floor import settled
 from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
 from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS
@@ -104,7 +104,7 @@ def draw(seed: int) -> Draw:
     for noise_m in (HALF_PIXEL_M, -HALF_PIXEL_M):
         trials = exact_swims(FluidCoefficients(*map(float, truth)), noise_m=noise_m, seed=seed, lasts_s=0.1)
         fits.append(fit_coefficients(Swims(twin, trials), NEAR, seed=0, starts=[start]))
-        middles.append(middle_of_floor(Swims(twin, trials), fits[-1]))
+        middles.append(settled(Swims(twin, trials), fits[-1]).coefficients)
     return Draw(truth, (fits[0], fits[1]), np.array(middles))
 
 

@@ -58,7 +58,7 @@ def made_calibration(names: tuple[str, ...] = tuple(ROLES), *, flagged: bool = T
     robot = load_robot()
     trials = tuple(made_trial(robot, name, flagged=flagged and name == "slow") for name in names)
     hz = np.linspace(0.4, 1.5, 12)
-    flags = (Flag("unidentifiable", message="EBT: only c_D / beta is identifiable from the speed"),)
+    flags = (Flag("ebt_ratio_only", message="EBT: only c_D / beta is identifiable from the speed"),)
     speeds = {"published": 0.12 * hz, "smoothed": 0.118 * hz, "large": 0.115 * hz}
     sweep = SpeedSweep(hz, 0.1 * hz, speeds, fitted_hz=(0.8, 1.3))
     ebts = {form.name: EbtFit(form, 1.0, ratio, flags) for form, ratio in zip(FORMS, (1.63, 1.15, 0.33), strict=True)}
