@@ -30,6 +30,8 @@ def make_recording(pipeline: Pipeline) -> Path:
         )
     pipeline.recordings.videos.all_boxes([spec for spec in specs if spec.tracks is None])
     calibration = pipeline.standing_calibration()
+    if calibration is None and pipeline.calibration_file.is_file():
+        pipeline.said.append(f"{pipeline.calibration_file} was made from other inputs and is not shown; fit again.")
     fitted = {} if calibration is None else {trial.measured.name: trial for trial in calibration.trials}
     trials = [_recorded(pipeline, spec, fitted.get(spec.name)) for spec in specs]
     pipeline.options.tell("writing the recording", None)

@@ -36,11 +36,15 @@ def progress_bar(quiet: bool) -> Iterator[Tell]:
     disabled = quiet or not console.is_terminal
     left = (TextColumn("left:"), TimeRemainingColumn())
     with Progress(*columns, *left, console=console, transient=True, disable=disabled) as bar:
-        yield _Teller(bar)
+        yield Teller(bar)
 
 
-class _Teller:
-    """Receives progress; a share that is unknown, or falls, begins a stage with an estimate of its own."""
+class Teller:
+    """Receives progress; a share that is unknown, or falls, begins a stage with its own estimate of the time left.
+
+    Args:
+        bar: without tasks; its elapsed time is that of all stages.
+    """
 
     def __init__(self, bar: Progress) -> None:
         self._bar, self._share = bar, 0.0
@@ -48,6 +52,7 @@ class _Teller:
         self._began = bar.tasks[0].start_time
 
     def __call__(self, message: str, share: float | None) -> None:
+        """Shows what is going on and the share done, None when unknown."""
         if share is None or share < self._share or self._bar.tasks[0].total is None:
             self._bar.remove_task(self._task)
             self._task = self._bar.add_task(message, total=None if share is None else 1.0)

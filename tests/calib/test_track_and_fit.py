@@ -1,0 +1,148 @@
+"""From videos to a calibration in one command, interrupted or not; what stands on the terminal meanwhile."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.progress import Progress
+
+from calib.working import Teller
+from session import FISHSIM_MARKERS
+from tests.calib.door import ROOT, Front, assert_told, edit, files_in
+from tests.calib.filmed import FRAMES, NAMES, PLAN, change_boxes, read, tracks_of, with_tracks
+from tracking.tracker import MarkerTracker
+
+
+def calibration(folder: Path) -> dict[str, dict[str, dict[str, float]]]:
+    content: dict[str, dict[str, dict[str, float]]] = json.loads((folder / "results" / "calibration.json").read_text())
+    return content
+
+
+def test_a_run_goes_from_video_to_report(calib: Front, filmed: Path) -> None:
+    outcome = calib("run", filmed, "--effort", "quick")
+
+    assert outcome.code == 0, outcome.err
+    assert (filmed / "results" / "report.html").is_file()
+    assert outcome.out.count("the lens is not calibrated") == 1
+    assert "! slow, fast: the lens is not calibrated" in outcome.out
+    trials = calibration(filmed)["trials"]
+    for trial in PLAN.trials:
+        assert trials[trial.name]["frequency_hz"] == pytest.approx(trial.frequency_hz, abs=0.01)
+    before = files_in(filmed / "results")
+    assert calib("run", filmed, "--effort", "quick").code == 0
+    assert files_in(filmed / "results") == before
+
+
+def test_tracks_and_videos_go_together(calib: Front, tracked: Path) -> None:
+    with_tracks(tracked, "fast")
+    assert calib("fit", tracked, "--effort", "quick").code == 0
+
+    assert set(calibration(tracked)["trials"]) == set(NAMES)
+    used, true = (read(tracked / place / "fast.csv") for place in ("results/tracks", "truth"))
+    np.testing.assert_allclose(used.position_px, true.position_px, atol=1e-6)
+    assert (
+        not (tracked / "results" / "tracking" / "fast.csv").stat().st_mtime_ns
+        > (tracked / "results" / "tracks" / "fast.csv").stat().st_mtime_ns
+    )
+
+
+def test_frames_before_the_boxes_count_nowhere_and_keep_their_numbers(calib: Front, filmed: Path) -> None:
+    true = read(filmed / "truth" / "slow.csv")
+
+    def later(content: dict[str, object]) -> None:
+        content["frame"] = 12
+        corners = true.position_px[12] - 6.5
+        content["boxes"] = {
+            name: [*corner, 14, 14] for name, corner in zip(FISHSIM_MARKERS, corners.tolist(), strict=True)
+        }
+
+    change_boxes(filmed, "slow", later)
+    edit(filmed / "session.toml", "warmup_s = 1.0", "warmup_s = 0.5")
+    assert calib("fit", filmed, "--effort", "quick").code == 0
+
+    used = read(filmed / "results" / "tracks" / "slow.csv")
+    np.testing.assert_allclose(used.time_s, true.time_s, atol=1e-3)
+    assert (used.confidence[:12] == 0).all()
+    assert np.isnan(used.position_px[:12]).all()
+    assert np.nanmax(np.abs(used.position_px - true.position_px)) < 0.5
+
+
+def test_ctrl_c_in_the_middle_and_going_on_gives_the_same_tracks(
+    calib: Front, filmed: Path, tracked_session: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps, stop_at = [0], [70]
+    step = MarkerTracker.step
+
+    def counted(tracker: MarkerTracker, *arguments: object, **options: object) -> object:
+        steps[0] += 1
+        if steps[0] == stop_at[0]:
+            raise KeyboardInterrupt
+        return step(tracker, *arguments, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(MarkerTracker, "step", counted)
+    outcome = calib("track", filmed)
+
+    assert outcome.code == 130
+    assert "the same command goes on from there" in outcome.err
+    raw = filmed / "results" / "tracking" / "raw"
+    assert [path.name for path in raw.iterdir()] == [".slow.partial.npz"]
+    steps[0], stop_at[0] = 0, -1
+    assert calib("track", filmed).code == 0
+    assert steps[0] == sum(FRAMES.values()) - 60 - 1  # the first sixty frames of slow, and the first of fast, stood
+    assert not list(raw.glob(".*.npz"))
+    for name in NAMES:
+        for stage in ("", "raw"):
+            whole, resumed = (tracks_of(folder, name, stage) for folder in (tracked_session, filmed))
+            np.testing.assert_array_equal(whole.position_px, resumed.position_px)
+            np.testing.assert_array_equal(whole.confidence, resumed.confidence)
+
+
+def test_a_trial_without_enough_to_measure_is_told(calib: Front, filmed: Path) -> None:
+    edit(filmed / "session.toml", "warmup_s = 1.0", "warmup_s = 9.0")
+
+    assert_told(calib("fit", filmed, "--effort", "quick"), "trial slow", "trial fast", "warm-up")
+
+
+def test_the_terminal_shows_frames_a_second_and_the_time_left(filmed: Path) -> None:
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-c", "from calib.cli import main; main()", "track", str(filmed)]
+    environment = os.environ | {"COLUMNS": "200", "TERM": "xterm-256color"}
+    running = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=theirs)
+    os.close(theirs)
+    shown = b""
+    try:
+        while part := os.read(ours, 65536):
+            shown += part
+    except OSError:  # the other end is closed
+        pass
+    out, _ = running.communicate(timeout=60)
+    os.close(ours)
+
+    assert running.returncode == 0
+    assert b"tracking slow" in shown
+    assert b"frames a second" in shown
+    assert b"left:" in shown
+    assert b"tracking slow" not in out
+
+
+def test_the_time_left_is_estimated_anew_for_each_stage() -> None:
+    clock = [0.0]
+    with Progress(get_time=lambda: clock[0], disable=True) as bar:
+        tell = Teller(bar)
+        for second in range(5):
+            clock[0] = second
+            tell("tracking slow", second / 4)
+        assert bar.tasks[0].time_remaining == 0
+        tell("looking", None)
+        for second in range(3):
+            clock[0] = 10 + second
+            tell("tracking fast", second / 8)
+        assert bar.tasks[0].time_remaining == 6
+        assert bar.tasks[0].elapsed == 12

@@ -1,0 +1,118 @@
+"""`calib convert`: tracks of other programs become the contract's and back; `calib new --synthetic --video`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.pipeline import open_session
+from session import FISHSIM_MARKERS, load_tracks, save_tracks
+from synthetic import SessionVideo, default_plan
+from synthetic.filmed import film_scene
+from synthetic.swims import simulate_swims
+from tests.calib.door import Front, assert_told
+from tests.calib.filmed import PLAN, read
+from tracking.records import FORMATS, TrackedTrial, export_tracks
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_tracks_of_every_form_become_the_contracts(
+    calib: Front, filmed_session: Path, tmp_path: Path, form: str
+) -> None:
+    true = read(filmed_session / "truth" / "slow.csv")
+    export_tracks(TrackedTrial.of(true), tmp_path / "theirs", form)
+    outcome = calib("convert", tmp_path / "theirs", "--out", tmp_path / "ours.csv", "--fps", "30")
+
+    assert outcome == (0, f"{tmp_path / 'ours.csv'}\n", "")
+    ours = read(tmp_path / "ours.csv")
+    np.testing.assert_allclose(ours.position_px, true.position_px, atol=1e-6)
+    np.testing.assert_allclose(ours.time_s, true.time_s, atol=1e-5)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_and_back(calib: Front, filmed_session: Path, tmp_path: Path, form: str) -> None:
+    source = filmed_session / "truth" / "slow.csv"
+    assert calib("convert", source, "--out", tmp_path / "theirs", "--to", form).code == 0
+    assert calib("convert", tmp_path / "theirs", "--out", tmp_path / "ours.csv", "--fps", "30").code == 0
+
+    np.testing.assert_allclose(read(tmp_path / "ours.csv").position_px, read(source).position_px, atol=1e-6)
+
+
+def test_some_of_the_markers_can_be_taken(calib: Front, filmed_session: Path, tmp_path: Path) -> None:
+    export_tracks(TrackedTrial.of(read(filmed_session / "truth" / "slow.csv")), tmp_path / "dlc.csv", "deeplabcut")
+    outcome = calib("convert", tmp_path / "dlc.csv", "--out", tmp_path / "o.csv", "--markers", "neck, nose")
+
+    assert outcome.code == 0, outcome.err
+    assert load_tracks(tmp_path / "o.csv", ("neck", "nose"), 60.0).markers == ("neck", "nose")
+
+
+CASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "unknown form": (("--to", "sleap"), ("--to", "'sleap'", "swimcal, deeplabcut, movement")),
+    "unknown marker": (("--markers", "nose,tail_9"), ("tail_9",)),
+    "a marker twice": (("--markers", "nose,nose"), ("--markers", "each marker once")),
+    "no marker": (("--markers", " , "), ("--markers", "each marker once")),
+    "no frame rate": (("--fps", "0"), ("--fps", "a number above 0")),
+    "two at once": (("--fps", "nan", "--markers", ""), ("2 faults", "--fps", "--markers")),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_cannot_be_converted_is_told(calib: Front, filmed_session: Path, tmp_path: Path, case: str) -> None:
+    arguments, parts = CASES[case]
+    export_tracks(TrackedTrial.of(read(filmed_session / "truth" / "slow.csv")), tmp_path / "dlc.csv", "deeplabcut")
+
+    assert_told(calib("convert", tmp_path / "dlc.csv", "--out", tmp_path / "o.csv", *arguments), *parts)
+    assert not (tmp_path / "o.csv").exists()
+
+
+def test_a_file_of_another_width_is_told(calib: Front, filmed_session: Path, tmp_path: Path) -> None:
+    true = read(filmed_session / "truth" / "slow.csv")
+    export_tracks(TrackedTrial.of(true), tmp_path / "f.csv", "fishsim")
+    outcome = calib("convert", tmp_path / "f.csv", "--out", tmp_path / "o.csv", "--markers", "nose,neck")
+
+    assert_told(outcome, "f.csv", "18 in every row", "4: x and y of the 2 markers")
+    assert_told(calib("convert", tmp_path / "none.csv", "--out", tmp_path / "o.csv"), "none.csv")
+
+
+def test_a_packed_file_is_read_and_not_written(calib: Front, fresh_session: Path, tmp_path: Path) -> None:
+    packed = fresh_session / "trials" / "slow.csv.gz"
+
+    assert calib("convert", packed, "--out", tmp_path / "o.csv").code == 0
+    assert_told(calib("convert", packed, "--out", tmp_path / "o.csv.gz"), "without .gz")
+
+
+def test_a_file_may_be_converted_in_place(calib: Front, filmed_session: Path, tmp_path: Path) -> None:
+    true = read(filmed_session / "truth" / "slow.csv")
+    save_tracks(tmp_path / "t.csv", true)
+
+    assert calib("convert", tmp_path / "t.csv", "--out", tmp_path / "t.csv", "--to", "fishsim").code == 0
+    again = load_tracks(tmp_path / "t.csv", FISHSIM_MARKERS, 30.0)
+    np.testing.assert_allclose(again.position_px, true.position_px, atol=1e-6)
+
+
+def test_a_filmed_session_is_made_and_can_be_tracked(
+    calib: Front, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = PLAN.model_copy(update={"trials": PLAN.trials[:1]})
+    monkeypatch.setattr("synthetic.default_plan", lambda seed: one.model_copy(update={"seed": seed}))
+    outcome = calib("new", tmp_path / "s", "--synthetic", "--video", "--seed", "3")
+
+    assert outcome == (0, f"{tmp_path / 's'}\n", "")
+    trials = open_session(tmp_path / "s").trials
+    assert all(trial.video is not None and trial.boxes is not None and trial.tracks is None for trial in trials)
+    assert calib("track", tmp_path / "s").code == 0
+
+
+def test_the_default_plan_stays_within_its_videos() -> None:
+    plan = default_plan()
+    for number, swim in enumerate(simulate_swims(plan)):
+        assert film_scene(swim, plan, SessionVideo(), number).truth.visible.all()
+
+
+def test_videos_go_with_synthetic_sessions_only(calib: Front, tmp_path: Path) -> None:
+    outcome = calib("new", tmp_path / "s", "--from-fishsim", tmp_path, "--video")
+
+    assert outcome.code == 2
+    assert "--video goes with --synthetic" in outcome.err

@@ -1,0 +1,146 @@
+"""`calib view`: what the recording holds before and after a fit, and opening it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reports.recording import RecordingContents, read_recording
+from tests.calib.door import Front, assert_told, edit, files_in
+from tests.calib.filmed import FRAMES, NAMES, cut_short, with_tracks
+from tests.calib.test_left_out import MOTOR_LOG
+
+SCALARS = "Scalars:scalars"
+
+
+def shown(calib: Front, folder: Path) -> RecordingContents:
+    """The recording, made anew."""
+    outcome = calib("view", folder)
+    assert outcome.code == 0, outcome.err
+    assert outcome.out.splitlines()[-1] == str(folder / "results" / "session.rrd")
+    return read_recording(folder / "results" / "session.rrd")
+
+
+def test_before_a_fit_it_shows_videos_and_tracks(calib: Front, filmed: Path) -> None:
+    contents = shown(calib, filmed)
+
+    for name in NAMES:
+        assert contents.entities[f"/{name}/confidence"].rows[SCALARS] == FRAMES[name]
+        assert any(entity.startswith(f"/{name}/picture/video") for entity in contents.entities)
+        assert (filmed / "results" / "tracking" / f"{name}.proxy.mp4").is_file()
+    assert contents.blueprints == 1
+    assert not [entity for entity in contents.entities if "residual" in entity or "twin" in entity]
+    assert not (filmed / "results" / "calibration.json").exists()
+
+
+@pytest.mark.parametrize("options", [["--effort", "quick"], ["--objective", "shape"]])
+def test_after_a_fit_of_any_kind_it_shows_the_twin_beside_them(calib: Front, tracked: Path, options: list[str]) -> None:
+    assert calib("fit", tracked, *options).code == 0
+    contents = shown(calib, tracked)
+
+    calibration = json.loads((tracked / "results" / "calibration.json").read_text())
+    for name in NAMES:
+        residual = contents.entities[f"/{name}/residual_mm"]
+        assert residual.rows[SCALARS] == FRAMES[name]
+        values = np.concatenate([part.to_numpy(zero_copy_only=False) for part in residual.columns[SCALARS]])
+        samples = np.concatenate(values)
+        assert 0 < np.isfinite(samples).sum() < samples.size  # none in the warm-up
+        assert np.nanmean(samples) == pytest.approx(calibration["trials"][name]["marker_error_all_mm"], rel=0.01)
+        assert any(entity.startswith(f"/{name}/picture/twin") for entity in contents.entities)
+
+
+def test_a_fit_that_is_out_of_date_is_not_shown(calib: Front, tracked: Path) -> None:
+    assert calib("fit", tracked, "--effort", "quick").code == 0
+    edit(tracked / "session.toml", "warmup_s = 1.0", "warmup_s = 0.9")
+
+    assert "made from other inputs and is not shown" in calib("view", tracked).out
+    contents = read_recording(tracked / "results" / "session.rrd")
+    assert not [entity for entity in contents.entities if "residual" in entity]
+
+
+def test_a_trial_of_tracks_alone_is_shown_without_video(calib: Front, tracked: Path) -> None:
+    contents = shown(calib, with_tracks(tracked, "fast"))
+
+    assert contents.entities["/fast/confidence"].rows[SCALARS] == FRAMES["fast"]
+    assert not [entity for entity in contents.entities if entity.startswith("/fast/picture/video")]
+
+
+def test_tracks_too_short_to_measure_are_still_shown(calib: Front, filmed: Path) -> None:
+    edit(filmed / "session.toml", "warmup_s = 1.0", "warmup_s = 9.0")
+
+    assert shown(calib, filmed).entities["/slow/confidence"].rows[SCALARS] == FRAMES["slow"]
+
+
+def test_the_proxy_is_made_once(calib: Front, tracked: Path) -> None:
+    shown(calib, tracked)
+    before = files_in(tracked / "results" / "tracking")
+    shown(calib, tracked)
+
+    assert files_in(tracked / "results" / "tracking") == before
+
+
+def test_a_session_with_nothing_to_show_is_told_so(calib: Front, fresh: Path) -> None:
+    head = (fresh / "session.toml").read_text().split("[[trial]]")[0]
+    trial = '[[trial]]\nname = "logged"\nkind = "swim"\nmotor = "logged.motor.csv"\ncommanded_hz = 0.8\n'
+    (fresh / "session.toml").write_text(head + trial)
+    (fresh / "logged.motor.csv").write_text(MOTOR_LOG)
+
+    assert_told(calib("view", fresh), "nothing to show", "Trial logged")
+    assert not (fresh / "results" / "session.rrd").exists()
+
+
+def test_a_broken_video_is_told(calib: Front, filmed: Path) -> None:
+    cut_short(filmed, "slow", 0.3)  # its index is gone
+
+    assert_told(calib("view", filmed), "slow.mp4")
+
+
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """The commands that would have been started."""
+    commands: list[list[str]] = []
+    monkeypatch.setattr(subprocess, "Popen", lambda command, **_: commands.append(command))
+    monkeypatch.setattr("calib.viewing.make_recording", lambda pipeline: pipeline.session.results / "session.rrd")
+    return commands
+
+
+def executable(folder: Path) -> Path:
+    path = folder / "rerun"
+    folder.mkdir()
+    path.write_text("#!/bin/sh\n")
+    path.chmod(0o755)
+    return path
+
+
+def test_the_viewer_that_was_installed_along_is_opened(
+    calib: Front, fresh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[list[str]]
+) -> None:
+    along, other = executable(tmp_path / "along"), executable(tmp_path / "other")
+    monkeypatch.setenv("PATH", str(other.parent))
+    monkeypatch.setattr(sys, "executable", str(along.parent / "python"))
+    recording = str(fresh / "results" / "session.rrd")
+
+    assert calib("view", fresh, "--open").code == 0
+    along.unlink()
+    assert calib("view", fresh, "--open").code == 0
+    assert started == [[str(along), recording], [str(other), recording]]
+
+
+def test_without_a_viewer_it_says_so_and_the_recording_stands(
+    calib: Front, fresh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: list[list[str]]
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
+    outcome = calib("view", fresh, "--open")
+
+    recording = str(fresh / "results" / "session.rrd")
+    assert (outcome.code, outcome.out) == (2, f"{recording}\n")
+    assert "the viewer cannot be opened" in outcome.err
+    assert "pip install rerun-sdk" in outcome.err
+    assert recording in outcome.err
+    assert started == []
