@@ -1,0 +1,47 @@
+"""Why a capture ends before its time, drawn once.
+
+CaptureError          one message for the user; the command ends with `exit_code`
+├── UserError         2: an option, a port or a folder that the user can mend; nothing was driven for it
+├── MotorFault        3: the motor, its bus or its supply; the motor was told to stop
+│   └── NoAnswer      3: the motor did not answer, however often it was asked
+└── Interrupted       128 + signal: Ctrl-C 130, SIGTERM 143, SIGHUP 129
+"""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Sequence
+
+
+class CaptureError(Exception):
+    """What ends a capture with a message instead of a traceback."""
+
+    exit_code = 2
+
+
+class UserError(CaptureError):
+    """Faults the user can mend, all of them at once."""
+
+    def __init__(self, faults: str | Sequence[str]) -> None:
+        self.faults = (faults,) if isinstance(faults, str) else tuple(faults)
+        super().__init__("\n".join(self.faults))
+
+
+class MotorFault(CaptureError):
+    """The motor, its bus or its supply does not do what it should."""
+
+    exit_code = 3
+
+
+class NoAnswer(MotorFault):
+    """The motor did not answer."""
+
+
+class Interrupted(CaptureError):
+    """A signal asked the program to end."""
+
+    def __init__(self, number: int) -> None:
+        self.exit_code = 128 + number
+        super().__init__(
+            "stopped by Ctrl-C" if number == signal.SIGINT else f"stopped by {signal.Signals(number).name}"
+        )

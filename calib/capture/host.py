@@ -1,0 +1,58 @@
+"""The time and the signals of the computer that drives the motor."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable
+from types import FrameType, TracebackType
+from typing import Any, NamedTuple
+
+from calib.capture.errors import Interrupted
+
+
+class Clock(NamedTuple):
+    """Where time comes from; tests put a virtual one here.
+
+    Attributes:
+        now: seconds on a clock that never steps.
+        sleep: waits for some seconds.
+    """
+
+    now: Callable[[], float] = time.monotonic
+    sleep: Callable[[float], None] = time.sleep
+
+
+class Signals:
+    """Notes the signals that ask the program to end, within a ``with`` block.
+
+    They are looked at between two exchanges with the motor (`raise_if_any`) instead of breaking into one, so that
+    neither an exchange nor the stop is ever cut in the middle, however often Ctrl-C is pressed.
+    """
+
+    WATCHED = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+    def __init__(self) -> None:
+        self.caught: int | None = None
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> Signals:
+        if threading.current_thread() is threading.main_thread():
+            self._before = {number: signal.signal(number, self._note) for number in self.WATCHED}
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def raise_if_any(self) -> None:
+        """Raises `Interrupted` if a signal came."""
+        if self.caught is not None:
+            raise Interrupted(self.caught)
+
+    def _note(self, number: int, _frame: FrameType | None) -> None:
+        if self.caught is None:
+            self.caught = number

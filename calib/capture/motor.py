@@ -1,0 +1,218 @@
+"""The motor: made ready, driven, read and, above all, stopped."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from calib.capture import registers
+from calib.capture.bus import Bus
+from calib.capture.errors import MotorFault, UserError
+from calib.capture.host import Clock
+from calib.capture.registers import (
+    BUS_WATCHDOG,
+    DRIVE_MODE,
+    GOAL_VELOCITY,
+    GOALS,
+    HARDWARE_ERROR,
+    LIMITS,
+    MEASURED,
+    MODES,
+    OPERATING_MODE,
+    PROFILE_ACCELERATION,
+    REVERSED,
+    TORQUE_ENABLE,
+    TRIPPED,
+    VELOCITY_LIMIT,
+    VELOCITY_MODE,
+    WATCHDOG_S,
+    Measured,
+    Register,
+)
+
+WATCHDOG = 20
+SILENCE_S = WATCHDOG * WATCHDOG_S
+"""Without a word from the host for so long, the motor stops by itself."""
+
+ACCELERATION_TURNS_PER_S2 = 4.0
+STOP_TRIES = 8
+BETWEEN_TRIES_S = 0.02
+
+
+class Reading(NamedTuple):
+    """One reading of the motor.
+
+    Attributes:
+        time_s: the host's clock, halfway between question and answer.
+        took_s: how long that took, all tries together.
+        measured: the values, in the motor's units.
+        hardware_error: the bits of the hardware error status.
+        timely: whether the first answer was whole. If not, a late one may have been taken, and its time is unsure.
+    """
+
+    time_s: float
+    took_s: float
+    measured: Measured
+    hardware_error: int = 0
+    timely: bool = True
+
+
+class Motor:
+    """A Dynamixel XW540-T140-R in velocity mode.
+
+    Args:
+        bus: the way to it.
+        clock: the host's.
+    """
+
+    def __init__(self, bus: Bus, clock: Clock) -> None:
+        self.bus = bus
+        self._clock = clock
+
+    def identify(self) -> None:
+        """Makes sure that this is the motor meant, and that it is well.
+
+        Raises:
+            UserError: another model.
+            MotorFault: no answer, or the motor has shut itself down.
+        """
+        model = self.bus.ping()
+        if model != registers.MODEL:
+            raise UserError(
+                f"the motor with id {self.bus.motor_id} is another model; found: {model}; expected: {registers.MODEL}, "
+                "the XW540-T140-R. `calib capture scan` lists the motors."
+            )
+        if bits := self.hardware_error():
+            raise MotorFault(
+                f"the motor has shut itself down: {registers.describe_hardware_error(bits)}. Mend the cause, then "
+                "take its power away and give it again."
+            )
+
+    def prepare(self, fastest_turns_per_s: float) -> None:
+        """Sets velocity mode, speed limit, acceleration and watchdog, and switches the torque on, at rest.
+
+        What is set is read back. EEPROM is written only where it differs.
+
+        Args:
+            fastest_turns_per_s: the speed limit.
+
+        Raises:
+            MotorFault: no answer, a refusal, or a value that does not stay.
+        """
+        self.bus.write(TORQUE_ENABLE, 0)
+        self.bus.write(BUS_WATCHDOG, 0)  # after a trip, goals cannot be written before
+        self._settle_settings(registers.velocity_units(fastest_turns_per_s))
+        acceleration = registers.acceleration_units(ACCELERATION_TURNS_PER_S2)
+        self.bus.write(PROFILE_ACCELERATION, acceleration)
+        self.bus.write(GOAL_VELOCITY, 0)
+        self.bus.write(BUS_WATCHDOG, WATCHDOG)
+        self.bus.write(TORQUE_ENABLE, 1)
+        found = self._goals()
+        if found != (WATCHDOG, 0, acceleration) or not self._torque():
+            raise MotorFault(
+                "the motor does not keep its settings; found: watchdog, goal velocity and acceleration "
+                f"{found}; expected: {(WATCHDOG, 0, acceleration)}, with the torque on"
+            )
+
+    def set_speed(self, units: int) -> float:
+        """Sets the goal velocity, in its units; returns the host's time at which that was done.
+
+        Raises:
+            MotorFault: no answer, or a refusal: after a trip of the watchdog, for one.
+        """
+        before = self._clock.now()
+        try:
+            self.bus.write(GOAL_VELOCITY, units)
+        except MotorFault as fault:
+            raise self._explained(fault) from fault
+        return (before + self._clock.now()) / 2
+
+    def read(self) -> Reading:
+        """Reads what the motor measures, in one exchange.
+
+        Raises:
+            MotorFault: no answer.
+        """
+        damaged = self.bus.damaged
+        before = self._clock.now()
+        answer = self.bus.read(MEASURED)
+        after = self._clock.now()
+        timely = self.bus.damaged == damaged
+        bits = self.hardware_error() if answer.alert else 0
+        measured = registers.decode_measured(answer.data)
+        return Reading((before + after) / 2, after - before, measured, bits, timely)
+
+    def hardware_error(self) -> int:
+        """The bits of the hardware error status."""
+        return self.bus.read(HARDWARE_ERROR).data[-1]
+
+    def stop(self) -> bool:
+        """Switches the torque off, whatever happened before; whether the motor confirmed it.
+
+        Never raises: it is asked again and again, and where nothing helps the watchdog stops the motor within
+        `SILENCE_S` of the last packet that reached it.
+        """
+        for _ in range(STOP_TRIES):
+            try:
+                self.bus.write(TORQUE_ENABLE, 0, tries=1)
+                if not self._torque():
+                    self._leave_watchdog_off()
+                    return True
+            except Exception:
+                pass
+            self._clock.sleep(BETWEEN_TRIES_S)
+        return False
+
+    def _settle_settings(self, velocity_limit: int) -> None:
+        """EEPROM: velocity mode, profiles in units of speed, the direction kept as it is, and the speed limit."""
+        found = self._settings()
+        wanted = (found[0] & REVERSED, VELOCITY_MODE, velocity_limit)
+        for register, value, now in zip((DRIVE_MODE, OPERATING_MODE, VELOCITY_LIMIT), wanted, found, strict=True):
+            if now != value:
+                self.bus.write(register, value)
+        found = self._settings()
+        if found != wanted:
+            raise MotorFault(
+                f"the motor does not keep its settings; found: drive mode, operating mode and velocity limit {found}; "
+                f"expected: {wanted}"
+            )
+
+    def _settings(self) -> tuple[int, int, int]:
+        """Drive mode, operating mode and velocity limit."""
+        modes = self.bus.read(MODES).data
+        limit = _part(self.bus.read(LIMITS).data, LIMITS, VELOCITY_LIMIT)
+        return _part(modes, MODES, DRIVE_MODE), _part(modes, MODES, OPERATING_MODE), limit
+
+    def _goals(self) -> tuple[int, int, int]:
+        """Watchdog, goal velocity and profile acceleration."""
+        goals = self.bus.read(GOALS).data
+        watchdog = self.bus.read(BUS_WATCHDOG).data[0]
+        return watchdog, _part(goals, GOALS, GOAL_VELOCITY), _part(goals, GOALS, PROFILE_ACCELERATION)
+
+    def _torque(self) -> bool:
+        return bool(self.bus.read(TORQUE_ENABLE, tries=2).data[0])
+
+    def _leave_watchdog_off(self) -> None:
+        """So that the motor is not found tripped by whoever uses it next; it does not matter if this fails."""
+        try:
+            self.bus.write(BUS_WATCHDOG, 0, tries=2)
+        except Exception:
+            return
+
+    def _explained(self, fault: MotorFault) -> MotorFault:
+        """The fault; where the watchdog has tripped, that it has."""
+        try:
+            tripped = self.bus.read(BUS_WATCHDOG).data[0] == TRIPPED
+        except MotorFault:
+            return fault
+        if not tripped:
+            return fault
+        return MotorFault(
+            f"the motor's bus watchdog has stopped it: it heard nothing for {SILENCE_S:g} s. "
+            "Was this program suspended, or the computer too busy? Start again."
+        )
+
+
+def _part(block: bytes, whole: Register, part: Register) -> int:
+    """The value of one register within the bytes of a block."""
+    start = part.address - whole.address
+    return int.from_bytes(block[start : start + part.size], "little")

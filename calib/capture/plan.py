@@ -1,0 +1,76 @@
+"""What the motor does in one trial: a list of steps, each a speed held for a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from calib.capture.code import CHIP_S, CHIP_TURNS_PER_S, END_CODE, START_CODE
+
+REST_S = 0.5
+RUN_OUT_S = 1.0  # the crank comes to rest before the end code
+
+
+class Step(NamedTuple):
+    """A speed held for a time.
+
+    Attributes:
+        part: ``"rest"``, ``"start_code"``, ``"drive"`` or ``"end_code"``.
+        turns_per_s: crank turns a second.
+        seconds: how long.
+    """
+
+    part: str
+    turns_per_s: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class TrialPlan:
+    """One trial: rest, start code, rest, drive, rest, end code, rest.
+
+    Attributes:
+        name: the trial's name.
+        hz: crank turns a second.
+        seconds: how long it is driven at that speed.
+        coded: whether it is framed by the coded wiggles.
+    """
+
+    name: str
+    hz: float
+    seconds: float
+    coded: bool = True
+
+    def steps(self) -> Iterator[Step]:
+        """The steps in their order."""
+        yield Step("rest", 0.0, REST_S)
+        if self.coded:
+            yield from _code("start_code", START_CODE)
+            yield Step("rest", 0.0, REST_S)
+        yield Step("drive", self.hz, self.seconds)
+        yield Step("rest", 0.0, RUN_OUT_S)
+        if self.coded:
+            yield from _code("end_code", END_CODE)
+            yield Step("rest", 0.0, REST_S)
+
+    @property
+    def total_s(self) -> float:
+        """How long the whole trial takes, seconds."""
+        return sum(step.seconds for step in self.steps())
+
+
+def trial_name(hz: float, taken: Sequence[str]) -> str:
+    """A name such as ``f0_60``, or ``f0_60_2`` where that is taken; names that differ in case only count as one."""
+    two = f"{hz:.2f}"
+    name = "f" + (two if float(two) == hz else repr(hz)).replace(".", "_").replace("-", "m")
+    used = {other.casefold() for other in taken}
+    number = 2
+    unique = name
+    while unique.casefold() in used:
+        unique, number = f"{name}_{number}", number + 1
+    return unique
+
+
+def _code(part: str, chips: Sequence[int]) -> Iterator[Step]:
+    return (Step(part, chip * CHIP_TURNS_PER_S, CHIP_S) for chip in chips)

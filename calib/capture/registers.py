@@ -1,0 +1,130 @@
+"""The control table of the Dynamixel XW540-T140-R, as far as it is used here, and the units of its values.
+
+Source: ROBOTIS e-Manual, XW540-T140-R. Everything below address 64 is EEPROM, writable with torque off only.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+MODEL = 1180
+"""The model number that the XW540-T140-R answers a ping with."""
+
+
+class Register(NamedTuple):
+    """One entry of the control table: its address, size in bytes and name in messages."""
+
+    address: int
+    size: int
+    name: str
+
+
+DRIVE_MODE = Register(10, 1, "drive mode")
+OPERATING_MODE = Register(11, 1, "operating mode")
+VELOCITY_LIMIT = Register(44, 4, "velocity limit")
+TORQUE_ENABLE = Register(64, 1, "torque")
+BUS_WATCHDOG = Register(98, 1, "bus watchdog")
+GOAL_VELOCITY = Register(104, 4, "goal velocity")
+PROFILE_ACCELERATION = Register(108, 4, "profile acceleration")
+
+MODES = Register(10, 4, "drive and operating mode")
+LIMITS = Register(44, 12, "velocity limit")
+HARDWARE_ERROR = Register(69, 2, "hardware error")
+GOALS = Register(100, 16, "goals")
+MEASURED = Register(120, 27, "measured values")
+"""Blocks of entries without gaps. Everything read has a length of its own (a ping's answer has 3), so that no late
+answer passes for that to another question; only torque and watchdog share one, and a watchdog that was set never reads
+as torque off."""
+
+VELOCITY_MODE = 1
+REVERSED = 0x01  # bit of the drive mode; the others make the profile one of time, or torque follow every goal
+TRIPPED = 0xFF  # what the watchdog reads after a trip, -1
+
+RPM = 0.229  # a unit of velocity
+RPM_PER_MIN = 214.577  # a unit of profile acceleration, rev/min^2
+PULSES = 4096  # a turn
+AMPERE = 2.69e-3  # a unit of current
+VOLT = 0.1  # a unit of voltage
+WATCHDOG_S = 0.020  # a unit of the bus watchdog
+TICKS = 32768  # the realtime tick counts milliseconds up to 32767
+
+RATED_TURNS_PER_S = 72 / 60  # without load, at RATED_V
+RATED_V = 12.0
+
+HARDWARE_ERRORS = {
+    0x01: "input voltage out of range",
+    0x04: "overheated",
+    0x08: "encoder fault",
+    0x10: "electrical shock or not enough power",
+    0x20: "overload",
+}
+"""The bits of the hardware error status."""
+
+
+class Measured(NamedTuple):
+    """One reading of the motor, in the units of the control table, signed; position and tick wrap.
+
+    Attributes:
+        tick: milliseconds on the motor's clock, 0 to 32767.
+        current: in units of 2.69 mA.
+        velocity: in units of 0.229 rpm.
+        position: in pulses of 1/4096 turn.
+        voltage: in units of 0.1 V.
+        temperature: degrees Celsius.
+    """
+
+    tick: int
+    current: int
+    velocity: int
+    position: int
+    voltage: int
+    temperature: int
+
+
+def decode_measured(data: bytes) -> Measured:
+    """The values of the 27 bytes from address 120 on."""
+
+    def value(address: int, size: int, *, signed: bool) -> int:
+        start = address - MEASURED.address
+        return int.from_bytes(data[start : start + size], "little", signed=signed)
+
+    return Measured(
+        tick=value(120, 2, signed=False),
+        current=value(126, 2, signed=True),
+        velocity=value(128, 4, signed=True),
+        position=value(132, 4, signed=True),
+        voltage=value(144, 2, signed=False),
+        temperature=value(146, 1, signed=False),
+    )
+
+
+def velocity_units(turns_per_s: float) -> int:
+    """A speed in the unit of the goal velocity."""
+    return round(turns_per_s * 60 / RPM)
+
+
+def turns_per_s(units: int) -> float:
+    """The speed of a goal or measured velocity."""
+    return units * RPM / 60
+
+
+def rad_per_s(units: int) -> float:
+    """The speed of a goal or measured velocity, rad/s."""
+    return 2 * math.pi * turns_per_s(units)
+
+
+def acceleration_units(turns_per_s2: float) -> int:
+    """An acceleration in the unit of the profile acceleration; never 0, which would mean no limit."""
+    return max(1, round(turns_per_s2 * 3600 / RPM_PER_MIN))
+
+
+def reach_turns_per_s(voltage_v: float) -> float:
+    """The fastest speed without load: 72 rpm at 12 V, in proportion to the voltage."""
+    return RATED_TURNS_PER_S * voltage_v / RATED_V
+
+
+def describe_hardware_error(bits: int) -> str:
+    """The hardware error status in words."""
+    known = [text for bit, text in HARDWARE_ERRORS.items() if bits & bit]
+    return ", ".join(known) if known else f"unknown error {bits:#04x}"

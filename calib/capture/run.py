@@ -1,0 +1,243 @@
+"""One capture: every speed driven, logged and added to the session; the motor stopped on every way out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from calib.capture import registers
+from calib.capture.bus import Bus
+from calib.capture.errors import CaptureError, MotorFault, UserError
+from calib.capture.guard import RISE_S, Guard, Limits
+from calib.capture.host import Clock, Signals
+from calib.capture.logs import FEWEST_ROWS, TrialLog
+from calib.capture.motor import SILENCE_S, Motor, Reading
+from calib.capture.plan import TrialPlan, trial_name
+from calib.capture.session_text import SessionText
+from calib.capture.unwrap import Unwrapped
+
+PERIOD_S = 0.01
+SLOWEST_LOG_HZ = 50.0
+RENEWAL_S = 0.2  # the goal is written anew, so that a trip of the watchdog does not go unseen
+NEAR_REACH = 0.9
+
+UNCONFIRMED = (
+    "the motor did not confirm that it stopped. Its own bus watchdog stops it within "
+    f"{SILENCE_S:g} s of the last packet it got; take its power away to be sure."
+)
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class CaptureSettings:
+    """What is captured.
+
+    Attributes:
+        out: the session folder; made when it is not there.
+        hz: crank turns a second of each trial.
+        seconds: how long each is driven.
+        motor_id: the motor's id on the bus.
+        kind: ``"swim"`` or ``"dry"``.
+        coded: whether a coded wiggle frames each trial.
+        limits: when the motor is stopped.
+    """
+
+    out: Path
+    hz: tuple[float, ...]
+    seconds: float = 20.0
+    motor_id: int = 1
+    kind: str = "swim"
+    coded: bool = True
+    limits: Limits = field(default_factory=Limits)
+
+
+class TrialResult(NamedTuple):
+    """One trial that was captured whole.
+
+    Attributes:
+        name: its name in the session.
+        commanded_hz: crank turns a second.
+        measured_hz: the mean over the drive, its first second left out; nan if it was no longer than that.
+        rows: of the motor log.
+        rate_hz: rows a second.
+        damaged: answers that were lost or damaged and asked for again.
+    """
+
+    name: str
+    commanded_hz: float
+    measured_hz: float
+    rows: int
+    rate_hz: float
+    damaged: int
+
+
+def capture(
+    settings: CaptureSettings,
+    port: Any,
+    tell: Tell,
+    clock: Clock = Clock(),  # noqa: B008  it has no state
+) -> list[TrialResult]:
+    """Drives and logs every speed, and adds each finished trial to the session.
+
+    A trial cut short stays on disk, but is not added.
+
+    Args:
+        settings: what is captured.
+        port: an open `dynamixel_sdk.PortHandler`, or what behaves like one.
+        tell: receives what is going on, a sentence at a time.
+        clock: the host's time.
+
+    Raises:
+        UserError: a speed out of reach, another motor, a folder or a file that cannot be written.
+        MotorFault: the motor, its bus or its supply failed; or it did not confirm that it stopped.
+        Interrupted: Ctrl-C, SIGTERM or SIGHUP.
+    """
+    session = SessionText(settings.out)
+    session.prepare()
+    motor = Motor(Bus(port, settings.motor_id), clock)
+    results = []
+    with Signals() as signals:
+        motor.identify()
+        _check_reach(settings, motor.read(), tell)
+        for hz in settings.hz:
+            plan = TrialPlan(trial_name(hz, session.taken_names()), hz, settings.seconds, settings.coded)
+            tell(f"{plan.name}: {hz:g} turns/s for {plan.seconds:g} s, {plan.total_s:.1f} s in all")
+            result = _Trial(plan, motor, Guard(settings.limits), signals, clock).run(session.trials, tell)
+            session.add_trial(plan.name, settings.kind, hz)
+            results.append(result)
+            _tell_result(result, tell)
+            signals.raise_if_any()
+    return results
+
+
+class _Trial:
+    """One trial while it runs."""
+
+    def __init__(self, plan: TrialPlan, motor: Motor, guard: Guard, signals: Signals, clock: Clock) -> None:
+        self._plan = plan
+        self._motor = motor
+        self._guard = guard
+        self._signals = signals
+        self._clock = clock
+        self._speed = _MeanSpeed()
+
+    def run(self, folder: Path, tell: Tell) -> TrialResult:
+        """Drives the trial into new files of the folder; whatever happens, the motor is stopped."""
+        damaged = self._motor.bus.damaged
+        log = TrialLog(folder, self._plan.name)
+        try:
+            with log, _stopping(self._motor, tell):
+                self._motor.prepare(max(registers.RATED_TURNS_PER_S, self._plan.hz))
+                self._drive(log)
+        except CaptureError as error:
+            _tell_rest(log, tell)
+            raise error
+        return TrialResult(
+            name=self._plan.name,
+            commanded_hz=self._plan.hz,
+            measured_hz=self._speed.mean_hz,
+            rows=log.rows,
+            rate_hz=log.rate_hz,
+            damaged=self._motor.bus.damaged - damaged,
+        )
+
+    def _drive(self, log: TrialLog) -> None:
+        end_s = self._clock.now()  # the steps end on a fixed schedule: what one is late, the next is not
+        for step in self._plan.steps():
+            end_s += step.seconds
+            units = registers.velocity_units(step.turns_per_s)
+            done_s = self._motor.set_speed(units)
+            log.commanded(done_s, step.part, units)
+            self._guard.command(units, done_s)
+            self._log_until(end_s, units, log, done_s + RISE_S if step.part == "drive" else math.inf)
+
+    def _log_until(self, end_s: float, units: int, log: TrialLog, settled_s: float) -> None:
+        """Reads and logs on a fixed beat until the time comes."""
+        next_s = renewed_s = self._clock.now()
+        while self._clock.now() < end_s:
+            self._signals.raise_if_any()
+            if next_s - renewed_s >= RENEWAL_S:
+                renewed_s = self._motor.set_speed(units)
+            reading = self._motor.read()
+            log.measured(reading)
+            self._guard.check(reading)
+            if reading.timely and reading.time_s >= settled_s:
+                self._speed.add(reading)
+            now = self._clock.now()
+            next_s = max(next_s + PERIOD_S, now)
+            self._clock.sleep(max(0.0, min(next_s, end_s) - now))
+
+
+class _MeanSpeed:
+    """The mean speed between the first and the last reading it got."""
+
+    def __init__(self) -> None:
+        self._position = Unwrapped(2**32)
+        self._first: tuple[float, int] | None = None
+        self._last: tuple[float, int] | None = None
+
+    def add(self, reading: Reading) -> None:
+        self._last = (reading.time_s, self._position.follow(reading.measured.position))
+        self._first = self._first or self._last
+
+    @property
+    def mean_hz(self) -> float:
+        if self._first is None or self._last is None or self._first == self._last:
+            return math.nan
+        return (self._last[1] - self._first[1]) / registers.PULSES / (self._last[0] - self._first[0])
+
+
+@contextmanager
+def _stopping(motor: Motor, tell: Tell) -> Iterator[None]:
+    """Stops the motor at the end of the block, however it ends.
+
+    Raises:
+        MotorFault: the block ended well, but the motor did not confirm that it stopped.
+    """
+    try:
+        yield
+    except BaseException:
+        if not motor.stop():
+            tell(f"warning: {UNCONFIRMED}")
+        raise
+    if not motor.stop():
+        raise MotorFault(UNCONFIRMED)
+
+
+def _check_reach(settings: CaptureSettings, reading: Reading, tell: Tell) -> None:
+    """The speeds can be reached at the voltage there is."""
+    voltage_v = reading.measured.voltage * registers.VOLT
+    reach = registers.reach_turns_per_s(voltage_v)
+    tell(f"motor {settings.motor_id}: {voltage_v:.1f} V, reaches {reach:.2f} turns/s without load (72 rpm at 12 V)")
+    faults = [
+        f"{hz:g} turns/s is out of reach; expected: at most {reach:.2f} at {voltage_v:.1f} V. Leave it out of --hz."
+        for hz in settings.hz
+        if hz > reach
+    ]
+    if faults:
+        raise UserError(faults)
+    near = [f"{hz:g}" for hz in settings.hz if hz > NEAR_REACH * reach]
+    if near:
+        tell(f"warning: {', '.join(near)} turns/s is near the limit: under load the motor will turn more slowly")
+
+
+def _tell_result(result: TrialResult, tell: Tell) -> None:
+    tell(f"{result.name}: {result.rows} rows at {result.rate_hz:.0f} Hz, {result.measured_hz:.3f} turns/s measured")
+    if result.rate_hz < SLOWEST_LOG_HZ:
+        tell(
+            f"warning: logged at {result.rate_hz:.0f} Hz; expected: {SLOWEST_LOG_HZ:.0f} or more. Raise the baud rate, "
+            "or lower the adapter's latency (/sys/bus/usb-serial/devices/*/latency_timer to 1)"
+        )
+    if result.damaged:
+        tell(f"warning: {result.damaged} answers were lost or damaged and asked for again; check cable and ground")
+
+
+def _tell_rest(log: TrialLog, tell: Tell) -> None:
+    """What is left of a trial that was cut short."""
+    if log.rows >= FEWEST_ROWS:
+        tell(f"{log.path} holds the {log.rows} rows until then; the trial was not added to the session")

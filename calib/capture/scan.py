@@ -1,0 +1,84 @@
+"""Which motors answer, on which port, at which baud rate, under which id."""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+from dynamixel_sdk import PacketHandler
+
+from calib.capture.bus import BAUD_RATES, PORT_ERRORS, Bus, open_port
+from calib.capture.errors import MotorFault, UserError
+from calib.capture.registers import MODEL
+
+PORT_PATTERNS = ("/dev/ttyUSB*", "/dev/ttyACM*", "/dev/tty.usbserial*", "/dev/tty.usbmodem*")
+BAUD_ORDER = (57600, 1_000_000, *(baud for baud in BAUD_RATES if baud not in (57600, 1_000_000)))
+"""The factory's rate first, then the SDK's, then the rest."""
+
+
+class Found(NamedTuple):
+    """A motor that answered.
+
+    Attributes:
+        port: its serial port.
+        baud: its baud rate.
+        motor_id: its id.
+        model: its model number.
+    """
+
+    port: str
+    baud: int
+    motor_id: int
+    model: int
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether it is an XW540-T140-R."""
+        return self.model == MODEL
+
+    def describe(self) -> str:
+        """The motor in one line."""
+        what = "XW540-T140-R" if self.is_ours else f"another Dynamixel, model {self.model}"
+        return f"--port {self.port} --baud {self.baud} --id {self.motor_id}  ({what})"
+
+
+def ports() -> list[str]:
+    """The serial ports that an adapter may be on."""
+    return sorted(port for pattern in PORT_PATTERNS for port in glob.glob(pattern))  # noqa: PTH207  device names
+
+
+def scan(
+    names: Sequence[str],
+    bauds: Sequence[int],
+    tell: Callable[[str], None],
+    opened: Callable[[str, int], Any] = open_port,
+) -> list[Found]:
+    """Asks on every port at every baud rate who is there; a port that cannot be opened is told and left out."""
+    found: list[Found] = []
+    for name in names:
+        for baud in bauds:
+            tell(f"{name} at {baud} baud")
+            try:
+                port = opened(name, baud)
+            except UserError as error:
+                tell(f"warning: {error}")
+                break
+            try:
+                found.extend(Found(name, baud, *motor) for motor in _motors(port))
+            finally:
+                port.closePort()
+    return found
+
+
+def _motors(port: Any) -> Iterator[tuple[int, int]]:
+    """Id and model of each motor that answers a ping to all, and then one of its own."""
+    try:
+        answers, _ = PacketHandler(2.0).broadcastPing(port)
+    except PORT_ERRORS:
+        return
+    for motor_id in sorted(answers):
+        try:
+            yield motor_id, Bus(port, motor_id).ping()
+        except MotorFault:
+            continue

@@ -1,0 +1,150 @@
+"""`session.toml` as text: made where there is none, and trials appended to it, all else left as the user wrote it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from calib.capture.errors import UserError
+
+SESSION_FILE = "session.toml"
+
+NEW_SESSION = """\
+[session]
+name = {name}
+
+[camera]
+fps = 60.0               # nominal: set your camera's
+scale_length_m = 0.142   # nose to neck
+
+[markers]
+names = ["nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin"]
+"""
+
+TRIAL = """
+[[trial]]
+name = {name}
+kind = {kind}
+motor = {motor}
+commanded_hz = {hz}
+role = "fit"
+"""
+
+
+@dataclass(frozen=True)
+class SessionText:
+    """The session that trials are added to.
+
+    Attributes:
+        folder: its folder.
+    """
+
+    folder: Path
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.folder / SESSION_FILE
+
+    @property
+    def trials(self) -> Path:
+        """The folder of the recordings."""
+        return self.folder / "trials"
+
+    def prepare(self) -> None:
+        """Makes the folders where they are missing, and makes sure that a trial can be added later.
+
+        Raises:
+            UserError: the folder cannot be written to, or its session.toml cannot be added to.
+        """
+        try:
+            self.trials.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UserError(_not_writable(self.trials, error)) from error
+        if not (os.access(self.folder, os.W_OK) and os.access(self.trials, os.W_OK)):
+            raise UserError(f"{self.folder}: not writable; choose a folder that you may write to with --out")
+        self._with_trial("x", "dry", 1.0)
+
+    def taken_names(self) -> list[str]:
+        """Names that a new trial must not have: those of the trials, and of the logs that lie there."""
+        listed = [str(trial.get("name")) for trial in _parsed(self.path, self._text()).get("trial", ())]
+        lying = [path.name.split(".")[0] for path in self.trials.glob("*.csv")]
+        return listed + lying
+
+    def add_trial(self, name: str, kind: str, hz: float) -> None:
+        """Appends a trial whose motor log lies in ``trials``; the file is replaced whole or not at all.
+
+        Raises:
+            UserError: it cannot be written, or was made such that no trial can be appended.
+        """
+        text = self._with_trial(name, kind, hz)
+        part = self.path.with_name(f".{SESSION_FILE}.{os.getpid()}.part")
+        try:
+            with part.open("w", encoding="utf-8", newline="") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            part.replace(self.path)
+        except OSError as error:
+            raise UserError(_not_writable(self.path, error)) from error
+        finally:
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
+
+    def _with_trial(self, name: str, kind: str, hz: float) -> str:
+        """The text with one more trial, proven to say what the old one said and that trial."""
+        old = self._text()
+        motor = f"trials/{name}.motor.csv"
+        new = (
+            old.rstrip("\n")
+            + "\n"
+            + TRIAL.format(name=_string(name), kind=_string(kind), motor=_string(motor), hz=repr(float(hz)))
+        )
+        before = _parsed(self.path, old)
+        added = {"name": name, "kind": kind, "motor": motor, "commanded_hz": float(hz), "role": "fit"}
+        try:
+            good = tomllib.loads(new) == {**before, "trial": [*before.get("trial", ()), added]}
+        except ValueError:
+            good = False
+        if not good:
+            raise UserError(
+                f"{self.path}: no trial can be appended; expected: trials as [[trial]] tables. "
+                "Write them so, or choose another folder with --out."
+            )
+        return new
+
+    def _text(self) -> str:
+        """The file's text; that of a new one where there is none."""
+        try:
+            with self.path.open(encoding="utf-8-sig", newline="") as file:
+                return file.read()
+        except FileNotFoundError:
+            return NEW_SESSION.format(name=_string(self.folder.resolve().name[:200] or "capture"))
+        except (OSError, ValueError) as error:
+            raise UserError(f"{self.path}: cannot be read; found: {error}; expected: TOML in UTF-8") from error
+
+
+def _parsed(path: Path, text: str) -> Mapping[str, Any]:
+    try:
+        content = tomllib.loads(text)
+    except ValueError as error:
+        raise UserError(f"{path}: not valid TOML; found: {error}. Mend it first, or choose another folder.") from error
+    trials = content.get("trial", [])
+    if not (isinstance(trials, list) and all(isinstance(trial, dict) for trial in trials)):
+        raise UserError(f"{path}: trial is not an array of tables; expected: [[trial]] tables. Mend it first.")
+    return content
+
+
+def _string(text: str) -> str:
+    """A TOML basic string; JSON's escapes are TOML's."""
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _not_writable(path: Path, error: OSError) -> str:
+    return f"{path}: cannot be written; found: {error.strerror or error}; choose a folder that you may write to"

@@ -1,0 +1,90 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from calib.capture import registers
+from calib.capture.registers import MEASURED, Measured, decode_measured
+from calib.capture.unwrap import Unwrapped
+
+
+def block(value: Measured) -> bytes:
+    data = bytearray(MEASURED.size)
+    for name, address, size in (
+        ("tick", 120, 2),
+        ("current", 126, 2),
+        ("velocity", 128, 4),
+        ("position", 132, 4),
+        ("voltage", 144, 2),
+        ("temperature", 146, 1),
+    ):
+        start = address - MEASURED.address
+        data[start : start + size] = (getattr(value, name) % 256**size).to_bytes(size, "little")
+    return bytes(data)
+
+
+@given(
+    st.builds(
+        Measured,
+        tick=st.integers(0, 32767),
+        current=st.integers(-2048, 2047),
+        velocity=st.integers(-1023, 1023),
+        position=st.integers(-(2**31), 2**31 - 1),
+        voltage=st.integers(0, 200),
+        temperature=st.integers(0, 120),
+    )
+)
+def test_values_come_back_signed(value: Measured) -> None:
+    assert decode_measured(block(value)) == value
+
+
+@pytest.mark.parametrize("modulus", [32768, 2**32])
+@given(steps=st.lists(st.integers(-16383, 16383), min_size=1), start=st.integers(0, 32767))
+def test_counters_go_on_over_their_wraps(modulus: int, steps: list[int], start: int) -> None:
+    counter, total = Unwrapped(modulus), start
+    counter.follow(start)
+    for step in steps:
+        total += step
+        assert counter.follow(total % modulus) == total
+
+
+def test_units_are_those_of_the_manual() -> None:
+    assert registers.velocity_units(72 / 60) == round(72 / 0.229)
+    assert math.isclose(registers.rad_per_s(1000), 229 * 2 * math.pi / 60)
+    assert math.isclose(registers.reach_turns_per_s(12.0), 1.2)
+    assert registers.acceleration_units(214.577 / 3600 * 5) == 5
+    assert registers.acceleration_units(0.0) == 1  # 0 would mean: no limit
+
+
+def test_every_block_has_a_length_of_its_own() -> None:
+    read = (
+        registers.TORQUE_ENABLE,
+        registers.HARDWARE_ERROR,
+        registers.MODES,
+        registers.LIMITS,
+        registers.GOALS,
+        MEASURED,
+    )
+    ping = 3
+    assert len({ping, *(register.size for register in read)}) == len(read) + 1
+
+
+def test_no_packet_that_is_ever_sent_needs_stuffing() -> None:
+    """The SDK would send it unstuffed."""
+    most = registers.velocity_units(registers.reach_turns_per_s(16.0))
+    for register, values in (
+        (registers.GOAL_VELOCITY, range(-most, most + 1)),
+        (registers.PROFILE_ACCELERATION, range(1000)),
+        (registers.VELOCITY_LIMIT, range(most + 1)),
+        (registers.BUS_WATCHDOG, range(128)),
+    ):
+        for value in values:
+            data = (value % 256**register.size).to_bytes(register.size, "little")
+            body = bytes([3, *register.address.to_bytes(2, "little"), *data])
+            assert b"\xff\xff\xfd" not in body
+
+
+def test_hardware_errors_are_told_in_words() -> None:
+    assert registers.describe_hardware_error(0x24) == "overheated, overload"
+    assert registers.describe_hardware_error(0x40) == "unknown error 0x40"

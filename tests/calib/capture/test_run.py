@@ -1,0 +1,210 @@
+import csv
+import math
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.capture import COMMANDS_HEADER, START_CODE, Interrupted, Limits, MotorFault, UserError
+from calib.capture import run as run_module
+from calib.motor import HardwareError
+from session import FISHSIM_MARKERS, load_motor, load_session
+from tests.calib.capture.virtual import bench
+
+
+def logged(out: Path, name: str = "f0_60") -> Path:
+    return out / "trials" / f"{name}.motor.csv"
+
+
+def test_a_capture_is_a_session_with_its_speeds_driven_and_logged(tmp_path: Path) -> None:
+    one, out = bench(), tmp_path / "pool"
+    results = one.capture(out, 0.6, 0.8, 0.6, seconds=4.0, coded=True)
+    session = load_session(out, lambda _: FISHSIM_MARKERS)
+    assert [(t.name, t.commanded_hz) for t in session.trials] == [("f0_60", 0.6), ("f0_80", 0.8), ("f0_60_2", 0.6)]
+    for trial, result in zip(session.trials, results, strict=True):
+        assert trial.motor is not None
+        assert trial.commanded_hz is not None
+        log = load_motor(trial.motor)
+        assert np.diff(log.time_s).max() <= 0.02  # 50 Hz or more, throughout
+        assert result.rate_hz == pytest.approx(100, rel=0.02)
+        assert result.measured_hz == pytest.approx(trial.commanded_hz, abs=0.229 / 60)  # a unit of the goal velocity
+        turned = np.gradient(log.position_rad, log.time_s)
+        assert np.median(np.abs(turned - log.velocity_rad_s)) < 0.1
+        assert np.ptp(log.voltage_v) < 0.5
+        assert not log.error.any()
+    assert not one.motor.state.torque_enabled
+
+
+def test_the_wiggles_stand_in_the_log_where_the_commands_say(tmp_path: Path) -> None:
+    one = bench()
+    one.capture(tmp_path, 0.6, seconds=2.0, coded=True)
+    with (tmp_path / "trials/f0_60.commands.csv").open() as file:
+        rows = list(csv.reader(file))
+    assert ",".join(rows[0]) == COMMANDS_HEADER
+    chips = [(float(t), float(v)) for t, part, v in rows[1:] if part == "start_code"]
+    assert tuple(np.sign([v for _, v in chips])) == START_CODE
+    assert sum(part == "end_code" for _, part, _ in rows[1:]) == len(START_CODE)
+    log = load_motor(logged(tmp_path))
+    start_s = chips[0][0]
+    wave = np.repeat(START_CODE, 25)  # (400,) at 100 Hz
+    seen = np.interp(start_s - 1 + np.arange(600) / 100, log.time_s, log.velocity_rad_s)
+    found_s = int(np.argmax(np.correlate(seen, wave, "valid"))) / 100 - 1
+    assert 0 <= found_s <= 0.2  # the motor ramps: its mean lag
+
+
+def test_the_position_goes_on_over_its_wrap(tmp_path: Path) -> None:
+    one = bench()
+    one.motor.table["homing_offset"] = 0
+    one.motor._servo.physics.angle_rad = 2 * math.pi * (2**31 / 4096 - 1)  # a turn before the 32 bits end
+    one.capture(tmp_path, 0.9, seconds=4.0)
+    log = load_motor(logged(tmp_path, "f0_90"))
+    assert np.ptp(log.position_rad) == pytest.approx(2 * math.pi * 0.9 * 4, rel=0.1)
+    assert np.abs(np.diff(log.position_rad)).max() < 0.2
+
+
+def test_a_run_longer_than_the_motors_clock_counts_goes_on(tmp_path: Path) -> None:
+    (result,) = bench().capture(tmp_path, 0.6, seconds=70.0)
+    assert result.measured_hz == pytest.approx(0.6, abs=0.004)
+
+
+def test_speeds_out_of_reach_are_refused_before_anything_turns(tmp_path: Path) -> None:
+    one = bench()
+    with pytest.raises(UserError, match=r"1\.3 turns/s is out of reach; expected: at most 1\.20 at 12\.0 V"):
+        one.capture(tmp_path, 0.6, 1.3)
+    assert one.motor.state.velocity_rad_s == 0
+    assert list((tmp_path / "trials").iterdir()) == []
+
+
+def test_speeds_near_the_limit_are_warned_of(tmp_path: Path) -> None:
+    one = bench()
+    one.capture(tmp_path, 1.15)
+    assert any("1.15 turns/s is near the limit" in line for line in one.told)
+
+
+def test_a_weak_supply_reaches_less(tmp_path: Path) -> None:
+    one = bench()
+    one.motor.set_supply(10.0)
+    with pytest.raises(UserError, match=r"at most 1\.00 at 10\.0 V"):
+        one.capture(tmp_path, 1.1)
+
+
+def test_another_model_is_refused(tmp_path: Path) -> None:
+    one = bench()
+    one.motor.table["model_number"] = 1170
+    with pytest.raises(UserError, match="another model; found: 1170; expected: 1180"):
+        one.capture(tmp_path)
+
+
+def test_a_motor_left_tripped_and_in_another_mode_is_made_ready(tmp_path: Path) -> None:
+    one = bench()
+    table = one.motor.table
+    table["operating_mode"], table["drive_mode"], table["bus_watchdog"], table["torque_enable"] = 3, 5, -1, 1
+    (result,) = one.capture(tmp_path)
+    assert table["drive_mode"] == 1  # the direction stays
+    assert result.rows > 100
+
+
+@pytest.mark.parametrize(
+    ("break_it", "reason"),
+    [
+        (lambda motor: motor.raise_error(HardwareError.OVERLOAD), "the motor reports: overload"),
+        (lambda motor: motor.raise_error(HardwareError.INPUT_VOLTAGE), "input voltage out of range"),
+        (lambda motor: motor.set_supply(8.0), "input voltage out of range"),
+        (lambda motor: motor.power_cycle(), "does not answer|clock jumped"),
+        (lambda motor: setattr(motor._servo.physics, "temperature_c", 75.0), "too warm; found: 75 degrees C"),
+        (lambda motor: setattr(motor._servo.physics, "load", lambda *_: 30.0), "does not follow|current is too high"),
+    ],
+)
+def test_what_fails_stops_the_motor_and_is_told_and_the_log_stays(tmp_path: Path, break_it, reason) -> None:  # type: ignore[no-untyped-def]
+    one = bench()
+    one.events.append((3.0, lambda: break_it(one.motor)))
+    with pytest.raises(MotorFault, match=reason):
+        one.capture(tmp_path, 0.6, seconds=10.0)
+    assert not one.motor.state.torque_enabled
+    assert load_motor(logged(tmp_path)).time_s.size > 200
+    assert any("the trial was not added to the session" in line for line in one.told)
+    assert not (tmp_path / "session.toml").exists()
+
+
+def test_the_row_that_raised_the_alarm_is_in_the_log(tmp_path: Path) -> None:
+    one = bench()
+    one.events.append((3.0, lambda: one.motor.raise_error(HardwareError.OVERHEATING)))
+    with pytest.raises(MotorFault):
+        one.capture(tmp_path, seconds=10.0)
+    assert load_motor(logged(tmp_path)).error[-1] == HardwareError.OVERHEATING
+
+
+def test_a_lost_cable_is_told_and_the_watchdog_stops_the_motor(tmp_path: Path) -> None:
+    one = bench()
+    one.events.append((3.0, lambda: setattr(one.device, "connected", False)))
+    with pytest.raises(MotorFault, match="the port is gone"):
+        one.capture(tmp_path, seconds=10.0)
+    assert any("did not confirm that it stopped" in line for line in one.told)
+    assert one.stopped_soon
+    assert load_motor(logged(tmp_path)).time_s.size > 200
+
+
+def test_a_host_that_slept_too_long_hears_that_the_watchdog_stopped_the_motor(tmp_path: Path) -> None:
+    one = bench()
+    one.events.append((3.0, lambda: one.clock.sleep(2.0)))
+    with pytest.raises(MotorFault, match=r"bus watchdog has stopped it: it heard nothing for 0\.4 s"):
+        one.capture(tmp_path, seconds=10.0)
+    assert one.stopped_soon
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_signals_stop_the_motor_and_finished_trials_are_kept(tmp_path: Path, number: int, code: int) -> None:
+    one = bench()
+    one.events += [(5.0, lambda: os.kill(os.getpid(), number)), (5.0, lambda: os.kill(os.getpid(), signal.SIGINT))]
+    with pytest.raises(Interrupted) as caught:
+        one.capture(tmp_path, 0.6, 0.8, seconds=2.0)
+    assert caught.value.exit_code == code
+    assert not one.motor.state.torque_enabled
+    assert [trial.name for trial in load_session(tmp_path).trials] == ["f0_60"]
+    assert load_motor(logged(tmp_path, "f0_80")).time_s.size > 50
+    assert one.capture(tmp_path, 0.8)[0].name == "f0_80_2"  # what lies there is not written over
+
+
+def test_an_exception_in_the_middle_of_an_answer_still_sends_the_torque_off(tmp_path: Path) -> None:
+    """The SDK's `is_using` stays True then, and swallows every later packet."""
+    one = bench()
+    read = one.port.readPort
+
+    def interrupted(length: int) -> bytes:
+        if one.clock() > 3.0:
+            one.port.readPort = read  # type: ignore[method-assign]
+            raise KeyboardInterrupt
+        return read(length)
+
+    one.port.readPort = interrupted  # type: ignore[method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        one.capture(tmp_path, seconds=10.0)
+    assert one.motor.state.goal_velocity_rad_s == 0
+    assert not one.motor.state.torque_enabled
+    assert load_motor(logged(tmp_path)).time_s.size > 200
+
+
+def test_a_full_disk_stops_the_motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = bench()
+
+    def full(*_: object) -> None:
+        raise UserError("x.motor.csv: cannot be written; found: No space left on device")
+
+    monkeypatch.setattr(run_module.TrialLog, "measured", full)
+    with pytest.raises(UserError, match="No space left"):
+        one.capture(tmp_path)
+    assert not one.motor.state.torque_enabled
+    assert list((tmp_path / "trials").iterdir()) == []  # no log without rows
+
+
+def test_a_slow_adapter_is_warned_of(tmp_path: Path) -> None:
+    one = bench(latency_s=0.025)
+    one.capture(tmp_path, 0.6, seconds=3.0)
+    assert any("warning: logged at" in line and "latency" in line for line in one.told)
+
+
+def test_the_limits_are_below_those_of_the_motor() -> None:
+    assert Limits().current_a < 4.9
+    assert Limits().temperature_c < 80

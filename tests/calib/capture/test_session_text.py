@@ -1,0 +1,73 @@
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from calib.capture import MOTOR_HEADER, UserError
+from calib.capture.session_text import SessionText
+from session import FISHSIM_MARKERS, MOTOR_COLUMNS, load_session
+
+
+def a_log(folder: Path, name: str) -> None:
+    (folder / "trials" / f"{name}.motor.csv").write_text(f"{MOTOR_HEADER}\n1,0,0,0,12,30,0\n2,0,0,0,12,30,0\n")
+
+
+def test_the_header_is_that_of_the_session() -> None:
+    assert tuple(MOTOR_HEADER.split(",")) == MOTOR_COLUMNS
+
+
+def test_a_session_that_is_not_there_is_made_and_is_valid(tmp_path: Path) -> None:
+    text = SessionText(tmp_path / "a" / 'pool "ü" 1')
+    text.prepare()
+    for name, kind, hz in (("f0_60", "swim", 0.6), ("f0_80", "dry", 0.8)):
+        a_log(text.folder, name)
+        text.add_trial(name, kind, hz)
+    session = load_session(text.folder, lambda _: FISHSIM_MARKERS)
+    assert session.name == 'pool "ü" 1'
+    assert [(t.name, t.kind, t.commanded_hz) for t in session.trials] == [("f0_60", "swim", 0.6), ("f0_80", "dry", 0.8)]
+    assert session.trials[0].motor == text.folder / "trials/f0_60.motor.csv"
+    assert sorted(path.name for path in text.folder.iterdir()) == ["session.toml", "trials"]
+
+
+@pytest.mark.parametrize("end", ["", "\n", "\n\n# the end\n", "\r\n"])
+def test_what_the_user_wrote_stays_as_it_was(tmp_path: Path, end: str) -> None:
+    old = '# mine\n[session]\nname="x"\n[[trial]]\nname = "f0_60" # slow\nkind = "swim"' + end
+    (tmp_path / "session.toml").write_bytes(old.encode())
+    text = SessionText(tmp_path)
+    text.prepare()
+    assert text.taken_names() == ["f0_60"]
+    text.add_trial("f0_80", "dry", 0.8)
+    new = (tmp_path / "session.toml").read_bytes().decode()
+    assert new.startswith(old.rstrip("\n"))
+    assert [trial["name"] for trial in tomllib.loads(new)["trial"]] == ["f0_60", "f0_80"]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"[session", "not valid TOML"),
+        (b"trial = [{name = 'a'}]", "no trial can be appended"),
+        (b"trial = 3", "trial is not an array of tables"),
+        (b"\xff", "cannot be read"),
+    ],
+)
+def test_a_session_that_cannot_be_added_to_is_refused_before_anything_is_driven(
+    tmp_path: Path, content: bytes, message: str
+) -> None:
+    (tmp_path / "session.toml").write_bytes(content)
+    with pytest.raises(UserError, match=message):
+        SessionText(tmp_path).prepare()
+    assert (tmp_path / "session.toml").read_bytes() == content
+
+
+def test_a_place_that_is_no_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match="cannot be written"):
+        SessionText(tmp_path / "file").prepare()
+
+
+def test_names_of_logs_that_lie_there_are_taken(tmp_path: Path) -> None:
+    text = SessionText(tmp_path)
+    text.prepare()
+    a_log(tmp_path, "f0_60")
+    assert text.taken_names() == ["f0_60"]

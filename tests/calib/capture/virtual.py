@@ -1,0 +1,52 @@
+"""Captures in virtual time against the emulated motor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from calib.capture import CaptureSettings, Clock, TrialResult, capture
+from calib.motor import Device, Emulator, Faults, FaultyEmulator, VirtualClock, VirtualPort
+
+SILENCE_S = 0.4
+
+
+@dataclass
+class Bench:
+    """An emulated motor, its port and what the capture told.
+
+    `events` are called once their virtual time has come, between two exchanges.
+    """
+
+    motor: Emulator
+    device: Device
+    port: VirtualPort
+    clock: VirtualClock
+    told: list[str] = field(default_factory=list)
+    events: list[tuple[float, Callable[[], object]]] = field(default_factory=list)
+
+    def capture(self, out: Path, *hz: float, seconds: float = 1.0, coded: bool = False) -> list[TrialResult]:
+        settings = CaptureSettings(out, hz or (0.6,), seconds, coded=coded)
+        return capture(settings, self.port, self.told.append, Clock(self.clock, self._sleep))
+
+    @property
+    def stopped_soon(self) -> bool:
+        """Whether the motor is stopped once the watchdog had its time."""
+        self.clock.sleep(SILENCE_S + 0.1)
+        return self.motor.stopped and abs(self.motor.state.velocity_rad_s) < 0.1
+
+    def _sleep(self, seconds: float) -> None:
+        self.clock.sleep(seconds)
+        while self.events and self.clock() >= self.events[0][0]:
+            self.events.pop(0)[1]()
+
+
+def bench(faults: Faults | None = None, load: float = 0.3, latency_s: float = 1e-3, seed: int = 0) -> Bench:
+    """A motor with factory settings at 1 Mbaud."""
+    clock = VirtualClock()
+    motor = Emulator(clock=clock, load=load, seed=seed)
+    device = FaultyEmulator(motor, faults) if faults else motor
+    port = VirtualPort(device, latency_s)
+    port.openPort()
+    return Bench(motor, device, port, clock)
