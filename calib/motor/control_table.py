@@ -1,0 +1,196 @@
+"""The XW540-T140-R's control table: what can be read and written where.
+
+Source: ROBOTIS e-manual, "XW540-T140-R", control tables of the EEPROM and the RAM area (addresses, sizes, access,
+initial values, ranges). Not emulated: indirect addresses and data (168 to 251, 578 to 661) and the backup; reading
+or writing there is an access error.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from calib.motor.protocol import ErrorNumber
+
+MODEL_NUMBER = 1180
+EEPROM_END = 64
+SIZE = 148
+
+
+class Item(NamedTuple):
+    """One entry: little-endian, two's complement where `low` is negative.
+
+    `limit` names the entry whose value bounds this one's magnitude (data limit error rather than data range error);
+    `choices`, where given, are the only values allowed.
+    """
+
+    name: str
+    address: int
+    size: int
+    initial: int = 0
+    low: int = 0
+    high: int = 0
+    writable: bool = True
+    limit: str = ""
+    choices: tuple[int, ...] = ()
+
+
+def _read_only(name: str, address: int, size: int, initial: int = 0, signed: bool = False) -> Item:
+    return Item(name, address, size, initial, low=-1 if signed else 0, writable=False)
+
+
+_GAIN = 16_383
+_TURNS = 256 * 4096
+
+ITEMS = (
+    _read_only("model_number", 0, 2, MODEL_NUMBER),
+    _read_only("model_information", 2, 4),
+    _read_only("firmware_version", 6, 1, 46),
+    Item("id", 7, 1, 1, 0, 252),
+    Item("baud_rate", 8, 1, 1, 0, 7),
+    Item("return_delay_time", 9, 1, 250, 0, 254),
+    Item("drive_mode", 10, 1, choices=(0, 1, 4, 5)),
+    Item("operating_mode", 11, 1, 3, choices=(0, 1, 3, 4, 5, 16)),
+    Item("secondary_id", 12, 1, 255, 0, 255),
+    Item("protocol_type", 13, 1, 2, choices=(2,)),
+    Item("homing_offset", 20, 4, 0, -1_044_479, 1_044_479),
+    Item("moving_threshold", 24, 4, 10, 0, 1_023),
+    Item("temperature_limit", 31, 1, 80, 0, 100),
+    Item("max_voltage_limit", 32, 2, 160, 95, 160),
+    Item("min_voltage_limit", 34, 2, 95, 95, 160),
+    Item("pwm_limit", 36, 2, 885, 0, 885),
+    Item("current_limit", 38, 2, 2_047, 0, 2_047),
+    Item("velocity_limit", 44, 4, 304, 0, 1_023),
+    Item("max_position_limit", 48, 4, 4_095, 0, 4_095),
+    Item("min_position_limit", 52, 4, 0, 0, 4_095),
+    Item("startup_configuration", 60, 1, 0, 0, 3),
+    Item("shutdown", 63, 1, 52, 0, 0x3D),
+    Item("torque_enable", 64, 1, 0, 0, 1),
+    Item("status_return_level", 68, 1, 2, 0, 2),
+    _read_only("registered_instruction", 69, 1),
+    _read_only("hardware_error_status", 70, 1),
+    Item("velocity_i_gain", 76, 2, 1_920, 0, _GAIN),
+    Item("velocity_p_gain", 78, 2, 100, 0, _GAIN),
+    Item("position_d_gain", 80, 2, 0, 0, _GAIN),
+    Item("position_i_gain", 82, 2, 0, 0, _GAIN),
+    Item("position_p_gain", 84, 2, 800, 0, _GAIN),
+    Item("feedforward_2nd_gain", 88, 2, 0, 0, _GAIN),
+    Item("feedforward_1st_gain", 90, 2, 0, 0, _GAIN),
+    Item("bus_watchdog", 98, 1, 0, -1, 127),
+    Item("goal_pwm", 100, 2, 885, -885, 885, limit="pwm_limit"),
+    Item("goal_current", 102, 2, 2_047, -2_047, 2_047, limit="current_limit"),
+    Item("goal_velocity", 104, 4, 0, -1_023, 1_023, limit="velocity_limit"),
+    Item("profile_acceleration", 108, 4, 0, 0, 32_767),
+    Item("profile_velocity", 112, 4, 0, 0, 32_767),
+    Item("goal_position", 116, 4, 0, -_TURNS, _TURNS),
+    _read_only("realtime_tick", 120, 2),
+    _read_only("moving", 122, 1),
+    _read_only("moving_status", 123, 1),
+    _read_only("present_pwm", 124, 2, signed=True),
+    _read_only("present_current", 126, 2, signed=True),
+    _read_only("present_velocity", 128, 4, signed=True),
+    _read_only("present_position", 132, 4, signed=True),
+    _read_only("velocity_trajectory", 136, 4, signed=True),
+    _read_only("position_trajectory", 140, 4, signed=True),
+    _read_only("present_input_voltage", 144, 2),
+    _read_only("present_temperature", 146, 1),
+    _read_only("backup_ready", 147, 1),
+)
+BY_NAME = {item.name: item for item in ITEMS}
+BY_ADDRESS = {item.address: item for item in ITEMS}
+DEFINED = frozenset(address for item in ITEMS for address in range(item.address, item.address + item.size))
+GOALS = frozenset({"goal_pwm", "goal_current", "goal_velocity", "goal_position"})
+"""Entries that a tripped bus watchdog makes read-only."""
+
+
+class Refused(Exception):
+    """A read or write the control table does not allow; `number` goes into the status packet's error byte."""
+
+    def __init__(self, number: ErrorNumber) -> None:
+        super().__init__(number.name)
+        self.number = number
+
+
+class ControlTable:
+    """The entries' present values as bytes: by name from inside the motor, by address and under rules from the bus."""
+
+    def __init__(self) -> None:
+        self._memory = bytearray(SIZE)
+        self.reset(ITEMS)
+
+    def reset(self, items: tuple[Item, ...]) -> None:
+        """Puts these entries back to their initial values."""
+        for item in items:
+            self[item.name] = item.initial
+
+    def restart(self) -> None:
+        """What a loss of power does: the RAM area goes back to its initial values, the limits to those in EEPROM."""
+        self.reset(tuple(item for item in ITEMS if item.address >= EEPROM_END))
+        self["goal_pwm"], self["goal_current"] = self["pwm_limit"], self["current_limit"]
+
+    def __getitem__(self, name: str) -> int:
+        item = BY_NAME[name]
+        raw = self._memory[item.address : item.address + item.size]
+        return int.from_bytes(raw, "little", signed=item.low < 0)
+
+    def __setitem__(self, name: str, value: int) -> None:
+        item = BY_NAME[name]
+        raw = (value & ((1 << 8 * item.size) - 1)).to_bytes(item.size, "little")
+        self._memory[item.address : item.address + item.size] = raw
+
+    def read(self, address: int, length: int) -> bytes:
+        """The bytes at an address, as the bus reads them.
+
+        Raises:
+            Refused: ACCESS where a byte belongs to no entry, DATA_LENGTH for no bytes at all.
+        """
+        if length == 0:
+            raise Refused(ErrorNumber.DATA_LENGTH)
+        if address + length > SIZE or any(at not in DEFINED for at in range(address, address + length)):
+            raise Refused(ErrorNumber.ACCESS)
+        return bytes(self._memory[address : address + length])
+
+    def check_write(self, address: int, data: bytes) -> dict[str, int]:
+        """What a write from the bus would change: {entry: value}. Nothing is changed yet: a write counts whole.
+
+        Raises:
+            Refused: ACCESS for an entry that is read-only, undefined, or in EEPROM while torque is on; DATA_LENGTH
+                for part of an entry; DATA_RANGE and DATA_LIMIT for values out of bounds, and for goals after the bus
+                watchdog has tripped.
+        """
+        if not data:
+            raise Refused(ErrorNumber.DATA_LENGTH)
+        values: dict[str, int] = {}
+        at, end = address, address + len(data)
+        while at < end:
+            item = self._writable_at(at)
+            if at + item.size > end:
+                raise Refused(ErrorNumber.DATA_LENGTH)
+            raw = data[at - address : at - address + item.size]
+            values[item.name] = int.from_bytes(raw, "little", signed=item.low < 0)
+            at += item.size
+        for name, value in values.items():
+            self._check_value(BY_NAME[name], value, values)
+        return values
+
+    def _writable_at(self, address: int) -> Item:
+        if address not in DEFINED:
+            raise Refused(ErrorNumber.ACCESS)
+        item = BY_ADDRESS.get(address)
+        if item is None:
+            raise Refused(ErrorNumber.DATA_LENGTH)
+        if not item.writable or (address < EEPROM_END and self["torque_enable"]):
+            raise Refused(ErrorNumber.ACCESS)
+        return item
+
+    def _check_value(self, item: Item, value: int, together: dict[str, int]) -> None:
+        tripped = self["bus_watchdog"] < 0
+        allowed = value in item.choices if item.choices else item.low <= value <= item.high
+        if item.name == "bus_watchdog":
+            allowed = value == 0 if tripped else value >= 0
+        if not allowed or (tripped and item.name in GOALS):
+            raise Refused(ErrorNumber.DATA_RANGE)
+        if item.limit and abs(value) > together.get(item.limit, self[item.limit]):
+            raise Refused(ErrorNumber.DATA_LIMIT)
+        inside = self["min_position_limit"] <= value <= self["max_position_limit"]
+        if item.name == "goal_position" and self["operating_mode"] == 3 and not inside:
+            raise Refused(ErrorNumber.DATA_LIMIT)

@@ -1,0 +1,157 @@
+"""Packets of DYNAMIXEL Protocol 2.0: header, byte stuffing, CRC-16.
+
+Source: ROBOTIS e-manual, "Protocol 2.0" (packet fields, processing order, error numbers) and "CRC calculation".
+Written from that text, without ROBOTIS' SDK, so that the two can be tested against each other.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+HEADER = b"\xff\xff\xfd\x00"
+BROADCAST_ID = 0xFE
+MAX_ID = 0xFC
+ALERT = 0x80
+"""Bit of the error byte that says that Hardware Error Status (70) is not zero."""
+
+STUFFED, PLAIN = b"\xff\xff\xfd\xfd", b"\xff\xff\xfd"
+LONGEST = 1024
+"""Longest length field that is believed; anything above is noise that looks like a header."""
+
+
+class Instruction(IntEnum):
+    """What a packet asks for, or `STATUS`: the answer."""
+
+    PING = 0x01
+    READ = 0x02
+    WRITE = 0x03
+    REG_WRITE = 0x04
+    ACTION = 0x05
+    FACTORY_RESET = 0x06
+    REBOOT = 0x08
+    CLEAR = 0x10
+    STATUS = 0x55
+    SYNC_READ = 0x82
+    SYNC_WRITE = 0x83
+    BULK_READ = 0x92
+    BULK_WRITE = 0x93
+
+
+class ErrorNumber(IntEnum):
+    """Bits 0 to 6 of a status packet's error byte."""
+
+    NONE = 0
+    RESULT_FAIL = 1
+    INSTRUCTION = 2
+    CRC = 3
+    DATA_RANGE = 4
+    DATA_LENGTH = 5
+    DATA_LIMIT = 6
+    ACCESS = 7
+
+
+class Packet(NamedTuple):
+    """A packet without its stuffing. `intact` is False when its CRC did not match: only `id` may then be used."""
+
+    id: int
+    instruction: int
+    params: bytes = b""
+    intact: bool = True
+
+
+def _crc_table() -> tuple[int, ...]:
+    table = []
+    for byte in range(256):
+        crc = byte << 8
+        for _ in range(8):
+            crc = (crc << 1) ^ (0x8005 if crc & 0x8000 else 0)
+        table.append(crc & 0xFFFF)
+    return tuple(table)
+
+
+_TABLE = _crc_table()
+
+
+def crc16(data: bytes) -> int:
+    """CRC-16 with polynomial 0x8005, start 0, not reflected, of the stuffed packet from its header on."""
+    crc = 0
+    for byte in data:
+        crc = ((crc << 8) ^ _TABLE[(crc >> 8) ^ byte]) & 0xFFFF
+    return crc
+
+
+def encode(packet: Packet) -> bytes:
+    """The bytes of a packet on the line: stuffed, with length and CRC."""
+    body = (bytes([packet.instruction]) + packet.params).replace(PLAIN, STUFFED)
+    head = HEADER + bytes([packet.id]) + (len(body) + 2).to_bytes(2, "little")
+    return head + body + crc16(head + body).to_bytes(2, "little")
+
+
+def encode_status(motor_id: int, error: int, params: bytes = b"") -> bytes:
+    """The bytes of a status packet: instruction 0x55, the error byte, the parameters."""
+    return encode(Packet(motor_id, Instruction.STATUS, bytes([error]) + params))
+
+
+class PacketReader:
+    """Finds packets in a stream of bytes that may hold anything else as well.
+
+    A header inside a packet starts a new one (stuffing keeps it out of any whole packet), so that a packet cut short
+    costs itself alone.
+    """
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+
+    @property
+    def waiting(self) -> bool:
+        """True while bytes are kept that may become a packet."""
+        return bool(self._buffer)
+
+    def clear(self) -> None:
+        """Forgets the bytes kept."""
+        self._buffer.clear()
+
+    def push(self, data: bytes) -> list[Packet]:
+        """The packets completed by these bytes, in order."""
+        self._buffer += data
+        packets = []
+        while self._find_header():
+            end = 7 + int.from_bytes(self._buffer[5:7], "little")
+            if len(self._buffer) < end:
+                break
+            packets.append(_decode(bytes(self._buffer[:end])))
+            del self._buffer[:end]
+        return packets
+
+    def _find_header(self) -> bool:
+        """Drops what cannot be a packet; True when a packet's head stands at the start of the buffer."""
+        buffer = self._buffer
+        while True:
+            start = buffer.find(HEADER)
+            if start < 0:
+                del buffer[: len(buffer) - _prefix_at_end(buffer)]
+                return False
+            del buffer[:start]
+            if len(buffer) < 7:
+                return False
+            length = int.from_bytes(buffer[5:7], "little")
+            inner = buffer.find(HEADER, 7, 7 + length)
+            if 0 <= inner <= 7 + length - 5:  # its first three bytes lie before the CRC
+                del buffer[:inner]
+            elif not 3 <= length <= LONGEST or buffer[4] in (0xFD, 0xFF):
+                del buffer[:3]
+            else:
+                return True
+
+
+def _prefix_at_end(buffer: bytearray) -> int:
+    """How many bytes at the end may be the start of a header."""
+    return next((count for count in (3, 2, 1) if buffer.endswith(HEADER[:count])), 0)
+
+
+def _decode(raw: bytes) -> Packet:
+    if crc16(raw[:-2]) != int.from_bytes(raw[-2:], "little"):
+        return Packet(raw[4], raw[7], intact=False)
+    body = raw[7:-2].replace(STUFFED, PLAIN)
+    return Packet(raw[4], body[0], body[1:])

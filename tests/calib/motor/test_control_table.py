@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+import pytest
+
+from calib.motor.control_table import BY_NAME, ITEMS, ControlTable, Refused
+from calib.motor.protocol import ErrorNumber
+
+ACCESS, RANGE, LENGTH, LIMIT = (
+    ErrorNumber.ACCESS,
+    ErrorNumber.DATA_RANGE,
+    ErrorNumber.DATA_LENGTH,
+    ErrorNumber.DATA_LIMIT,
+)
+
+
+def entry(name: str, value: int) -> tuple[int, bytes]:
+    item = BY_NAME[name]
+    return item.address, (value & (1 << 8 * item.size) - 1).to_bytes(item.size, "little")
+
+
+def refusal(table: ControlTable, address: int, data: bytes) -> ErrorNumber | None:
+    try:
+        table.check_write(address, data)
+    except Refused as refused:
+        return refused.number
+    return None
+
+
+def test_entries_do_not_overlap_and_start_at_a_value_they_allow() -> None:
+    taken = [address for item in ITEMS for address in range(item.address, item.address + item.size)]
+
+    assert len(taken) == len(set(taken))
+    for item in ITEMS:
+        assert not item.writable or (
+            item.initial in item.choices if item.choices else item.low <= item.initial <= item.high
+        )
+
+
+def test_the_model_is_an_xw540_t140() -> None:
+    assert ControlTable().read(0, 2) == (1180).to_bytes(2, "little")
+
+
+def test_the_block_of_measurements_is_read_at_once() -> None:
+    assert len(ControlTable().read(120, 27)) == 27
+
+
+@pytest.mark.parametrize(("address", "length"), [(14, 1), (63, 3), (140, 20), (168, 2), (5000, 1)])
+def test_reading_where_nothing_is_defined_is_an_access_error(address: int, length: int) -> None:
+    with pytest.raises(Refused) as refused:
+        ControlTable().read(address, length)
+    assert refused.value.number is ACCESS
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "number"),
+    [
+        ("operating_mode", 1, None),
+        ("operating_mode", 2, RANGE),
+        ("return_delay_time", 254, None),
+        ("return_delay_time", 255, RANGE),
+        ("bus_watchdog", 127, None),
+        ("bus_watchdog", 128, RANGE),
+        ("bus_watchdog", -1, RANGE),
+        ("torque_enable", 2, RANGE),
+        ("profile_acceleration", -1, RANGE),
+        ("goal_velocity", -304, None),
+        ("goal_velocity", 305, LIMIT),
+        ("goal_velocity", 1024, RANGE),
+        ("goal_position", 4096, LIMIT),
+        ("model_number", 1, ACCESS),
+        ("hardware_error_status", 0, ACCESS),
+        ("present_velocity", 1, ACCESS),
+    ],
+)
+def test_a_write_is_held_to_access_range_and_limit(name: str, value: int, number: ErrorNumber | None) -> None:
+    assert refusal(ControlTable(), *entry(name, value)) is number
+
+
+def test_a_limit_lowered_bounds_the_goal() -> None:
+    table = ControlTable()
+    table["velocity_limit"] = 100
+
+    assert refusal(table, *entry("goal_velocity", 101)) is LIMIT
+    assert refusal(table, *entry("goal_velocity", -100)) is None
+
+
+def test_eeprom_is_closed_while_torque_is_on() -> None:
+    table = ControlTable()
+    table["torque_enable"] = 1
+
+    for item in ITEMS:
+        number = refusal(table, *entry(item.name, item.initial))
+        assert number is (ACCESS if item.address < 64 or not item.writable else None), item.name
+
+
+@pytest.mark.parametrize(("address", "data"), [(104, b"\x01\x00"), (105, b"\x01"), (104, b""), (102, bytes(4))])
+def test_part_of_an_entry_is_a_length_error(address: int, data: bytes) -> None:
+    assert refusal(ControlTable(), address, data) is LENGTH
+
+
+def test_entries_side_by_side_are_written_at_once_or_not_at_all() -> None:
+    table = ControlTable()
+    speed, acceleration = (200).to_bytes(4, "little"), (30).to_bytes(4, "little")
+
+    assert table.check_write(104, speed + acceleration) == {"goal_velocity": 200, "profile_acceleration": 30}
+    assert refusal(table, 104, speed + b"\xff" * 4) is RANGE
+    assert table["goal_velocity"] == 0
+
+
+def test_a_tripped_watchdog_closes_the_goals_until_zero_is_written() -> None:
+    table = ControlTable()
+    table["bus_watchdog"] = -1
+
+    for goal in ("goal_pwm", "goal_current", "goal_velocity", "goal_position"):
+        assert refusal(table, *entry(goal, 0)) is RANGE
+    assert refusal(table, *entry("bus_watchdog", 5)) is RANGE
+    assert refusal(table, *entry("bus_watchdog", 0)) is None
+    assert refusal(table, *entry("torque_enable", 0)) is None
+
+
+def test_signed_entries_read_back_signed() -> None:
+    table = ControlTable()
+    table["present_position"] = -5
+    table["present_velocity"] = 2**31 + 1
+
+    assert table.read(132, 4) == b"\xfb\xff\xff\xff"
+    assert table["present_position"] == -5
+    assert table["present_velocity"] == 1 - 2**31

@@ -1,0 +1,364 @@
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+from calib.motor import Emulator, HardwareError, VirtualClock
+from calib.motor.protocol import HEADER, ErrorNumber, Instruction, Packet, encode
+from calib.motor.servo import VELOCITY_UNIT
+from tests.calib.motor.host import (
+    BUS_WATCHDOG,
+    GOAL_VELOCITY,
+    OPERATING_MODE,
+    PROFILE_ACCELERATION,
+    TORQUE_ENABLE,
+    Host,
+)
+
+ALERT = 0x80
+
+
+@pytest.fixture
+def host() -> Host:
+    return Host()
+
+
+def test_a_ping_is_answered_with_model_and_firmware(host: Host) -> None:
+    answer = host.ask(Instruction.PING)
+
+    assert answer is not None
+    assert answer == (0, (1180).to_bytes(2, "little") + b"\x2e")
+    assert host.ask(Instruction.PING, to=0xFE) == answer
+    assert host.ask(Instruction.PING, to=2) is None
+
+
+def test_a_bad_crc_is_answered_with_the_crc_error(host: Host) -> None:
+    sent = bytearray(encode(Packet(1, Instruction.WRITE, b"\x40\x00\x01")))
+    sent[-3] ^= 1
+
+    assert host.motor.feed(bytes(sent))[8] == ErrorNumber.CRC
+    assert not host.motor.state.torque_enabled
+
+
+def test_an_unknown_instruction_and_a_factory_reset_are_refused(host: Host) -> None:
+    unknown, reset = host.ask(0x77), host.ask(Instruction.FACTORY_RESET, b"\x01")
+
+    assert unknown is not None
+    assert unknown.error == ErrorNumber.INSTRUCTION
+    assert reset is not None
+    assert reset.error == ErrorNumber.RESULT_FAIL
+
+
+def test_the_mode_is_set_before_torque_and_not_after(host: Host) -> None:
+    assert host.write(OPERATING_MODE, 1) == 0
+    assert host.write(TORQUE_ENABLE, 1) == 0
+    assert host.write(OPERATING_MODE, 3) == ErrorNumber.ACCESS
+
+
+def test_it_turns_at_the_speed_asked_for(host: Host) -> None:
+    host.turn(-250)
+    host.clock.sleep(1.0)
+    before = host.read(132, 4, signed=True)
+    host.clock.sleep(2.0)
+
+    assert host.read(128, 4, signed=True) == -250
+    assert host.read(132, 4, signed=True) - before == pytest.approx(-250 * 0.229 / 60 * 4096 * 2.0, abs=1.01)
+    assert not host.motor.stopped
+
+
+def test_the_ramp_has_the_acceleration_of_the_profile(host: Host) -> None:
+    host.turn(200, acceleration=5)
+    host.clock.sleep(2.0)
+
+    assert host.read(128, 4) == round(5 * 214.577 / 60 * 2.0 / 0.229)
+    host.clock.sleep(2.0)
+    assert host.read(128, 4) == 200
+
+
+def test_reverse_mode_turns_the_other_way_with_the_same_numbers(host: Host) -> None:
+    assert host.write(10, 1, size=1) == 0
+    host.turn(100)
+    host.clock.sleep(1.0)
+
+    assert host.read(128, 4, signed=True) == 100
+    assert host.motor.state.velocity_rad_s == pytest.approx(-100 * VELOCITY_UNIT)
+
+
+def test_a_time_based_profile_takes_the_time_it_says(host: Host) -> None:
+    assert host.write(10, 4, size=1) == 0
+    host.turn(200, acceleration=1000)
+    host.clock.sleep(0.5)
+
+    assert host.read(128, 4) == pytest.approx(100, abs=1)
+
+
+def test_the_tick_counts_milliseconds_and_wraps(host: Host) -> None:
+    before = host.read(120, 2)
+    host.clock.sleep(1.234)
+    assert (host.read(120, 2) - before) % 32_768 == pytest.approx(1234, abs=1)
+    host.clock.sleep(32.768 * 3)
+    assert (host.read(120, 2) - before) % 32_768 == pytest.approx(1234, abs=1)
+    assert host.read(120, 2) < 32_768
+
+
+class TestBusWatchdog:
+    def test_it_trips_after_its_time_without_an_instruction_and_not_before(self, host: Host) -> None:
+        host.turn(200)
+        host.write(BUS_WATCHDOG, 25)  # 0.5 s
+
+        host.clock.sleep(0.499)
+        assert not host.motor.stopped
+        host.clock.sleep(0.002)
+        assert host.motor.stopped
+
+        state = host.motor.state
+        assert state.torque_enabled
+        assert state.watchdog_tripped
+        assert host.read(BUS_WATCHDOG, 1, signed=True) == -1
+        assert host.read(GOAL_VELOCITY, 4) == 0
+
+    def test_it_stops_at_once_whatever_the_profile(self, host: Host) -> None:
+        host.turn(200, acceleration=1)
+        host.write(BUS_WATCHDOG, 1)
+        for _ in range(200):
+            host.clock.sleep(0.019)
+            host.read(120, 2)
+        assert host.motor.state.velocity_rad_s > 0.2
+
+        host.clock.sleep(0.07)
+
+        assert host.motor.state.velocity_rad_s == 0.0
+
+    def test_goals_are_refused_until_zero_is_written_and_it_then_waits_for_one(self, host: Host) -> None:
+        host.turn(200)
+        host.write(BUS_WATCHDOG, 5)
+        host.clock.sleep(1.0)
+
+        assert host.write(GOAL_VELOCITY, 150) == ErrorNumber.DATA_RANGE
+        assert host.write(BUS_WATCHDOG, 0) == 0
+        assert host.motor.stopped
+        assert host.write(GOAL_VELOCITY, 150) == 0
+        assert not host.motor.stopped
+
+    def test_any_instruction_keeps_it_quiet_and_noise_does_not(self, host: Host) -> None:
+        host.turn(200)
+        host.write(BUS_WATCHDOG, 5)
+        for _ in range(20):
+            host.clock.sleep(0.09)
+            host.ask(Instruction.PING, to=7)
+        assert not host.motor.stopped
+
+        for _ in range(20):
+            host.clock.sleep(0.09)
+            host.motor.feed(b"\xff\xff\xfd\x00 not a packet")
+        assert host.motor.stopped
+
+    def test_it_does_not_watch_while_torque_is_off(self, host: Host) -> None:
+        host.write(BUS_WATCHDOG, 5)
+        host.clock.sleep(10.0)
+
+        assert host.read(BUS_WATCHDOG, 1) == 5
+
+    def test_where_it_stopped_does_not_depend_on_when_one_looks(self) -> None:
+        late, often = Host(), Host()
+        for one in (late, often):
+            one.turn(200)
+            one.write(BUS_WATCHDOG, 20)
+        late.clock.sleep(5.0)
+        for _ in range(500):
+            often.clock.sleep(0.01)
+            _ = often.motor.state
+
+        assert often.motor.state.position_rad == pytest.approx(late.motor.state.position_rad, abs=0.01)
+
+
+class TestHardwareErrors:
+    @pytest.mark.parametrize(
+        "error", [HardwareError.OVERLOAD, HardwareError.OVERHEATING, HardwareError.ELECTRICAL_SHOCK]
+    )
+    def test_those_named_in_shutdown_switch_torque_off_until_a_reboot(self, host: Host, error: HardwareError) -> None:
+        host.turn(200)
+        host.motor.raise_error(error)
+
+        assert host.motor.stopped
+        assert host.read(70, 1) == error
+        assert host.read(TORQUE_ENABLE, 1) == 0
+        assert host.write(TORQUE_ENABLE, 1) == ALERT | ErrorNumber.RESULT_FAIL
+
+        host.ask(Instruction.REBOOT)
+        host.clock.sleep(1.0)
+        assert host.read(70, 1) == 0
+        assert host.write(TORQUE_ENABLE, 1) == 0
+
+    @pytest.mark.parametrize("error", [HardwareError.INPUT_VOLTAGE, HardwareError.ENCODER])
+    def test_the_others_raise_the_alert_alone_and_the_motor_goes_on(self, host: Host, error: HardwareError) -> None:
+        host.turn(200)
+        host.motor.raise_error(error)
+
+        assert not host.motor.stopped
+        assert host.write(GOAL_VELOCITY, 100) == ALERT
+
+    def test_a_voltage_out_of_bounds_is_found(self, host: Host) -> None:
+        host.motor.set_supply(8.0)
+        host.clock.sleep(0.1)
+
+        assert host.read(144, 2) == 80
+        assert host.motor.state.hardware_error == HardwareError.INPUT_VOLTAGE
+
+    def test_a_stalled_motor_overloads_after_a_second(self) -> None:
+        clock = VirtualClock()
+        host = Host(Emulator(clock=clock, load=8.0))
+        host.turn(200)
+
+        clock.sleep(0.9)
+        assert not host.motor.stopped
+        assert host.read(126, 2, signed=True) == pytest.approx(4.9 / 2.69e-3, abs=5)
+        clock.sleep(0.3)
+        assert host.motor.stopped
+        assert host.motor.state.hardware_error == HardwareError.OVERLOAD
+
+    def test_a_motor_worked_too_hard_overheats(self) -> None:
+        clock = VirtualClock()
+        host = Host(Emulator(clock=clock, load=5.0))
+        host.turn(50)
+
+        clock.sleep(600.0)
+
+        assert host.motor.state.hardware_error == HardwareError.OVERHEATING
+        assert host.motor.stopped
+
+
+class TestStatusReturnLevel:
+    @pytest.mark.parametrize(("level", "read", "written"), [(0, False, False), (1, True, False), (2, True, True)])
+    def test_it_says_what_is_answered(self, host: Host, level: int, read: bool, written: bool) -> None:
+        host.write(68, level, size=1)
+
+        assert host.ask(Instruction.PING) is not None
+        assert (host.ask(Instruction.READ, b"\x78\x00\x02\x00") is not None) is read
+        assert (host.write(TORQUE_ENABLE, 1) is not None) is written
+        assert host.motor.state.torque_enabled
+
+    def test_what_is_sent_to_all_is_obeyed_in_silence(self, host: Host) -> None:
+        assert host.ask(Instruction.WRITE, b"\x40\x00\x01", to=0xFE) is None
+        assert host.motor.state.torque_enabled
+
+
+def test_a_registered_write_waits_for_the_action(host: Host) -> None:
+    host.turn(0)
+    action = host.ask(Instruction.ACTION)
+    assert action is not None
+    assert action.error == ErrorNumber.INSTRUCTION
+
+    host.ask(Instruction.REG_WRITE, b"\x68\x00\xc8\x00\x00\x00")
+    assert host.motor.stopped
+    assert host.read(69, 1) == 1
+    host.ask(Instruction.ACTION)
+    assert host.motor.state.goal_velocity_rad_s == pytest.approx(200 * VELOCITY_UNIT)
+    assert host.read(69, 1) == 0
+
+
+def test_sync_instructions_reach_the_motor_they_name(host: Host) -> None:
+    host.ask(Instruction.SYNC_WRITE, b"\x40\x00\x01\x00" + b"\x07\x00" + b"\x01\x01", to=0xFE)
+    assert host.motor.state.torque_enabled
+
+    answer = host.ask(Instruction.SYNC_READ, b"\x40\x00\x01\x00\x01\x07", to=0xFE)
+    assert answer is not None
+    assert answer.params == b"\x01"
+    assert host.ask(Instruction.SYNC_READ, b"\x40\x00\x01\x00\x07\x01", to=0xFE) is None
+
+
+def test_a_reboot_forgets_ram_and_whole_turns_and_takes_its_time(host: Host) -> None:
+    host.turn(200)
+    host.write(BUS_WATCHDOG, 100)
+    host.clock.sleep(1.9)
+    host.write(GOAL_VELOCITY, 200)
+    host.clock.sleep(1.9)
+    assert host.ask(Instruction.REBOOT) == (0, b"")
+
+    assert host.ask(Instruction.PING) is None
+    host.clock.sleep(1.0)
+    assert host.ask(Instruction.PING) is not None
+    assert (host.read(BUS_WATCHDOG, 1), host.read(GOAL_VELOCITY, 4), host.read(TORQUE_ENABLE, 1)) == (0, 0, 0)
+    assert host.read(OPERATING_MODE, 1) == 1
+    assert host.motor.state.position_rad < 2 * math.pi + 1.0
+
+
+def test_a_change_of_mode_resets_the_profile(host: Host) -> None:
+    host.write(PROFILE_ACCELERATION, 20)
+    host.write(OPERATING_MODE, 1)
+
+    assert host.read(PROFILE_ACCELERATION, 4) == 0
+
+
+def test_turns_are_cleared_at_rest_only(host: Host) -> None:
+    host.turn(200)
+    host.clock.sleep(3.0)
+    moving = host.ask(Instruction.CLEAR, b"\x01\x44\x58\x4c\x22")
+    assert moving is not None
+    assert moving.error == ErrorNumber.RESULT_FAIL
+
+    host.write(TORQUE_ENABLE, 0)
+    host.clock.sleep(1.0)
+    assert host.read(132, 4) > 4096
+    assert host.ask(Instruction.CLEAR, b"\x01\x44\x58\x4c\x22") == (0, b"")
+    assert 0 <= host.read(132, 4) < 4096
+
+
+def test_an_unfinished_packet_is_forgotten_after_a_while(host: Host) -> None:
+    host.motor.feed(HEADER + b"\x01\x30\x00\x03")
+    host.clock.sleep(0.2)
+
+    assert host.ask(Instruction.PING) is not None
+
+
+def test_at_another_baud_rate_neither_understands_the_other(host: Host) -> None:
+    ping = encode(Packet(1, Instruction.PING))
+
+    assert host.motor.feed(ping, 57_600) == b""
+    assert host.motor.feed(ping, 1_000_000) != b""
+    assert host.write(8, 1, size=1) == 0
+    assert host.motor.baud == 57_600
+    assert host.motor.feed(ping, 57_600) != b""
+
+
+@pytest.mark.parametrize(("arguments", "said"), [({"id": 253}, "from 0 to 252"), ({"baud": 12_345}, "57_600")])
+def test_a_motor_that_cannot_be_is_refused(arguments: dict[str, int], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        Emulator(**arguments)
+
+
+def test_the_same_seed_gives_the_same_bytes() -> None:
+    def drive(seed: int) -> bytes:
+        host = Host()
+        host.motor = Emulator(clock=host.clock, load=0.5, seed=seed)
+        host.turn(100)
+        host.clock.sleep(0.5)
+        return host.motor.feed(encode(Packet(1, Instruction.READ, b"\x78\x00\x1b\x00")))
+
+    assert drive(1) == drive(1) != drive(2)
+
+
+def test_random_bytes_never_break_it() -> None:
+    instructions = [*Instruction, 0x00, 0x20, 0x8A, 0xFF]
+    for seed in range(1000):
+        rng = random.Random(seed)
+        host = Host()
+        for _ in range(rng.randint(1, 30)):
+            choice = rng.random()
+            params = rng.randbytes(rng.choice([0, 1, 2, 3, 4, 5, 6, 8, 20]))
+            if choice < 0.5 and len(params) >= 2:  # towards entries that exist
+                params = rng.randrange(150).to_bytes(2, "little") + params[2:]
+            sent = encode(Packet(rng.choice([1, 1, 1, 0xFE, 2]), rng.choice(instructions), params))
+            if choice > 0.8:
+                sent = (
+                    rng.randbytes(rng.randint(0, 60)) + (HEADER if choice > 0.9 else b"") + sent[: rng.randint(0, 12)]
+                )
+            host.motor.feed(sent, rng.choice([None, None, None, 57_600]))
+            host.clock.sleep(rng.choice([0.0, 0.01, 0.5, 3.0]))
+        assert math.isfinite(host.motor.state.position_rad)
+        host.motor.power_cycle()
+        host.clock.sleep(1.0)
+        assert host.motor.feed(encode(Packet(host.motor.id, Instruction.PING)))
+        assert host.motor.stopped

@@ -1,0 +1,103 @@
+"""ROBOTIS' SDK and pyserial at the other end of a true pseudo-terminal, in real time."""
+
+from __future__ import annotations
+
+import os
+import random
+import time
+
+import dynamixel_sdk as sdk
+import pytest
+
+from calib.motor import Emulator, Fault, Faults, FaultyEmulator, PseudoTerminal
+from calib.motor.protocol import Packet, PacketReader, encode
+
+PACKETS = sdk.Protocol2PacketHandler()
+
+
+def open_port(path: str, baud: int = 1_000_000) -> sdk.PortHandler:
+    port = sdk.PortHandler(path)
+    assert port.setBaudRate(baud)
+    return port
+
+
+def ping_without_end(port: sdk.PortHandler) -> None:
+    while True:
+        PACKETS.ping(port, 1)
+        port.is_using = False
+
+
+def test_the_sdk_drives_the_motor_through_it() -> None:
+    motor = Emulator()
+    with PseudoTerminal(motor, baud=1_000_000) as terminal:
+        port = open_port(terminal.path)
+        assert PACKETS.ping(port, 1) == (1180, sdk.COMM_SUCCESS, 0)
+        for address, size, value in ((11, 1, 1), (64, 1, 1), (104, 4, 200)):
+            assert PACKETS.writeTxRx(port, 1, address, size, list(value.to_bytes(size, "little"))) == (0, 0)
+        time.sleep(0.1)
+        data, result, error = PACKETS.readTxRx(port, 1, 120, 27)
+        port.closePort()
+
+    assert (result, error) == (sdk.COMM_SUCCESS, 0)
+    assert int.from_bytes(bytes(data[8:12]), "little", signed=True) == 200
+    assert not motor.stopped
+
+
+def test_a_host_that_falls_silent_is_noticed_by_the_watchdog() -> None:
+    motor = Emulator()
+    with PseudoTerminal(motor) as terminal:
+        port = open_port(terminal.path)
+        for address, size, value in ((11, 1, 1), (64, 1, 1), (98, 1, 5), (104, 4, 200)):
+            assert PACKETS.writeTxRx(port, 1, address, size, list(value.to_bytes(size, "little"))) == (0, 0)
+        port.closePort()
+        time.sleep(0.25)
+
+    assert motor.stopped
+    assert motor.state.watchdog_tripped
+
+
+def test_a_client_at_another_speed_finds_nothing() -> None:
+    with PseudoTerminal(Emulator(baud=57_600)) as terminal:
+        port = open_port(terminal.path, 1_000_000)
+        assert PACKETS.ping(port, 1)[1] != sdk.COMM_SUCCESS
+        port.setBaudRate(57_600)
+        assert PACKETS.ping(port, 1)[1] == sdk.COMM_SUCCESS
+        port.closePort()
+
+
+def test_a_lost_cable_ends_the_terminal_under_its_client() -> None:
+    device = FaultyEmulator(Emulator(), Faults(kinds=(Fault.DISCONNECT,), rate=1.0, after=1))
+    with PseudoTerminal(device) as terminal:
+        port = open_port(terminal.path)
+        assert PACKETS.ping(port, 1)[1] == sdk.COMM_SUCCESS
+        with pytest.raises(Exception, match=r"no data|Input/output"):
+            ping_without_end(port)
+        port.closePort()
+
+
+def test_bytes_come_back_as_they_are_whatever_they_are() -> None:
+    rng = random.Random(5)
+    with PseudoTerminal(Emulator(baud=57_600)) as terminal:
+        client = os.open(terminal.path, os.O_RDWR | os.O_NOCTTY)
+        _speed_of(client, 57_600)
+        for _ in range(20):
+            os.write(client, rng.randbytes(50).replace(b"\xfd", b"") + encode(Packet(1, 0x01)))
+        reader, found, until = PacketReader(), 0, time.monotonic() + 5.0
+        while found < 20 and time.monotonic() < until:
+            found += sum(packet.intact for packet in reader.push(os.read(client, 4096)))
+        os.close(client)
+
+    assert found == 20
+
+
+def test_a_speed_that_is_not_the_motors_is_refused() -> None:
+    with pytest.raises(ValueError, match="make them the same"):
+        PseudoTerminal(Emulator(baud=57_600), baud=1_000_000)
+
+
+def _speed_of(client: int, baud: int) -> None:
+    import termios
+
+    how = termios.tcgetattr(client)
+    how[4] = how[5] = getattr(termios, f"B{baud}")
+    termios.tcsetattr(client, termios.TCSANOW, how)
