@@ -1,0 +1,165 @@
+"""The published search: the mean marker distance on a grid of crank arm, speed and phase.
+
+"Simple Models, Real Swimming" (2026), identification of the dry robot: of all simulations on the grid, the one whose
+markers stay closest to the measured ones over a fixed 4 s, head clamped, in the head frame. Here phase costs no
+simulation (a shift in time of a turn that repeats) and speed hardly one (`fitting.dry_run.response`).
+"""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.dry_run.measured import DryTrial
+from fitting.dry_run.response import ANGLES, DryResponse
+
+ARM_SPAN, SPEED_SPAN = 0.25, 0.15  # either side of the robot's own arm and of the command, relative
+FAR_FROM_BEAT = 0.3
+
+
+@dataclass(frozen=True)
+class CrankGrid:
+    """How many points each way; the default makes 102,060, as many in phase as divide the table's 180 angles."""
+
+    arms: int = 21
+    speeds: int = 81
+    phases: int = 60
+
+    def __post_init__(self) -> None:
+        if ANGLES % self.phases:
+            raise ValueError(f"phases: found {self.phases}, expected a divisor of {ANGLES}")
+
+
+class Cell(NamedTuple):
+    """A point of a surface: arm (m), speed (turns a second), phase (rad), mean marker distance (m)."""
+
+    arm_m: float
+    hz: float
+    phase_rad: float
+    distance_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorSurface:
+    """The published distance of one trial on the grid.
+
+    Attributes:
+        arm_m: (a,) m.
+        hz: (s,) turns a second.
+        phase_rad: (p,) of the turn at time 0, from 0 to 2 pi.
+        distance_m: (a, s, p) mean marker distance, m.
+    """
+
+    arm_m: np.ndarray
+    hz: np.ndarray
+    phase_rad: np.ndarray
+    distance_m: np.ndarray
+
+    @property
+    def over_phase_m(self) -> np.ndarray:
+        """(a, s) the lowest over all phases, m."""
+        return self.distance_m.min(axis=2)
+
+    def valleys(self, most: int = 5) -> list[Cell]:
+        """The cells that are lower than all their neighbours (phase runs round), the deepest first."""
+        padded = np.pad(self.distance_m, ((1, 1), (1, 1), (0, 0)), constant_values=np.inf)
+        padded = np.concatenate([padded[..., -1:], padded, padded[..., :1]], axis=2)
+        size = self.distance_m.shape
+        around = [
+            padded[tuple(slice(k, k + n) for k, n in zip(shift, size, strict=True))]
+            for shift in product(range(3), repeat=3)
+            if shift != (1, 1, 1)
+        ]
+        low = np.argwhere(self.distance_m <= np.min(around, axis=0))
+        cells = [
+            Cell(float(self.arm_m[i]), float(self.hz[j]), float(self.phase_rad[k]), float(self.distance_m[i, j, k]))
+            for i, j, k in low
+        ]
+        return sorted(cells, key=lambda cell: cell.distance_m)[:most]
+
+
+def speed_range(trials: Sequence[DryTrial]) -> tuple[float, float]:
+    """The range of speeds that holds beat and command of all trials, turns a second.
+
+    A command far from its beat, which is flagged, does not count.
+    """
+    beats = [trial.frequency.hz for trial in trials]
+    commands = [trial.commanded_hz or beat for trial, beat in zip(trials, beats, strict=True)]
+    likely = [hz for hz, beat in zip(commands, beats, strict=True) if abs(hz / beat - 1) < FAR_FROM_BEAT]
+    known = [*beats, *likely]
+    return (1 - SPEED_SPAN) * min(known), (1 + SPEED_SPAN) * max(known)
+
+
+def error_surface(trial: DryTrial, response: DryResponse, grid: CrankGrid, workers: int = 0) -> ErrorSurface:
+    """The published distance at every point of the grid: all simulated arms, speeds around command and beat.
+
+    Args:
+        trial: with markers that the response has.
+        response: its arms are the grid's.
+        grid: how many speeds and phases.
+        workers: threads; 0 for all cores.
+    """
+    hz = np.linspace(*speed_range([trial]), grid.speeds)
+    own = response.select(trial.markers)
+    measured = _Scored.of(trial, own)
+
+    def of_arm(i: int) -> np.ndarray:
+        turns = np.tensordot(np.array([own.speed_weights(f) for f in hz]), own.marker_m[i], 1)  # (s, angles, m)
+        return np.stack([measured.over_phases(turn, f, grid.phases) for turn, f in zip(turns, hz, strict=True)])
+
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        distance = np.stack(list(pool.map(of_arm, range(len(own.arm_m)))))
+    return ErrorSurface(own.arm_m, hz, 2 * np.pi * np.arange(grid.phases) / grid.phases, distance)
+
+
+def published_distance(trial: DryTrial, model_m: np.ndarray) -> float:
+    """Mean over the trusted samples of the scored 4 s of the distance to a model (n, m) in the head frame, m."""
+    weight = trial.head_weight[trial.scored]
+    distance = np.abs(np.where(weight > 0, trial.head_m[trial.scored] - model_m[trial.scored], 0.0))
+    return float((weight * distance).sum() / weight.sum())
+
+
+def in_head_frame(marker_m: np.ndarray, markers: tuple[str, ...]) -> np.ndarray:
+    """(..., m) model markers relative to the nose; the clamped head already points along -x."""
+    nose = markers.index("nose")
+    return marker_m - marker_m[..., nose : nose + 1]
+
+
+@dataclass(frozen=True, eq=False)
+class _Scored:
+    """What of a trial the distance needs: k frames of the t markers behind the head, in single precision."""
+
+    trial: DryTrial
+    time_s: np.ndarray  # (k,)
+    place: np.ndarray  # (2, k, 1, t)
+    weight: np.ndarray  # (k, t), all samples of the trial adding up to 1
+    head_m: float  # what the head's own markers, which the grid does not move, add to the mean distance
+
+    @classmethod
+    def of(cls, trial: DryTrial, response: DryResponse) -> "_Scored":
+        tail, scored = list(trial.tail), trial.scored
+        weight = trial.head_weight[scored]
+        weight = weight / weight.sum()
+        measured = np.where(weight > 0, trial.head_m[scored], 0.0)  # (k, m)
+        still = in_head_frame(response.marker_m[0, 0, 0], trial.markers)  # (m,)
+        front = [i for i in range(len(trial.markers)) if i not in tail]
+        head = float((weight * np.abs(measured - still))[:, front].sum())
+        behind = measured[:, None, tail]
+        place = np.stack([behind.real, behind.imag]).astype(np.float32)
+        return cls(trial, trial.time_s[scored], place, weight[:, tail].astype(np.float32), head)
+
+    def over_phases(self, turn: np.ndarray, hz: float, phases: int) -> np.ndarray:
+        """(p,) distance at each phase, m, of one turn (angles, m); between two angles the tail moves straight."""
+        behind = in_head_frame(turn, self.trial.markers)[:, list(self.trial.tail)]
+        table = np.stack([behind.real, behind.imag]).astype(np.float32)  # (2, angles, t)
+        along = ANGLES * ((hz * self.time_s) % 1.0)
+        first = np.floor(along).astype(int)
+        rows = (first[:, None] + np.arange(phases) * (ANGLES // phases)) % ANGLES  # (k, p)
+        share = (along - first).astype(np.float32)[:, None, None]
+        step = np.roll(table, -1, axis=1) - table
+        off = table[:, rows] + share * step[:, rows] - self.place  # (2, k, p, t)
+        return self.head_m + np.einsum("kt,kpt->p", self.weight, np.sqrt(off[0] ** 2 + off[1] ** 2), optimize=True)

@@ -1,0 +1,236 @@
+"""One crank arm for all dry runs, each with its own speed and phase, by generalised least squares.
+
+The published distance takes nose and neck as they were marked. A box two pixels off its marker turns and scales the
+head frame, and two per cent of scale are two per cent of the arm. Here every marker has an offset of its own that lasts
+for the trial, drawn from one spread (a random effect; Patterson and Thompson 1971), and each trial has a place, a
+heading and a scale of its own: the layout of all markers gives the scale, the motion about their means the arm.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from fitting.dry_run.error_surface import Cell
+from fitting.dry_run.measured import DryTrial
+from fitting.dry_run.response import DryResponse
+from fitting.frequency_error import standard_error
+
+_ROUNDS = 3  # of fit and noise level
+_OWN = 6  # numbers a trial has to itself: speed, phase, place (2), turned scale (2)
+_BLOCKS_PER_BEAT = 4.0  # over which errors are summed to see how long they last
+_DIFFERENCE = (2e-5, 1e-4, 1e-4)  # of arm (m), speed (Hz) and phase (rad) for slopes
+LEAST_OFFSET_M = 1e-4
+
+
+class Spread(NamedTuple):
+    """Standard deviations in each coordinate, m: of a marker's lasting offset, and of one frame's error as if white."""
+
+    offset_m: float = 2e-3
+    frame_m: float = 2e-3
+
+
+class JointTrial(NamedTuple):
+    """A trial's share of the joint fit.
+
+    Attributes:
+        hz, hz_se: turns of the crank a second.
+        phase_rad, phase_se_rad: of the even turn at time 0.
+        scale: of the picture by all markers, over that of the measured nose-neck distance.
+    """
+
+    hz: float
+    hz_se: float
+    phase_rad: float
+    phase_se_rad: float
+    scale: float
+
+
+class JointFit(NamedTuple):
+    """The arm that all trials share, m, its standard error, and what each trial has to itself."""
+
+    arm_m: float
+    arm_se_m: float
+    branch: int
+    trials: tuple[JointTrial, ...]
+
+
+def fit_joint(trials: Sequence[DryTrial], response: DryResponse, starts: Sequence[Cell]) -> JointFit:
+    """Fits arm, speeds and phases to all frames of all trials.
+
+    Args:
+        trials: each with markers that the response has.
+        response: of arms and speeds around the starts.
+        starts: a point for each trial; the arm starts at their median.
+    """
+    arm_m = float(np.median([start.arm_m for start in starts]))
+    branch = response.branch_at(arm_m)
+    parts = [_Part(trial, response.select(trial.markers), branch, Spread()) for trial in trials]
+    arm_m = float(np.clip(arm_m, *response.range_of(branch)))
+    own = np.array([[s.hz, s.phase_rad + 2 * np.pi * s.hz * p.middle_s] for s, p in zip(starts, parts, strict=True)])
+    point = np.concatenate([[arm_m], own.ravel()])
+    for _ in range(_ROUNDS):
+        point = _solved(parts, response, branch, point)
+        parts = _respread(parts, point)
+    return _with_errors(parts, branch, point)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """A trial beside the tail's motion; its phase is counted at the middle of the trial, apart from its speed."""
+
+    trial: DryTrial
+    response: DryResponse
+    branch: int
+    spread: Spread
+
+    @property
+    def middle_s(self) -> float:
+        return float(self.trial.time_s.mean())
+
+    def model(self, arm_m: float, hz: float, middle_rad: float) -> np.ndarray:
+        """(n, m) markers in the robot frame, m."""
+        turn = self.response.turn(arm_m, hz, self.branch)
+        return turn.at(middle_rad + 2 * np.pi * hz * (self.trial.time_s - self.middle_s))
+
+    def split(self, series: np.ndarray) -> np.ndarray:
+        """(n m + m,) a series (n, m) about its means, and its means, each over its spread."""
+        mean, about = self.about_mean(series)
+        return np.concatenate([about.ravel() / self.spread.frame_m, mean / self.spread.offset_m])
+
+    def about_mean(self, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(m,) weighted means, 0 for a marker never seen; (n, m) what is left, times the root of the weight."""
+        weight = self.trial.weight
+        values = np.where(weight > 0, series, 0.0)
+        mean = (weight * values).sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-12)
+        return mean, np.sqrt(weight) * (values - mean)
+
+    def posed(self, model: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(2,) place and turned scale that lay the model onto the tracks; (n m + m,) what is left."""
+        columns = np.column_stack([self.split(np.ones(model.shape, complex)), self.split(model)])
+        tracks = self.split(self.trial.place_m)
+        pose = np.linalg.solve(columns.conj().T @ columns, columns.conj().T @ tracks)
+        return pose, tracks - columns @ pose
+
+    def slopes(self, point: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """(n m + m, 7) d tracks / d arm, speed, phase, place (2) and turned scale (2)."""
+        model = self.model(*point)
+        shifts = np.diag(_DIFFERENCE)
+        moved = [pose[1] * (self.model(*(point + s)) - self.model(*(point - s))) / (2 * s.sum()) for s in shifts]
+        ones = np.ones(model.shape, complex)
+        return np.column_stack([self.split(column) for column in (*moved, ones, 1j * ones, model, 1j * model)])
+
+
+def _points(point: np.ndarray) -> list[np.ndarray]:
+    """Arm, speed and phase of each trial."""
+    return [np.array([point[0], hz, phase]) for hz, phase in point[1:].reshape(-1, 2)]
+
+
+def _solved(parts: list[_Part], response: DryResponse, branch: int, point: np.ndarray) -> np.ndarray:
+    def errors(x: np.ndarray) -> np.ndarray:
+        left = [part.posed(part.model(*p))[1] for part, p in zip(parts, _points(x), strict=True)]
+        return np.concatenate(left).view(float)
+
+    low, high = response.range_of(branch)
+    slowest, fastest = response.hz[0], response.hz[-1]
+    bounds = np.array([(low, high)] + [(slowest, fastest), (-np.inf, np.inf)] * len(parts)).T
+    scale = np.array([1e-3] + [1e-2, 1e-1] * len(parts))
+    start = np.clip(point, *bounds)
+    return least_squares(errors, start, bounds=bounds, x_scale=scale, xtol=1e-10, ftol=1e-10, diff_step=1e-6).x
+
+
+def _respread(parts: list[_Part], point: np.ndarray) -> list[_Part]:
+    """The parts with the spreads that the errors show: one of the offsets for all, one of the frames for each."""
+    residuals = [_residual(part, p) for part, p in zip(parts, _points(point), strict=True)]
+    means = [part.about_mean(residual)[0] for part, residual in zip(parts, residuals, strict=True)]
+    freedom = _freedom(parts)
+    offset = np.sqrt(sum(float((np.abs(mean) ** 2).sum()) for mean in means) / freedom)
+    offset = max(float(offset), LEAST_OFFSET_M)
+    return [
+        _Part(part.trial, part.response, part.branch, Spread(offset, _as_if_white(part, residual)))
+        for part, residual in zip(parts, residuals, strict=True)
+    ]
+
+
+def _freedom(parts: list[_Part]) -> int:
+    """Offsets seen, two a marker, less the four of each trial's pose."""
+    seen = [int((part.trial.weight > 0).any(axis=0).sum()) for part in parts]
+    return max(sum(2 * count - 4 for count in seen), 1)
+
+
+def _residual(part: _Part, point: np.ndarray) -> np.ndarray:
+    """(n, m) tracks less the posed model, m."""
+    model = part.model(*point)
+    pose = part.posed(model)[0]
+    return np.where(part.trial.weight > 0, part.trial.place_m - pose[0] - pose[1] * model, 0.0)
+
+
+def _as_if_white(part: _Part, residual: np.ndarray) -> float:
+    """The spread of white errors whose sums over a quarter of a beat would vary as much as these do."""
+    about = part.about_mean(residual)[1]
+    beats = part.trial.frequency.hz * np.ptp(part.trial.time_s)
+    length = max(round(len(about) / (beats * _BLOCKS_PER_BEAT)), 1)
+    root = np.sqrt(part.trial.weight)
+    starts = np.arange(0, len(about), length)
+    sums, weights = np.add.reduceat(root * about, starts), np.add.reduceat(root**2, starts)
+    variance = (np.abs(sums) ** 2).sum() / max(float(weights.sum()), 1e-12) / 2
+    return max(float(np.sqrt(variance)), 1e-6)
+
+
+def _with_errors(parts: list[_Part], branch: int, point: np.ndarray) -> JointFit:
+    points = _points(point)
+    poses = [part.posed(part.model(*p))[0] for part, p in zip(parts, points, strict=True)]
+    slopes = [part.slopes(p, pose) for part, p, pose in zip(parts, points, poses, strict=True)]
+    pulls = _pulls(slopes)  # (r, 1 + 6 t) complex rows
+    residuals = [_residual(part, p) for part, p in zip(parts, points, strict=True)]
+    freedom = _freedom(parts)
+
+    def error(combination: np.ndarray) -> float:
+        """Of a sum of the fitted numbers."""
+        rows = np.split(pulls @ combination, np.cumsum([len(s) for s in slopes])[:-1])
+        variances = [_variance(p, r, own, freedom) for p, r, own in zip(parts, residuals, rows, strict=True)]
+        return float(np.sqrt(sum(variances)))
+
+    units = np.eye(1 + _OWN * len(parts))
+    found = []
+    for i, (part, p, pose) in enumerate(zip(parts, points, poses, strict=True)):
+        speed, phase = units[1 + _OWN * i], units[2 + _OWN * i]
+        back = 2 * np.pi * part.middle_s  # from the middle of the trial to time 0
+        at_start = float((p[2] - back * p[1]) % (2 * np.pi))
+        found.append(JointTrial(float(p[1]), error(speed), at_start, error(phase - back * speed), float(abs(pose[1]))))
+    return JointFit(float(point[0]), error(units[0]), branch, tuple(found))
+
+
+def _pulls(slopes: list[np.ndarray]) -> np.ndarray:
+    """(r, 1 + 6 t) by how much each split row of all trials moves each number: the arm, then six of every trial."""
+    count = 1 + _OWN * len(slopes)
+    whole = np.zeros((sum(len(s) for s in slopes), count), complex)
+    row = 0
+    for i, own in enumerate(slopes):
+        rows = slice(row, row + len(own))
+        whole[rows, 0] = own[:, 0]
+        whole[rows, 1 + _OWN * i : 1 + _OWN * (i + 1)] = own[:, 1:]
+        row += len(own)
+    information = (whole.conj().T @ whole).real
+    size = np.sqrt(np.diag(information)) + 1e-300
+    inverse = np.linalg.pinv(information / np.outer(size, size), hermitian=True) / np.outer(size, size)
+    return whole @ inverse
+
+
+def _variance(part: _Part, residual: np.ndarray, rows: np.ndarray, freedom: int) -> float:
+    """A trial's share of the variance of a number on which its split rows pull: motion and offsets."""
+    n, m = residual.shape
+    weight = part.trial.weight
+    pull = rows[: n * m].reshape(n, m) / part.spread.frame_m
+    slope = np.where(weight > 0, pull / np.sqrt(np.where(weight > 0, weight, 1.0)), 0.0)
+    both = np.concatenate([slope.real, slope.imag], axis=1)  # (n, 2 m)
+    errors = np.concatenate([residual.real, residual.imag], axis=1)
+    twice = np.concatenate([weight, weight], axis=1)
+    curvature = float((twice * both**2).sum())
+    per_beat = n / max(part.trial.frequency.hz * float(np.ptp(part.trial.time_s)), 1.0)
+    motion = standard_error(np.ones((n, 1)), both, errors, twice, per_beat) * curvature if curvature > 0 else 0.0
+    few = student.ppf(0.975, freedom) / 1.96  # so that twice the error holds 95 % although the spread is estimated
+    return float(motion**2 + few**2 * (np.abs(rows[n * m :]) ** 2).sum())

@@ -1,0 +1,96 @@
+"""A measured dry run, ready to be compared with the tail's motion: places, weights, beat, what is scored."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.frequency import SwimFrequency, estimate_frequency
+from fitting.trial import SCORED_S, tail_markers
+from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
+from swimmer import RobotSpec
+from tracking import check_tracks, to_head_frame, to_pool
+
+WARMUP_S = 1.0  # in which the motor comes up to speed
+_FEWEST_FRAMES = 12
+
+
+@dataclass(frozen=True, eq=False)
+class DryTrial:
+    """One dry run: head clamped in air, the crank turning steadily. Only the n frames after the warm-up.
+
+    Attributes:
+        name, commanded_hz: as in the session.
+        markers: names of the m markers.
+        time_s: (n,) from the first frame of the recording, s.
+        place_m: (n, m) x + i y on the pool, right-handed seen from above, m; nan where missing.
+        head_m: (n, m) x + i y in the head frame (published normaliser), the nose starting at 0, m.
+        weight: (n, m) 0 where a sample is flagged or missing.
+        scored: (n,) the first 4 s, over which the published distance is taken.
+        frequency: of the tail's beat, without a model.
+        tail: indices of the markers behind the head.
+        flags: of tracks and beat.
+    """
+
+    name: str
+    commanded_hz: float | None
+    markers: tuple[str, ...]
+    time_s: np.ndarray
+    place_m: np.ndarray
+    head_m: np.ndarray
+    weight: np.ndarray
+    scored: np.ndarray
+    frequency: SwimFrequency
+    tail: tuple[int, ...]
+    flags: tuple[Flag, ...]
+
+    @property
+    def head_weight(self) -> np.ndarray:
+        """(n, m) 0 also where nose or neck is not trusted, so that the head frame is not."""
+        nose, neck = self.markers.index("nose"), self.markers.index("neck")
+        trusted = (self.weight[:, nose] > 0) & (self.weight[:, neck] > 0) & np.isfinite(self.head_m).any(axis=1)
+        return np.where(np.isfinite(self.head_m), self.weight * trusted[:, None], 0.0)
+
+
+def measure_dry_run(
+    spec: TrialSpec, tracks: Tracks, camera: CameraSpec, robot: RobotSpec, warmup_s: float = WARMUP_S
+) -> DryTrial:
+    """Checks and scales the tracks of a dry run and finds its beat.
+
+    Raises:
+        NotEnoughData: no tail marker, too few frames after the warm-up, or less than one beat.
+    """
+    quality = check_tracks(tracks, robot)
+    pool = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
+    tail = tail_markers(robot, pool.markers)
+    if not tail:
+        raise NotEnoughData(f"trial {spec.name}: none of its markers sits on the tail; the crank needs at least one")
+    kept = pool.time_s >= warmup_s - 1e-9
+    if kept.sum() < _FEWEST_FRAMES:
+        raise NotEnoughData(
+            f"trial {spec.name}: {pool.time_s[-1]:.2f} s leave {int(kept.sum())} frames after {warmup_s:g} s of "
+            f"warm-up; at least {_FEWEST_FRAMES} are needed: shorten [fit] warmup_s or record longer"
+        )
+    time_s, weight = pool.time_s[kept], quality.weight[kept]
+    head = to_head_frame(pool.position_m[kept], pool.markers.index("nose"), pool.markers.index("neck"))
+    lateral = head.shape_m[:, tail, 1]
+    frequency = estimate_frequency(time_s, lateral, weight[:, tail], spec.commanded_hz)
+    trial = DryTrial(
+        name=spec.name,
+        commanded_hz=spec.commanded_hz,
+        markers=pool.markers,
+        time_s=time_s,
+        place_m=_as_complex(pool.position_m[kept]),
+        head_m=_as_complex(head.position_m),
+        weight=np.where(np.isfinite(pool.position_m[kept]).all(axis=-1), weight, 0.0),
+        scored=time_s < time_s[0] + SCORED_S - 1e-9,
+        frequency=frequency,
+        tail=tuple(tail),
+        flags=(*quality.flags, *frequency.flags),
+    )
+    if not trial.head_weight[trial.scored].any():
+        raise NotEnoughData(f"trial {spec.name}: nose and neck are never both trusted in the first {SCORED_S:g} s")
+    return trial
+
+
+def _as_complex(position_m: np.ndarray) -> np.ndarray:
+    return position_m[..., 0] + 1j * position_m[..., 1]

@@ -1,0 +1,200 @@
+"""How the tail moves while the crank turns steadily in air: simulated on a few arms and speeds, read off in between.
+
+In air and with the head clamped the tail follows the crank: one turn after the start its motion repeats to within
+1e-4 mm. One turn per arm and speed therefore holds every phase and every duration. It is not quite quasi-static: at
+1.2 turns a second a marker is up to 0.9 mm away from where it is at 0.2, but it changes smoothly, so that a few speeds
+and a polynomial through them give the rest. Along the arm it is smooth between snaps: where the tendons buckle the tail
+(beyond 41.5 mm on the published robot) the motion jumps, and nothing is interpolated across a jump.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
+
+from session import NotEnoughData, SimulationDiverged
+from swimmer import DRY, RobotSpec, Runs, Twin
+
+ANGLES = 180  # of a turn in the table
+TIMESTEP_S = 0.0015  # a third of the twin's own: the markers are then within 0.05 mm of those at 0.5 ms, at 1.2 Hz
+FEWEST_ARMS = 4  # of a branch that is interpolated
+_SETTLING_TURNS = 1
+_JUMP = 3.0  # times the usual change between neighbouring arms
+
+
+class Turn(NamedTuple):
+    """One turn of the crank.
+
+    Attributes:
+        marker_m: (angles, m) x + i y in the robot frame, m, evenly spaced in time from where the crank is at 0.
+        lead_rad: (angles,) by how much the crank is ahead of an even turn.
+    """
+
+    marker_m: np.ndarray
+    lead_rad: np.ndarray
+
+    def at(self, angle_rad: np.ndarray) -> np.ndarray:
+        """(k, m) markers at k angles of the even turn, m."""
+        return _periodic(self.marker_m)(angle_rad % (2 * np.pi))
+
+    def crank_rad(self, angle_rad: float) -> float:
+        """Where the crank itself is at an angle of the even turn, from 0 to 2 pi."""
+        return float((angle_rad + _periodic(self.lead_rad)(angle_rad % (2 * np.pi))) % (2 * np.pi))
+
+
+@dataclass(frozen=True, eq=False)
+class DryResponse:
+    """One turn of the tail for each of a arms and s speeds.
+
+    Attributes:
+        markers: names of the m markers.
+        arm_m: (a,) increasing, m.
+        hz: (s,) turns a second, the nodes of a polynomial.
+        marker_m: (a, s, angles, m) x + i y in the robot frame, m.
+        lead_rad: (a, s, angles) crank ahead of an even turn.
+    """
+
+    markers: tuple[str, ...]
+    arm_m: np.ndarray
+    hz: np.ndarray
+    marker_m: np.ndarray
+    lead_rad: np.ndarray
+
+    @cached_property
+    def branches(self) -> tuple[slice, ...]:
+        """Runs of arms over which the motion is smooth, in order; the first holds the smallest arms."""
+        change = np.abs(np.diff(self.marker_m, axis=0)).max(axis=(1, 2, 3))  # (a - 1,)
+        limit = _JUMP * float(np.median(change))
+        over_speed = np.abs(np.diff(self.marker_m, axis=1)).max(axis=(1, 2, 3))  # (a,)
+        whole = over_speed <= limit
+        cuts = [i + 1 for i in range(len(change)) if change[i] > limit or whole[i] != whole[i + 1]]
+        edges = [0, *cuts, len(self.arm_m)]
+        parts = [slice(low, high) for low, high in pairwise(edges)]
+        return tuple(p for p in parts if p.stop - p.start >= FEWEST_ARMS and whole[p].all())
+
+    def branch_at(self, arm_m: float) -> int:
+        """The branch that holds this arm, or the nearest one."""
+        gaps = [max(low - arm_m, arm_m - high, 0.0) for low, high in map(self.range_of, range(len(self.branches)))]
+        return int(np.argmin(gaps))
+
+    def range_of(self, branch: int) -> tuple[float, float]:
+        """Smallest and largest arm of a branch, m."""
+        part = self.arm_m[self.branches[branch]]
+        return float(part[0]), float(part[-1])
+
+    def turn(self, arm_m: float, hz: float, branch: int) -> Turn:
+        """The turn at an arm within a branch and a speed within the nodes."""
+        markers, lead = self._splines[branch]
+        weights = self.speed_weights(hz)
+        return Turn(np.tensordot(weights, markers(arm_m), 1), np.tensordot(weights, lead(arm_m), 1))
+
+    def speed_weights(self, hz: float) -> np.ndarray:
+        """(s,) weight of each node in the polynomial (Lagrange) at a speed."""
+        gaps = self.hz[:, None] - self.hz[None, :] + np.eye(len(self.hz))
+        steps = (hz - self.hz)[None, :] + np.where(np.eye(len(self.hz), dtype=bool), 1.0 - (hz - self.hz)[None, :], 0.0)
+        return np.prod(steps / gaps, axis=1)
+
+    def select(self, markers: Sequence[str]) -> "DryResponse":
+        """Of these markers alone, in the order given."""
+        index = [self.markers.index(name) for name in markers]
+        return replace(self, markers=tuple(markers), marker_m=self.marker_m[..., index])
+
+    @cached_property
+    def _splines(self) -> tuple[tuple[BSpline, BSpline], ...]:
+        """Markers and lead of each branch over the arm."""
+        return tuple(
+            (make_interp_spline(self.arm_m[b], self.marker_m[b]), make_interp_spline(self.arm_m[b], self.lead_rad[b]))
+            for b in self.branches
+        )
+
+
+def simulate_response(
+    robot: RobotSpec,
+    markers: tuple[str, ...],
+    arm_m: np.ndarray,
+    range_hz: tuple[float, float],
+    speeds: int = 6,
+    timestep_s: float = TIMESTEP_S,
+    workers: int = 0,
+) -> DryResponse:
+    """Turns the crank at every arm and at Chebyshev's nodes of a range of speeds.
+
+    Arms with which the simulation does not stay bounded are left out.
+
+    Args:
+        robot: with everything but its arm.
+        markers: names of the m markers.
+        arm_m: (a,) increasing, m.
+        range_hz: slowest and fastest turns a second asked for.
+        speeds: how many are simulated.
+        timestep_s: of the simulation.
+        workers: threads; 0 for all cores.
+
+    Raises:
+        NotEnoughData: fewer than four neighbouring arms have a bounded and smooth motion.
+    """
+    hz = _nodes(range_hz, speeds)
+    arms, turns = [], []
+    for arm in arm_m:
+        try:
+            turns.append(simulate_turns(with_arm(robot, float(arm)), markers, hz, timestep_s, workers))
+        except SimulationDiverged:
+            continue
+        arms.append(float(arm))
+    if len(arms) >= FEWEST_ARMS:
+        marker_m, lead_rad = (np.stack(part) for part in zip(*turns, strict=True))
+        response = DryResponse(markers, np.array(arms), hz, marker_m, lead_rad)
+        if response.branches:
+            return response
+    raise NotEnoughData(
+        f"the tail of {robot.name} has no smooth motion over four neighbouring crank arms from {arm_m[0]:.4g} to "
+        f"{arm_m[-1]:.4g} m; expected one around crank.arm_m = {robot.crank.arm_m:g}. Check the robot's file"
+    )
+
+
+def with_arm(robot: RobotSpec, arm_m: float) -> RobotSpec:
+    """The same robot with another crank arm."""
+    return robot.model_copy(update={"crank": robot.crank.model_copy(update={"arm_m": arm_m})})
+
+
+def simulate_turns(
+    robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, timestep_s: float = TIMESTEP_S, workers: int = 0
+) -> Turn:
+    """One settled turn of the crank at each of s speeds: marker_m (s, angles, m), lead_rad (s, angles).
+
+    Raises:
+        SimulationDiverged: it does not stay bounded.
+    """
+    twin = Twin(robot, markers, replace(DRY, timestep_s=timestep_s), workers)
+    fine = np.linspace(_SETTLING_TURNS - 0.05, _SETTLING_TURNS + 1.05, 2 * ANGLES + 1)
+    time_s = fine[None, :] / hz[:, None]  # (s, 2 angles + 1)
+    run = twin.simulate(Runs(np.zeros((len(hz), 5)), hz, np.zeros(len(hz))), time_s)
+    marker_m = run.marker_m[..., 0] + 1j * run.marker_m[..., 1]  # (s, f, m)
+    turns = [_one_turn(*part) for part in zip(time_s, run.crank_rad, marker_m, strict=True)]
+    return Turn(*(np.stack(part) for part in zip(*turns, strict=True)))
+
+
+def _one_turn(time_s: np.ndarray, crank_rad: np.ndarray, marker_m: np.ndarray) -> Turn:
+    """Cut out where the crank passes 0, evenly in time; the motor's own speed is a little below the one asked for."""
+    passes = CubicSpline(crank_rad, time_s)(2 * np.pi * np.array([_SETTLING_TURNS, _SETTLING_TURNS + 1]))
+    share = np.arange(ANGLES) / ANGLES
+    at = passes[0] + (passes[1] - passes[0]) * share
+    lead = CubicSpline(time_s, crank_rad)(at) - 2 * np.pi * (_SETTLING_TURNS + share)
+    return Turn(CubicSpline(time_s, marker_m)(at), lead)
+
+
+def _nodes(range_hz: tuple[float, float], count: int) -> np.ndarray:
+    """(s,) Chebyshev's nodes, of which the outermost are the ends of the range."""
+    nodes = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    low, high = range_hz
+    return (low + high) / 2 + (high - low) / 2 * nodes / nodes[-1]
+
+
+def _periodic(table: np.ndarray) -> CubicSpline:
+    """Through a table (angles, ...) of one turn."""
+    angle = np.linspace(0.0, 2 * np.pi, len(table) + 1)
+    return CubicSpline(angle, np.concatenate([table, table[:1]]), bc_type="periodic")

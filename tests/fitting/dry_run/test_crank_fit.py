@@ -1,0 +1,159 @@
+"""The joint fit finds arm, speed and phase from a wrong start, its errors are honest, and its flags say what is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from fitting.dry_run import Cell, CrankFit, CrankGrid, DryTrial, JointFit, fit_crank, fit_joint, measure_dry_run
+from session import NotEnoughData, TrialSpec
+from tests.fitting.dry_run.runs import CAMERA, NOISELESS, ROBOT, clean_run, dry_trial, shared_response, tracks_of
+
+SMALL = CrankGrid(speeds=21, phases=20)
+ARM_M, SLOW, FAST = 0.0382, (0.6, 1.0), (1.19, 4.0)  # speed asked for (Hz) and phase (rad)
+WRONG = (Cell(0.036, 0.59, 1.4, np.nan), Cell(0.036, 1.21, 3.6, np.nan))
+
+
+def both(seed: int) -> tuple[DryTrial, DryTrial]:
+    return dry_trial(ARM_M, *SLOW, seed=2 * seed), dry_trial(ARM_M, *FAST, seed=2 * seed + 1)
+
+
+@lru_cache(maxsize=1)
+def fitted() -> CrankFit:
+    return fit_crank(both(0), ROBOT, SMALL, shared_response())
+
+
+def errors(fit: JointFit) -> tuple[np.ndarray, np.ndarray]:
+    """Arm (m), speeds (Hz) and phases (rad) less their truth, and their standard errors."""
+    true_hz = [clean_run(ARM_M, *SLOW)[2], clean_run(ARM_M, *FAST)[2]]
+    off, error = [fit.arm_m - ARM_M], [fit.arm_se_m]
+    for trial, hz, (_, phase) in zip(fit.trials, true_hz, (SLOW, FAST), strict=True):
+        off += [trial.hz - hz, trial.phase_rad - phase]
+        error += [trial.hz_se, trial.phase_se_rad]
+    return np.array(off), np.array(error)
+
+
+def test_arm_speed_and_phase_are_found() -> None:
+    fit = fitted()
+
+    assert fit.arm_m == pytest.approx(ARM_M, abs=2e-4)
+    for trial, (asked, phase) in zip(fit.trials, (SLOW, FAST), strict=True):
+        assert trial.speed_hz == pytest.approx(clean_run(ARM_M, asked, phase)[2], rel=1e-3)
+        assert np.degrees(trial.phase_rad) == pytest.approx(np.degrees(phase), abs=1.0)
+        assert trial.shortcut_error_m < 2e-4
+        assert trial.marker_error_m < 0.012
+
+
+def test_from_a_wrong_start_without_noise_it_ends_at_the_truth() -> None:
+    trials = [dry_trial(ARM_M, *part, noise=NOISELESS) for part in (SLOW, FAST)]
+    off, _ = errors(fit_joint(trials, shared_response(), WRONG))
+
+    assert abs(off[0]) < 1e-5
+    assert np.abs(off[[1, 3]]).max() < 5e-5
+    assert np.degrees(np.abs(off[[2, 4]])).max() < 0.1
+
+
+def test_misplaced_boxes_move_the_published_arm_but_not_the_joint_one() -> None:
+    fit = fitted()
+
+    assert abs(fit.arm_published_m - ARM_M) > 1e-3
+    assert fit.arm_published_m == pytest.approx(np.mean(fit.arm_per_trial_m))
+    assert abs(fit.arm_m - ARM_M) < 4 * fit.arm_se_m
+
+
+def test_more_runs_make_the_standard_error_smaller() -> None:
+    one = fit_joint(both(0)[:1], shared_response(), WRONG[:1])
+    two = fit_joint(both(0), shared_response(), WRONG)
+
+    assert two.arm_se_m < one.arm_se_m
+
+
+def test_missing_and_flagged_samples_are_left_out() -> None:
+    trial = dry_trial(ARM_M, *SLOW, noise=NOISELESS)
+    place, weight = trial.place_m.copy(), trial.weight.copy()
+    place[50:120, 6] = np.nan
+    place[130:150, 8] += 0.4
+    weight[50:120, 6] = weight[130:150, 8] = 0.0
+    found = fit_joint([replace(trial, place_m=place, weight=weight)], shared_response(), WRONG[:1])
+
+    assert found.arm_m == pytest.approx(ARM_M, abs=5e-5)
+
+
+@pytest.mark.long
+def test_its_95_percent_intervals_hold_the_truth_about_as_often() -> None:
+    results = [errors(fit_joint(both(seed), shared_response(), WRONG)) for seed in range(200)]
+    off, error = (np.array(part) for part in zip(*results, strict=True))  # (200, 5)
+    covered = (np.abs(off / error) < 1.96).mean(axis=0)
+
+    assert ((covered >= 0.92) & (covered <= 0.985)).all(), covered
+    assert (np.abs(np.mean(off / error, axis=0)) < 0.25).all()
+    assert np.sqrt((off[:, 0] ** 2).mean()) < 1e-4
+
+
+def kinds(fit: CrankFit) -> set[str]:
+    return {flag.kind for flag in (*fit.flags, *fit.trials[0].flags)}
+
+
+def test_the_tendons_of_the_twin_are_held_against_the_published_ones() -> None:
+    first = fitted().trials[0]
+    flags = {flag.kind: flag.message for flag in first.flags}
+
+    assert first.slack_share > 0.5
+    assert first.stretch < 0.001
+    assert "a string would hang slack there, the twin's springs push" in flags["tendon_slack"]
+    assert "published are about 3 %" in flags["tendon_stretch"]
+
+
+def test_a_good_run_raises_no_flag_but_those_of_the_tendons() -> None:
+    fit = fit_crank([dry_trial(0.036, *SLOW, noise=NOISELESS)], ROBOT, SMALL, shared_response())
+
+    assert kinds(fit) == {"tendon_slack", "tendon_stretch"}
+
+
+def test_an_arm_at_the_end_of_the_grid_is_flagged() -> None:
+    fit = fit_crank([dry_trial(0.027, *SLOW, noise=NOISELESS)], ROBOT, SMALL, shared_response())
+
+    (flag,) = [flag for flag in fit.flags if flag.kind == "at_bound"]
+    assert "29.63 mm, is at the end of its range, the edge of the grid" in flag.message
+
+
+def test_an_arm_before_the_snap_is_flagged() -> None:
+    fit = fit_crank([dry_trial(0.0414, *FAST, noise=NOISELESS)], ROBOT, SMALL, shared_response())
+
+    (flag,) = [flag for flag in fit.flags if flag.kind == "at_bound"]
+    assert "with a longer one the twin's tail snaps over" in flag.message
+
+
+def test_a_short_run_is_flagged() -> None:
+    fit = fit_crank([dry_trial(ARM_M, *SLOW, seconds=3.2)], ROBOT, SMALL, shared_response())
+
+    (flag,) = [flag for flag in fit.trials[0].flags if flag.kind == "too_short"]
+    assert "only 2.2 s, 1.3 turns of the crank" in flag.message
+
+
+def test_a_nose_marked_off_its_place_is_seen_by_the_scale() -> None:
+    tracks = tracks_of(ARM_M, *SLOW, seed=0, noise=NOISELESS)
+    axis = tracks.position_px[0, 1] - tracks.position_px[0, 0]
+    position_px = tracks.position_px.copy()
+    position_px[:, 0] += 0.08 * axis
+    spec = TrialSpec("dry", "dry", commanded_hz=0.6)
+    trial = measure_dry_run(spec, replace(tracks, position_px=position_px), CAMERA, ROBOT)
+    fit = fit_crank([trial], ROBOT, SMALL, shared_response())
+
+    assert "scale_off_robot" in kinds(fit)
+    assert fit.arm_m == pytest.approx(ARM_M, abs=6e-4)
+    assert abs(fit.arm_published_m - ARM_M) > 1e-3
+
+
+def test_no_run_is_refused() -> None:
+    with pytest.raises(NotEnoughData, match='at least one trial with kind = "dry"'):
+        fit_crank([], ROBOT)
+
+
+def test_a_run_that_ends_in_its_warm_up_is_refused() -> None:
+    spec = TrialSpec("dry", "dry", commanded_hz=0.6)
+    with pytest.raises(NotEnoughData, match=r"trial dry: 1.00 s leave 1 frames after 1 s of warm-up"):
+        measure_dry_run(spec, tracks_of(ARM_M, *SLOW, seed=0, seconds=1.0), CAMERA, ROBOT)

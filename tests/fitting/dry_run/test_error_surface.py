@@ -1,0 +1,105 @@
+"""The published search finds the point that made the run, and its surface is the published distance."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting.dry_run import Cell, CrankGrid, ErrorSurface, error_surface, other_valley, refine_valleys, speed_range
+from fitting.dry_run.published import distance_at
+from tests.fitting.dry_run.runs import NOISELESS, dry_trial, shared_response
+
+COARSE = CrankGrid(speeds=21, phases=30)
+
+
+def test_each_cell_is_the_mean_marker_distance_there() -> None:
+    trial, response = dry_trial(), shared_response()
+    surface = error_surface(trial, response, COARSE)
+
+    for i, j, k in [(0, 0, 0), (6, 10, 5), (12, 20, 29)]:
+        direct = distance_at(
+            trial, response, float(surface.arm_m[i]), float(surface.hz[j]), float(surface.phase_rad[k])
+        )
+        assert surface.distance_m[i, j, k] == pytest.approx(direct, abs=5e-5)
+
+
+@pytest.mark.parametrize(("arm_m", "hz", "phase_rad"), [(0.0382, 0.6, 1.0), (0.034, 1.19, 5.5)])
+def test_without_noise_the_lowest_point_is_the_truth(arm_m: float, hz: float, phase_rad: float) -> None:
+    trial = dry_trial(arm_m, hz, phase_rad, noise=NOISELESS)
+    surface = error_surface(trial, shared_response(), COARSE)
+    best = refine_valleys(trial, shared_response(), surface)[0]
+
+    assert best.arm_m == pytest.approx(arm_m, abs=1e-4)
+    assert best.hz == pytest.approx(hz, rel=1e-3)
+    assert np.degrees(best.phase_rad - phase_rad) == pytest.approx(0.0, abs=1.0)
+    assert best.distance_m < 2e-4
+
+
+def test_samples_of_no_weight_count_for_nothing() -> None:
+    trial = dry_trial(noise=NOISELESS)
+    head_m, weight = trial.head_m.copy(), trial.weight.copy()
+    head_m[20:90, 8] = np.nan
+    head_m[100:120, 5] += 1.0
+    weight[20:90, 8] = weight[100:120, 5] = 0.0
+    spoilt = error_surface(replace(trial, head_m=head_m, weight=weight), shared_response(), COARSE)
+    clean = error_surface(trial, shared_response(), COARSE)
+
+    assert np.isfinite(spoilt.distance_m).all()
+    assert np.unravel_index(spoilt.distance_m.argmin(), spoilt.distance_m.shape) == np.unravel_index(
+        clean.distance_m.argmin(), clean.distance_m.shape
+    )
+
+
+def hills(*depths: tuple[tuple[int, int, int], float]) -> ErrorSurface:
+    """A plain with a pit of each depth."""
+    distance = np.full((6, 8, 10), 0.05)
+    for cell, depth in depths:
+        distance[cell] = depth
+    return ErrorSurface(np.linspace(0.03, 0.04, 6), np.linspace(0.5, 0.7, 8), np.arange(10) * 0.2 * np.pi, distance)
+
+
+def test_valleys_come_deepest_first_and_phase_runs_round() -> None:
+    surface = hills(((1, 2, 0), 0.010), ((1, 2, 9), 0.012), ((4, 5, 5), 0.011))
+    depths = [cell.distance_m for cell in surface.valleys(2)]
+
+    assert depths == [0.010, 0.011]  # the last phase is next to the first
+
+
+def test_a_second_valley_counts_when_it_is_as_deep_and_elsewhere() -> None:
+    surface = hills()
+    best = Cell(0.034, 0.6, 1.0, 0.0200)
+    deep, near, shallow = (
+        Cell(0.039, 0.6, 1.0, 0.0203),
+        Cell(0.0345, 0.6, 1.1, 0.0200),
+        Cell(0.039, 0.6, 4.0, 0.0210),
+    )
+
+    assert other_valley((best, deep), surface) == deep
+    assert other_valley((best, near, shallow), surface) is None
+    assert other_valley((best, Cell(0.034, 0.6, 2 * np.pi + 0.9, 0.02)), surface) is None
+
+
+def test_the_speeds_hold_command_and_beat_but_no_absurd_command() -> None:
+    low, high = speed_range([dry_trial(), dry_trial(hz=1.19)])
+    assert low < 0.6 * 0.9
+    assert high > 1.03 * 1.19 * 1.1
+
+    assert speed_range([dry_trial(commanded_hz=6.0)])[1] < 1.0
+
+
+def test_phases_must_divide_the_table() -> None:
+    with pytest.raises(ValueError, match="found 50, expected a divisor of 180"):
+        CrankGrid(phases=50)
+
+
+def test_the_default_grid_has_a_hundred_thousand_points_within_a_minute() -> None:
+    trial, response = dry_trial(), shared_response()
+    started = time.process_time()
+    surface = error_surface(trial, response, CrankGrid())
+
+    assert surface.distance_m.size >= 100_000
+    assert (time.process_time() - started) / min(2, os.cpu_count() or 1) < 60.0
