@@ -15,15 +15,14 @@ SAMPLE_SEED = 0
 COMMAND = "python -m synthetic.sample datasets/sample"
 WHAT = """A synthetic session of the built-in 0.57 m fish: marker tracks at five speeds with the errors of a real
 tracker and one track fault, and one swim as a rendered video with the start boxes of its markers; what a perfect
-tracker would find in the video is in `truth/`. Two of the tracks and the video are to fit, three tracks are held
-out."""
+tracker would find in the video is in `truth/`. Two of the tracks are to fit; the others and the video are held out."""
 
 FILMED = SyntheticTrial(
     name="f1_00_video",
     frequency_hz=0.98,
     commanded_hz=1.0,
     seconds=3.5,
-    role="fit",
+    role="holdout",
     phase_rad=0.7,
     heading_rad=3.0,
 )

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from calib.benchmarks.nearest_spot import NearestSpot
-from session import Flag, Tracks
+from session import Flag, InputError, Tracks
 from swimmer import RobotSpec, load_robot
 from synthetic.video import BENCHMARK_CLIPS, ENCODINGS, ClipTruth, Encoding, load_truth, render_encodings, truth_file
 from tracking import check_tracks
@@ -119,10 +119,33 @@ def score_case(case: Case, folder: Path, method: str) -> TrackingScore:
     path = case.file(folder)
     truth, robot = load_truth(truth_file(path)), BENCHMARK_CLIPS[case.clip].robot or load_robot()
     began = time.perf_counter()
-    tracked = track_clip(path, truth, method)
+    try:
+        tracked = track_clip(path, truth, method)
+    except InputError:
+        return _refused(case, method, time.perf_counter() - began)
     seconds = time.perf_counter() - began
     tracked = fill_gaps(tracked)
     return _score(case, method, truth, tracked, flags_of(tracked, robot), seconds)
+
+
+def _refused(case: Case, method: str, seconds: float) -> TrackingScore:
+    """A tracker that refuses its start boxes loses every sample, and says so."""
+    unknown = float("nan")
+    return TrackingScore(
+        clip=case.clip,
+        encoding=case.name,
+        method=method,
+        rms_px=unknown,
+        bias_px=unknown,
+        lost=1.0,
+        astray=0.0,
+        silent=0,
+        lost_silent=0,
+        flagged=unknown,
+        csrt=0.0,
+        confidence_gap=unknown,
+        seconds=seconds,
+    )
 
 
 def track_clip(path: Path, truth: ClipTruth, method: str) -> TrackedTrial:

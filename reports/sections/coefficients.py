@@ -161,7 +161,7 @@ def _table(fit: CoefficientFit) -> Table:
     caption = (
         f"Coefficients of the fluid forces (no unit), bounds {low:g} to {high:g}. “Equals” are the starts "
         "whose objective lies within 1 % of the best; “published” values belong to the authors' own model. The "
-        "interval is from the curvature at the best and the noise around it: it knows of no other valley, and takes what the "
-        "twin cannot follow for noise."
+        "interval is from the curvature at the best and the noise around it: it knows of no other valley, and takes "
+        "what the twin cannot follow for noise."
     )
     return Table(caption, COLUMNS, tuple(rows))

@@ -169,7 +169,7 @@ def decoy_pass(seed: int, frames: int = 80) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.long
 def test_what_a_glint_like_a_marker_spoils_is_mostly_doubted() -> None:
-    """24 passes. Motion and the distance to its neighbours tell it from a marker: it keeps one in a tenth of them."""
+    """24 passes. Motion and the distance to its neighbours tell it from a marker: it keeps a marker in 4 of them."""
     passes = [decoy_pass(seed) for seed in range(100, 124)]
     off = np.array([(away > 5).sum() for away, _ in passes])
     silent = np.array([((away > 5) & ~doubt).sum() for away, doubt in passes])
