@@ -39,7 +39,7 @@ class Emulator:
     `clock` gives seconds and never runs backwards: `time.monotonic`, or a `VirtualClock` to run hours in seconds.
     `load` is friction in N m or a function (angle_rad, velocity_rad_s) -> torque against positive turning.
     `seed` draws the angle it starts at, its tick, and the ripple of the current. It starts as from the factory, but at
-    `baud`; 57,600 is the factory's. Safe to ask from several threads.
+    `baud`; 57,600 is the factory's. `table` is there to look into. Safe to ask from several threads.
     """
 
     def __init__(

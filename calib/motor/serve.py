@@ -36,9 +36,9 @@ def run_emulator(
     motor = Emulator(id=id, load=load_nm, seed=seed, baud=baud)
     device = FaultyEmulator(motor, faults) if faults else motor
     with PseudoTerminal(device) as terminal:
-        tell(terminal.path)
-        tell(f"An emulated XW540-T140-R, id {id}, at {baud} baud. Ctrl-C ends it.")
         try:
+            tell(terminal.path)
+            tell(f"An emulated XW540-T140-R, id {id}, at {baud} baud. Ctrl-C ends it.")
             (until or threading.Event()).wait()
         except KeyboardInterrupt:
             tell("")

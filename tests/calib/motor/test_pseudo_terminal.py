@@ -11,14 +11,9 @@ import pytest
 
 from calib.motor import Emulator, Fault, Faults, FaultyEmulator, PseudoTerminal
 from calib.motor.protocol import Packet, PacketReader, encode
+from tests.calib.motor.terminal import PATIENCE_MS, open_port
 
 PACKETS = sdk.Protocol2PacketHandler()
-
-
-def open_port(path: str, baud: int = 1_000_000) -> sdk.PortHandler:
-    port = sdk.PortHandler(path)
-    assert port.setBaudRate(baud)
-    return port
 
 
 def ping_without_end(port: sdk.PortHandler) -> None:
@@ -47,10 +42,11 @@ def test_a_host_that_falls_silent_is_noticed_by_the_watchdog() -> None:
     motor = Emulator()
     with PseudoTerminal(motor) as terminal:
         port = open_port(terminal.path)
-        for address, size, value in ((11, 1, 1), (64, 1, 1), (98, 1, 5), (104, 4, 200)):
+        for address, size, value in ((11, 1, 1), (64, 1, 1), (98, 1, 50), (104, 4, 200)):
             assert PACKETS.writeTxRx(port, 1, address, size, list(value.to_bytes(size, "little"))) == (0, 0)
         port.closePort()
-        time.sleep(0.25)
+        assert not motor.stopped
+        time.sleep(1.1)
 
     assert motor.stopped
     assert motor.state.watchdog_tripped
@@ -58,9 +54,10 @@ def test_a_host_that_falls_silent_is_noticed_by_the_watchdog() -> None:
 
 def test_a_client_at_another_speed_finds_nothing() -> None:
     with PseudoTerminal(Emulator(baud=57_600)) as terminal:
-        port = open_port(terminal.path, 1_000_000)
+        port = open_port(terminal.path, 1_000_000, patient=False)
         assert PACKETS.ping(port, 1)[1] != sdk.COMM_SUCCESS
-        port.setBaudRate(57_600)
+        port.closePort()
+        port = open_port(terminal.path, 57_600)
         assert PACKETS.ping(port, 1)[1] == sdk.COMM_SUCCESS
         port.closePort()
 
@@ -82,7 +79,7 @@ def test_bytes_come_back_as_they_are_whatever_they_are() -> None:
         _speed_of(client, 57_600)
         for _ in range(20):
             os.write(client, rng.randbytes(50).replace(b"\xfd", b"") + encode(Packet(1, 0x01)))
-        reader, found, until = PacketReader(), 0, time.monotonic() + 5.0
+        reader, found, until = PacketReader(), 0, time.monotonic() + PATIENCE_MS / 1000
         while found < 20 and time.monotonic() < until:
             found += sum(packet.intact for packet in reader.push(os.read(client, 4096)))
         os.close(client)

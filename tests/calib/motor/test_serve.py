@@ -10,6 +10,7 @@ import dynamixel_sdk as sdk
 import pytest
 
 from calib.motor import run_emulator
+from tests.calib.motor.terminal import open_port
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -21,8 +22,7 @@ def test_it_tells_its_path_first_and_how_the_motor_was_left_last() -> None:
     def tell(line: str) -> None:
         told.append(line)
         if len(told) == 2:
-            port = sdk.PortHandler(told[0])
-            port.setBaudRate(57_600)
+            port = open_port(told[0], 57_600)
             assert sdk.Protocol2PacketHandler().ping(port, 7) == (1180, sdk.COMM_SUCCESS, 0)
             port.closePort()
             end.set()
