@@ -74,6 +74,15 @@ def tracked_session(filmed_session: Path, tmp_path_factory: pytest.TempPathFacto
     return folder
 
 
+@pytest.fixture(scope="session")
+def fitted_session(tracked_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = Path(shutil.copytree(tracked_session, tmp_path_factory.mktemp("fitted") / "pool"))
+    with pytest.MonkeyPatch.context() as patch:
+        with_little_effort(patch)
+        Pipeline(open_session(folder), Options("quick")).fit()
+    return folder
+
+
 @pytest.fixture
 def filmed(filmed_session: Path, tmp_path: Path) -> Path:
     """A session of videos without results, of the test's own."""
@@ -84,3 +93,9 @@ def filmed(filmed_session: Path, tmp_path: Path) -> Path:
 def tracked(tracked_session: Path, tmp_path: Path) -> Path:
     """A session of videos that were tracked, of the test's own."""
     return Path(shutil.copytree(tracked_session, tmp_path / "pool"))
+
+
+@pytest.fixture
+def fitted(fitted_session: Path, tmp_path: Path) -> Path:
+    """A session of videos with a calibration (quick effort), of the test's own."""
+    return Path(shutil.copytree(fitted_session, tmp_path / "pool"))

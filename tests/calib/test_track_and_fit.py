@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from rich.progress import Progress
 
+from calib.pipeline import Pipeline, open_session
 from calib.working import Teller
 from session import FISHSIM_MARKERS
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in
@@ -53,7 +54,7 @@ def test_tracks_and_videos_go_together(calib: Front, tracked: Path) -> None:
     )
 
 
-def test_frames_before_the_boxes_count_nowhere_and_keep_their_numbers(calib: Front, filmed: Path) -> None:
+def test_frames_before_the_boxes_count_nowhere_and_keep_their_numbers(filmed: Path) -> None:
     true = read(filmed / "truth" / "slow.csv")
 
     def later(content: dict[str, object]) -> None:
@@ -65,7 +66,7 @@ def test_frames_before_the_boxes_count_nowhere_and_keep_their_numbers(calib: Fro
 
     change_boxes(filmed, "slow", later)
     edit(filmed / "session.toml", "warmup_s = 1.0", "warmup_s = 0.5")
-    assert calib("fit", filmed, "--effort", "quick").code == 0
+    Pipeline(open_session(filmed)).recordings.tracks()
 
     used = read(filmed / "results" / "tracks" / "slow.csv")
     np.testing.assert_allclose(used.time_s, true.time_s, atol=1e-3)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.pipeline import Pipeline, open_session
 from session import FISHSIM_MARKERS, session_lock
 from tests.calib.door import Front, assert_told, edit, files_in
 from tests.calib.filmed import FRAMES, read, tracks_of, with_tracks
@@ -53,7 +54,7 @@ def test_a_swap_that_makes_it_worse_is_doubted_and_counts_nowhere(calib: Front, 
     calib("edit", tracked, "slow", SWAP)
 
     assert "swap" in calib("track", tracked).out.splitlines()[1]
-    assert calib("fit", tracked, "--effort", "quick").code == 0
+    Pipeline(open_session(tracked)).recordings.tracks()
     used = read(tracked / "results" / "tracks" / "slow.csv")
     assert (used.confidence[20:31, [A, B]] == 0).all()
     assert used.confidence[40:, [A, B]].min() > 0
@@ -103,13 +104,12 @@ def test_an_edit_can_be_undone(calib: Front, tracked: Path) -> None:
     assert len((tracked / "trials" / "slow.edits.jsonl").read_text().splitlines()) == 2
 
 
-def test_a_fit_takes_an_edit_into_account_by_itself(calib: Front, tracked: Path) -> None:
-    assert calib("fit", tracked, "--effort", "quick").code == 0
-    before = json.loads((tracked / "results" / "calibration.json").read_text())
-    calib("edit", tracked, "slow", DROP)
-    assert calib("fit", tracked, "--effort", "quick").code == 0
+def test_a_fit_takes_an_edit_into_account_by_itself(calib: Front, fitted: Path) -> None:
+    before = json.loads((fitted / "results" / "calibration.json").read_text())
+    calib("edit", fitted, "slow", DROP)
+    assert calib("fit", fitted, "--effort", "quick").code == 0
 
-    after = json.loads((tracked / "results" / "calibration.json").read_text())
+    after = json.loads((fitted / "results" / "calibration.json").read_text())
     assert after["trials"]["slow"]["used_fraction"] < before["trials"]["slow"]["used_fraction"]
     assert "trials/slow.edits.jsonl" in after["inputs"]
 
