@@ -19,6 +19,7 @@ from dynamixel_sdk import COMM_RX_CORRUPT, COMM_RX_TIMEOUT, COMM_SUCCESS, Packet
 from dynamixel_sdk.robotis_def import INST_PING, INST_READ, INST_WRITE
 
 from calib.capture.errors import MotorFault, NoAnswer, UserError
+from calib.capture.host import Clock
 from calib.capture.registers import Register
 
 try:
@@ -29,7 +30,8 @@ except ImportError:  # Windows
 BAUD_RATES = (9600, 57600, 115200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 """What both the motor and the SDK can."""
 
-TRIES = 5
+TRIES = 9  # of 34 ms each with the SDK's time-outs: within the watchdog's time
+SETTLE_S = 0.01  # after a disturbance, for late answers to come in and be thrown away
 ALERT = 0x80  # bit of a status packet's error byte: see the hardware error status
 PORT_ERRORS = (OSError, TerminalError)
 BROKEN_ANSWER = (IndexError, TypeError)  # what the SDK makes of some damaged packets
@@ -66,13 +68,15 @@ class Bus:
     Args:
         port: an open `dynamixel_sdk.PortHandler`, or what behaves like one.
         motor_id: the motor's id on the bus.
+        clock: the host's.
     """
 
-    def __init__(self, port: Any, motor_id: int) -> None:
+    def __init__(self, port: Any, motor_id: int, clock: Clock) -> None:
         self.motor_id = motor_id
         self.damaged = 0
         """How many answers were lost, damaged or a refusal so far; each was asked for again."""
         self._port = port
+        self._clock = clock
         self._packets = PacketHandler(2.0)
 
     def ping(self) -> int:
@@ -108,13 +112,15 @@ class Bus:
     def _ask(self, what: str, instruction: int, params: bytes, size: int, tries: int) -> Answer:
         """Asks until a whole answer of `size` bytes comes without a refusal."""
         failure: MotorFault = NoAnswer(f"no time to {what}")
-        for _ in range(tries):
+        for attempt in range(tries):
             try:
                 packet, result, error = self._exchange(instruction, params)
             except PORT_ERRORS as gone:
                 raise NoAnswer(f"the port is gone while trying to {what}: {gone}") from gone
             data = _payload(packet) if result == COMM_SUCCESS else b""
             if result == COMM_SUCCESS and not error & ~ALERT and len(data) == size:
+                if attempt:
+                    self._clock.sleep(SETTLE_S)
                 return Answer(data, bool(error & ALERT))
             failure = _failure(what, result, error)
             self.damaged += 1

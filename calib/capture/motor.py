@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from calib.capture import registers
 from calib.capture.bus import Bus
-from calib.capture.errors import MotorFault, UserError
+from calib.capture.errors import MotorFault, NoAnswer, UserError
+from calib.capture.freshness import Freshness
 from calib.capture.host import Clock
 from calib.capture.registers import (
     BUS_WATCHDOG,
@@ -46,7 +47,7 @@ class Reading(NamedTuple):
         took_s: how long that took, all tries together.
         measured: the values, in the motor's units.
         hardware_error: the bits of the hardware error status.
-        timely: whether the first answer was whole. If not, a late one may have been taken, and its time is unsure.
+        timely: whether the first answer was whole, fresh and quick. If not, its time is unsure.
     """
 
     time_s: float
@@ -67,15 +68,22 @@ class Motor:
     def __init__(self, bus: Bus, clock: Clock) -> None:
         self.bus = bus
         self._clock = clock
+        self._freshness = Freshness()
 
     def identify(self) -> None:
         """Makes sure that this is the motor meant, and that it is well.
 
         Raises:
-            UserError: another model.
-            MotorFault: no answer, or the motor has shut itself down.
+            UserError: nobody answers, or another model.
+            MotorFault: the motor has shut itself down.
         """
-        model = self.bus.ping()
+        try:
+            model = self.bus.ping()
+        except NoAnswer as error:
+            raise UserError(
+                f"no motor with id {self.bus.motor_id} answers; found: {error}. `calib capture scan` finds its "
+                "baud rate and id."
+            ) from error
         if model != registers.MODEL:
             raise UserError(
                 f"the motor with id {self.bus.motor_id} is another model; found: {model}; expected: {registers.MODEL}, "
@@ -98,6 +106,7 @@ class Motor:
         Raises:
             MotorFault: no answer, a refusal, or a value that does not stay.
         """
+        self._freshness = Freshness()
         self.bus.write(TORQUE_ENABLE, 0)
         self.bus.write(BUS_WATCHDOG, 0)  # after a trip, goals cannot be written before
         self._settle_settings(registers.velocity_units(fastest_turns_per_s))
@@ -136,10 +145,12 @@ class Motor:
         before = self._clock.now()
         answer = self.bus.read(MEASURED)
         after = self._clock.now()
-        timely = self.bus.damaged == damaged
-        bits = self.hardware_error() if answer.alert else 0
+        whole = self.bus.damaged == damaged
         measured = registers.decode_measured(answer.data)
-        return Reading((before + after) / 2, after - before, measured, bits, timely)
+        time_s, took_s = (before + after) / 2, after - before
+        fresh = self._freshness.is_fresh(measured.tick, time_s, took_s)
+        bits = self.hardware_error() if answer.alert else 0
+        return Reading(time_s, took_s, measured, bits, whole and fresh)
 
     def hardware_error(self) -> int:
         """The bits of the hardware error status."""

@@ -98,12 +98,13 @@ def capture(
         Interrupted: Ctrl-C, SIGTERM or SIGHUP.
     """
     session = SessionText(settings.out)
-    session.prepare()
-    motor = Motor(Bus(port, settings.motor_id), clock)
+    session.check()
+    motor = Motor(Bus(port, settings.motor_id, clock), clock)
     results = []
     with Signals() as signals:
         motor.identify()
         _check_reach(settings, motor.read(), tell)
+        session.make_folders()
         for hz in settings.hz:
             plan = TrialPlan(trial_name(hz, session.taken_names()), hz, settings.seconds, settings.coded)
             tell(f"{plan.name}: {hz:g} turns/s for {plan.seconds:g} s, {plan.total_s:.1f} s in all")

@@ -10,6 +10,7 @@ from dynamixel_sdk import PacketHandler
 
 from calib.capture.bus import BAUD_RATES, PORT_ERRORS, Bus, open_port
 from calib.capture.errors import MotorFault, UserError
+from calib.capture.host import Clock
 from calib.capture.registers import MODEL
 
 PORT_PATTERNS = ("/dev/ttyUSB*", "/dev/ttyACM*", "/dev/tty.usbserial*", "/dev/tty.usbmodem*")
@@ -79,6 +80,6 @@ def _motors(port: Any) -> Iterator[tuple[int, int]]:
         return
     for motor_id in sorted(answers):
         try:
-            yield motor_id, Bus(port, motor_id).ping()
+            yield motor_id, Bus(port, motor_id, Clock()).ping()
         except MotorFault:
             continue

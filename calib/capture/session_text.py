@@ -57,11 +57,19 @@ class SessionText:
         """The folder of the recordings."""
         return self.folder / "trials"
 
-    def prepare(self) -> None:
-        """Makes the folders where they are missing, and makes sure that a trial can be added later.
+    def check(self) -> None:
+        """Makes sure that a trial can be added to what stands there; nothing is written.
 
         Raises:
-            UserError: the folder cannot be written to, or its session.toml cannot be added to.
+            UserError: the session.toml cannot be read or added to.
+        """
+        self._with_trial("x", "dry", 1.0)
+
+    def make_folders(self) -> None:
+        """Makes the folders where they are missing.
+
+        Raises:
+            UserError: they cannot be made, or not be written to.
         """
         try:
             self.trials.mkdir(parents=True, exist_ok=True)
@@ -69,7 +77,6 @@ class SessionText:
             raise UserError(_not_writable(self.trials, error)) from error
         if not (os.access(self.folder, os.W_OK) and os.access(self.trials, os.W_OK)):
             raise UserError(f"{self.folder}: not writable; choose a folder that you may write to with --out")
-        self._with_trial("x", "dry", 1.0)
 
     def taken_names(self) -> list[str]:
         """Names that a new trial must not have: those of the trials, and of the logs that lie there."""

@@ -3,12 +3,14 @@
 import os
 import random
 import signal
+import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from calib.capture import CaptureError, TrialResult
-from calib.motor import ALL_FAULTS, Faults
+from calib.capture import CaptureError, TrialResult, main
+from calib.motor import ALL_FAULTS, Emulator, Fault, Faults, FaultyEmulator, PseudoTerminal
 from session import load_motor, load_session
 from tests.calib.capture.virtual import Bench, bench
 
@@ -50,7 +52,21 @@ def check(seed: int, out: Path) -> str:
 @pytest.mark.parametrize("chunk", range(10))
 def test_random_faults_end_with_a_stopped_motor_and_a_readable_log(tmp_path: Path, chunk: int) -> None:
     ends = {check(seed, tmp_path / str(seed)) for seed in range(10 * chunk, 10 * chunk + 10)}
-    assert ends <= {"NoneType", "MotorFault", "NoAnswer", "Interrupted"}
+    assert ends <= {"NoneType", "MotorFault", "NoAnswer", "Interrupted", "UserError"}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
+@pytest.mark.parametrize("seed", [1, 2, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(3, 20))])
+def test_random_faults_on_a_real_terminal_end_with_a_stopped_motor(tmp_path: Path, seed: int) -> None:
+    kinds = ALL_FAULTS if seed % 2 else (Fault.DISCONNECT, Fault.GARBAGE, Fault.REPLY_LATE, Fault.REQUEST_CORRUPTED)
+    device = FaultyEmulator(Emulator(load=0.3), Faults(seed, kinds, rate=0.02, after=20))
+    with PseudoTerminal(device) as terminal:
+        arguments = ["run", "--port", terminal.path, "--baud", "1000000", "--hz", "0.8", "--seconds", "1", "--no-code"]
+        assert main([*arguments, "--out", str(tmp_path)]) in (0, 2, 3)
+        time.sleep(0.5)
+        assert device.stopped
+    for log in tmp_path.glob("trials/*.motor.csv"):
+        load_motor(log)
 
 
 @pytest.mark.long

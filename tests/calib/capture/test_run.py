@@ -9,7 +9,7 @@ import pytest
 
 from calib.capture import COMMANDS_HEADER, START_CODE, Interrupted, Limits, MotorFault, UserError
 from calib.capture import run as run_module
-from calib.motor import HardwareError
+from calib.motor import Fault, Faults, FaultyEmulator, HardwareError
 from session import FISHSIM_MARKERS, load_motor, load_session
 from tests.calib.capture.virtual import bench
 
@@ -72,9 +72,9 @@ def test_a_run_longer_than_the_motors_clock_counts_goes_on(tmp_path: Path) -> No
 def test_speeds_out_of_reach_are_refused_before_anything_turns(tmp_path: Path) -> None:
     one = bench()
     with pytest.raises(UserError, match=r"1\.3 turns/s is out of reach; expected: at most 1\.20 at 12\.0 V"):
-        one.capture(tmp_path, 0.6, 1.3)
+        one.capture(tmp_path / "new", 0.6, 1.3)
     assert one.motor.state.velocity_rad_s == 0
-    assert list((tmp_path / "trials").iterdir()) == []
+    assert not (tmp_path / "new").exists()
 
 
 def test_speeds_near_the_limit_are_warned_of(tmp_path: Path) -> None:
@@ -197,6 +197,20 @@ def test_a_full_disk_stops_the_motor(tmp_path: Path, monkeypatch: pytest.MonkeyP
         one.capture(tmp_path)
     assert not one.motor.state.torque_enabled
     assert list((tmp_path / "trials").iterdir()) == []  # no log without rows
+
+
+def test_no_answer_is_logged_under_the_time_of_another_question(tmp_path: Path) -> None:
+    kinds = (Fault.REPLY_LATE, Fault.REPLY_LOST, Fault.REPLY_CUT, Fault.GARBAGE, Fault.REQUEST_LOST)
+    for seed in range(8):
+        one, out = bench(Faults(seed, kinds, rate=0.02), load=0.0, seed=seed), tmp_path / str(seed)
+        one.capture(out, 0.6, seconds=8.0)  # and none of these ends the run
+        log = load_motor(logged(out))
+        steady = (log.time_s > log.time_s[0] + 1.5) & (log.time_s < log.time_s[0] + 8)
+        line = np.polynomial.Polynomial.fit(log.time_s[steady], log.position_rad[steady], 1)
+        off_s = (log.position_rad[steady] - line(log.time_s[steady])) / (2 * math.pi * 0.6)
+        assert np.abs(off_s).max() < 0.005
+        assert isinstance(one.device, FaultyEmulator)
+        assert len(one.device.happened) > 5
 
 
 def test_a_slow_adapter_is_warned_of(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ def test_the_header_is_that_of_the_session() -> None:
 
 def test_a_session_that_is_not_there_is_made_and_is_valid(tmp_path: Path) -> None:
     text = SessionText(tmp_path / "a" / 'pool "ü" 1')
-    text.prepare()
+    text.make_folders()
     for name, kind, hz in (("f0_60", "swim", 0.6), ("f0_80", "dry", 0.8)):
         a_log(text.folder, name)
         text.add_trial(name, kind, hz)
@@ -34,7 +34,7 @@ def test_what_the_user_wrote_stays_as_it_was(tmp_path: Path, end: str) -> None:
     old = '# mine\n[session]\nname="x"\n[[trial]]\nname = "f0_60" # slow\nkind = "swim"' + end
     (tmp_path / "session.toml").write_bytes(old.encode())
     text = SessionText(tmp_path)
-    text.prepare()
+    text.make_folders()
     assert text.taken_names() == ["f0_60"]
     text.add_trial("f0_80", "dry", 0.8)
     new = (tmp_path / "session.toml").read_bytes().decode()
@@ -56,18 +56,18 @@ def test_a_session_that_cannot_be_added_to_is_refused_before_anything_is_driven(
 ) -> None:
     (tmp_path / "session.toml").write_bytes(content)
     with pytest.raises(UserError, match=message):
-        SessionText(tmp_path).prepare()
+        SessionText(tmp_path).check()
     assert (tmp_path / "session.toml").read_bytes() == content
 
 
 def test_a_place_that_is_no_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(UserError, match="cannot be written"):
-        SessionText(tmp_path / "file").prepare()
+        SessionText(tmp_path / "file").make_folders()
 
 
 def test_names_of_logs_that_lie_there_are_taken(tmp_path: Path) -> None:
     text = SessionText(tmp_path)
-    text.prepare()
+    text.make_folders()
     a_log(tmp_path, "f0_60")
     assert text.taken_names() == ["f0_60"]

@@ -1,0 +1,182 @@
+"""The command on a real pseudo-terminal, and what it says to bad input."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import serial
+
+from calib.capture import main
+from calib.motor import Emulator, PseudoTerminal
+from session import load_motor, load_session
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
+ROOT = Path(__file__).resolve().parents[3]
+BAUD = 1_000_000
+
+
+@pytest.fixture
+def motor() -> Emulator:
+    return Emulator(load=0.3)
+
+
+@pytest.fixture
+def terminal(motor: Emulator) -> Iterator[PseudoTerminal]:
+    with PseudoTerminal(motor) as terminal:
+        yield terminal
+
+
+def arguments(port: str, out: Path, *more: str) -> list[str]:
+    return ["run", "--port", port, "--baud", str(BAUD), "--out", str(out), "--no-code", "--hz", "0.6", *more]
+
+
+def started(port: str, out: Path, *more: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "calib.capture", *arguments(port, out, *more)]
+    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for(what: Callable[[], bool], seconds: float = 20.0) -> bool:
+    until = time.monotonic() + seconds
+    while not what() and time.monotonic() < until:
+        time.sleep(0.02)
+    return what()
+
+
+def turning(motor: Emulator) -> bool:
+    return motor.state.velocity_rad_s > 2.0
+
+
+def test_a_capture_over_a_terminal_is_a_session(terminal: PseudoTerminal, motor: Emulator, tmp_path: Path) -> None:
+    assert main(arguments(terminal.path, tmp_path / "pool", "--seconds", "1", "--kind", "dry")) == 0
+    (trial,) = load_session(tmp_path / "pool").trials
+    assert (trial.name, trial.kind) == ("f0_60", "dry")
+    assert not motor.state.torque_enabled
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "reason"),
+    [(signal.SIGINT, 130, "stopped by Ctrl-C"), (signal.SIGTERM, 143, "stopped by SIGTERM")],
+)
+def test_a_signal_stops_the_motor_and_the_log_stays(
+    terminal: PseudoTerminal, motor: Emulator, tmp_path: Path, number: int, code: int, reason: str
+) -> None:
+    with started(terminal.path, tmp_path, "--seconds", "60") as process:
+        assert wait_for(lambda: turning(motor))
+        process.send_signal(number)
+        _, told = process.communicate(timeout=20)
+    assert (process.returncode, motor.state.torque_enabled) == (code, False)
+    assert reason in told
+    assert load_motor(tmp_path / "trials/f0_60.motor.csv").time_s.size > 10
+
+
+def test_a_killed_host_leaves_a_motor_that_the_watchdog_stops_and_a_readable_log(
+    terminal: PseudoTerminal, motor: Emulator, tmp_path: Path
+) -> None:
+    with started(terminal.path, tmp_path, "--seconds", "60") as process:
+        assert wait_for(lambda: turning(motor))
+        process.kill()
+        killed_s = time.monotonic()
+        process.communicate(timeout=20)
+    assert wait_for(lambda: motor.stopped, 1.0)
+    assert time.monotonic() - killed_s < 1.0
+    assert motor.state.watchdog_tripped
+    assert load_motor(tmp_path / "trials/f0_60.motor.csv").time_s.size > 10
+    assert main(arguments(terminal.path, tmp_path, "--seconds", "0.5")) == 0  # and the next run finds it ready
+    assert [trial.name for trial in load_session(tmp_path).trials] == ["f0_60_2"]
+
+
+def test_a_lost_cable_ends_with_a_motor_fault(
+    terminal: PseudoTerminal, motor: Emulator, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    threading.Timer(1.5, lambda: setattr(motor, "connected", False)).start()
+    assert main(arguments(terminal.path, tmp_path, "--seconds", "60")) == 3
+    told = capsys.readouterr()
+    assert "did not confirm that it stopped" in told.out + told.err
+    assert wait_for(lambda: motor.stopped, 1.0)
+    assert load_motor(tmp_path / "trials/f0_60.motor.csv").time_s.size > 10
+
+
+def test_another_program_on_the_port_is_refused(
+    terminal: PseudoTerminal, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with serial.Serial(terminal.path, BAUD, exclusive=True):
+        assert main(arguments(terminal.path, tmp_path)) == 2
+    assert "in use by another program" in capsys.readouterr().err
+
+
+def test_a_wrong_baud_rate_is_told(
+    terminal: PseudoTerminal, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*arguments(terminal.path, tmp_path), "--baud", "57600"]) == 2
+    assert "calib capture scan" in capsys.readouterr().err
+
+
+def test_scan_finds_the_motor_and_says_how_to_reach_it(
+    terminal: PseudoTerminal, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert (
+        main(["scan", "--port", terminal.path, "--port", "/dev/not_there", "--baud", "57600", "--baud", str(BAUD)]) == 0
+    )
+    told = capsys.readouterr()
+    assert told.out == f"--port {terminal.path} --baud {BAUD} --id 1  (XW540-T140-R)\n"
+    assert "/dev/not_there cannot be opened" in told.err
+
+
+def test_scan_without_a_motor_says_what_to_look_at(
+    terminal: PseudoTerminal, motor: Emulator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    motor.table["model_number"] = 1170
+    assert main(["scan", "--port", terminal.path, "--baud", str(BAUD)]) == 2
+    told = capsys.readouterr()
+    assert "another Dynamixel, model 1170" in told.out
+    assert "no XW540-T140-R answers" in told.err
+
+
+def test_emulate_serves_a_motor_that_can_be_captured(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "calib.capture", "emulate", "--baud", str(BAUD)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        path = process.stdout.readline().strip()
+        assert main(arguments(path, tmp_path, "--seconds", "0.5")) == 0
+        process.send_signal(signal.SIGINT)
+        assert "not driven" in process.communicate(timeout=20)[0]
+    assert process.returncode == 0
+
+
+def test_all_that_is_wrong_with_the_options_is_said_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bad = ["run", "--port", "x", "--baud", "12", "--id", "300", "--hz", "0.6,fast,9,-1", "--seconds", "0"]
+    assert main([*bad, "--max-current", "nan", "--out", str(tmp_path / "new")]) == 2
+    told = capsys.readouterr().err
+    assert "--baud: found 12; choices: 9600, 57600" in told
+    assert "--id: found 300; expected: 0 to 252" in told
+    for speed in ("'fast'", "'9'", "'-1'"):
+        assert f"--hz: found {speed}; expected: 0.01 to 1.48 crank turns/s; up to 1.2 crank turns/s at 12 V" in told
+    assert "--seconds: found 0" in told
+    assert "--max-current: found nan" in told
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_port_that_is_not_there_leaves_nothing_behind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments("/dev/not_there", tmp_path / "new")) == 2
+    assert "port /dev/not_there cannot be opened" in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_terminal_that_is_gone_does_not_keep_the_motor_from_being_stopped(
+    terminal: PseudoTerminal, motor: Emulator, tmp_path: Path
+) -> None:
+    process = started(terminal.path, tmp_path, "--seconds", "60")
+    assert wait_for(lambda: turning(motor))
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    process.stderr.close()
+    os.kill(process.pid, signal.SIGHUP)
+    assert process.wait(timeout=20) == 129
+    assert not motor.state.torque_enabled
