@@ -72,12 +72,14 @@ class CrankFit:
 
     Attributes:
         arm_m, arm_se_m: of the joint fit of all runs, and its standard error, m.
+        smooth_m: smallest and largest arm around it over which the tail moves smoothly; the arm lies within, m.
         trials: the runs.
         flags: what is doubtful about the arm.
     """
 
     arm_m: float
     arm_se_m: float
+    smooth_m: tuple[float, float]
     trials: tuple[CrankTrial, ...]
     flags: tuple[Flag, ...]
 
@@ -111,11 +113,13 @@ def fit_crank(
     Raises:
         NotEnoughData: no trial, or no smooth motion of the tail over four neighbouring arms.
         SimulationDiverged: the fitted motion does not stay bounded.
+        ValueError: a response that does not hold the speeds of the trials.
     """
     if not trials:
         raise NotEnoughData('no dry run: the crank needs at least one trial with kind = "dry"')
     if response is None:
         response = crank_response(trials, robot, grid, workers)
+    _check_speeds(response, speed_range(trials))
     with threadpool_limits(1, user_api="blas"):  # small matrices, for which threads only wait
         surfaces = [error_surface(trial, response, grid, workers) for trial in trials]
         valleys = [refine_valleys(t, response, surface) for t, surface in zip(trials, surfaces, strict=True)]
@@ -136,6 +140,15 @@ def crank_response(
     return simulate_response(robot, tuple(robot.markers), arms, speed_range(trials), workers=workers)
 
 
+def _check_speeds(response: DryResponse, needed_hz: tuple[float, float]) -> None:
+    low, high = response.hz[0], response.hz[-1]
+    if low > needed_hz[0] + 1e-9 or high < needed_hz[1] - 1e-9:
+        raise ValueError(
+            f"response: found speeds from {low:.3g} to {high:.3g} Hz, expected {needed_hz[0]:.3g} to "
+            f"{needed_hz[1]:.3g} Hz, which hold all trials: make it with crank_response"
+        )
+
+
 def _assembled(
     trials: Sequence[DryTrial],
     robot: RobotSpec,
@@ -148,18 +161,19 @@ def _assembled(
     hz = np.array([trial.hz for trial in joint.trials])
     uses = tendon_use(robot, hz, workers)
     direct = simulate_turns(robot, response.markers, hz, workers=workers)
+    smooth = response.range_of(joint.branch)
     found = []
     for i, (trial, own) in enumerate(zip(trials, joint.trials, strict=True)):
         turn = response.turn(joint.arm_m, own.hz, joint.branch)
         one = partial(CrankTrial, trial, own.hz, own.hz_se, turn.crank_rad(own.phase_rad), own.phase_se_rad)
         distance = distance_at(trial, response.select(trial.markers), joint.arm_m, own.hz, own.phase_rad)
         other = other_valley(valleys[i], surfaces[i])
-        facts = Found(trial, own, surfaces[i], valleys[i][0], other, uses[i])
         error = _farthest(turn, Turn(direct.marker_m[i], direct.lead_rad[i]))
-        flags = (*trial.flags, *trial_flags(facts, response.range_of(joint.branch)))
+        facts = Found(trial, own, surfaces[i], valleys[i][0], other, uses[i], error)
+        flags = (*trial.flags, *trial_flags(facts, smooth))
         found.append(one(distance, own.scale, valleys[i][0], surfaces[i], uses[i], error, flags))
     arms = [cells[0].arm_m for cells in valleys]
-    return CrankFit(joint.arm_m, joint.arm_se_m, tuple(found), fit_flags(joint, response, arms))
+    return CrankFit(joint.arm_m, joint.arm_se_m, smooth, tuple(found), fit_flags(joint, response, arms))
 
 
 def _farthest(one: Turn, other: Turn) -> float:

@@ -16,12 +16,13 @@ from session import Flag
 FEWEST_TURNS = 2.0
 SLACK_SHARE = 0.05  # of the turn; more is worth a flag
 STRETCH_OFF = 0.01  # between the twin's stretch and the published one
+TABLE_ERROR_M = 2e-4  # between a motion read off the table and simulated; beyond, the grid of arms is too coarse
 ARM_POOR = 0.05  # standard error over arm, or spread between trials, that leaves the arm open
 _EDGE = 0.02  # of a range: an estimate this close to its end is at its end
 
 
 class Found(NamedTuple):
-    """What is known of a trial when it is judged: run, its share of the joint fit, surface, both valleys, tendons."""
+    """What is known of a trial when it is judged."""
 
     trial: DryTrial
     own: JointTrial
@@ -29,12 +30,13 @@ class Found(NamedTuple):
     best: Cell
     other: Cell | None
     tendons: TendonUse
+    shortcut_error_m: float
 
 
 def trial_flags(found: Found, smooth_m: tuple[float, float]) -> tuple[Flag, ...]:
     """The doubts about one trial's speed, phase and distance; `smooth_m`: the arms over which the motion is smooth."""
     edges = (_speed_edge(found), _published_edge(found, smooth_m))
-    doubts = (_short(found), *edges, _second_valley(found), _scale(found), *_tendons(found.tendons))
+    doubts = (_short(found), *edges, _second_valley(found), _scale(found), *_tendons(found.tendons), _table(found))
     return tuple(flag for flag in doubts if flag is not None)
 
 
@@ -113,6 +115,16 @@ def _tendons(use: TendonUse) -> tuple[Flag | None, Flag | None]:
         )
         off = Flag("tendon_stretch", message=message)
     return slack, off
+
+
+def _table(found: Found) -> Flag | None:
+    if found.shortcut_error_m <= TABLE_ERROR_M:
+        return None
+    message = (
+        f"a motion read off the table is {1000 * found.shortcut_error_m:.1f} mm away from a simulation at the fitted "
+        "arm and speed: simulate more arms"
+    )
+    return Flag("coarse_table", message=message)
 
 
 def _arm_edge(joint: JointFit, response: DryResponse) -> Flag | None:

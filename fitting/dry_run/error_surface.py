@@ -64,6 +64,11 @@ class ErrorSurface:
         """(a, s) the lowest over all phases, m."""
         return self.distance_m.min(axis=2)
 
+    @property
+    def over_speed_m(self) -> np.ndarray:
+        """(a, p) the lowest over all speeds, m."""
+        return self.distance_m.min(axis=1)
+
     def valleys(self, most: int = 5) -> list[Cell]:
         """The cells that are lower than all their neighbours (phase runs round), the deepest first."""
         padded = np.pad(self.distance_m, ((1, 1), (1, 1), (0, 0)), constant_values=np.inf)
@@ -134,7 +139,7 @@ class _Scored:
     """What of a trial the distance needs: k frames of the t markers behind the head, in single precision."""
 
     trial: DryTrial
-    time_s: np.ndarray  # (k,)
+    even_s: np.ndarray  # (k,)
     place: np.ndarray  # (2, k, 1, t)
     weight: np.ndarray  # (k, t), all samples of the trial adding up to 1
     head_m: float  # what the head's own markers, which the grid does not move, add to the mean distance
@@ -150,13 +155,13 @@ class _Scored:
         head = float((weight * np.abs(measured - still))[:, front].sum())
         behind = measured[:, None, tail]
         place = np.stack([behind.real, behind.imag]).astype(np.float32)
-        return cls(trial, trial.time_s[scored], place, weight[:, tail].astype(np.float32), head)
+        return cls(trial, trial.even_s[scored], place, weight[:, tail].astype(np.float32), head)
 
     def over_phases(self, turn: np.ndarray, hz: float, phases: int) -> np.ndarray:
         """(p,) distance at each phase, m, of one turn (angles, m); between two angles the tail moves straight."""
         behind = in_head_frame(turn, self.trial.markers)[:, list(self.trial.tail)]
         table = np.stack([behind.real, behind.imag]).astype(np.float32)  # (2, angles, t)
-        along = ANGLES * ((hz * self.time_s) % 1.0)
+        along = ANGLES * ((hz * self.even_s) % 1.0)
         first = np.floor(along).astype(int)
         rows = (first[:, None] + np.arange(phases) * (ANGLES // phases)) % ANGLES  # (k, p)
         share = (along - first).astype(np.float32)[:, None, None]

@@ -89,12 +89,12 @@ class _Part:
 
     @property
     def middle_s(self) -> float:
-        return float(self.trial.time_s.mean())
+        return float(self.trial.even_s.mean())
 
     def model(self, arm_m: float, hz: float, middle_rad: float) -> np.ndarray:
         """(n, m) markers in the robot frame, m."""
         turn = self.response.turn(arm_m, hz, self.branch)
-        return turn.at(middle_rad + 2 * np.pi * hz * (self.trial.time_s - self.middle_s))
+        return turn.at(middle_rad + 2 * np.pi * hz * (self.trial.even_s - self.middle_s))
 
     def split(self, series: np.ndarray) -> np.ndarray:
         """(n m + m,) a series (n, m) about its means, and its means, each over its spread."""

@@ -11,6 +11,7 @@ from swimmer import RobotSpec
 from tracking import check_tracks, to_head_frame, to_pool
 
 WARMUP_S = 1.0  # in which the motor comes up to speed
+HEAD_MOVES_M = 0.005  # of nose and neck together; a clamped head and a tracker's noise stay below
 _FEWEST_FRAMES = 12
 
 
@@ -22,6 +23,7 @@ class DryTrial:
         name, commanded_hz: as in the session.
         markers: names of the m markers.
         time_s: (n,) from the first frame of the recording, s.
+        even_s: (n,) when the crank would be where it is if it turned evenly at its mean speed; `time_s` without a log.
         place_m: (n, m) x + i y on the pool, right-handed seen from above, m; nan where missing.
         head_m: (n, m) x + i y in the head frame (published normaliser), the nose starting at 0, m.
         weight: (n, m) 0 where a sample is flagged or missing.
@@ -35,6 +37,7 @@ class DryTrial:
     commanded_hz: float | None
     markers: tuple[str, ...]
     time_s: np.ndarray
+    even_s: np.ndarray
     place_m: np.ndarray
     head_m: np.ndarray
     weight: np.ndarray
@@ -52,9 +55,20 @@ class DryTrial:
 
 
 def measure_dry_run(
-    spec: TrialSpec, tracks: Tracks, camera: CameraSpec, robot: RobotSpec, warmup_s: float = WARMUP_S
+    spec: TrialSpec,
+    tracks: Tracks,
+    camera: CameraSpec,
+    robot: RobotSpec,
+    warmup_s: float = WARMUP_S,
+    crank_rad: np.ndarray | None = None,
 ) -> DryTrial:
     """Checks and scales the tracks of a dry run and finds its beat.
+
+    Args:
+        spec, tracks, camera, robot: the run, n frames of it, what filmed it and what was filmed.
+        warmup_s: left out of every comparison.
+        crank_rad: (n,) unwrapped shaft angle at each frame, from a motor log on the clock of the video, in the
+            direction of increasing angle; only how unevenly it turns is used. Default: it turns evenly.
 
     Raises:
         NotEnoughData: no tail marker, too few frames after the warm-up, or less than one beat.
@@ -79,17 +93,35 @@ def measure_dry_run(
         commanded_hz=spec.commanded_hz,
         markers=pool.markers,
         time_s=time_s,
+        even_s=time_s if crank_rad is None else _even(pool.time_s, crank_rad)[kept],
         place_m=_as_complex(pool.position_m[kept]),
         head_m=_as_complex(head.position_m),
         weight=np.where(np.isfinite(pool.position_m[kept]).all(axis=-1), weight, 0.0),
         scored=time_s < time_s[0] + SCORED_S - 1e-9,
         frequency=frequency,
         tail=tuple(tail),
-        flags=(*quality.flags, *frequency.flags),
+        flags=(*quality.flags, *frequency.flags, *_moving_head(pool.position_m[kept], pool.markers)),
     )
     if not trial.head_weight[trial.scored].any():
         raise NotEnoughData(f"trial {spec.name}: nose and neck are never both trusted in the first {SCORED_S:g} s")
     return trial
+
+
+def _even(time_s: np.ndarray, crank_rad: np.ndarray) -> np.ndarray:
+    """(n,) the time at which an even turn of the same mean speed would reach each angle; the same as a whole."""
+    slope, start = np.polyfit(time_s, crank_rad, 1)
+    return (crank_rad - start) / slope
+
+
+def _moving_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[Flag, ...]:
+    """Whether the head that should be clamped moves."""
+    head = position_m[:, [markers.index("nose"), markers.index("neck")]].mean(axis=1)
+    head = head[np.isfinite(head).all(axis=1)]
+    moved = float(np.percentile(np.linalg.norm(head - np.median(head, axis=0), axis=1), 90)) if len(head) else 0.0
+    if moved <= HEAD_MOVES_M:
+        return ()
+    message = f"the head moves by {1000 * moved:.0f} mm; a dry run needs it clamped: is this a swim?"
+    return (Flag("head_moves", message=message),)
 
 
 def _as_complex(position_m: np.ndarray) -> np.ndarray:

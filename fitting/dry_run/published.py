@@ -38,7 +38,7 @@ def other_valley(valleys: tuple[Cell, ...], surface: ErrorSurface) -> Cell | Non
 def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float, phase_rad: float) -> float:
     """The published distance of a point between those of the grid, m; `response` holds the trial's markers."""
     turn = response.turn(arm_m, hz, response.branch_at(arm_m))
-    model = in_head_frame(turn.at(phase_rad + 2 * np.pi * hz * trial.time_s), trial.markers)
+    model = in_head_frame(turn.at(phase_rad + 2 * np.pi * hz * trial.even_s), trial.markers)
     return published_distance(trial, model)
 
 
@@ -47,7 +47,7 @@ def _refined(trial: DryTrial, response: DryResponse, surface: ErrorSurface, cell
     if not low <= cell.arm_m <= high:
         return cell
     steps = np.array([np.ptp(axis) / max(len(axis) - 1, 1) for axis in (surface.arm_m, surface.hz, surface.phase_rad)])
-    middle = trial.time_s[trial.scored].mean()  # phase counted from here hardly depends on the speed
+    middle = trial.even_s[trial.scored].mean()  # phase counted from here hardly depends on the speed
 
     def point(x: np.ndarray) -> tuple[float, float, float]:
         hz = cell.hz + steps[1] * x[1]

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from fitting.dry_run import Cell, CrankFit, CrankGrid, DryTrial, JointFit, fit_crank, fit_joint, measure_dry_run
-from session import NotEnoughData, TrialSpec
+from fitting.dry_run.crank_flags import Found, trial_flags
+from fitting.dry_run.joint import JointTrial
+from session import NotEnoughData, Tracks, TrialSpec
 from tests.fitting.dry_run.runs import CAMERA, NOISELESS, ROBOT, clean_run, dry_trial, shared_response, tracks_of
 
 SMALL = CrankGrid(speeds=21, phases=20)
@@ -157,3 +159,55 @@ def test_a_run_that_ends_in_its_warm_up_is_refused() -> None:
     spec = TrialSpec("dry", "dry", commanded_hz=0.6)
     with pytest.raises(NotEnoughData, match=r"trial dry: 1.00 s leave 1 frames after 1 s of warm-up"):
         measure_dry_run(spec, tracks_of(ARM_M, *SLOW, seed=0, seconds=1.0), CAMERA, ROBOT)
+
+
+def test_a_head_that_is_not_clamped_is_seen() -> None:
+    tracks = tracks_of(ARM_M, *SLOW, seed=0, noise=NOISELESS)
+    moved = tracks.position_px + 15.0 * np.sin(4.0 * tracks.time_s)[:, None, None]
+    spec = TrialSpec("dry", "dry", commanded_hz=0.6)
+    trial = measure_dry_run(spec, replace(tracks, position_px=moved), CAMERA, ROBOT)
+
+    assert "head_moves" in [flag.kind for flag in trial.flags]
+    assert "head_moves" not in [flag.kind for flag in both(0)[0].flags]
+
+
+def test_a_second_valley_is_told() -> None:
+    first = fitted().trials[0]
+    other = Cell(0.041, 0.61, 2.0, 0.0048)
+    own = JointTrial(first.speed_hz, 1e-4, first.phase_rad, 1e-3, 1.0)
+    found = Found(first.measured, own, first.surface, first.published, other, first.tendons, 0.0)
+    (flag,) = [flag for flag in trial_flags(found, (0.03, 0.0415)) if flag.kind == "ambiguous"]
+
+    assert "an arm of 41.0 mm at 0.610 Hz and 115° is 4.8 mm away from the tracks too" in flag.message
+
+
+def test_a_coarse_table_is_told() -> None:
+    first = fitted().trials[0]
+    own = JointTrial(first.speed_hz, 1e-4, first.phase_rad, 1e-3, 1.0)
+    found = Found(first.measured, own, first.surface, first.published, None, first.tendons, 4e-4)
+
+    assert "coarse_table" in [flag.kind for flag in trial_flags(found, (0.03, 0.0415))]
+
+
+def test_a_crank_that_turns_unevenly_is_followed_by_its_log() -> None:
+    """The same slow motion, a tenth of a turn early and late; slow enough that the tail only follows the crank."""
+    tracks = tracks_of(ARM_M, *SLOW, seed=0, noise=NOISELESS, seconds=6.0)
+    even_s = np.linspace(0.3, 5.7, 270)
+    time_s = even_s + 0.15 * np.sin(1.3 * even_s)
+    frames = np.linspace(time_s[0], time_s[-1], 270)
+    at = np.interp(frames, time_s, even_s)
+    position_px = np.apply_along_axis(lambda one: np.interp(at, tracks.time_s, one), 0, tracks.position_px)
+    uneven = Tracks(tracks.markers, frames, position_px, np.ones(position_px.shape[:2]))
+    spec, log = TrialSpec("dry", "dry", commanded_hz=0.6), 2 * np.pi * 0.6 * at + 3.0
+    followed, assumed = (
+        fit_joint([measure_dry_run(spec, uneven, CAMERA, ROBOT, crank_rad=crank)], shared_response(), WRONG[:1])
+        for crank in (log, None)
+    )
+
+    assert followed.arm_m == pytest.approx(ARM_M, abs=1e-4)
+    assert followed.arm_se_m < 0.1 * assumed.arm_se_m
+
+
+def test_tables_of_other_speeds_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"found speeds from 0.5 to 1.45 Hz, expected 0.2\d* to 0.3\d* Hz"):
+        fit_crank([dry_trial(0.036, 0.3, 1.0, seconds=8.0)], ROBOT, SMALL, shared_response())

@@ -1,0 +1,100 @@
+"""The dry runs: the crank arm, as published and from all runs together, and what each run says."""
+
+import numpy as np
+
+from fitting.dry_run import PUBLISHED_STRETCH, CrankFit, CrankTrial
+from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.figures.crank_surface import crank_surface_figure
+from reports.numbers import MISSING, in_mm, listed, percent, sentence, shown
+from reports.svg import inline_svg
+
+TITLE, ANCHOR = "Dry runs: crank arm", "dry-runs"
+COLUMNS = (
+    Column("dry run", numeric=False),
+    Column("commanded", "Hz"),
+    Column("speed", "Hz, ± standard error"),
+    Column("off command", "%"),
+    Column("phase", "°"),
+    Column("distance", "mm"),
+    Column("lowest alone", "mm"),
+    Column("arm alone", "mm"),
+)
+
+
+def dry_run_section(fit: CrankFit) -> Section:
+    """The arm, a table of the runs, the error surface and the tendons."""
+    surface = Plot(
+        inline_svg(crank_surface_figure(fit), "crank-surface", "Error surface of the crank over arm, speed and phase"),
+        "crank-surface",
+        "Mean marker distance of each dry run from the twin, lowest where it is darkest; the contours are labelled in "
+        "millimetres above the lowest point. Left over arm and speed with the best phase, right over arm and phase "
+        "with the best speed. A long, flat valley is an arm that the run alone hardly determines; a dot away from the "
+        "diamond is what misplaced boxes on nose and neck do to the published distance.",
+        wide=True,
+        scrolls=True,
+        tall=len(fit.trials) > 2,
+    )
+    return Section(
+        TITLE, ANCHOR, (Prose(_arm(fit)), _table(fit), Plots((surface,)), Prose(_tendons(fit))), _caveats(fit)
+    )
+
+
+def _arm(fit: CrankFit) -> str:
+    together = "The dry run gives" if len(fit.trials) == 1 else f"All {len(fit.trials)} dry runs together give"
+    alone = listed([f"{in_mm(arm, 2)} mm" for arm in fit.arm_per_trial_m])
+    mean = "which" if len(fit.trials) == 1 else f"{alone}; their mean, {in_mm(fit.arm_published_m, 2)} mm,"
+    each = f"{alone}, " if len(fit.trials) == 1 else ""
+    return (
+        f"{together} a crank arm of {in_mm(fit.arm_m, 2)} ± {in_mm(fit.arm_se_m, 2)} mm (standard error). The lowest "
+        f"published distance of each run alone gives {each}{mean} is the published estimate. It takes nose and neck as "
+        "they were marked; the joint fit allows every marker an offset of its own, and is the one to use."
+    )
+
+
+def _table(fit: CrankFit) -> Table:
+    caption = (
+        "Each dry run: speed and crank angle in the first frame, mean marker distance over 4 s of the twin with the "
+        "joint arm, and the lowest this run reaches alone, with its arm."
+    )
+    return Table(caption, COLUMNS, tuple(map(_row, fit.trials)))
+
+
+def _row(trial: CrankTrial) -> tuple[str, ...]:
+    commanded = trial.measured.commanded_hz
+    return (
+        trial.name,
+        shown(commanded, 3),
+        f"{shown(trial.speed_hz, 4)} ± {shown(trial.speed_se_hz, 4)}",
+        MISSING if not commanded else shown(100 * (trial.speed_hz / commanded - 1), 1, signed=True),
+        f"{shown(float(np.degrees(trial.phase_rad)), 1)} ± {shown(float(np.degrees(trial.phase_se_rad)), 1)}",
+        in_mm(trial.marker_error_m),
+        in_mm(trial.published.distance_m),
+        in_mm(trial.published.arm_m, 2),
+    )
+
+
+def _tendons(fit: CrankFit) -> str:
+    stretch = max(trial.stretch for trial in fit.trials)
+    slack = max(trial.slack_share for trial in fit.trials)
+    shortest = max(trial.tendons.shortening for trial in fit.trials)
+    shortcut = max(trial.shortcut_error_m for trial in fit.trials)
+    return (
+        f"In the twin the tendons stretch by up to {100 * stretch:.1f} % (published: about "
+        f"{100 * PUBLISHED_STRETCH:.0f} %) and shorten by up to {100 * shortest:.1f} %; for {percent(slack)} of the "
+        "turn a tendon is shorter than at rest, where a string would hang slack and the twin’s springs push instead. "
+        "Motions between simulated arms and speeds were read off a table, to within "
+        f"{in_mm(shortcut, 3)} mm of a simulation at the result."
+    )
+
+
+def _caveats(fit: CrankFit) -> tuple[str, ...]:
+    """The doubts about the arm, then those about runs; what all runs share is said once, by the first."""
+    said, texts = set(), [sentence(flag.message) for flag in fit.flags]
+    for trial in fit.trials:
+        for flag in trial.flags:
+            shared = len(fit.trials) > 1 and all(flag.kind in {f.kind for f in t.flags} for t in fit.trials)
+            if shared and flag.kind in said:
+                continue
+            said.add(flag.kind)
+            texts.append(sentence(f"{trial.name}{' and all others' if shared else ''}: {flag.message}"))
+    return tuple(texts)

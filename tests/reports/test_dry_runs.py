@@ -1,0 +1,124 @@
+"""The crank's error surface and section show arm, runs and doubts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from fitting import SwimFrequency
+from fitting.dry_run import Cell, CrankFit, CrankTrial, DryTrial, ErrorSurface, TendonUse
+from reports.blocks import Prose, Table
+from reports.figures.crank_surface import crank_surface_figure
+from reports.sections.dry_runs import dry_run_section
+from session import Flag
+
+SLACK = Flag("tendon_slack", message="for 83 % of the turn a tendon is shorter than at rest")
+
+
+def made_run(name: str, hz: float, phase_rad: float, **changes: object) -> CrankTrial:
+    """A valley at 39 mm and this speed and phase."""
+    arm, speeds, phases = np.linspace(0.03, 0.049, 20), np.linspace(0.85, 1.15, 21) * hz, np.arange(24) * np.pi / 12
+    away = np.angle(np.exp(1j * (phases - phase_rad)))
+    rise = 2000 * (arm - 0.039)[:, None, None] ** 2 * 1e-1 + 0.2 * ((speeds / hz - 1)[:, None]) ** 2 + 0.01 * away**2
+    surface = ErrorSurface(arm, speeds, phases, 0.005 + np.sqrt(rise) * 0.1)
+    n = 10
+    measured = DryTrial(
+        name=name,
+        commanded_hz=1.02 * hz,
+        markers=("nose", "neck", "caudal_fin"),
+        time_s=np.arange(n) / 60.0,
+        even_s=np.arange(n) / 60.0,
+        place_m=np.zeros((n, 3), complex),
+        head_m=np.zeros((n, 3), complex),
+        weight=np.ones((n, 3)),
+        scored=np.ones(n, bool),
+        frequency=SwimFrequency(hz, 0.001, 0.0, 0.1, 1.0, 3.0, None),
+        tail=(2,),
+        flags=(),
+    )
+    run = CrankTrial(
+        measured=measured,
+        speed_hz=hz,
+        speed_se_hz=2e-4,
+        phase_rad=phase_rad,
+        phase_se_rad=0.003,
+        marker_error_m=0.0052,
+        scale=0.99,
+        published=Cell(0.0391, hz, phase_rad, 0.005),
+        surface=surface,
+        tendons=TendonUse(0.0004, 0.018, 0.83),
+        shortcut_error_m=2e-5,
+        flags=(SLACK,),
+    )
+    return replace(run, **changes)  # type: ignore[arg-type]
+
+
+def made_crank(*runs: CrankTrial, smooth_m: tuple[float, float] = (0.03, 0.0415)) -> CrankFit:
+    both = runs or (made_run("dry_slow", 0.6, 0.1), made_run("dry_fast", 1.19, 4.0))
+    return CrankFit(0.0384, 6e-5, smooth_m, both, (Flag("at_bound", message="the arm is at the end of its range"),))
+
+
+@pytest.mark.parametrize("fit", [made_crank(), made_crank(made_run("a_run_with_a_long_name", 0.6, 6.2))])
+def test_the_surface_draws_within_its_frame(fit: CrankFit) -> None:
+    drawn: Figure = crank_surface_figure(fit)
+    drawn.canvas.draw()
+    box = drawn.get_tightbbox()
+    width, height = drawn.get_size_inches()
+
+    assert box.x0 > -0.02
+    assert box.y0 > -0.02
+    assert box.x1 < width + 0.02
+    assert box.y1 < height + 0.02
+
+
+def test_both_estimates_stand_on_the_surface() -> None:
+    figure = crank_surface_figure(made_crank(made_run("dry", 0.6, 0.1)))
+    speed, phase = figure.axes
+    places = [tuple(np.round(line.get_xydata()[0], 2)) for line in speed.get_lines()[:2]]  # type: ignore[index]
+
+    assert places == [(39.1, 0.6), (38.4, 0.6)]
+    low, high = phase.get_ylim()
+    assert low < np.degrees(0.1) < high  # the fitted phase is in the middle, wherever a turn begins
+    assert high - low == pytest.approx(360.0)
+
+
+def test_the_snap_is_drawn_only_where_there_is_one() -> None:
+    def texts(fit: CrankFit) -> list[str]:
+        return [text.get_text() for text in crank_surface_figure(fit).legends[0].get_texts()]
+
+    assert "the tail snaps over" in texts(made_crank())
+    assert "the tail snaps over" not in texts(made_crank(smooth_m=(0.03, 0.049)))
+
+
+def test_the_section_gives_both_arms_and_a_row_a_run() -> None:
+    section = dry_run_section(made_crank())
+    prose = [block.text for block in section.blocks if isinstance(block, Prose)]
+    (table,) = [block for block in section.blocks if isinstance(block, Table)]
+
+    assert "All 2 dry runs together give a crank arm of 38.40 ± 0.06 mm" in prose[0]
+    assert "39.10 mm and 39.10 mm; their mean, 39.10 mm, is the published estimate" in prose[0]
+    assert table.rows[0][:5] == ("dry_slow", "0.612", "0.6000 ± 0.0002", "−2.0", "5.7 ± 0.2")
+    assert len(table.columns) == len(table.rows[0])
+    assert "stretch by up to 0.0 % (published: about 3 %)" in prose[1]
+
+
+def test_one_run_and_no_command_read_as_well() -> None:
+    run = made_run("dry", 0.6, 0.1)
+    section = dry_run_section(made_crank(replace(run, measured=replace(run.measured, commanded_hz=None))))
+    (table,) = [block for block in section.blocks if isinstance(block, Table)]
+
+    assert section.blocks[0].text.startswith("The dry run gives a crank arm of 38.40")  # type: ignore[union-attr]
+    assert "gives 39.10 mm, which is the published estimate" in section.blocks[0].text  # type: ignore[union-attr]
+    assert table.rows[0][1] == table.rows[0][3] == "–"
+
+
+def test_a_doubt_that_all_runs_share_is_said_once() -> None:
+    caveats = dry_run_section(made_crank()).caveats
+
+    assert caveats == (
+        "The arm is at the end of its range.",
+        "dry_slow and all others: for 83 % of the turn a tendon is shorter than at rest.",
+    )
