@@ -1,5 +1,6 @@
 """From the videos of a session to tracks, with start boxes, a person's edits, filled gaps and flags."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -166,7 +167,8 @@ class VideoStage:
             picture = next(video.frames()) if suggested is None else video.frame(suggested.frame)
             blobs = (*find_blobs(picture.luma, "bright"), *find_blobs(picture.luma, "dark"))
             layout_m = self._layout_m(names)
-            click = ClickBoxes(picture.rgb(), names, spec.name, picture.number, suggested, blobs, layout_m)
+            place = Path(os.path.relpath(self._boxes_file(spec), self._session.folder)).as_posix()
+            click = ClickBoxes(picture.rgb(), names, spec.name, picture.number, suggested, blobs, layout_m, place)
             write_click_page(page, click)
         return page
 
@@ -175,6 +177,10 @@ class VideoStage:
             return self._given(spec, video) or self._found(spec, video, with_page=False)
         except InputError:
             return None
+
+    def _boxes_file(self, spec: TrialSpec) -> Path:
+        """Where a person's boxes belong: as the session names them, else beside the video, where they are found."""
+        return spec.boxes or self._video(spec).with_name(f"{spec.name}.boxes.json")
 
     def _layout_m(self, names: tuple[str, ...]) -> np.ndarray:
         return self._robot.marker_positions_m(names)[:, :2]
@@ -200,7 +206,7 @@ class VideoStage:
             self.made.append(file)
             return found.boxes
         if with_page:
-            page, place = self.click_page(spec), self._video(spec).with_name(f"{spec.name}.boxes.json")
+            page, place = self.click_page(spec), self._boxes_file(spec)
             step = f"Open {page} in a browser, click the markers, and save them as {place}. Then run this again."
             raise InputError([replace(problems[0].faults[0], next_step=step)])
         raise problems[0]

@@ -111,6 +111,23 @@ def test_without_boxes_a_page_is_written_and_named(calib: Front, filmed: Path, m
     assert_told(calib("track", filmed), "fast.mp4", str(places[1]))
 
 
+def test_boxes_belong_beside_the_video_wherever_it_lies(
+    calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refuse_to_find(monkeypatch)
+    boxes = (filmed / "trials" / "slow.boxes.json").read_bytes()
+    without_boxes(filmed, "slow")
+    edit(filmed / "session.toml", "trials/slow.mp4", "films/slow.mp4")
+    (filmed / "films").mkdir()
+    (filmed / "trials" / "slow.mp4").rename(filmed / "films" / "slow.mp4")
+    place = filmed / "films" / "slow.boxes.json"
+
+    assert_told(calib("track", filmed), str(place))
+    assert "films/slow.boxes.json" in (filmed / "results" / "tracking" / "slow.click.html").read_text()
+    place.write_bytes(boxes)
+    assert calib("track", filmed).code == 0
+
+
 def test_a_click_page_can_be_asked_for(calib: Front, filmed: Path) -> None:
     outcome = calib("track", filmed, "--click")
 

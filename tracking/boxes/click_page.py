@@ -38,6 +38,7 @@ class ClickBoxes:
         suggested: boxes to begin with; the person only has to check and save them.
         blobs: places that a click snaps to (`find_blobs`); elsewhere it snaps to what stands out under it.
         layout_m: (m, 2) places on the straight robot, m, for the little map of the markers.
+        place: where the saved file belongs in the session folder; None: ``trials/<trial>.boxes.json``.
     """
 
     rgb: np.ndarray
@@ -47,6 +48,7 @@ class ClickBoxes:
     suggested: StartBoxes | None = None
     blobs: Sequence[Blob] = ()
     layout_m: np.ndarray | None = None
+    place: str | None = None
 
     def html(self) -> str:
         """The whole page."""
@@ -58,7 +60,7 @@ class ClickBoxes:
         return environment.from_string(page).render(
             trial=self.trial,
             frame=self.frame,
-            place=f"trials/{self.trial}.boxes.json",
+            place=self.place or f"trials/{self.trial}.boxes.json",
             style=Markup(style),  # our own file
             script=Markup(script),
             data=self._data(),
