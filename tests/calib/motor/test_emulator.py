@@ -98,9 +98,9 @@ def test_the_tick_counts_milliseconds_and_wraps(host: Host) -> None:
     before = host.read(120, 2)
     host.clock.sleep(1.234)
     assert (host.read(120, 2) - before) % 32_768 == pytest.approx(1234, abs=1)
-    host.clock.sleep(32.768 * 3)
-    assert (host.read(120, 2) - before) % 32_768 == pytest.approx(1234, abs=1)
-    assert host.read(120, 2) < 32_768
+    for step in range(1, 80):
+        host.clock.sleep(1.0)
+        assert host.read(120, 2) == pytest.approx((before + 1234 + 1000 * step) % 32_768, abs=1)
 
 
 class TestBusWatchdog:
@@ -307,10 +307,11 @@ def test_turns_are_cleared_at_rest_only(host: Host) -> None:
 
 
 def test_an_unfinished_packet_is_forgotten_after_a_while(host: Host) -> None:
-    host.motor.feed(HEADER + b"\x01\x30\x00\x03")
-    host.clock.sleep(0.2)
-
-    assert host.ask(Instruction.PING) is not None
+    ping = encode(Packet(1, Instruction.PING))
+    for pause_s, answered in ((0.05, True), (0.2, False)):
+        host.motor.feed(ping[:6])
+        host.clock.sleep(pause_s)
+        assert bool(host.motor.feed(ping[6:])) is answered
 
 
 def test_at_another_baud_rate_neither_understands_the_other(host: Host) -> None:

@@ -89,3 +89,10 @@ def test_a_length_that_cannot_be_does_not_hold_up_what_follows() -> None:
 
     for length in (b"\x00\x00", b"\x02\x00", b"\xff\xff"):
         assert PacketReader().push(HEADER + b"\x01" + length + encode(ping)) == [ping]
+
+
+def test_a_crc_that_ends_a_header_starts_no_packet() -> None:
+    packet = Packet(1, 0x03, bytes.fromhex("99d400ffff"))
+    assert encode(packet).endswith(HEADER)
+
+    assert PacketReader().push(encode(packet)) == [packet]
