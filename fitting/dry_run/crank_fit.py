@@ -30,6 +30,7 @@ class CrankTrial:
         phase_rad, phase_se_rad: crank angle at time 0, from 0 to 2 pi.
         marker_error_m: published distance of the twin with the joint arm and this speed and phase, m.
         scale: of the picture by all markers, over that of the measured nose-neck distance.
+        motion_error_m: root mean square distance of the markers' motions about their means in the joint fit, m.
         published: this run's own lowest published distance.
         surface: the published distance on the grid.
         tendons: in the twin, at the fitted arm and speed.
@@ -44,6 +45,7 @@ class CrankTrial:
     phase_se_rad: float
     marker_error_m: float
     scale: float
+    motion_error_m: float
     published: Cell
     surface: ErrorSurface
     tendons: TendonUse
@@ -171,7 +173,7 @@ def _assembled(
         error = _farthest(turn, Turn(direct.marker_m[i], direct.lead_rad[i]))
         facts = Found(trial, own, surfaces[i], valleys[i][0], other, uses[i], error)
         flags = (*trial.flags, *trial_flags(facts, smooth))
-        found.append(one(distance, own.scale, valleys[i][0], surfaces[i], uses[i], error, flags))
+        found.append(one(distance, own.scale, own.motion_error_m, valleys[i][0], surfaces[i], uses[i], error, flags))
     arms = [cells[0].arm_m for cells in valleys]
     return CrankFit(joint.arm_m, joint.arm_se_m, smooth, tuple(found), fit_flags(joint, response, arms))
 

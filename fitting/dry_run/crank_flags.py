@@ -16,6 +16,7 @@ from session import Flag
 FEWEST_TURNS = 2.0
 SLACK_SHARE = 0.05  # of the turn; more is worth a flag
 STRETCH_OFF = 0.01  # between the twin's stretch and the published one
+POOR_MOTION = 0.1  # of the sideways motion of the last marker, root mean square
 TABLE_ERROR_M = 2e-4  # between a motion read off the table and simulated; beyond, the grid of arms is too coarse
 ARM_POOR = 0.05  # standard error over arm, or spread between trials, that leaves the arm open
 _EDGE = 0.02  # of a range: an estimate this close to its end is at its end
@@ -36,7 +37,8 @@ class Found(NamedTuple):
 def trial_flags(found: Found, smooth_m: tuple[float, float]) -> tuple[Flag, ...]:
     """The doubts about one trial's speed, phase and distance; `smooth_m`: the arms over which the motion is smooth."""
     edges = (_speed_edge(found), _published_edge(found, smooth_m))
-    doubts = (_short(found), *edges, _second_valley(found), _scale(found), *_tendons(found.tendons), _table(found))
+    misfit = (_motion(found), _scale(found), _table(found))
+    doubts = (_short(found), *edges, _second_valley(found), *misfit, *_tendons(found.tendons))
     return tuple(flag for flag in doubts if flag is not None)
 
 
@@ -98,6 +100,18 @@ def _scale(found: Found) -> Flag | None:
         "parallax, or a robot unlike its description"
     )
     return Flag("scale_off_robot", message=message)
+
+
+def _motion(found: Found) -> Flag | None:
+    swing = found.trial.frequency.amplitude_m / np.sqrt(2)
+    if found.own.motion_error_m <= POOR_MOTION * swing:
+        return None
+    apart = 1000 * found.own.motion_error_m
+    message = (
+        f"whatever its crank, the twin's tail moves otherwise than the measured one: {apart:.1f} mm apart (root mean "
+        f"square), where the last marker moves by {1000 * swing:.0f} mm; arm and standard error may be off"
+    )
+    return Flag("poor_fit", message=message)
 
 
 def _tendons(use: TendonUse) -> tuple[Flag | None, Flag | None]:

@@ -23,7 +23,7 @@ _ROUNDS = 3  # of fit and noise level
 _OWN = 6  # numbers a trial has to itself: speed, phase, place (2), turned scale (2)
 _BLOCKS_PER_BEAT = 4.0  # over which errors are summed to see how long they last
 _DIFFERENCE = (2e-5, 1e-4, 1e-4)  # of arm (m), speed (Hz) and phase (rad) for slopes
-LEAST_OFFSET_M = 1e-4
+OFFSET_M = (1e-4, 5e-3)  # a box is put on the marker it is for: more is the model's, and may not loosen the scale
 
 
 class Spread(NamedTuple):
@@ -40,6 +40,7 @@ class JointTrial(NamedTuple):
         hz, hz_se: turns of the crank a second.
         phase_rad, phase_se_rad: of the even turn at time 0.
         scale: of the picture by all markers, over that of the measured nose-neck distance.
+        motion_error_m: root mean square distance between the markers' motions about their means, m.
     """
 
     hz: float
@@ -47,6 +48,7 @@ class JointTrial(NamedTuple):
     phase_rad: float
     phase_se_rad: float
     scale: float
+    motion_error_m: float
 
 
 class JointFit(NamedTuple):
@@ -148,7 +150,7 @@ def _respread(parts: list[_Part], point: np.ndarray) -> list[_Part]:
     means = [part.about_mean(residual)[0] for part, residual in zip(parts, residuals, strict=True)]
     freedom = _freedom(parts)
     offset = np.sqrt(sum(float((np.abs(mean) ** 2).sum()) for mean in means) / freedom)
-    offset = max(float(offset), LEAST_OFFSET_M)
+    offset = float(np.clip(offset, *OFFSET_M))
     return [
         _Part(part.trial, part.response, part.branch, Spread(offset, _as_if_white(part, residual)))
         for part, residual in zip(parts, residuals, strict=True)
@@ -200,7 +202,10 @@ def _with_errors(parts: list[_Part], branch: int, point: np.ndarray) -> JointFit
         speed, phase = units[1 + _OWN * i], units[2 + _OWN * i]
         back = 2 * np.pi * part.middle_s  # from the middle of the trial to time 0
         at_start = float((p[2] - back * p[1]) % (2 * np.pi))
-        found.append(JointTrial(float(p[1]), error(speed), at_start, error(phase - back * speed), float(abs(pose[1]))))
+        about = part.about_mean(residuals[i])[1]
+        motion = float(np.sqrt((np.abs(about) ** 2).sum() / part.trial.weight.sum()))
+        errors = (error(speed), error(phase - back * speed))
+        found.append(JointTrial(float(p[1]), errors[0], at_start, errors[1], float(abs(pose[1])), motion))
     return JointFit(float(point[0]), error(units[0]), branch, tuple(found))
 
 

@@ -47,6 +47,7 @@ def made_run(name: str, hz: float, phase_rad: float, **changes: object) -> Crank
         phase_se_rad=0.003,
         marker_error_m=0.0052,
         scale=0.99,
+        motion_error_m=0.0005,
         published=Cell(0.0391, hz, phase_rad, 0.005),
         surface=surface,
         tendons=TendonUse(0.0004, 0.018, 0.83),
@@ -77,7 +78,7 @@ def test_the_surface_draws_within_its_frame(fit: CrankFit) -> None:
 def test_both_estimates_stand_on_the_surface() -> None:
     figure = crank_surface_figure(made_crank(made_run("dry", 0.6, 0.1)))
     speed, phase = figure.axes
-    places = [tuple(np.round(line.get_xydata()[0], 2)) for line in speed.get_lines()[:2]]  # type: ignore[index]
+    places = [tuple(np.round(np.array(line.get_data())[:, 0].astype(float), 2)) for line in speed.get_lines()[:2]]
 
     assert places == [(39.1, 0.6), (38.4, 0.6)]
     low, high = phase.get_ylim()

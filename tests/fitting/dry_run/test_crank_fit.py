@@ -174,7 +174,7 @@ def test_a_head_that_is_not_clamped_is_seen() -> None:
 def test_a_second_valley_is_told() -> None:
     first = fitted().trials[0]
     other = Cell(0.041, 0.61, 2.0, 0.0048)
-    own = JointTrial(first.speed_hz, 1e-4, first.phase_rad, 1e-3, 1.0)
+    own = JointTrial(first.speed_hz, 1e-4, first.phase_rad, 1e-3, 1.0, 1e-3)
     found = Found(first.measured, own, first.surface, first.published, other, first.tendons, 0.0)
     (flag,) = [flag for flag in trial_flags(found, (0.03, 0.0415)) if flag.kind == "ambiguous"]
 
@@ -183,7 +183,7 @@ def test_a_second_valley_is_told() -> None:
 
 def test_a_coarse_table_is_told() -> None:
     first = fitted().trials[0]
-    own = JointTrial(first.speed_hz, 1e-4, first.phase_rad, 1e-3, 1.0)
+    own = JointTrial(first.speed_hz, 1e-4, first.phase_rad, 1e-3, 1.0, 1e-3)
     found = Found(first.measured, own, first.surface, first.published, None, first.tendons, 4e-4)
 
     assert "coarse_table" in [flag.kind for flag in trial_flags(found, (0.03, 0.0415))]
@@ -211,3 +211,17 @@ def test_a_crank_that_turns_unevenly_is_followed_by_its_log() -> None:
 def test_tables_of_other_speeds_are_refused() -> None:
     with pytest.raises(ValueError, match=r"found speeds from 0.5 to 1.45 Hz, expected 0.2\d* to 0.3\d* Hz"):
         fit_crank([dry_trial(0.036, 0.3, 1.0, seconds=8.0)], ROBOT, SMALL, shared_response())
+
+
+def test_a_tail_that_moves_otherwise_is_told() -> None:
+    """Half the fin's swing is taken away, which no crank does."""
+    tracks = tracks_of(0.036, *SLOW, seed=0, noise=NOISELESS)
+    position_px = tracks.position_px.copy()
+    position_px[:, -3:] = (position_px[:, -3:] + position_px[:, -3:].mean(axis=0)) / 2
+    trial = dry_trial(0.036, *SLOW, noise=NOISELESS)
+    spoilt = position_px @ np.array([[1, 0], [0, -1]]) * 0.142 / np.linalg.norm(position_px[0, 1] - position_px[0, 0])
+    place_m = (spoilt[..., 0] + 1j * spoilt[..., 1])[-len(trial.time_s) :]
+    fit = fit_crank([replace(trial, place_m=place_m)], ROBOT, SMALL, shared_response())
+
+    (flag,) = [flag for flag in fit.trials[0].flags if flag.kind == "poor_fit"]
+    assert "the twin's tail moves otherwise than the measured one" in flag.message
