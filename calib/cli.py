@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from calib.commands import benchmarks, cameras, results, sessions, tracks, videos
+from calib.commands import benchmarks, cameras, hardware, results, sessions, tracks, videos
 from calib.pipeline import program
 from session import SwimcalError
 
@@ -27,6 +27,7 @@ app.command()(results.report)
 app.command()(videos.view)
 app.command()(tracks.convert)
 app.command()(results.mjcf)
+app.command(context_settings=hardware.FREE_ARGUMENTS, add_help_option=False)(hardware.capture)
 app.add_typer(camera, name="camera")
 camera.command()(cameras.board)
 camera.command()(cameras.lens)
