@@ -1,0 +1,303 @@
+"""Hinge stiffness and damping from a free decay: first the frequency, then the whole curve.
+
+"Simple Models, Real Swimming" (2026) turns one stiffness for all hinges until the model's free decay rings like the
+robot's. Here the damped sine of the twin's decay is brought onto the measured one in both frequency and decay, and from
+there the lateral motion of all tail markers is fitted by Gauss-Newton, together with what is not known of the release:
+the pose, the hinges' rates, where each box sits on its marker, and the tilt of the head's axis. The release needs
+therefore not be clean, and the first frame fitted comes after it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from fitting.free_decay.damped_sine import fit_damped_sine
+from fitting.free_decay.decay_flags import decay_flags, rejected_flags
+from fitting.free_decay.decay_trial import DecayTrial
+from fitting.free_decay.decay_twin import DecayTwin, stable_scene
+from fitting.free_decay.lasting_noise import LastingNoise, Linearised, Regression, descend, regress, whitened
+from fitting.free_decay.spectrum import DecaySpectrum, measure_decay
+from fitting.free_decay.start_pose import start_pose
+from session import Flag, SimulationDiverged
+from swimmer import RobotSpec
+
+Z95 = 1.959964
+ANGLE_SD_RAD, RATE_SD_RAD_S = 1.0, 15.0  # of a hinge at the first frame, before the decay is seen
+TILT_SD_RAD, SCALE_SD = 0.05, 0.02  # of the head's axis and of the scale: boxes of nose and neck sit 2 px off
+OFFSET_SD_M = 0.02  # of a box from its marker
+DAMPING_SD = 3.0  # of the logarithm of the damping
+FIRST_NOISE = LastingNoise(0.1, 0.12, 0.001)
+MATCHES, ITERATIONS = 4, 12
+STEP_SE = 3e-4  # relative error of stiffness and damping that the twin's finite step leaves
+NEAR = 0.02  # relative change of stiffness and damping from which full steps are safe and residuals are noise
+SETTLED = 5e-4  # relative change that ends the fit (the last one is still taken)
+OUTLIER_SD, OUTLIER_M = 8.0, 0.005  # from the twin, beyond which a sample is no tracking error …
+MOST_REJECTED = 0.1  # … unless more than this share of them are: then it is the twin that is wrong
+_SHARES = (1.0, 0.4, 0.1)  # of a step tried
+_STEPS = (1e-4, 1e-4, 1e-4, 1e-2)  # of ln stiffness, ln damping, angle, rate in differences
+
+
+@dataclass(frozen=True, eq=False)
+class DecayFit:
+    """What a free decay says about the hinges.
+
+    Attributes:
+        stiffness_n_m, stiffness_se_n_m: of every hinge, N m/rad, with its standard error.
+        damping_n_m_s, damping_se_n_m_s: of every hinge, N m s/rad.
+        matched_stiffness_n_m, matched_damping_n_m_s: those whose twin rings alike, from frequency and decay alone.
+        spectrum: of the measured decay: frequency, damping ratio, agreement of the markers.
+        noise: of the tracks, as the fit found it.
+        start_rad: (2, h) hinge angles (rad) and rates (rad/s) in the first frame.
+        time_s: (n,) from the first frame after the release, s.
+        markers: the k tail markers.
+        measured_m, simulated_m: (n, k) lateral motion with the boxes' offsets taken off; nan where it does not count.
+        rms_m: of their difference.
+        explained: share of the motion about rest that the twin explains.
+        converged: whether the fit settled.
+        flags: when not to believe it, those of trial and spectrum among them.
+    """
+
+    stiffness_n_m: float
+    stiffness_se_n_m: float
+    damping_n_m_s: float
+    damping_se_n_m_s: float
+    matched_stiffness_n_m: float
+    matched_damping_n_m_s: float
+    spectrum: DecaySpectrum
+    noise: LastingNoise
+    start_rad: np.ndarray
+    time_s: np.ndarray
+    markers: tuple[str, ...]
+    measured_m: np.ndarray
+    simulated_m: np.ndarray
+    rms_m: float
+    explained: float
+    converged: bool
+    flags: tuple[Flag, ...]
+
+    @property
+    def stiffness_ci95_n_m(self) -> tuple[float, float]:
+        """95 % interval, even in the logarithm, N m/rad."""
+        return _interval(self.stiffness_n_m, self.stiffness_se_n_m)
+
+    @property
+    def damping_ci95_n_m_s(self) -> tuple[float, float]:
+        """95 % interval, even in the logarithm, N m s/rad."""
+        return _interval(self.damping_n_m_s, self.damping_se_n_m_s)
+
+    def applied_to(self, robot: RobotSpec) -> RobotSpec:
+        """The robot with these hinges."""
+        hinges = {"hinge_stiffness_n_m": self.stiffness_n_m, "hinge_damping_n_m_s": self.damping_n_m_s}
+        return robot.model_copy(update={"tail": robot.tail.model_copy(update=hinges)})
+
+
+def fit_decay(trial: DecayTrial, robot: RobotSpec, spectrum: DecaySpectrum | None = None, workers: int = 0) -> DecayFit:
+    """One stiffness and one damping for all hinges such that the twin decays like the robot.
+
+    Args:
+        trial: the decay as measured.
+        robot: its geometry and masses; its hinges are only where the search starts.
+        spectrum: of the trial; default: measured here.
+        workers: threads; 0 for all cores.
+
+    Raises:
+        SimulationDiverged: the twin of this robot cannot be simulated with the measured damping.
+    """
+    spectrum = spectrum or measure_decay(trial)
+    ratio_s = 2 * spectrum.damping_ratio / (2 * np.pi * spectrum.natural_hz)  # d / k of a linear chain
+    twin = DecayTwin(robot, trial.markers, stable_scene(ratio_s), workers)
+    problem = _Problem(trial, twin, spectrum)
+    with threadpool_limits(1):  # the matrices are small: threads cost more than they save
+        matched = problem.matched(robot)
+        return _assembled(problem, _descended(problem, problem.start(*matched)), matched)
+
+
+class _Problem:
+    """The decay as a least-squares problem in p = 4 + 2 h + k numbers.
+
+    They are ln stiffness, ln damping, h angles, h rates, the tilt of the head's axis, the relative error of the scale
+    (which wide swings feel, as their frequency depends on their width), and k offsets of boxes.
+    """
+
+    def __init__(self, trial: DecayTrial, twin: DecayTwin, spectrum: DecaySpectrum) -> None:
+        self.trial, self.twin, self.spectrum = trial, twin, spectrum
+        self.seen = trial.weight > 0  # (n, k)
+        self.used = self.seen  # without what `reject` leaves out
+        self.lateral = np.where(self.seen, trial.position_m[..., 1], 0.0)
+        self._straight = twin.markers_at(np.zeros(twin.hinges))  # (k, 2)
+        spread = [np.inf, DAMPING_SD, *twin.hinges * [ANGLE_SD_RAD], *twin.hinges * [RATE_SD_RAD_S]]
+        self.precision = np.array([*spread, TILT_SD_RAD, SCALE_SD, *len(trial.markers) * [OFFSET_SD_M]]) ** -2.0
+        self.prior = np.zeros(len(self.precision))
+
+    @cached_property
+    def first_pose(self) -> np.ndarray:
+        """(2, h) in the first frame: angles from the markers, at rest."""
+        # The damped sine smooths the tracking errors of that one frame; where it does not fit, the markers do.
+        pose = start_pose(self.twin, self.trial.lateral_m[0], self.spectrum.ring.rest_m)
+        return np.stack([pose, np.zeros_like(pose)])
+
+    def matched(self, robot: RobotSpec) -> tuple[float, float]:
+        """Stiffness and damping whose twin rings with the measured frequency and decay.
+
+        Of a linear chain with equal hinges, the squared natural frequency is proportional to the stiffness and the
+        decay rate to the damping, so that scaling both by what is missing is Newton's method in logarithms.
+        """
+        wanted = self.spectrum.ring
+        stiffness = robot.tail.hinge_stiffness_n_m
+        damping = max(robot.tail.hinge_damping_n_m_s, 1e-3 * stiffness)
+        rate = max(wanted.decay_1_s, 1e-3 * wanted.frequency_hz)
+        for _ in range(MATCHES):
+            moved = self.twin(np.array([stiffness]), np.array([damping]), self.first_pose[None], self.trial.time_s)
+            lateral = moved[0, ..., 1]
+            if not np.isfinite(lateral).all():
+                break
+            guess = wanted.frequency_hz, wanted.decay_1_s
+            own = fit_damped_sine(self.trial.time_s, lateral, self.used.astype(float), guess)
+            by = (wanted.natural_hz / own.natural_hz) ** 2, rate / max(own.decay_1_s, 0.1 * rate)
+            stiffness, damping = stiffness * float(np.clip(by[0], 0.1, 10.0)), damping * by[1]
+            if max(abs(by[0] - 1), abs(by[1] - 1)) < 1e-3:
+                break
+        return stiffness, damping
+
+    def start(self, stiffness: float, damping: float) -> np.ndarray:
+        """(p,) where the fit begins."""
+        self.prior[1] = np.log(damping)
+        offsets = self.spectrum.ring.rest_m - self._straight[:, 1]
+        return np.concatenate([[np.log(stiffness), np.log(damping)], *self.first_pose, [0.0, 0.0], offsets])
+
+    def modelled(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(s, n, k) lateral motion at s points (s, p), and (s, n, k, 2) how far the markers are off their rest."""
+        h, k = self.twin.hinges, len(self.trial.markers)
+        start = x[:, 2 : 2 + 2 * h].reshape(-1, 2, h)
+        moved = self.twin(np.exp(x[:, 0]), np.exp(x[:, 1]), start, self.trial.time_s) - self._straight
+        tilt, scale, offset = x[:, None, -k - 2, None], x[:, None, -k - 1, None], x[:, None, -k:]
+        return self._straight[:, 1] + (1 + scale) * moved[..., 1] + tilt * moved[..., 0] + offset, moved
+
+    def linearised(self, x: np.ndarray) -> Linearised:
+        """The model near x: one batch of 3 + 2 h decays.
+
+        Raises:
+            SimulationDiverged: one of them blew up.
+        """
+        h, k = self.twin.hinges, len(self.trial.markers)
+        steps = np.concatenate([_STEPS[:2], np.full(h, _STEPS[2]), np.full(h, _STEPS[3])])
+        points = np.concatenate([x[None], x + np.eye(len(steps), len(x)) * steps[:, None]])
+        lateral, moved = self.modelled(points)
+        if not np.isfinite(lateral).all():
+            raise SimulationDiverged(
+                f"The free decay of the twin diverges at a stiffness of {np.exp(x[0]):.3g} N m/rad and a damping of "
+                f"{np.exp(x[1]):.3g} N m s/rad. Expected a bounded motion; are the robot's masses right?"
+            )
+        simulated = (lateral[1:] - lateral[0]) / steps[:, None, None]  # (2 + 2 h, n, k)
+        offsets = np.broadcast_to(np.eye(k), (len(self.trial.time_s), k, k))
+        jacobian = np.concatenate([np.moveaxis(simulated, 0, -1), moved[0], offsets], axis=-1)
+        return Linearised(
+            self.trial.time_s,
+            self.used,
+            np.where(self.seen, self.lateral - lateral[0], 0.0),
+            np.where(self.seen[..., None], jacobian, 0.0),
+            self.precision * (self.prior - x),
+            self.precision,
+        )
+
+    def reject(self, residual: np.ndarray) -> bool:
+        """Leaves out the few samples that no tracking error explains; whether others than before.
+
+        The farthest alone at first: they draw the twin away from samples that are right, which come back then.
+        """
+        size: np.ndarray = np.where(self.seen, np.abs(residual), 0.0)  # (n, k)
+        sd_m = 1.4826 * float(np.median(size[np.nonzero(self.seen)]))
+        far: np.ndarray = size > max(OUTLIER_SD * sd_m, OUTLIER_M, 0.5 * float(size.max()))
+        if far.sum() > MOST_REJECTED * self.seen.sum():
+            far = np.zeros_like(self.seen)
+        before, self.used = self.used, self.seen & ~far
+        return bool((before != self.used).any())
+
+    def costs(self, x: np.ndarray, noise: LastingNoise) -> np.ndarray:
+        """(s,) minus twice the log posterior at s points (s, p)."""
+        residual = np.where(self.used, self.lateral - self.modelled(x)[0], 0.0)  # (s, n, k)
+        bad = np.logical_not(np.isfinite(residual).all(axis=(1, 2)))  # (s,)
+        series = np.moveaxis(np.where(bad[:, None, None], 0.0, residual), 0, -1)
+        white = whitened(self.trial.time_s, self.used, series, noise)[0] / noise.sd_m
+        cost = (white**2).sum(axis=(0, 1)) + (self.precision * (x - self.prior) ** 2).sum(axis=1)
+        return np.where(bad, np.inf, cost)
+
+
+class _Descent(NamedTuple):
+    """Where the search ended: the p parameters, the regression there, and whether it settled."""
+
+    x: np.ndarray
+    result: Regression
+    converged: bool
+
+
+def _descended(problem: _Problem, x: np.ndarray) -> _Descent:
+    """Gauss-Newton under a first guess of the noise until it is near, then under the noise found there."""
+    noise, found = FIRST_NOISE, False
+    for _ in range(ITERATIONS):
+        model = problem.linearised(x)
+        step = descend(model, noise)
+        size = float(np.abs(step[:2]).max())
+        if not found and size < NEAR:
+            left = model.residual - model.jacobian @ step
+            if problem.reject(left):
+                continue
+            noise, found = regress(model).noise, True
+            step = descend(model, noise)
+            size = float(np.abs(step[:2]).max())
+        if found and size < SETTLED:
+            result = regress(model)
+            return _Descent(x + result.step, result, True)
+        x = x + step if size < NEAR else _searched(problem, x, step, noise)
+    return _Descent(x, regress(problem.linearised(x)), False)
+
+
+def _searched(problem: _Problem, x: np.ndarray, step: np.ndarray, noise: LastingNoise) -> np.ndarray:
+    """The best of some points along a long step."""
+    step = np.concatenate([np.clip(step[:2], -1.0, 1.0), step[2:]])
+    tried = x + np.outer(_SHARES, step)
+    return tried[int(np.argmin(problem.costs(tried, noise)))]
+
+
+def _assembled(problem: _Problem, descent: _Descent, matched: tuple[float, float]) -> DecayFit:
+    x, result, converged = descent
+    trial, spectrum, k = problem.trial, problem.spectrum, len(problem.trial.markers)
+    stiffness, damping = np.exp(x[:2])
+    relative = np.sqrt(np.diag(result.covariance)[:2] + STEP_SE**2)
+    simulated = problem.modelled(x[None])[0][0]  # (n, k)
+    left = np.where(problem.used, problem.lateral - simulated, np.nan)
+    rest = np.nanmean(np.where(problem.used, problem.lateral, np.nan), axis=0)
+    moved = float(np.nansum(np.where(problem.used, problem.lateral - rest, 0.0) ** 2))
+    start = x[2 : 2 + 2 * problem.twin.hinges].reshape(2, -1)
+    explained = max(1.0 - float(np.nansum(left**2)) / max(moved, 1e-300), 0.0)
+    doubts = (
+        *rejected_flags(trial, problem.seen & ~problem.used),
+        *decay_flags(trial, start[0], relative, explained, converged),
+    )
+    return DecayFit(
+        stiffness_n_m=float(stiffness),
+        stiffness_se_n_m=float(stiffness * relative[0]),
+        damping_n_m_s=float(damping),
+        damping_se_n_m_s=float(damping * relative[1]),
+        matched_stiffness_n_m=matched[0],
+        matched_damping_n_m_s=matched[1],
+        spectrum=spectrum,
+        noise=result.noise,
+        start_rad=start,
+        time_s=trial.time_s,
+        markers=trial.markers,
+        measured_m=np.where(problem.used, problem.lateral, np.nan) - x[-k:],
+        simulated_m=simulated - x[-k:],
+        rms_m=float(np.sqrt(np.nanmean(left**2))),
+        explained=explained,
+        converged=converged,
+        flags=(*trial.flags, *spectrum.flags, *doubts),
+    )
+
+
+def _interval(value: float, se: float) -> tuple[float, float]:
+    reach = np.exp(Z95 * se / value)
+    return value / float(reach), value * float(reach)

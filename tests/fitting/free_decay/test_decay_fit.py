@@ -1,0 +1,170 @@
+"""Stiffness and damping are recovered from wrong starts, and doubtful decays say so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting.free_decay import DecayFit, DecayTrial, combine_decays, fit_decay, measure_decay, measure_decay_trial
+from session import NotEnoughData, Tracks
+from tests.fitting.free_decay.chain import linear_decay
+from tests.fitting.free_decay.decays import CAMERA, MARKERS, NOISELESS, ROBOT, Truth, decay_tracks, filmed, swings
+
+LIGHT = Truth(stiffness_n_m=0.45, damping_n_m_s=0.006, seconds=2.2)
+
+
+def measured(tracks: Tracks) -> DecayTrial:
+    return measure_decay_trial("decay", tracks, CAMERA, ROBOT)
+
+
+def fitted(tracks: Tracks) -> DecayFit:
+    return fit_decay(measured(tracks), ROBOT, workers=1)
+
+
+def kinds(fit: DecayFit) -> set[str]:
+    return {flag.kind for flag in fit.flags}
+
+
+@pytest.fixture(scope="module")
+def light() -> DecayFit:
+    return fitted(decay_tracks(LIGHT))
+
+
+@pytest.mark.parametrize("truth", [Truth(), Truth(0.3, 0.01), Truth(1.4, 0.03)])
+def test_without_noise_the_hinges_are_recovered_from_a_wrong_start(truth: Truth) -> None:
+    fit = fitted(decay_tracks(truth, noise=NOISELESS))
+
+    assert fit.stiffness_n_m == pytest.approx(truth.stiffness_n_m, rel=2e-3)
+    assert fit.damping_n_m_s == pytest.approx(truth.damping_n_m_s, rel=2e-3)
+    assert fit.start_rad.shape == (2, 5)
+
+
+def test_through_tracking_noise_the_stiffness_is_right_to_one_percent_and_the_damping_to_ten(light: DecayFit) -> None:
+    assert light.flags == ()
+    assert light.converged
+    assert light.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
+    assert light.damping_n_m_s == pytest.approx(LIGHT.damping_n_m_s, rel=0.10)
+    assert light.stiffness_ci95_n_m[0] < LIGHT.stiffness_n_m < light.stiffness_ci95_n_m[1]
+    assert light.damping_ci95_n_m_s[0] < LIGHT.damping_n_m_s < light.damping_ci95_n_m_s[1]
+    assert light.explained > 0.99
+    assert np.nanstd(light.measured_m - light.simulated_m) < 0.001
+
+
+def test_the_frequency_alone_gives_nearly_the_same_hinges(light: DecayFit) -> None:
+    assert light.matched_stiffness_n_m == pytest.approx(light.stiffness_n_m, rel=0.03)
+    assert light.matched_damping_n_m_s == pytest.approx(light.damping_n_m_s, rel=0.10)
+
+
+def test_the_hinges_can_be_put_into_the_robot(light: DecayFit) -> None:
+    robot = light.applied_to(ROBOT)
+
+    assert (robot.tail.hinge_stiffness_n_m, robot.tail.hinge_damping_n_m_s) == (
+        light.stiffness_n_m,
+        light.damping_n_m_s,
+    )
+
+
+def test_a_decay_of_the_linear_chain_gives_its_stiffness_back() -> None:
+    truth = replace(LIGHT, bent_rad=(0.04, 0.05, 0.04, 0.03, 0.02))
+    times = np.maximum(np.arange(120) / 60 - truth.release_s, 0.0)
+    hinges = linear_decay(ROBOT, truth.stiffness_n_m, truth.damping_n_m_s, np.array(truth.bent_rad), times)
+    place = ROBOT.marker_positions_m(MARKERS)[None, :, :2].repeat(len(times), axis=0).copy()
+    lever = ROBOT.marker_positions_m(MARKERS)[:, 0, None] - ROBOT.hinge_x_m  # (m, h), of hinges before the marker
+    place[..., 1] += hinges @ np.maximum(lever, 0.0).T
+
+    fit = fitted(filmed(place, replace(truth, seconds=2.0), noise=NOISELESS))
+
+    assert fit.stiffness_n_m == pytest.approx(truth.stiffness_n_m, rel=3e-3)
+    assert fit.damping_n_m_s == pytest.approx(truth.damping_n_m_s, rel=1e-2)
+
+
+def test_a_few_samples_out_of_place_are_left_out_and_told() -> None:
+    tracks = decay_tracks(LIGHT)
+    tracks.position_px[50:53, 7] += [0.0, 12.0]
+
+    fit = fitted(tracks)
+
+    assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
+    assert [(flag.kind, flag.markers, flag.frames) for flag in fit.flags] == [("jump", ("tail_5",), (50, 52))]
+
+
+def test_a_marker_that_leaves_the_picture_is_clipped() -> None:
+    tracks = decay_tracks(LIGHT)
+    tracks.position_px[35:55, 8] = np.nan
+
+    fit = fitted(tracks)
+
+    assert "clipped" in kinds(fit)
+    assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.02)
+
+
+def test_a_recording_that_ends_at_once_is_too_short() -> None:
+    tracks = decay_tracks(replace(LIGHT, seconds=0.85))
+
+    assert "too_short" in kinds(fitted(tracks))
+
+
+def test_two_frequencies_are_double_peaked_and_do_not_fit() -> None:
+    place = swings([LIGHT])[0]
+    clock = np.maximum(np.arange(len(place)) / 60 - LIGHT.release_s, 0.0)
+    beat = 0.04 * np.sin(2 * np.pi * 7.0 * clock) * np.exp(-0.8 * clock)
+    place[:, 3:, 1] += beat[:, None] * np.linspace(0.3, 1.0, 6)
+
+    found = kinds(fitted(filmed(place, LIGHT)))
+
+    assert {"double_peaked", "poor_fit"} <= found
+
+
+def test_a_marker_with_a_beat_of_its_own_disagrees() -> None:
+    slow, quick = swings([LIGHT, replace(LIGHT, stiffness_n_m=0.6)])
+    slow[:, 4] = quick[:, 4]
+
+    spectrum = measure_decay(measured(filmed(slow, LIGHT)))
+
+    assert ("markers_disagree", ("tail_2",)) in [(flag.kind, flag.markers) for flag in spectrum.flags]
+
+
+def test_a_head_that_swings_along_is_not_clamped() -> None:
+    tracks = decay_tracks(LIGHT)
+    tracks.position_px[:, :, 1] += 8.0 * np.sin(20 * tracks.time_s)[:, None]
+
+    assert "head_moves" in {flag.kind for flag in measured(tracks).flags}
+
+
+def test_tracks_without_a_tail_marker_are_refused() -> None:
+    with pytest.raises(NotEnoughData, match="none of its markers sits on the tail"):
+        measured(decay_tracks(LIGHT).select(("nose", "neck", "dorsal_fin")))
+
+
+def test_too_few_frames_after_the_release_are_refused() -> None:
+    tracks = decay_tracks(replace(LIGHT, seconds=0.62))
+
+    with pytest.raises(NotEnoughData, match="frames after the release"):
+        measured(tracks)
+
+
+def test_the_spectrum_peaks_where_the_tail_rings(light: DecayFit) -> None:
+    spectrum = light.spectrum
+
+    assert spectrum.peak_hz == pytest.approx(spectrum.frequency_hz, rel=0.05)
+    assert spectrum.marker_hz[1:] == pytest.approx(np.full(5, spectrum.frequency_hz), rel=0.05)
+    assert np.isnan(spectrum.marker_hz[0])  # it hardly moves
+    assert spectrum.amplitude_m.shape == (len(spectrum.bins_hz), 6)
+    assert 0.0 < spectrum.frequency_se_hz < 0.02 * spectrum.frequency_hz
+    assert 0.0 < spectrum.damping_ratio_se < 0.1 * spectrum.damping_ratio
+
+
+def test_several_decays_weigh_by_their_errors_and_say_when_they_disagree(light: DecayFit) -> None:
+    off = replace(light, stiffness_n_m=1.1 * light.stiffness_n_m)
+
+    alike, apart = combine_decays([light, light]), combine_decays([light, off])
+
+    assert alike.stiffness_n_m == pytest.approx(light.stiffness_n_m)
+    assert alike.stiffness_se_n_m == pytest.approx(light.stiffness_se_n_m / np.sqrt(2))
+    assert alike.flags == ()
+    assert apart.stiffness_se_n_m > 5 * alike.stiffness_se_n_m
+    assert [flag.kind for flag in apart.flags] == ["decays_disagree"]
+    with pytest.raises(NotEnoughData, match="at least one"):
+        combine_decays([])
