@@ -45,6 +45,7 @@ class DecayFit:
     """What a free decay says about the hinges.
 
     Attributes:
+        name: of the trial.
         stiffness_n_m, stiffness_se_n_m: of every hinge, N m/rad, with its standard error.
         damping_n_m_s, damping_se_n_m_s: of every hinge, N m s/rad.
         matched_stiffness_n_m, matched_damping_n_m_s: those whose twin rings alike, from frequency and decay alone.
@@ -60,6 +61,7 @@ class DecayFit:
         flags: when not to believe it, those of trial and spectrum among them.
     """
 
+    name: str
     stiffness_n_m: float
     stiffness_se_n_m: float
     damping_n_m_s: float
@@ -278,6 +280,7 @@ def _assembled(problem: _Problem, descent: _Descent, matched: tuple[float, float
         *decay_flags(trial, start[0], relative, explained, converged),
     )
     return DecayFit(
+        name=trial.name,
         stiffness_n_m=float(stiffness),
         stiffness_se_n_m=float(stiffness * relative[0]),
         damping_n_m_s=float(damping),

@@ -31,7 +31,7 @@ class DecaySpectrum:
         bins_hz: (b,) frequencies of the spectrum, Hz.
         amplitude_m: (b, k) windowed amplitude spectrum of the lateral motion, m.
         peak_hz: peak of the markers' rms spectrum, between the bins; None where it has none. This is what a published
-            FFT reports; damping pulls it below `frequency_hz`.
+            FFT reports; damping and the window draw it away from `frequency_hz`.
         frequency_hz, frequency_se_hz: of the zero crossings (damped), with its standard error.
         natural_hz: what it would be without damping.
         decay_1_s, decay_se_1_s: rate at which the envelope falls.

@@ -1,0 +1,70 @@
+"""The free decays in the report: the numbers that were fitted, the figures whole, the doubts said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from fitting.free_decay import DecayFit, fit_decay, measure_decay_trial
+from reports.blocks import Plots, Prose, Table
+from reports.figures.decay_curve import decay_curve_figure
+from reports.figures.decay_spectrum import decay_spectrum_figure
+from reports.sections.free_decay import free_decay_section
+from reports.style import TWIN
+from session import Flag
+from tests.fitting.free_decay.decays import CAMERA, ROBOT, Truth, decay_tracks
+
+
+@pytest.fixture(scope="module")
+def fit() -> DecayFit:
+    tracks = decay_tracks(Truth(damping_n_m_s=0.006))
+    return fit_decay(measure_decay_trial("decay_1", tracks, CAMERA, ROBOT), ROBOT, workers=1)
+
+
+def within(figure: Figure) -> bool:
+    """Whether nothing leaves the frame."""
+    box = figure.get_tightbbox()
+    width, height = figure.get_size_inches()
+    return bool(box.x0 > -0.02 and box.y0 > -0.02 and box.x1 < width + 0.02 and box.y1 < height + 0.02)
+
+
+def test_the_figures_stay_within_their_frames(fit: DecayFit) -> None:
+    assert within(decay_spectrum_figure(fit.spectrum))
+    assert within(decay_spectrum_figure(replace(fit.spectrum, peak_hz=None)))
+    assert within(decay_curve_figure(fit))
+
+
+def test_every_marker_is_drawn_beside_the_twin(fit: DecayFit) -> None:
+    lines = [line for line in decay_curve_figure(fit).axes[0].lines if len(line.get_xdata())]
+
+    twin = [line.get_ydata() for line in lines if to_hex(line.get_color()) == TWIN]
+    np.testing.assert_allclose(np.array(twin).T, fit.simulated_m * 1000)
+
+
+def test_the_section_tells_stiffness_damping_and_frequency(fit: DecayFit) -> None:
+    section = free_decay_section([fit])
+    prose, table, plots = section.blocks
+
+    assert isinstance(prose, Prose)
+    assert isinstance(table, Table)
+    assert isinstance(plots, Plots)
+    assert f"{fit.stiffness_n_m:.4f} ±" in prose.text or f"{fit.stiffness_n_m:.3f} ±" in prose.text
+    assert len(table.rows[0]) == len(table.columns)
+    assert table.rows[0][0] == "decay_1"
+    assert table.rows[0][3] == f"{fit.spectrum.natural_hz:.2f}"
+    assert len(plots.plots) == 2
+    assert section.caveats == ()
+
+
+def test_doubts_are_said_with_the_name_of_their_decay(fit: DecayFit) -> None:
+    doubtful = replace(fit, flags=(Flag("too_short", message="only 1.2 periods are recorded"),))
+
+    section = free_decay_section([fit, doubtful])
+
+    assert section.caveats == ("decay_1: only 1.2 periods are recorded.",)
+    assert "2 free decays together" in section.blocks[0].text  # type: ignore[union-attr]
+    assert len({plot.name for plot in section.blocks[2].plots}) == 4  # type: ignore[union-attr]
