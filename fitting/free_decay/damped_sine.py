@@ -1,7 +1,8 @@
 """One damped sine shared by all tail markers, by separable least squares (Golub and Pereyra 1973).
 
-Each marker has its own rest position, amplitude and phase; frequency and decay rate are common. Unlike the peak of a
-spectrum, which damping and the window draw away (that of an impulse response to f0 sqrt(1 - 2 zeta^2)), this is the frequency at which the tail rings.
+Each marker has its own rest position, amplitude and phase; frequency and decay rate are common. This is the frequency
+at which the tail rings; the peak of a spectrum is drawn away from it by damping and window (that of an impulse response
+to f0 sqrt(1 - 2 zeta^2)).
 """
 
 from dataclasses import dataclass

@@ -39,9 +39,9 @@ def _text(fits: Sequence[DecayFit]) -> str:
     source = "The free decay gives" if len(fits) == 1 else f"{len(fits)} free decays together give"
     return (
         f"{source} a stiffness of {stiffness} N m/rad and a damping of {damping} mN m s/rad for every hinge (± "
-        "standard error): the head is clamped in air, the tendons are off, the bent tail is let go, and the twin’s hinges "
-        "are turned until it decays alike, first in frequency and decay, then over the whole curve. The peak of a "
-        "spectrum, the frequency of the zero crossings and that of the same tail without damping are three numbers, "
+        "standard error): the head is clamped in air, the tendons are off, the bent tail is let go, and the twin’s "
+        "hinges are turned until it decays alike, first in frequency and decay, then over the whole curve. The peak of "
+        "a spectrum, the frequency of the zero crossings and that of the same tail without damping are three numbers, "
         f"farther apart the stronger the damping; published for this kind of robot: {PUBLISHED_HZ:g} Hz."
     )
 
