@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
+from threadpoolctl import threadpool_limits
 
 from fitting.dry_run.error_surface import Cell
 from fitting.dry_run.measured import DryTrial
@@ -74,10 +75,11 @@ def fit_joint(trials: Sequence[DryTrial], response: DryResponse, starts: Sequenc
     arm_m = float(np.clip(arm_m, *response.range_of(branch)))
     own = np.array([[s.hz, s.phase_rad + 2 * np.pi * s.hz * p.middle_s] for s, p in zip(starts, parts, strict=True)])
     point = np.concatenate([[arm_m], own.ravel()])
-    for _ in range(_ROUNDS):
-        point = _solved(parts, response, branch, point)
-        parts = _respread(parts, point)
-    return _with_errors(parts, branch, point)
+    with threadpool_limits(1, user_api="blas"):  # the matrices are small: threads cost more than they save
+        for _ in range(_ROUNDS):
+            point = _solved(parts, response, branch, point)
+            parts = _respread(parts, point)
+        return _with_errors(parts, branch, point)
 
 
 @dataclass(frozen=True, eq=False)
