@@ -15,7 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fitting.free_decay.damped_sine import fit_damped_sine
-from fitting.free_decay.decay_flags import decay_flags, rejected_flags
+from fitting.free_decay.decay_flags import Match, decay_flags, rejected_flags
 from fitting.free_decay.decay_trial import DecayTrial
 from fitting.free_decay.decay_twin import DecayTwin, stable_scene
 from fitting.free_decay.lasting_noise import LastingNoise, Linearised, Regression, descend, regress, whitened
@@ -33,7 +33,8 @@ FIRST_NOISE = LastingNoise(0.1, 0.12, 0.001)
 MATCHES, ITERATIONS = 4, 12
 STEP_SE = 3e-4  # relative error of stiffness and damping that the twin's finite step leaves
 NEAR = 0.02  # relative change of stiffness and damping from which full steps are safe and residuals are noise
-SETTLED = 5e-4  # relative change that ends the fit (the last one is still taken)
+SETTLED = 5e-4  # relative change that ends the fit (the last one is still taken) …
+SETTLED_SE = 0.2  # … or this share of the standard errors
 OUTLIER_SD, OUTLIER_M = 8.0, 0.005  # from the twin, beyond which a sample is no tracking error …
 MOST_REJECTED = 0.1  # … unless more than this share of them are: then it is the twin that is wrong
 _SHARES = (1.0, 0.4, 0.1)  # of a step tried
@@ -241,20 +242,23 @@ def _descended(problem: _Problem, x: np.ndarray) -> _Descent:
     noise, found = FIRST_NOISE, False
     for _ in range(ITERATIONS):
         model = problem.linearised(x)
-        step = descend(model, noise)
-        size = float(np.abs(step[:2]).max())
-        if not found and size < NEAR:
-            left = model.residual - model.jacobian @ step
-            if problem.reject(left):
+        guess = descend(model, noise)
+        if not found and _size(guess) < NEAR:
+            if problem.reject(model.residual - model.jacobian @ guess.step):
                 continue
             noise, found = regress(model).noise, True
-            step = descend(model, noise)
-            size = float(np.abs(step[:2]).max())
-        if found and size < SETTLED:
+            guess = descend(model, noise)
+        errors = np.sqrt(np.diag(guess.covariance)[:2])
+        if found and (np.abs(guess.step[:2]) < np.maximum(SETTLED, SETTLED_SE * errors)).all():
             result = regress(model)
             return _Descent(x + result.step, result, True)
-        x = x + step if size < NEAR else _searched(problem, x, step, noise)
+        x = x + guess.step if _size(guess) < NEAR else _searched(problem, x, guess.step, noise)
     return _Descent(x, regress(problem.linearised(x)), False)
+
+
+def _size(guess: Regression) -> float:
+    """How far stiffness and damping move, relative."""
+    return float(np.abs(guess.step[:2]).max())
 
 
 def _searched(problem: _Problem, x: np.ndarray, step: np.ndarray, noise: LastingNoise) -> np.ndarray:
@@ -271,13 +275,14 @@ def _assembled(problem: _Problem, descent: _Descent, matched: tuple[float, float
     relative = np.sqrt(np.diag(result.covariance)[:2] + STEP_SE**2)
     simulated = problem.modelled(x[None])[0][0]  # (n, k)
     left = np.where(problem.used, problem.lateral - simulated, np.nan)
-    rest = np.nanmean(np.where(problem.used, problem.lateral, np.nan), axis=0)
+    rest = (problem.used * problem.lateral).sum(axis=0) / np.maximum(problem.used.sum(axis=0), 1)  # (k,)
     moved = float(np.nansum(np.where(problem.used, problem.lateral - rest, 0.0) ** 2))
     start = x[2 : 2 + 2 * problem.twin.hinges].reshape(2, -1)
     explained = max(1.0 - float(np.nansum(left**2)) / max(moved, 1e-300), 0.0)
+    rms = float(np.sqrt(np.nanmean(left**2)))
     doubts = (
         *rejected_flags(trial, problem.seen & ~problem.used),
-        *decay_flags(trial, start[0], relative, explained, converged),
+        *decay_flags(trial, start[0], relative, Match(rms, explained, converged)),
     )
     return DecayFit(
         name=trial.name,
@@ -294,7 +299,7 @@ def _assembled(problem: _Problem, descent: _Descent, matched: tuple[float, float
         markers=trial.markers,
         measured_m=np.where(problem.used, problem.lateral, np.nan) - x[-k:],
         simulated_m=simulated - x[-k:],
-        rms_m=float(np.sqrt(np.nanmean(left**2))),
+        rms_m=rms,
         explained=explained,
         converged=converged,
         flags=(*trial.flags, *spectrum.flags, *doubts),

@@ -1,5 +1,7 @@
 """When not to believe a fitted free decay."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fitting.free_decay.decay_trial import DecayTrial
@@ -8,26 +10,34 @@ from session import Flag
 LEAST_EXPLAINED = 0.98  # of the motion; a tail that decays like the twin leaves tracking errors only
 LEAST_SEEN = 0.9  # of a marker's samples; a marker that leaves or merges is missing where it swings widest
 FARTHEST_RAD = 1.2  # of a hinge; the published model stops it at 80 degrees (1.4 rad)
+MISFIT_M = 0.0015  # rms distance that tracking errors explain, however small the swing
 WORST_SE = (0.03, 0.3)  # relative standard errors of stiffness and damping that are worth a flag
 
 
-def decay_flags(
-    trial: DecayTrial, angle_rad: np.ndarray, relative_se: np.ndarray, explained: float, converged: bool
-) -> tuple[Flag, ...]:
+class Match(NamedTuple):
+    """How close the twin comes: rms distance (m), share of the motion explained, whether the fit settled."""
+
+    rms_m: float
+    explained: float
+    converged: bool
+
+
+def decay_flags(trial: DecayTrial, angle_rad: np.ndarray, relative_se: np.ndarray, match: Match) -> tuple[Flag, ...]:
     """Doubts about a fit.
 
     Args:
         trial: the decay.
         angle_rad: (h,) of the hinges in the first frame.
         relative_se: (2,) of stiffness and damping.
-        explained: share of the motion that the twin explains.
-        converged: whether the fit settled.
+        match: how close the twin comes.
     """
     flags = [*_clipped(trial, angle_rad)]
-    if explained < LEAST_EXPLAINED:
-        message = f"the twin explains only {100 * explained:.1f} % of the decay: its hinges, masses or clamp differ"
+    if match.explained < LEAST_EXPLAINED and match.rms_m > MISFIT_M:
+        message = (
+            f"the twin explains only {100 * match.explained:.1f} % of the decay: its hinges, masses or clamp differ"
+        )
         flags.append(Flag("poor_fit", message=message))
-    if not converged:
+    if not match.converged:
         flags.append(Flag("not_converged", message="the fit of the whole decay did not settle"))
     for name, se, worst in zip(("stiffness", "damping"), relative_se, WORST_SE, strict=True):
         if not se < worst:

@@ -79,12 +79,13 @@ def regress(model: Linearised) -> Regression:
     return Regression(step, covariance, LastingNoise(*choices[best], solved[best].sd_m))
 
 
-def descend(model: Linearised, noise: LastingNoise) -> np.ndarray:
-    """(p,) the Gauss-Newton step for noise that is known."""
+def descend(model: Linearised, noise: LastingNoise) -> Regression:
+    """The Gauss-Newton step for noise that is known."""
     white = whitened(model.time_s, model.used, model.stacked, noise)[0] / noise.sd_m
     jacobian, residual = white[..., :-1], white[..., -1]
     normal = np.einsum("nkp,nkq->pq", jacobian, jacobian) + np.diag(model.precision)
-    return np.linalg.solve(normal, np.einsum("nkp,nk->p", jacobian, residual) + model.pull)
+    covariance = np.linalg.inv(normal)
+    return Regression(covariance @ (np.einsum("nkp,nk->p", jacobian, residual) + model.pull), covariance, noise)
 
 
 def whitened(time_s: np.ndarray, used: np.ndarray, series: np.ndarray, noise: LastingNoise) -> tuple[np.ndarray, float]:

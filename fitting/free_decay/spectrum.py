@@ -17,7 +17,8 @@ SECOND_PEAK = 0.5  # of the highest, from which a spectrum has two
 PEAK_PROMINENCE = 0.3  # of the highest, by which a peak stands out of the valley before it
 DISAGREE = 0.03  # relative difference of a marker's frequency that is worth a flag …
 DISAGREE_SE = 4.0  # … if it is also this many standard errors
-QUIET = 0.05  # of the widest swing, below which a marker moves too little to be timed alone
+QUIET = 0.05  # of the widest swing, below which a marker moves too little to be timed alone; …
+QUIET_M = 0.002  # … so does one that swings by less than this
 NO_RING = 0.7  # damping ratio beyond which no swing is left to time
 _FINER = 16  # times as many bins as the record has
 
@@ -100,7 +101,7 @@ def measure_decay(trial: DecayTrial) -> DecaySpectrum:
 def _alone(trial: DecayTrial, k: int, ring: DampedSine) -> tuple[float, float]:
     """Frequency of one marker and its standard error; nan where too little is seen of it."""
     lateral, weight = trial.lateral_m[:, [k]], (trial.weight[:, [k]] > 0).astype(float)
-    if weight.sum() < 8 or ring.envelope_m[0, k] < QUIET * ring.envelope_m[0].max():
+    if weight.sum() < 8 or ring.envelope_m[0, k] < max(QUIET_M, QUIET * ring.envelope_m[0].max()):
         return float("nan"), float("nan")
     own = fit_damped_sine(trial.time_s, lateral, weight, (ring.frequency_hz, ring.decay_1_s))
     return own.frequency_hz, ring_errors(trial.time_s, lateral, weight, own)[0]

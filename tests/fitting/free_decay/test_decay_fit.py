@@ -100,6 +100,35 @@ def test_a_marker_that_leaves_the_picture_is_clipped() -> None:
     assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.02)
 
 
+@pytest.mark.parametrize("fps", [24.0, 120.0])
+def test_other_frame_rates_do_as_well(fps: float) -> None:
+    truth = replace(LIGHT, fps=fps)
+    trial = measure_decay_trial("decay", decay_tracks(truth), replace(CAMERA, fps=fps), ROBOT)
+
+    assert fit_decay(trial, ROBOT, workers=1).stiffness_n_m == pytest.approx(truth.stiffness_n_m, rel=0.01)
+
+
+def test_the_fin_alone_tells_the_hinges() -> None:
+    fit = fitted(decay_tracks(LIGHT).select(("nose", "neck", "caudal_fin")))
+
+    assert fit.flags == ()
+    assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
+
+
+def test_a_marker_that_is_never_believed_does_no_harm() -> None:
+    tracks = decay_tracks(LIGHT)
+    tracks.position_px[:, 5] = np.nan
+
+    fit = fitted(tracks)
+
+    assert "clipped" in kinds(fit)
+    assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
+
+
+def test_a_tail_that_creeps_back_is_unidentifiable() -> None:
+    assert "unidentifiable" in kinds(fitted(decay_tracks(replace(LIGHT, damping_n_m_s=0.09))))
+
+
 def test_a_recording_that_ends_at_once_is_too_short() -> None:
     tracks = decay_tracks(replace(LIGHT, seconds=0.85))
 

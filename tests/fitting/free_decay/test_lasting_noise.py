@@ -53,4 +53,4 @@ def test_whitened_noise_is_white_and_gaps_are_left_out() -> None:
 
 
 def test_a_step_for_known_noise_finds_the_truth() -> None:
-    assert descend(problem(0), LastingNoise(0.1, 0.0, 0.5e-3)) == pytest.approx(TRUTH, abs=0.2)
+    assert descend(problem(0), LastingNoise(0.1, 0.0, 0.5e-3)).step == pytest.approx(TRUTH, abs=0.2)
