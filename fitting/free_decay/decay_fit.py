@@ -30,6 +30,7 @@ TILT_SD_RAD, SCALE_SD = 0.05, 0.02  # of the head's axis and of the scale: boxes
 OFFSET_SD_M = 0.02  # of a box from its marker
 DAMPING_SD = 3.0  # of the logarithm of the damping
 FIRST_NOISE = LastingNoise(0.1, 0.12, 0.001)
+LEAST_DAMPING_S = 1e-4  # over stiffness, that a search may start from
 MATCHES, ITERATIONS = 4, 12
 STEP_SE = 3e-4  # relative error of stiffness and damping that the twin's finite step leaves
 NEAR = 0.02  # relative change of stiffness and damping from which full steps are safe and residuals are noise
@@ -110,12 +111,16 @@ def fit_decay(trial: DecayTrial, robot: RobotSpec, spectrum: DecaySpectrum | Non
         SimulationDiverged: the twin of this robot cannot be simulated with the measured damping.
     """
     spectrum = spectrum or measure_decay(trial)
-    ratio_s = 2 * spectrum.damping_ratio / (2 * np.pi * spectrum.natural_hz)  # d / k of a linear chain
-    twin = DecayTwin(robot, trial.markers, stable_scene(ratio_s), workers)
+    twin = DecayTwin(robot, trial.markers, stable_scene(_damping_over_stiffness_s(spectrum)), workers)
     problem = _Problem(trial, twin, spectrum)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        matched = problem.matched(robot)
+        matched = problem.matched(robot.tail.hinge_stiffness_n_m)
         return _assembled(problem, _descended(problem, problem.start(*matched)), matched)
+
+
+def _damping_over_stiffness_s(spectrum: DecaySpectrum) -> float:
+    """Of the hinges, s: a mode of a linear chain with equal hinges has the damping ratio w d / (2 k)."""
+    return max(2 * spectrum.damping_ratio / (2 * np.pi * spectrum.natural_hz), LEAST_DAMPING_S)
 
 
 class _Problem:
@@ -138,19 +143,17 @@ class _Problem:
     @cached_property
     def first_pose(self) -> np.ndarray:
         """(2, h) in the first frame: angles from the markers, at rest."""
-        # The damped sine smooths the tracking errors of that one frame; where it does not fit, the markers do.
         pose = start_pose(self.twin, self.trial.lateral_m[0], self.spectrum.ring.rest_m)
         return np.stack([pose, np.zeros_like(pose)])
 
-    def matched(self, robot: RobotSpec) -> tuple[float, float]:
-        """Stiffness and damping whose twin rings with the measured frequency and decay.
+    def matched(self, stiffness: float) -> tuple[float, float]:
+        """From a first stiffness, the stiffness and damping whose twin rings with the measured frequency and decay.
 
         Of a linear chain with equal hinges, the squared natural frequency is proportional to the stiffness and the
         decay rate to the damping, so that scaling both by what is missing is Newton's method in logarithms.
         """
         wanted = self.spectrum.ring
-        stiffness = robot.tail.hinge_stiffness_n_m
-        damping = max(robot.tail.hinge_damping_n_m_s, 1e-3 * stiffness)
+        damping = stiffness * _damping_over_stiffness_s(self.spectrum)
         rate = max(wanted.decay_1_s, 1e-3 * wanted.frequency_hz)
         for _ in range(MATCHES):
             moved = self.twin(np.array([stiffness]), np.array([damping]), self.first_pose[None], self.trial.time_s)

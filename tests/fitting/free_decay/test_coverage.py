@@ -69,6 +69,7 @@ def test_intervals_cover_nine_times_in_ten_and_more_over_four_hundred_decays() -
     assert ((together.coverage > 0.92) & (together.coverage < 0.98)).all(), together.coverage
     assert np.abs(ringing.error[:, 0]).max() < 0.01
     assert np.abs(together.error[:, 1]).max() < 0.10
-    assert (np.abs(damped.error[:, 0]) < 0.03).all()
+    # Hinges as damped as the published ones ring for one period: a single decay holds no more than about 1 %.
     assert np.median(np.abs(damped.error[:, 0])) < 0.01
+    assert (np.abs(together.error) < 4.5 * together.se).all()
     assert np.abs(together.error.mean(axis=0)).max() < 0.002

@@ -41,6 +41,16 @@ def test_without_noise_the_hinges_are_recovered_from_a_wrong_start(truth: Truth)
     assert fit.start_rad.shape == (2, 5)
 
 
+def test_a_robot_described_far_off_and_without_damping_is_a_start_as_good(light: DecayFit) -> None:
+    hinges = {"hinge_stiffness_n_m": 12.0, "hinge_damping_n_m_s": 0.0}
+    robot = ROBOT.model_copy(update={"tail": ROBOT.tail.model_copy(update=hinges)})
+
+    fit = fit_decay(measured(decay_tracks(LIGHT)), robot, workers=1)
+
+    assert fit.stiffness_n_m == pytest.approx(light.stiffness_n_m, rel=1e-3)
+    assert fit.damping_n_m_s == pytest.approx(light.damping_n_m_s, rel=5e-3)
+
+
 def test_through_tracking_noise_the_stiffness_is_right_to_one_percent_and_the_damping_to_ten(light: DecayFit) -> None:
     assert light.flags == ()
     assert light.converged
