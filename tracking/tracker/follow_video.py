@@ -21,6 +21,8 @@ TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
 
 LEAST_CONTRAST = 6.0
 """Steps of brightness by which a marker must stand out in its start box."""
+LEAST_CONTRAST_FAINT = 25.0
+"""The same where the detector hardly answers, so that only CSRT can follow it."""
 PREDICTED_FOR = 12
 """Frames for which the position of an unseen marker is carried on; after that it is missing."""
 _SNAPSHOT_EVERY = 30  # frames; from the last of these interrupted work goes on
@@ -126,7 +128,9 @@ def _begun(
     centre = np.array([box.centre_px for box in chosen])
     side = np.array([(box.width + box.height) / 2 for box in chosen])
     tracker, first = MarkerTracker.begin(video.frame(boxes.frame).luma, centre, side, use_csrt=method == "hybrid")
-    empty = ~first.seen | (tracker.start.contrast < LEAST_CONTRAST)
+    faint = tracker.faint.which if tracker.faint is not None else ~first.seen
+    empty = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
+    empty |= ~first.seen
     if empty.any():
         names = ", ".join(np.array(markers)[empty].tolist())
         expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255 or more"

@@ -40,4 +40,4 @@ class PlainCsrt:
         box = np.array([box for _, box in answers], float)  # (m, 4)
         unknown = np.full(len(seen), np.nan)
         centre = box[:, :2] + (box[:, 2:] - 1) / 2
-        return Sighting(centre, seen, seen.astype(float), unknown, unknown, seen)
+        return Sighting(centre, seen, seen.astype(float), unknown, unknown, np.zeros_like(seen))

@@ -7,6 +7,7 @@ import numpy as np
 
 from tracking.tracker.appearance import Appearance, measure_appearance
 from tracking.tracker.assignment import assign
+from tracking.tracker.faint import FaintMarkers
 from tracking.tracker.prediction import Motion, Prediction
 from tracking.tracker.second_opinion import SecondOpinion
 from tracking.tracker.spacing import Spacing
@@ -15,6 +16,8 @@ from tracking.tracker.spots import Centres, Spots, find_spots, measure_centres, 
 _SIZE_SPREAD = 0.25  # of the logarithm of the size, that lowers the confidence by a factor exp(-1/2)
 _CONTRAST_SPREAD = 0.35  # of the contrast, likewise
 _CSRT_CONFIDENCE = 0.5  # at most, where only CSRT saw the marker
+_NOWHERE_PX = 1e-3  # a gate that no spot passes
+_FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are faint; the confidence CSRT then has
 _CONFIDENT = 0.6  # from here on a sample teaches the size of the marker …
 _STEADY = 0.5  # … and from here on its contrast, which light may change fast
 _SLACK_PX = 2.0  # by which a box may lie beside its marker, beyond half of it
@@ -59,6 +62,7 @@ class MarkerTracker:
         self.motion = motion
         self.spacing = spacing
         self.csrt = SecondOpinion() if use_csrt else None
+        self.faint: FaintMarkers | None = None
 
     @classmethod
     def begin(
@@ -81,6 +85,12 @@ class MarkerTracker:
         tracker = cls(start, Motion(centre_px, start.diameter_px), Spacing(centre_px, False), use_csrt)
         near_px = np.minimum(start.diameter_px, box_px) / 2 + _SLACK_PX
         first = tracker._see(luma, Prediction(centre_px.astype(float), near_px))
+        faint = ~first.seen | (start.answer * start.contrast < _FAINT)
+        if use_csrt and faint.any():
+            place = np.where(faint[:, None], centre_px, first.position_px)
+            tracker.faint = FaintMarkers(luma, place, start.diameter_px, faint)
+            first = _followed(first, dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
+            tracker.motion = Motion(place, start.diameter_px)
         tracker.spacing = Spacing(first.position_px, one_body)
         return tracker, first
 
@@ -110,24 +120,29 @@ class MarkerTracker:
 
     @property
     def can_be_kept(self) -> bool:
-        """Whether `state` says it all: not while CSRT runs on a marker."""
-        return self.csrt is None or not self.csrt.running
+        """Whether `state` says it all: not while CSRT runs on a marker, as it does on faint ones all along."""
+        return self.faint is None and (self.csrt is None or not self.csrt.running)
 
     def _see(
         self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None, frames: float = 1.0
     ) -> Sighting:
+        if self.faint is not None:  # no spot is theirs
+            predicted = Prediction(predicted.position_px, np.where(self.faint.which, _NOWHERE_PX, predicted.gate_px))
         spots = find_spots(luma, predicted.position_px, predicted.gate_px, self.look)
         if taken_px is not None:
             spots = spots.away_from(taken_px, 0.5 * float(self.look.diameter_px.min()))
         chosen, predicted = self._assigned(spots, predicted)
         position, seen = _placed(spots, chosen, predicted)
-        by_csrt = self._ask_csrt(luma, position, seen, taken_px)
+        asked = seen if self.faint is None else seen | self.faint.which
+        by_csrt = self._ask_csrt(luma, position, asked, taken_px)
         seen |= by_csrt
         others = _others(position, spots, chosen, taken_px)
         centres = measure_centres(luma, position[seen], others, self.look.of(seen))
         centres, kept = self._believable(luma, centres, position, seen)
         sighting = self._sighting(position, kept, by_csrt & kept, centres, spots, chosen)
-        self.motion.update(predicted.position_px, sighting.position_px, kept, frames)
+        if self.faint is not None:
+            sighting = _followed(sighting, self.faint.step(luma))
+        self.motion.update(predicted.position_px, sighting.position_px, sighting.seen, frames)
         self._remember(luma, sighting)
         return sighting
 
@@ -196,6 +211,22 @@ class MarkerTracker:
             for marker, answer in answers.items():
                 position[marker], held[marker] = answer, True
         return held
+
+
+def _followed(sighting: Sighting, places: Mapping[int, np.ndarray]) -> Sighting:
+    """The sighting with the places (2,) of some markers as CSRT has them."""
+    which = np.isin(np.arange(len(sighting.seen)), list(places))
+    position = sighting.position_px.copy()
+    for marker, place in places.items():
+        position[marker] = place
+    return Sighting(
+        position_px=position,
+        seen=sighting.seen | which,
+        confidence=np.where(which, _FAINT_CONFIDENCE, sighting.confidence),
+        diameter_px=np.where(which, np.nan, sighting.diameter_px),
+        contrast=np.where(which, np.nan, sighting.contrast),
+        by_csrt=sighting.by_csrt | which,
+    )
 
 
 def _placed(spots: Spots, chosen: np.ndarray, predicted: Prediction) -> tuple[np.ndarray, np.ndarray]:
