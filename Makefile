@@ -5,7 +5,7 @@ PYTHON ?= $(shell for python in $(PYTHONS); do \
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 VENV := .venv
 BIN := $(VENV)/bin
-WORKERS ?= auto # pytest processes; auto: one a core, 0: none beside the main one
+WORKERS ?= 0 # pytest processes; 0: none beside the main one
 LOCK_ARGS ?= # e.g. --upgrade, or --upgrade-package numpy
 
 .PHONY: help demo test test-all check format lock

@@ -90,24 +90,28 @@ class Recordings:
 
     def tracks(self) -> tuple[Path, ...]:
         """``results/tracks/<trial>.csv`` of every usable swim, up to date."""
-        files = tuple(self._file(spec.name) for spec in self._session.trials if is_usable(spec))
-        if not all(is_current(file, self.fingerprint) for file in files):
+        usable = [spec for spec in self._session.trials if is_usable(spec)]
+        files = {spec.name: self._file(spec.name) for spec in usable}
+        filmed = [spec for spec in usable if spec.tracks is None]
+        self.videos.all_boxes(filmed)  # what is wrong with any of them, before the first is tracked
+        for spec in filmed:
+            self.videos.tracks(spec)
+        if not all(is_current(files[spec.name], self.fingerprint) for spec in usable if spec.tracks is not None):
             _ = self.swims
-        return files
+        return tuple(files.values())
 
     def _measured(self, spec: TrialSpec) -> MeasuredTrial:
         if spec.tracks is not None:
             tracks = load_tracks(spec.tracks, self._session.markers, self._session.camera.fps)
             trial = self._measured_from(spec, tracks)
-            first = 0
-        else:
-            seen = self.videos.tracks(spec)
-            tracks, first = seen.counting, seen.boxes.frame
-            trial = self._measured_from(spec, tracks.since(first))
-            lens = lens_flags(self._session.camera, picture_px=seen.picture_px, metres_per_px=trial.metres_per_px)
-            trial = replace(trial, flags=(*seen.flags, *(_later(flag, first) for flag in trial.flags), *lens))
-        self._save(tracks, trial, first)
-        return trial
+            self._save(tracks, trial)
+            return trial
+        seen = self.videos.tracks(spec)
+        first = seen.boxes.frame
+        trial = self._measured_from(spec, seen.counting.since(first))
+        lens = lens_flags(self._session.camera, picture_px=seen.picture_px, metres_per_px=trial.metres_per_px)
+        flags = (*seen.flags, *(_later(flag, first) for flag in trial.flags), *lens)
+        return replace(trial, flags=tuple(dict.fromkeys(flags)))
 
     def _measured_from(self, spec: TrialSpec, tracks: Tracks) -> MeasuredTrial:
         return measure_trial(spec, tracks, self._session.camera, self._robot, self._session.warmup_s)
@@ -115,13 +119,12 @@ class Recordings:
     def _file(self, trial: str) -> Path:
         return self._session.results / "tracks" / f"{trial}.csv"
 
-    def _save(self, tracks: Tracks, trial: MeasuredTrial, first: int) -> None:
+    def _save(self, tracks: Tracks, trial: MeasuredTrial) -> None:
         """The tracks as used: what does not count keeps its place, with confidence 0."""
         path = self._file(trial.name)
         if is_current(path, self.fingerprint):
             return
-        confidence = np.zeros_like(tracks.confidence)
-        confidence[first:] = np.where(trial.weight > 0, tracks.confidence[first:], 0.0)
+        confidence = np.where(trial.weight > 0, tracks.confidence, 0.0)
         save_tracks(path, Tracks(tracks.markers, tracks.time_s, tracks.position_px, confidence))
         mark_current(path, self.fingerprint)
 

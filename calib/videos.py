@@ -19,6 +19,7 @@ from session import (
     fingerprint_of,
     is_current,
     mark_current,
+    save_tracks,
     sha256_of,
 )
 from swimmer import RobotSpec
@@ -33,11 +34,9 @@ from tracking.boxes import (
     write_preview,
 )
 from tracking.records import EditLog, TrackedFiles, TrackedTrial, apply_edits, fill_gaps, load_tracked, save_tracked
-from tracking.tracker import TRACKERS, Partial, TrackerName, follow_video, judge, retracker
+from tracking.tracker import TRACKERS, Partial, TrackerName, follow_video, retracker, trusted
 from tracking.video import Video
 
-UNTRUSTED = ("lost_marker", "drift", "size", "swap")
-"""Flags of the tracker whose samples count nowhere."""
 _SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought until they are found
 
 
@@ -49,25 +48,15 @@ class VideoTracks:
         tracked: after edits and filled gaps.
         boxes: they began with.
         picture_px: width and height of the video.
-        flags: of the tracker, with those of `tracking.tracker.judge`.
+        counting: the tracks with confidence 0 where a sample was not seen, or is flagged by the tracker's judgement.
+        flags: all there are, see `tracking.tracker.trusted`.
     """
 
     tracked: TrackedTrial
     boxes: StartBoxes
     picture_px: tuple[int, int]
+    counting: Tracks
     flags: tuple[Flag, ...]
-
-    @property
-    def counting(self) -> Tracks:
-        """The tracks with confidence 0 where a sample was not seen, or is flagged."""
-        names = self.tracked.tracks.markers
-        counts = self.tracked.seen.copy()
-        for flag in self.flags:
-            if flag.kind in UNTRUSTED and flag.frames is not None:
-                columns = [names.index(name) for name in flag.markers]
-                counts[flag.frames[0] : flag.frames[1] + 1, columns] = False
-        tracks = self.tracked.tracks
-        return Tracks(names, tracks.time_s, tracks.position_px, np.where(counts, tracks.confidence, 0.0))
 
 
 class VideoStage:
@@ -109,9 +98,8 @@ class VideoStage:
         boxes = self._boxes_in(spec, video)
         raw = self._raw(spec, video, boxes)
         tracked = self._corrected(spec, video, raw, boxes)
-        flags = (*tracked.flags, *judge(tracked, self._robot))
-        counted = tuple(flag for flag in flags if flag.kind != "gap")
-        return VideoTracks(tracked, boxes, _size_px(video), counted)
+        judged = trusted(tracked, self._robot)
+        return VideoTracks(tracked, boxes, _size_px(video), judged.counting, judged.flags)
 
     def boxes(self, spec: TrialSpec) -> StartBoxes:
         """The start boxes of one trial: those of the session, else found in the first frames; always with a picture.
@@ -234,15 +222,18 @@ class VideoStage:
         log = EditLog.load(spec.edits, self._session.markers, len(raw.state))
         edits = {"edits": sha256_of(spec.edits)} if log.edits else {}
         fingerprint = fingerprint_of(edits, {}, [self._raw_fingerprint(spec, boxes, self._tracker(spec, boxes))])
-        files = TrackedFiles.of(self.folder, spec.name)
+        files, used = TrackedFiles.of(self.folder, spec.name), self._session.results / "tracks" / f"{spec.name}.csv"
         if is_current(files.tracks, fingerprint):
             return load_tracked(self.folder, spec.name)
         if log.edits:
             self._options.tell(f"{spec.name}: replaying {len(log.in_force)} edits", None)
         tracked = fill_gaps(apply_edits(raw, log, retracker(video)))
+        judged = trusted(tracked, self._robot)
+        tracked = replace(tracked, flags=judged.flags)
         save_tracked(self.folder, spec.name, tracked)
-        mark_current(files.tracks, fingerprint, files[1:])
-        self.made.append(files.tracks)
+        save_tracks(used, replace(judged.counting, confidence=judged.weight))
+        mark_current(files.tracks, fingerprint, (*files[1:], used))
+        self.made += [files.tracks, used]
         return tracked
 
     def tracker_of(self, spec: TrialSpec) -> TrackerName:

@@ -10,12 +10,11 @@ import numpy as np
 
 from calib.benchmarks.nearest_spot import NearestSpot
 from session import Flag, InputError, Tracks
-from swimmer import RobotSpec, load_robot
+from swimmer import load_robot
 from synthetic.video import BENCHMARK_CLIPS, ENCODINGS, ClipTruth, Encoding, load_truth, render_encodings, truth_file
-from tracking import check_tracks
 from tracking.boxes import Box, StartBoxes
 from tracking.records import SampleState, TrackedTrial, fill_gaps
-from tracking.tracker import follow_video, judge
+from tracking.tracker import TrustedTracks, follow_video, trusted
 from tracking.video import Video
 
 WRONG = 0.5  # diameters from its marker, from which on a measured sample is on something else
@@ -49,12 +48,13 @@ class TrackingScore:
     Attributes:
         clip, encoding, method: which.
         rms_px: error an axis of the samples that are measured and on their marker.
+        counting_rms_px: error an axis of all samples that count in a fit, whole, half covered or astray.
         bias_px: the larger of the two mean errors of the same.
         lost: share of the visible samples that are not measured, or not on their marker.
         astray: share of the samples that are measured but not on their marker.
-        silent: how many of those carry no flag.
-        lost_silent: how many of the lost carry neither flag nor a state that says so.
-        flagged: share of the good samples that are flagged all the same.
+        silent: how many of those count in a fit all the same.
+        lost_silent: how many of the lost do.
+        flagged: share of the good samples that do not count.
         csrt: share of the samples that only CSRT saw.
         confidence_gap: mean confidence of good samples less that of astray ones; nan without either.
         seconds: of tracking, the decoding included.
@@ -64,6 +64,7 @@ class TrackingScore:
     encoding: str
     method: str
     rms_px: float
+    counting_rms_px: float
     bias_px: float
     lost: float
     astray: float
@@ -124,8 +125,7 @@ def score_case(case: Case, folder: Path, method: str) -> TrackingScore:
     except InputError:
         return _refused(case, method, time.perf_counter() - began)
     seconds = time.perf_counter() - began
-    tracked = fill_gaps(tracked)
-    return _score(case, method, truth, tracked, flags_of(tracked, robot), seconds)
+    return _score(case, method, truth, trusted(fill_gaps(tracked), robot), tracked, seconds)
 
 
 def _refused(case: Case, method: str, seconds: float) -> TrackingScore:
@@ -136,6 +136,7 @@ def _refused(case: Case, method: str, seconds: float) -> TrackingScore:
         encoding=case.name,
         method=method,
         rms_px=unknown,
+        counting_rms_px=unknown,
         bias_px=unknown,
         lost=1.0,
         astray=0.0,
@@ -157,11 +158,6 @@ def track_clip(path: Path, truth: ClipTruth, method: str) -> TrackedTrial:
         return _track_nearest(video, boxes, truth.markers)
 
 
-def flags_of(tracked: TrackedTrial, robot: RobotSpec) -> tuple[Flag, ...]:
-    """Every flag that a user would see of these tracks, from the tracker and from the quality of the tracks."""
-    return (*tracked.flags, *judge(tracked, robot), *check_tracks(tracked.tracks, robot).flags)
-
-
 def _track_nearest(video: Video, boxes: StartBoxes, markers: tuple[str, ...]) -> TrackedTrial:
     shape = (video.info.frames, len(markers))
     position, confidence = np.full((*shape, 2), np.nan), np.zeros(shape)
@@ -178,7 +174,7 @@ def _track_nearest(video: Video, boxes: StartBoxes, markers: tuple[str, ...]) ->
 
 
 def _score(
-    case: Case, method: str, truth: ClipTruth, tracked: TrackedTrial, flags: tuple[Flag, ...], seconds: float
+    case: Case, method: str, truth: ClipTruth, judged: TrustedTracks, tracked: TrackedTrial, seconds: float
 ) -> TrackingScore:
     error = tracked.tracks.position_px - truth.shown_px  # (n, m, 2)
     measured = tracked.state == SampleState.MEASURED
@@ -186,21 +182,23 @@ def _score(
     good = measured & on_marker & truth.visible
     astray = measured & ~on_marker
     lost = truth.visible & ~good
-    told = _told(flags, tracked)
+    told = judged.weight == 0
+    counts = measured & ~told & (truth.visible_share > 0)
     confidence = tracked.tracks.confidence
     both = good.any() and astray.any()
-    only_csrt = _told([flag for flag in flags if flag.kind == "only_csrt"], tracked)
+    only_csrt = _told([flag for flag in judged.flags if flag.kind == "only_csrt"], tracked)
     return TrackingScore(
         clip=case.clip,
         encoding=case.name,
         method=method,
         rms_px=float(np.sqrt(np.mean(error[good] ** 2))),
+        counting_rms_px=float(np.sqrt(np.mean(error[counts] ** 2))) if counts.any() else np.nan,
         bias_px=float(np.abs(error[good].mean(axis=0)).max()),
         lost=float(lost.sum() / truth.visible.sum()),
         astray=float(astray.mean()),
         silent=int((astray & ~told).sum()),
         lost_silent=int((lost & measured & ~told).sum()),
-        flagged=float((good & told & ~only_csrt).sum() / good.sum()),
+        flagged=float((good & told).sum() / good.sum()),
         csrt=float(only_csrt.mean()),
         confidence_gap=float(confidence[good].mean() - confidence[astray].mean()) if both else np.nan,
         seconds=seconds,
@@ -220,11 +218,11 @@ def _told(flags: Sequence[Flag], tracked: TrackedTrial) -> np.ndarray:
 
 def tracking_table(scores: Sequence[TrackingScore]) -> str:
     """The scores for a terminal."""
-    head = f"{'clip':16} {'encoding':11} {'tracker':8} {'rms px':>7} {'bias px':>8} {'lost':>8} {'astray':>8} "
-    head += f"{'silent':>7} {'flagged':>9} {'by CSRT':>8} {'s':>7}"
+    head = f"{'clip':16} {'encoding':11} {'tracker':8} {'rms px':>7} {'counting':>8} {'bias px':>8} "
+    head += f"{'lost':>8} {'astray':>8} {'silent':>7} {'flagged':>9} {'by CSRT':>8} {'s':>7}"
     rows = [
-        f"{s.clip:16} {s.encoding:11} {s.method:8} {s.rms_px:7.3f} {s.bias_px:8.3f} {s.lost:8.2%} {s.astray:8.2%} "
-        f"{s.silent:7d} {s.flagged:9.2%} {s.csrt:8.2%} {s.seconds:7.1f}"
+        f"{s.clip:16} {s.encoding:11} {s.method:8} {s.rms_px:7.3f} {s.counting_rms_px:8.3f} {s.bias_px:8.3f} "
+        f"{s.lost:8.2%} {s.astray:8.2%} {s.silent:7d} {s.flagged:9.2%} {s.csrt:8.2%} {s.seconds:7.1f}"
         for s in scores
     ]
     return "\n".join([head, *rows])

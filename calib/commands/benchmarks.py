@@ -11,6 +11,7 @@ import typer
 from calib.commands.arguments import AsJson, SessionFolder, Workers
 from calib.options import Options
 from calib.working import progress_bar, working
+from session import plain_json
 
 
 def speed(
@@ -62,4 +63,4 @@ def tracking(
     chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
         outcome = measure_all(Path(place), part, chosen, tell)
-    print(json.dumps(outcome.to_json(), indent=1) if as_json else outcome.text())
+    print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome.text())

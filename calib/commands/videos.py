@@ -58,7 +58,9 @@ def track(
     lines = {name: TrackLine.of(found, videos.folder / f"{name}.csv") for name, found in tracks.items()}
     if as_json:
         camera = {"camera": [flag.to_json() for flag in doubts]}
-        told = {name: line.to_json() | {"boxes": boxes[name].to_json()} | camera for name, line in lines.items()}
+        flags = {name: [flag.to_json() for flag in found.flags] for name, found in tracks.items()}
+        more = {name: {"boxes": boxes[name].to_json(), "flags": flags[name]} | camera for name in lines}
+        told = {name: line.to_json() | more[name] for name, line in lines.items()}
         print(json.dumps(plain_json(told), indent=1))
         return
     print(f"{'trial':12} {'frames':>7} {'seen':>7} {'filled':>7} {'missing':>8} {'confidence':>11}  flags")

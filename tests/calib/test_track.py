@@ -209,7 +209,7 @@ def test_a_truncated_video_is_tracked_as_far_as_it_goes_and_flagged(calib: Front
     assert "! slow: the file ends after" in outcome.out
     assert 30 < len(tracks_of(filmed, "slow").time_s) < FRAMES["slow"]
     flags = json.loads((filmed / "results" / "tracking" / "slow.flags.json").read_text())
-    assert {flag["kind"] for flag in flags} <= {"damaged_video", "gap"}
+    assert {flag["kind"] for flag in flags} <= {"damaged_video", "gap", "lost_marker"}
     assert farthest_px(filmed, "fast") < 0.5
 
 
@@ -266,7 +266,7 @@ def test_json_is_all_that_stands_on_standard_output(calib: Front, filmed: Path) 
         "filled": 0.0,
         "missing": 0.0,
         "confidence": None,
-        "flags": {},
+        "flags": [],
         "tracks": str(filmed / "results" / "tracking" / "slow.csv"),
         "boxes": None,
         "camera": told["fast"]["camera"],

@@ -6,10 +6,12 @@ from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.retrack import retracker
 from tracking.tracker.tracker import MarkerTracker, Sighting
+from tracking.tracker.trusted import UNTRUSTED, TrustedTracks, trusted
 
 __all__ = [
     "PREDICTED_FOR",
     "TRACKERS",
+    "UNTRUSTED",
     "JudgementLimits",
     "MarkerTracker",
     "Partial",
@@ -17,7 +19,9 @@ __all__ = [
     "Progress",
     "Sighting",
     "TrackerName",
+    "TrustedTracks",
     "follow_video",
     "judge",
     "retracker",
+    "trusted",
 ]

@@ -115,7 +115,7 @@ def follow_video(
 
 def _taken_up(record: _Record, partial: Partial | None) -> MarkerTracker | None:
     kept = partial.read() if partial is not None else None
-    if kept is None:
+    if kept is None or "record_unseen" not in kept:
         return None
     record.take_back(kept)
     return MarkerTracker.restored(kept)
@@ -165,7 +165,7 @@ def _follow(
             last = frame.number
             if partial is not None and isinstance(tracker, MarkerTracker) and record.end % _SNAPSHOT_EVERY == 0:
                 snapshot = record.arrays() | tracker.state() if tracker.can_be_kept else snapshot
-                if record.end % _KEEP_EVERY == 0:
+                if snapshot and record.end % _KEEP_EVERY == 0:
                     partial.write(snapshot)
             if progress is not None and (now := time.perf_counter()) - told > _TELL_EVERY_S:
                 told = now

@@ -26,6 +26,7 @@ def _tracked_on(video: Video, tracked: TrackedTrial, wanted: Retrack) -> Tracked
     box = Box(*wanted.box)
     centre, side = np.array([box.centre_px]), np.array([(box.width + box.height) / 2])
     tracker, first = MarkerTracker.begin(video.frame(wanted.frame).luma, centre, side)
+    last_s = float(video.info.time_s[wanted.frame])
     away = np.linalg.norm(tracked.tracks.position_px[wanted.frame] - first.position_px, axis=1)  # (m,)
     believed = ~(away < 0.5 * tracker.look.diameter_px)
     believed[marker] = False
@@ -36,7 +37,8 @@ def _tracked_on(video: Video, tracked: TrackedTrial, wanted: Retrack) -> Tracked
     for frame in video.frames(wanted.frame + 1, stop):
         row = frame.number
         taken = others[row][np.isfinite(others[row]).all(axis=1)]
-        seen = tracker.step(frame.luma, taken)
+        seen = tracker.step(frame.luma, taken, (frame.time_s - last_s) * video.info.fps)
+        last_s = frame.time_s
         found = bool(seen.seen[0])
         position[row, marker] = seen.position_px[0] if found else np.nan
         confidence[row, marker], size[row, marker] = seen.confidence[0], seen.diameter_px[0]

@@ -63,6 +63,12 @@ class SecondOpinion:
         asked = zip(state["kept"].tolist(), state["asked"].tolist(), strict=True)
         self._asked = {marker: times for marker, times in asked if times}
 
+    def forget(self, found: np.ndarray) -> None:
+        """Stops CSRT on the markers (m,) bool that a spot answers for again."""
+        for marker in np.flatnonzero(found).tolist():
+            self._trackers.pop(marker, None)
+            self._asked.pop(marker, None)
+
     def remember(self, luma: np.ndarray, position_px: np.ndarray, sure: np.ndarray) -> None:
         """Keeps the picture of the markers that were seen well.
 

@@ -199,6 +199,7 @@ class MarkerTracker:
         self.look = self.look.seen(sure, steady, sighting.diameter_px, sighting.contrast, self.start)
         self.spacing.learn(sighting.position_px, sure)
         if self.csrt is not None:
+            self.csrt.forget(sighting.seen & ~sighting.by_csrt)
             self.csrt.remember(luma, sighting.position_px, sure)
 
     def _ask_csrt(
