@@ -11,7 +11,6 @@ from calib.videos import VideoStage
 from fitting import MeasuredTrial, measure_trial
 from session import (
     FaultCollector,
-    Flag,
     NotEnoughData,
     Provenance,
     Session,
@@ -110,7 +109,7 @@ class Recordings:
         first = seen.boxes.frame
         trial = self._measured_from(spec, seen.counting.since(first))
         lens = lens_flags(self._session.camera, picture_px=seen.picture_px, metres_per_px=trial.metres_per_px)
-        flags = (*seen.flags, *(_later(flag, first) for flag in trial.flags), *lens)
+        flags = (*seen.flags, *(flag.later(first) for flag in trial.flags), *lens)
         return replace(trial, flags=tuple(dict.fromkeys(flags)))
 
     def _measured_from(self, spec: TrialSpec, tracks: Tracks) -> MeasuredTrial:
@@ -138,8 +137,3 @@ def _why_left_out(spec: TrialSpec) -> str:
     if spec.kind != "swim":
         return f"this version does not use {spec.kind} trials yet"
     return "it has neither tracks nor a video"
-
-
-def _later(flag: Flag, first: int) -> Flag:
-    """The flag with its frames counted from the start of the video."""
-    return flag if flag.frames is None else replace(flag, frames=(flag.frames[0] + first, flag.frames[1] + first))

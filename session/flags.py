@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 FLAG_KINDS: dict[str, str] = {
@@ -74,6 +74,10 @@ class Flag:
         """The flag in the form of the public contract."""
         frames = None if self.frames is None else [int(frame) for frame in self.frames]
         return {"kind": self.kind, "markers": list(self.markers), "frames": frames, "message": self.message}
+
+    def later(self, first: int) -> Flag:
+        """The same flag with its frames counted from so many frames before."""
+        return self if self.frames is None else replace(self, frames=(self.frames[0] + first, self.frames[1] + first))
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Flag:

@@ -47,10 +47,5 @@ def trusted(tracked: TrackedTrial, layout: RobotSpec) -> TrustedTracks:
     quality = check_tracks(counting.since(first), layout)
     weight = np.zeros(counts.shape)
     weight[first:] = quality.weight
-    flags = (*own, *(_later(flag, first) for flag in quality.flags))
+    flags = (*own, *(flag.later(first) for flag in quality.flags))
     return TrustedTracks(counting, weight, tuple(dict.fromkeys(flags)))
-
-
-def _later(flag: Flag, first: int) -> Flag:
-    """The flag with its frames counted from the start of the video."""
-    return flag if flag.frames is None else replace(flag, frames=(flag.frames[0] + first, flag.frames[1] + first))
