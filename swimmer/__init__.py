@@ -1,5 +1,6 @@
 """The robot and its models: description, MJCF, twin, elongated body theory. Imports `session` only."""
 
+from swimmer.crank_turn import CrankTurn
 from swimmer.ebt import TailMotion, added_mass_per_length, drag, mean_thrust, steady_speed
 from swimmer.engine import ENGINE, check_engine, model_sha256
 from swimmer.fluid import PUBLISHED_COEFFICIENTS, FluidCoefficients
@@ -16,6 +17,7 @@ __all__ = [
     "PUBLISHED_COEFFICIENTS",
     "SWIM",
     "TIMESTEP_S",
+    "CrankTurn",
     "FluidCoefficients",
     "MarkerKinematics",
     "RobotSpec",

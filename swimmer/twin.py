@@ -14,6 +14,7 @@ from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
 
 from session import SimulationDiverged
+from swimmer.crank_turn import CrankTurn
 from swimmer.engine_log import quiet_engine
 from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import DRY, SWIM, Scene, build_mjcf
@@ -23,6 +24,7 @@ FORCE_FIELDS = slice(1, 6)  # of geom_fluid: blunt, slender, angular drag, Kutta
 PLAUSIBLE_HINGE_RAD = np.pi / 2  # the published model stops its hinges at 80 degrees; beyond 90 nothing is physical
 PLAUSIBLE_SPEED_M_S = 5.0
 _PHASES, _SLOW_TURN_S = 48, 4.0  # of the table of quasi-static tail poses
+_CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 _CHUNK = 512  # simulations whose trajectories are held in memory at once
 
 
@@ -34,6 +36,8 @@ class Runs:
         coefficients: (n, 5) blunt, slender and angular drag, Kutta and Magnus lift.
         frequency_hz: (n,) turns of the crank a second.
         phase_rad: (n,) crank angle at time 0; the tail is straight at 0 and pulled to the left at pi / 2.
+        turns: n measured turns that the cranks make from there on; None where one turns evenly at its frequency.
+            None for all: every crank turns evenly.
         velocity: (n, 3) of the head at time 0 in its own axes: along +x (backward), along +y (right), m/s; yaw, rad/s.
         fields: further fields of the model by name, each (n, ...), for instance `jnt_stiffness`.
     """
@@ -43,6 +47,7 @@ class Runs:
     phase_rad: np.ndarray
     velocity: np.ndarray | None = None
     fields: Mapping[str, np.ndarray] = field(default_factory=dict)
+    turns: tuple[CrankTurn | None, ...] | None = None
 
     def __len__(self) -> int:
         return len(self.frequency_hz)
@@ -56,6 +61,31 @@ class Runs:
         for name, values in self.fields.items():
             if (found := np.shape(values))[:1] != (n,):
                 raise ValueError(f"fields[{name!r}]: found shape {found}, expected ({n}, ...) for {n} simulations")
+        if self.turns is not None and len(self.turns) != n:
+            raise ValueError(f"turns: found {len(self.turns)}, expected {n}, one for each simulation")
+
+    @property
+    def start_speed_rad_s(self) -> np.ndarray:
+        """(n,) of the crank at time 0, rad/s."""
+        even = 2 * np.pi * np.asarray(self.frequency_hz, float)
+        if self.turns is None:
+            return even
+        return np.array(
+            [speed if turn is None else turn.speed(0.0) for turn, speed in zip(self.turns, even, strict=True)]
+        )
+
+    def crank_speeds(self, steps: int, timestep_s: float) -> np.ndarray | None:
+        """(n, steps, 1) mean speed over each step, rad/s; None where all cranks turn evenly."""
+        if self.turns is None or not any(self.turns):
+            return None
+        speeds = np.repeat(2 * np.pi * np.asarray(self.frequency_hz, float)[:, None], steps, axis=1)
+        known: dict[int, np.ndarray] = {}
+        for row, turn in enumerate(self.turns):
+            if turn is not None:
+                if id(turn) not in known:
+                    known[id(turn)] = np.diff(turn.angle(np.arange(steps + 1) * timestep_s)) / timestep_s
+                speeds[row] = known[id(turn)]
+        return speeds[..., None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,8 +172,9 @@ class Twin:
         batch.bind("qpos")[:], batch.bind("qvel")[:] = start, velocity
         batch.bind("ctrl")[:, 0] = 2 * np.pi * runs.frequency_hz
         steps = int(np.ceil(time_s.max() / self.scene.timestep_s)) + 2
+        speeds = runs.crank_speeds(steps, self.scene.timestep_s)
         with quiet_engine():
-            rolled = batch.rollout(steps, record=("qpos",))["qpos"]  # (n, steps, q)
+            rolled = batch.rollout(steps, speeds, _CONTROL, record=("qpos",))["qpos"]  # (n, steps, q)
         states = np.concatenate([start[:, None], rolled], axis=1)
         diverged = self._diverged(states)
         states[diverged] = np.nan
@@ -168,7 +199,7 @@ class Twin:
 
     def start(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
         """(n, q) positions and (n, v) velocities of the joints at time 0."""
-        count, speed = len(runs), 2 * np.pi * runs.frequency_hz
+        count, speed = len(runs), runs.start_speed_rad_s
         position, velocity = np.zeros((count, self.model.nq)), np.zeros((count, self.model.nv))
         position[:, self._hinges] = self._pose(runs.phase_rad)
         velocity[:, self._hinges] = self._pose(runs.phase_rad, 1) * speed[:, None]
@@ -229,6 +260,7 @@ def _part(runs: Runs, rows: slice) -> Runs:
         runs.phase_rad[rows],
         None if runs.velocity is None else runs.velocity[rows],
         {name: values[rows] for name, values in runs.fields.items()},
+        None if runs.turns is None else runs.turns[rows],
     )
 
 

@@ -1,0 +1,68 @@
+"""How the crank turned in a trial: a measured angle over time, in place of an even turn."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import BSpline, make_smoothing_spline
+
+RESOLUTION_S = 0.02
+"""Changes of speed faster than about this are taken for the encoder's steps and the host's uneven reading."""
+_FEWEST = 5  # readings that a smoothing spline needs
+
+
+@dataclass(frozen=True, eq=False)
+class CrankTurn:
+    """A measured turn of the crank, for instance from the motor's log.
+
+    Attributes:
+        spline: angle (rad) over time (s); unwrapped, in the direction in which it grows as a whole.
+        start_s, end_s: the measured stretch; beyond it the crank turns on with the speed it had there.
+    """
+
+    spline: BSpline
+    start_s: float
+    end_s: float
+
+    @classmethod
+    def measured(cls, time_s: np.ndarray, angle_rad: np.ndarray) -> "CrankTurn":
+        """From k readings (k,), smoothed by a cubic spline (Woltring 1986).
+
+        Which way round the shaft turned is left out: the tail of a robot with equal tendons moves alike either way,
+        half a turn apart.
+
+        Raises:
+            ValueError: fewer than five readings, or times that do not grow.
+        """
+        if len(time_s) < _FEWEST or not (np.diff(time_s) > 0).all():
+            raise ValueError(f"time_s: found {len(time_s)} readings, expected at least {_FEWEST} at growing times")
+        forward = 1.0 if angle_rad[-1] >= angle_rad[0] else -1.0
+        spacing = float(np.median(np.diff(time_s)))
+        spline = make_smoothing_spline(time_s, forward * angle_rad, lam=RESOLUTION_S**4 / (16 * spacing))
+        return cls(spline, float(time_s[0]), float(time_s[-1]))
+
+    def shifted(self, offset_s: float, rate: float = 1.0) -> "CrankTurn":
+        """The same turn on another clock, on which its instant ``t`` is ``(t - offset_s) / rate``."""
+        knots = (self.spline.t - offset_s) / rate
+        return CrankTurn(
+            BSpline(knots, self.spline.c, self.spline.k),
+            (self.start_s - offset_s) / rate,
+            (self.end_s - offset_s) / rate,
+        )
+
+    def angle(self, time_s: ArrayLike) -> np.ndarray:
+        """(f,) angle since time 0, rad."""
+        return self._along(np.asarray(time_s, float)) - self._along(np.zeros(1))[0]
+
+    def speed(self, time_s: ArrayLike) -> np.ndarray:
+        """(f,) speed, rad/s."""
+        return self.spline.derivative()(np.clip(time_s, self.start_s, self.end_s))
+
+    def mean_hz(self, start_s: float, end_s: float) -> float:
+        """Mean turns a second over a stretch."""
+        angle = self.angle(np.array([start_s, end_s]))
+        return float((angle[1] - angle[0]) / (2 * np.pi * (end_s - start_s)))
+
+    def _along(self, time_s: np.ndarray) -> np.ndarray:
+        inside = np.clip(time_s, self.start_s, self.end_s)
+        return self.spline(inside) + self.speed(time_s) * (time_s - inside)
