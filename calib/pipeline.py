@@ -15,7 +15,9 @@ from fitting import (
     Evidence,
     MeasuredTrial,
     SearchRun,
+    Structure,
     assemble,
+    assumed,
     calibrate,
     calibration_payload,
     compare_methods,
@@ -26,6 +28,7 @@ from fitting import (
     read_evidence,
     read_fit,
 )
+from fitting.structure import BUILT_IN
 from reports import write_report
 from session import (
     Provenance,
@@ -119,6 +122,12 @@ class Pipeline:
         """What the reader should know about the trials that were left out."""
         return self.recordings.notes
 
+    @cached_property
+    def structure(self) -> Structure:
+        """What is known of the robot before it swims, and where from."""
+        file = self.session.robot_file
+        return assumed(self.robot, BUILT_IN if file is None else file.name)
+
     @property
     def trials(self) -> list[MeasuredTrial]:
         """All usable swims, measured."""
@@ -153,7 +162,7 @@ class Pipeline:
         check_engine(data, self.robot, str(self.calibration_file))
         fit, phases = read_fit(data)
         twin = Twin(self.robot, self.trials[0].markers, workers=self.options.workers)
-        return assemble(self.trials, twin, fit, phases)
+        return assemble(self.trials, twin, fit, phases, self.structure)
 
     def evidence(self, calibration: Calibration) -> Evidence:
         """What stands beside the fit, up to date: a free yaw, profiles, and with full effort other pairs of trials."""
@@ -211,7 +220,7 @@ class Pipeline:
         tell("fitting the coefficients", 0.0)
         calibration = calibrate(
             self.trials,
-            self.robot,
+            self.structure,
             effort=EFFORTS[self.options.effort],
             seed=self.session.seed,
             workers=self.options.workers,

@@ -25,6 +25,7 @@ from fitting.profile import CoefficientProfiles, profile_objective
 from fitting.scoring import Scores, residuals, score
 from fitting.speed import forward_speed, speed_standard_error, whole_beats
 from fitting.speed_errors import Interval, SpeedErrors, speed_errors
+from fitting.structure import Source, Structure, assumed
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.tail_tip import TailSwim, measured_tail, published_motion, simulated_tail, smoothed_motion, tip_motion
 from fitting.trial import MeasuredTrial, measure_trial, tail_markers
@@ -54,8 +55,10 @@ __all__ = [
     "Restart",
     "Scores",
     "SearchRun",
+    "Source",
     "SpeedErrors",
     "SpeedSweep",
+    "Structure",
     "Summary",
     "SwimFrequency",
     "SwimNumbers",
@@ -63,6 +66,7 @@ __all__ = [
     "TailSwim",
     "YawFit",
     "assemble",
+    "assumed",
     "body_wave",
     "calibrate",
     "calibration_payload",

@@ -14,6 +14,7 @@ from fitting.objective import Comparison, Swims
 from fitting.scoring import Scores, score
 from fitting.smooth_floor import settled
 from fitting.speed import forward_speed
+from fitting.structure import Structure
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.tail_tip import measured_tail, simulated_tail
 from fitting.trial import MeasuredTrial, tail_markers
@@ -81,18 +82,23 @@ class Calibration:
     """A calibrated twin and how well it does.
 
     Attributes:
-        robot: with the structure that was used.
+        structure: that the swims were fitted with.
         fit: the coefficients and how they were found.
         ebts: elongated body theory in its forms, each fitted to the same fit trials, by name.
         trials: all swims, in the order of the session.
         sweep: simulated speed over frequency.
     """
 
-    robot: RobotSpec
+    structure: Structure
     fit: CoefficientFit
     ebts: Mapping[str, EbtFit]
     trials: tuple[CalibratedTrial, ...]
     sweep: SpeedSweep
+
+    @property
+    def robot(self) -> RobotSpec:
+        """The robot with the structure that was used."""
+        return self.structure.robot
 
     @property
     def coefficients(self) -> FluidCoefficients:
@@ -106,8 +112,8 @@ class Calibration:
 
     @property
     def flags(self) -> tuple[Flag, ...]:
-        """Of the fit as a whole."""
-        return (*self.fit.flags, *self.ebt.flags)
+        """Of the fit as a whole, the structure it builds on first."""
+        return (*self.structure.flags, *self.fit.flags, *self.ebt.flags)
 
     def summary(self, role: str) -> Summary | None:
         """Means over the fit or the held-out trials; None when there are none."""
@@ -132,7 +138,7 @@ def speeds_of(trial: CalibratedTrial) -> dict[str, float]:
 
 def calibrate(
     trials: list[MeasuredTrial],
-    robot: RobotSpec,
+    structure: Structure,
     effort: Effort = FULL,
     seed: int = 0,
     workers: int = 0,
@@ -144,7 +150,7 @@ def calibrate(
 
     Args:
         trials: all swims, fit and held-out.
-        robot: the robot.
+        structure: of the robot, see `fitting.structure.assumed` where only its description is known.
         effort: how hard to search.
         seed: of the search.
         workers: threads; 0 for all cores.
@@ -155,15 +161,15 @@ def calibrate(
     Raises:
         NotEnoughData: no fit trial, or trials without a usable sample; all of them at once.
     """
-    _refuse_unusable(trials, robot)
+    _refuse_unusable(trials, structure.robot)
     fitted = [trial for trial in trials if trial.role == "fit"]
-    twin = Twin(robot, trials[0].markers, workers=workers)
+    twin = Twin(structure.robot, trials[0].markers, workers=workers)
     swims = Swims(twin, tuple(fitted), comparison)
     fit = search(method, swims, effort, seed, progress=progress)
     if effort.valley_steps and comparison == "published":
         fit = settled(swims, fit, seed)
     phases = dict(zip([t.name for t in fitted], fit.phase_rad, strict=True))
-    return assemble(trials, twin, fit, phases)
+    return assemble(trials, twin, fit, phases, structure)
 
 
 def _refuse_unusable(trials: list[MeasuredTrial], robot: RobotSpec) -> None:
@@ -182,16 +188,19 @@ def _refuse_unusable(trials: list[MeasuredTrial], robot: RobotSpec) -> None:
         raise NotEnoughData("\n".join(problems))
 
 
-def assemble(trials: list[MeasuredTrial], twin: Twin, fit: CoefficientFit, phases: dict[str, float]) -> Calibration:
+def assemble(
+    trials: list[MeasuredTrial], twin: Twin, fit: CoefficientFit, phases: dict[str, float], structure: Structure
+) -> Calibration:
     """Every trial beside a twin whose coefficients are known.
 
     Args:
         trials: all swims.
-        twin: with their markers.
+        twin: of the structure's robot, with their markers.
         fit: the coefficients.
         phases: crank phase of each trial by name; those that are missing are found from the trial's known part.
+        structure: that the coefficients were fitted with.
     """
-    robot = twin.robot
+    robot = structure.robot
     fitted = [trial for trial in trials if trial.role == "fit"]
     tails = [measured_tail(trial, robot, trial.kept) for trial in fitted]
     measured = np.array([trial.speed for trial in fitted])
@@ -204,7 +213,7 @@ def assemble(trials: list[MeasuredTrial], twin: Twin, fit: CoefficientFit, phase
         compared.append(_compare(twin, trial, fit.coefficients, ebts, phase, fitted_hz))
     frequencies = sweep_frequencies([trial.frequency.hz for trial in trials])
     return Calibration(
-        robot=robot,
+        structure=structure,
         fit=fit,
         ebts=ebts,
         trials=tuple(compared),

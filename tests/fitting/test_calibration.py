@@ -15,6 +15,7 @@ from fitting import (
     Calibration,
     MeasuredTrial,
     Swims,
+    assumed,
     calibrate,
     calibration_payload,
     fit_ebt,
@@ -34,7 +35,7 @@ STAMP = Provenance("4.0.0", "0" * 64, {"session.toml": "1" * 64}, 0, "quick")
 
 @pytest.fixture(scope="module")
 def calibration(trials: dict[str, MeasuredTrial]) -> Calibration:
-    return calibrate(list(trials.values()), load_robot(), EFFORT)
+    return calibrate(list(trials.values()), assumed(load_robot()), EFFORT)
 
 
 def written(calibration: Calibration, folder: Path) -> dict[str, object]:
@@ -71,7 +72,7 @@ def test_the_summary_is_the_mean_over_the_trials_of_a_role(calibration: Calibrat
 
 def test_trials_beyond_the_fitted_speeds_are_flagged(trials: dict[str, MeasuredTrial]) -> None:
     within, beyond = trials["new"], replace(trials["fast"], role="holdout")
-    compared = calibrate([trials["slow"], replace(within, role="fit"), beyond], load_robot(), EFFORT).trials
+    compared = calibrate([trials["slow"], replace(within, role="fit"), beyond], assumed(load_robot()), EFFORT).trials
 
     assert "extrapolated" not in [flag.kind for flag in compared[1].flags]
     (flag,) = [flag for flag in compared[2].flags if flag.kind == "extrapolated"]
@@ -80,7 +81,7 @@ def test_trials_beyond_the_fitted_speeds_are_flagged(trials: dict[str, MeasuredT
 
 def test_without_a_fit_trial_it_is_refused(trials: dict[str, MeasuredTrial]) -> None:
     with pytest.raises(NotEnoughData, match='no swim has role = "fit"'):
-        calibrate([trials["new"]], load_robot(), EFFORT)
+        calibrate([trials["new"]], assumed(load_robot()), EFFORT)
 
 
 def test_trials_with_nothing_to_compare_are_refused_by_name(trials: dict[str, MeasuredTrial]) -> None:
@@ -90,7 +91,7 @@ def test_trials_with_nothing_to_compare_are_refused_by_name(trials: dict[str, Me
     lost = without(trials["slow"], trials["slow"].scored)
     blind = without(trials["new"], trials["new"].known)
     with pytest.raises(NotEnoughData) as refused:
-        calibrate([lost, trials["fast"], blind], load_robot(), EFFORT)
+        calibrate([lost, trials["fast"], blind], assumed(load_robot()), EFFORT)
     assert str(refused.value).splitlines() == [
         "trial slow: every sample to be compared is flagged or missing; leave the trial out",
         "trial new: no usable marker where its phase comes from; leave the trial out",
