@@ -15,8 +15,10 @@ from calib.capture.guard import Limits
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
 from calib.capture.run import CaptureSettings, capture
 from calib.capture.scan import BAUD_ORDER, PORT_PATTERNS, ports, scan
+from calib.motor import ALL_FAULTS, Fault, Faults, MotorConstants, TimedFault, run_emulator
 
 HIGHEST_SUPPLY_V = 14.8
+STALL_N_M = MotorConstants().stall_torque_nm
 INTERRUPTED = 130
 REACH = f"up to {RATED_TURNS_PER_S:g} crank turns/s at 12 V, in proportion to the voltage"
 
@@ -47,10 +49,7 @@ def _parser(program: str) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     _add_scan(commands.add_parser("scan", help="find the motor: port, baud rate and id"))
     _add_run(commands.add_parser("run", help="drive speeds, log them and add them to a session"))
-    emulate = commands.add_parser("emulate", help="an emulated motor on a pseudo-terminal, to try things out on")
-    emulate.add_argument("--id", type=int, default=1, help="of the emulated motor (default: 1)")
-    emulate.add_argument("--baud", type=int, default=57600, choices=BAUD_RATES, help="its baud rate (default: 57600)")
-    emulate.set_defaults(command=_emulate)
+    _add_emulate(commands.add_parser("emulate", help="an emulated motor on a pseudo-terminal, to try things out on"))
     return parser
 
 
@@ -76,6 +75,24 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
         "--max-temperature", type=float, default=Limits.temperature_c, help="degrees C (default: %(default)s)"
     )
     parser.set_defaults(command=_run)
+
+
+def _add_emulate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--id", type=int, default=1, help="of the emulated motor (default: 1)")
+    parser.add_argument("--baud", type=int, default=57600, choices=BAUD_RATES, help="its baud rate (default: 57600)")
+    parser.add_argument("--load", type=float, default=0.0, help="friction on its shaft, N m; 6.9 stall it (default: 0)")
+    parser.add_argument(
+        "--seed", type=int, default=0, help="draws the angle it starts at, and what faults damage (default: 0)"
+    )
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="KIND@SECONDS",
+        help="what goes wrong, and when after the first packet it hears, such as overheating@5; may be given again. "
+        f"Kinds: {', '.join(ALL_FAULTS)}",
+    )
+    parser.set_defaults(command=_emulate)
 
 
 def _scan(options: argparse.Namespace) -> int:
@@ -106,14 +123,38 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _emulate(options: argparse.Namespace) -> int:
-    from calib.motor import run_emulator
-
     faults: list[str] = []
     _check_id(options.id, faults)
+    if not 0 <= options.load <= STALL_N_M:
+        faults.append(f"--load: found {options.load:g}; expected: 0 to {STALL_N_M:g} N m, the motor's stall torque")
+    timed = _timed_faults(options.fault, faults)
     if faults:
         raise UserError(faults)
-    run_emulator(id=options.id, baud=options.baud, tell=_say)
+    run_emulator(
+        id=options.id,
+        baud=options.baud,
+        load_nm=options.load,
+        seed=options.seed,
+        faults=Faults(options.seed, rate=0.0, timed=timed) if timed else None,
+        tell=_say,
+    )
     return 0
+
+
+def _timed_faults(texts: Sequence[str], faults: list[str]) -> tuple[TimedFault, ...]:
+    """The faults of ``--fault``; what is no kind, or at no time, is a fault of the user's."""
+    timed = []
+    for text in texts:
+        kind, _, time = text.partition("@")
+        try:
+            found = TimedFault(Fault(kind), float(time))
+        except ValueError:
+            found = None
+        if found is None or not 0 <= found.time_s < math.inf:
+            faults.append(f"--fault: found {text!r}; expected: KIND@SECONDS; choices of KIND: {', '.join(ALL_FAULTS)}")
+        else:
+            timed.append(found)
+    return tuple(timed)
 
 
 def _settings(options: argparse.Namespace) -> CaptureSettings:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from calib.motor.control_table import ControlTable
 from calib.motor.device import Device
 from calib.motor.emulator import Emulator
-from calib.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
+from calib.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator, TimedFault
 from calib.motor.motor_physics import MotorConstants
 from calib.motor.serve import run_emulator
 from calib.motor.servo import HardwareError, MotorState
@@ -35,6 +35,7 @@ __all__ = [
     "MotorConstants",
     "MotorState",
     "PseudoTerminal",
+    "TimedFault",
     "VirtualClock",
     "VirtualPort",
     "run_emulator",

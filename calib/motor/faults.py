@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from random import Random
+from typing import NamedTuple
 
 from calib.motor.control_table import ControlTable
 from calib.motor.emulator import Emulator
@@ -37,22 +38,32 @@ LATEST_S = 0.2
 WRONG_RATE = 57_600, 115_200
 
 
+class TimedFault(NamedTuple):
+    """A fault that comes with the first exchange so many seconds after the very first one, or later."""
+
+    kind: Fault
+    time_s: float
+
+
 @dataclass(frozen=True)
 class Faults:
     """Which faults come, and how often: a share `rate` of the exchanges with bytes in them, after the first `after`.
 
-    `DISCONNECT`, `WRONG_BAUD` and the hardware errors last; the others cost the one exchange. The same seed and the
-    same bytes give the same faults.
+    Those of `timed` come besides, each once. `DISCONNECT`, `WRONG_BAUD` and the hardware errors last; the others cost
+    the one exchange. The same seed and the same bytes give the same faults.
     """
 
     seed: int = 0
     kinds: tuple[Fault, ...] = ALL_FAULTS
     rate: float = 0.02
     after: int = 0
+    timed: tuple[TimedFault, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.kinds or not 0 <= self.rate <= 1 or self.after < 0:
             raise ValueError(f"{self}: expected one kind or more, a rate from 0 to 1, and `after` of 0 or more")
+        if any(not time_s >= 0 for _, time_s in self.timed):
+            raise ValueError(f"{self}: expected timed faults at 0 s or later")
 
 
 class FaultyEmulator:
@@ -65,6 +76,8 @@ class FaultyEmulator:
         self.happened: list[tuple[int, Fault]] = []
         self._random = Random(faults.seed)
         self._exchanges = 0
+        self._first_s: float | None = None
+        self._timed = sorted(faults.timed, key=lambda timed: timed.time_s, reverse=True)  # the next one last
         self._late_s = 0.0
         self._line_baud: int | None = None
 
@@ -119,10 +132,18 @@ class FaultyEmulator:
         """The fault of this exchange, if any."""
         self._exchanges += 1
         strikes, kind = self._random.random() < self.faults.rate, self._random.choice(self.faults.kinds)
-        if not strikes or self._exchanges <= self.faults.after:
+        if self._is_due():
+            kind = self._timed.pop().kind
+        elif not strikes or self._exchanges <= self.faults.after:
             return None
         self.happened.append((self._exchanges, kind))
         return kind
+
+    def _is_due(self) -> bool:
+        """True where the time of the next timed fault has come."""
+        now = self.clock()
+        self._first_s = now if self._first_s is None else self._first_s
+        return bool(self._timed) and now - self._first_s >= self._timed[-1].time_s
 
     def _strike(self, fault: Fault | None) -> None:
         """Faults of the motor, the cable and the line as a whole."""

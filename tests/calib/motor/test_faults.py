@@ -6,7 +6,17 @@ import termios
 import dynamixel_sdk as sdk
 import pytest
 
-from calib.motor import ALL_FAULTS, Emulator, Fault, Faults, FaultyEmulator, HardwareError, VirtualClock, VirtualPort
+from calib.motor import (
+    ALL_FAULTS,
+    Emulator,
+    Fault,
+    Faults,
+    FaultyEmulator,
+    HardwareError,
+    TimedFault,
+    VirtualClock,
+    VirtualPort,
+)
 
 PACKETS = sdk.Protocol2PacketHandler()
 
@@ -128,6 +138,40 @@ def test_the_same_seed_gives_the_same_faults_and_another_seed_others() -> None:
         return motor.happened
 
     assert happened(1) == happened(1) != happened(2)
+
+
+def test_a_timed_fault_comes_once_when_its_time_has_come() -> None:
+    timed = (TimedFault(Fault.OVERHEATING, 5.0), TimedFault(Fault.REPLY_LOST, 2.0))
+    motor = FaultyEmulator(Emulator(clock=VirtualClock()), Faults(rate=0.0, timed=timed))
+    port = VirtualPort(motor)
+    port.openPort()
+    port.clock.sleep(9.0)  # before the first packet nothing is counted
+    heard = []
+    for _ in range(70):
+        heard.append(PACKETS.ping(port, 1)[1:])
+        port.clock.sleep(0.1)
+
+    assert [kind for _, kind in motor.happened] == [Fault.REPLY_LOST, Fault.OVERHEATING]
+    assert [result for result, _ in heard].count(sdk.COMM_RX_TIMEOUT) == 1
+    assert {error for _, error in heard[:45]} == {0}
+    assert {error for _, error in heard[55:]} == {0x80}
+
+
+def test_timed_faults_leave_the_drawn_ones_as_they_were() -> None:
+    def happened(*timed: TimedFault) -> list[tuple[int, Fault]]:
+        motor = FaultyEmulator(Emulator(clock=VirtualClock()), Faults(3, (Fault.REPLY_LOST,), rate=0.3, timed=timed))
+        port = VirtualPort(motor)
+        port.openPort()
+        for _ in range(30):
+            PACKETS.ping(port, 1)
+        return motor.happened
+
+    assert set(happened(TimedFault(Fault.ENCODER, 0.0))) - set(happened()) == {(1, Fault.ENCODER)}
+
+
+def test_a_fault_before_the_first_packet_is_refused() -> None:
+    with pytest.raises(ValueError, match="timed faults at 0 s or later"):
+        Faults(timed=(TimedFault(Fault.GARBAGE, -1.0),))
 
 
 @pytest.mark.parametrize("wrong", [{"kinds": ()}, {"rate": 1.5}, {"after": -1}])
