@@ -24,6 +24,7 @@ from fitting import (
     SpeedSweep,
     SwimFrequency,
     YawFit,
+    assumed,
     score,
     tail_markers,
 )
@@ -62,7 +63,7 @@ def made_calibration(names: tuple[str, ...] = tuple(ROLES), *, flagged: bool = T
     speeds = {"published": 0.12 * hz, "smoothed": 0.118 * hz, "large": 0.115 * hz}
     sweep = SpeedSweep(hz, 0.1 * hz, speeds, fitted_hz=(0.8, 1.3))
     ebts = {form.name: EbtFit(form, 1.0, ratio, flags) for form, ratio in zip(FORMS, (1.63, 1.15, 0.33), strict=True)}
-    return Calibration(robot, made_fit(), ebts, trials, sweep)
+    return Calibration(assumed(robot), made_fit(), ebts, trials, sweep)
 
 
 def made_fit() -> CoefficientFit:
