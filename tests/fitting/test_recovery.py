@@ -94,7 +94,7 @@ class Draw:
 
 @pytest.fixture(scope="module")
 def draws() -> list[Draw]:
-    return [draw(seed) for seed in range(6)]
+    return [draw(seed) for seed in range(12)]
 
 
 def draw(seed: int) -> Draw:
