@@ -1,6 +1,7 @@
 """The session folder: its description, recordings, flags, results and errors; it imports none of ours."""
 
 from session.camera import CameraCalibration, CameraSpec, load_camera
+from session.commands import COMMAND_COLUMNS, MotorCommands, load_commands
 from session.create import FISHSIM_MARKERS, new_folder, new_from_fishsim, write_session_toml
 from session.errors import (
     Fault,
@@ -34,6 +35,7 @@ from session.toml_source import Table, TomlSource, key_error, load_toml, read_to
 from session.tracks import Tracks, load_tracks, save_tracks
 
 __all__ = [
+    "COMMAND_COLUMNS",
     "FISHSIM_MARKERS",
     "FLAG_KINDS",
     "MOTOR_COLUMNS",
@@ -45,6 +47,7 @@ __all__ = [
     "Flag",
     "InputError",
     "ModelMismatch",
+    "MotorCommands",
     "MotorLog",
     "NotEnoughData",
     "Provenance",
@@ -63,6 +66,7 @@ __all__ = [
     "is_current",
     "key_error",
     "load_camera",
+    "load_commands",
     "load_motor",
     "load_session",
     "load_toml",

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from session.camera import CameraSpec, load_camera
+from session.commands import load_commands
 from session.errors import FaultCollector, InputError, did_you_mean
 from session.motor import load_motor
 from session.results import sha256_of
@@ -25,6 +26,7 @@ from session.toml_source import Key, TomlSource, read_toml
 from session.tracks import Tracks, load_tracks
 
 SESSION_FILE = "session.toml"
+MOTOR_SUFFIX, COMMANDS_SUFFIX = ".motor.csv", ".commands.csv"
 
 RobotMarkers = Callable[[Path | None], tuple[str, ...]]
 """The markers of the robot in a file; of the built-in robot for None. May raise `InputError`."""
@@ -61,6 +63,17 @@ class TrialSpec:
     def edits(self) -> Path | None:
         """What a person corrected in the tracks, ``<trial>.edits.jsonl`` beside the video; it need not be there."""
         return None if self.video is None else self.video.with_name(f"{self.name}.edits.jsonl")
+
+    @property
+    def commands(self) -> Path | None:
+        """What the motor was told, ``<x>.commands.csv`` beside a log ``<x>.motor.csv``; None where it is not there."""
+        return None if self.motor is None else commands_beside(self.motor)
+
+
+def commands_beside(motor: Path) -> Path | None:
+    """The file of commands that belongs to a motor log; None where there is none."""
+    path = motor.with_name(motor.name.removesuffix(MOTOR_SUFFIX) + COMMANDS_SUFFIX)
+    return path if motor.name.endswith(MOTOR_SUFFIX) and is_file(path) else None
 
 
 @dataclass(frozen=True)
@@ -116,7 +129,7 @@ class Session:
         """Every input file, `session.toml` first, each once."""
         files = [self.folder / SESSION_FILE, self.robot_file, self.camera.file]
         for trial in self.trials:
-            files += [trial.tracks, trial.video, trial.boxes, trial.motor]
+            files += [trial.tracks, trial.video, trial.boxes, trial.motor, trial.commands]
             files += [trial.edits] if trial.edits is not None and is_file(trial.edits) else []
         return tuple(dict.fromkeys(file for file in files if file is not None))
 
@@ -198,6 +211,9 @@ def _check_recordings(source: TomlSource, content: SessionFile | None, folder: P
         if path := _present(folder, trial.get("motor")):
             with faults.nested():
                 load_motor(path)
+            if commands := commands_beside(path):
+                with faults.nested():
+                    load_commands(commands)
         path = _present(folder, trial.get("tracks"))
         if path and markers and len(set(markers)) == len(markers):
             with faults.nested():

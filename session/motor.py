@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from session.errors import FaultCollector, did_you_mean
+from session.errors import FaultCollector
 from session.flags import Flag
-from session.tables import RawTable, check_time, read_table, to_numbers
+from session.tables import check_header, check_time, cut_row_flag, read_table, to_numbers, without_cut_row
 
 MOTOR_COLUMNS = (
     "time_s",
@@ -63,9 +63,10 @@ def load_motor(path: Path, *, minimum: int = 2, file: str | None = None) -> Moto
     """
     table = read_table(path, file)
     faults = FaultCollector(table.file)
-    _check_header(table, faults)
+    check_header(table, MOTOR_COLUMNS, faults)
     faults.raise_if_any()
-    table, flags = _without_cut_row(table)
+    flags = cut_row_flag(table)
+    table = without_cut_row(table)
     values = to_numbers(table, MOTOR_COLUMNS, faults)  # (n, 7)
     if not faults:
         check_time(table, values[:, 0], faults)
@@ -73,22 +74,3 @@ def load_motor(path: Path, *, minimum: int = 2, file: str | None = None) -> Moto
         faults.add("", "too short", found=f"{len(table.rows)} rows", expected=f"at least {minimum}")
     faults.raise_if_any()
     return MotorLog(**dict(zip(MOTOR_COLUMNS, values.T, strict=True)), flags=flags)
-
-
-def _check_header(table: RawTable, faults: FaultCollector) -> None:
-    expected = ",".join(MOTOR_COLUMNS)
-    if table.header is None:
-        faults.add("line 1", "no header", expected=expected)
-    elif table.header != MOTOR_COLUMNS:
-        strange = [name for name in table.header if name not in MOTOR_COLUMNS]
-        hint = did_you_mean(strange[0], MOTOR_COLUMNS) if strange else ""
-        faults.add("line 1", "wrong header", found=",".join(table.header), expected=expected, next_step=hint)
-
-
-def _without_cut_row(table: RawTable) -> tuple[RawTable, tuple[Flag, ...]]:
-    """The table without a last row that was never ended by a line feed, and the flag that says so."""
-    if table.ends_whole or not table.rows:
-        return table, ()
-    last = table.rows[-1]
-    flag = Flag("truncated_log", message=f"line {last.line} is cut short and was left out; the log ended mid-row")
-    return RawTable(table.file, table.header, table.rows[:-1], ends_whole=True), (flag,)

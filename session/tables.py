@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from session.errors import Fault, FaultCollector, shown
+from session.errors import Fault, FaultCollector, did_you_mean, shown
+from session.flags import Flag
 
 GZIP_MAGIC = b"\x1f\x8b"
 
@@ -103,6 +104,33 @@ def read_table(path: Path, file: str | None = None) -> RawTable:
     has_header = sum(_number(cell) is None for cell in first) > len(first) / 2
     header = tuple(first) if has_header else None
     return RawTable(file, header, rows[1:] if has_header else rows, text.endswith(("\n", "\r")))
+
+
+def check_header(table: RawTable, columns: tuple[str, ...], faults: FaultCollector) -> None:
+    """Adds a fault where the header is missing or is not these columns."""
+    expected = ",".join(columns)
+    if table.header is None:
+        faults.add("line 1", "no header", expected=expected)
+    elif table.header != columns:
+        strange = [name for name in table.header if name not in columns]
+        hint = did_you_mean(strange[0], columns) if strange else ""
+        faults.add("line 1", "wrong header", found=",".join(table.header), expected=expected, next_step=hint)
+
+
+def without_cut_row(table: RawTable) -> RawTable:
+    """The table without a last row that was never ended by a line feed."""
+    if table.ends_whole or not table.rows:
+        return table
+    return RawTable(table.file, table.header, table.rows[:-1], ends_whole=True)
+
+
+def cut_row_flag(table: RawTable) -> tuple[Flag, ...]:
+    """The flag that says what `without_cut_row` leaves out."""
+    if table.ends_whole or not table.rows:
+        return ()
+    last = table.rows[-1]
+    message = f"line {last.line} is cut short and was left out; the log ended mid-row"
+    return (Flag("truncated_log", message=message),)
 
 
 def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector) -> np.ndarray:

@@ -1,0 +1,113 @@
+"""What a motor was told and when, on the clock of its log."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from session.errors import Fault, FaultCollector, did_you_mean, shown
+from session.flags import Flag
+from session.tables import (
+    RawTable,
+    Row,
+    check_header,
+    check_time,
+    cut_row_flag,
+    read_table,
+    to_numbers,
+    without_cut_row,
+)
+
+COMMAND_COLUMNS = ("time_s", "part", "velocity_rad_s")
+"""The header of a file of commands."""
+
+PARTS = ("rest", "start_code", "drive", "end_code")
+"""What a command can be part of."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotorCommands:
+    """The k speeds that a motor was told to turn at.
+
+    Attributes:
+        time_s: (k,) when each was told, seconds on the clock of the motor's log, strictly increasing.
+        part: what each belongs to, one of `PARTS`.
+        velocity_rad_s: (k,) shaft speed, held until the next.
+        flags: what is doubtful about the file.
+    """
+
+    time_s: np.ndarray
+    part: tuple[str, ...]
+    velocity_rad_s: np.ndarray
+    flags: tuple[Flag, ...] = ()
+
+    def span_s(self, part: str) -> tuple[float, float] | None:
+        """From the first command of a part to the one that follows it, s; None where it is not there or not ended."""
+        rows = [row for row, name in enumerate(self.part) if name == part]
+        if not rows or rows[-1] + 1 == len(self.part):
+            return None
+        return float(self.time_s[rows[0]]), float(self.time_s[rows[-1] + 1])
+
+
+def load_commands(path: Path, *, file: str | None = None) -> MotorCommands:
+    """Reads ``<trial>.commands.csv``, which `calib capture` writes beside the motor log.
+
+    A last row cut short is left out and flagged, as in `load_motor`.
+
+    Args:
+        path: the file; its header is `COMMAND_COLUMNS`.
+        file: the name for messages; default: the path.
+
+    Raises:
+        InputError: every fault of the file at once.
+    """
+    table = read_table(path, file)
+    faults = FaultCollector(table.file)
+    check_header(table, COMMAND_COLUMNS, faults)
+    faults.raise_if_any()
+    flags = cut_row_flag(table)
+    table = without_cut_row(table)
+    faults.extend_capped(_unknown_parts(table))
+    values = to_numbers(_with_numbered_parts(table), COMMAND_COLUMNS, faults)  # (k, 3)
+    if not faults:
+        check_time(table, values[:, 0], faults)
+        faults.extend_capped(_missing_speeds(table, values[:, 2]))
+    if not table.rows:
+        faults.add("", "too short", found="no rows", expected="at least 1")
+    faults.raise_if_any()
+    return MotorCommands(values[:, 0], tuple(row.cells[1] for row in table.rows), values[:, 2], flags)
+
+
+def _unknown_parts(table: RawTable) -> list[Fault]:
+    return [
+        Fault(
+            table.file,
+            f"line {row.line}, column 2 (part)",
+            "unknown part",
+            shown(row.cells[1]),
+            "a part of a trial",
+            choices=PARTS,
+            next_step=did_you_mean(row.cells[1], PARTS),
+        )
+        for row in table.rows
+        if len(row.cells) == len(COMMAND_COLUMNS) and row.cells[1] not in PARTS
+    ]
+
+
+def _with_numbered_parts(table: RawTable) -> RawTable:
+    """The table with the names of the parts, which have been checked, out of the way of the numbers."""
+    return replace(
+        table,
+        rows=[Row(row.line, [*row.cells[:1], *("0" for _ in row.cells[1:2]), *row.cells[2:]]) for row in table.rows],
+    )
+
+
+def _missing_speeds(table: RawTable, velocity_rad_s: np.ndarray) -> list[Fault]:
+    return [
+        Fault(
+            table.file, f"line {table.rows[row].line}, column 3 (velocity_rad_s)", "the speed is missing", "", "rad/s"
+        )
+        for row in np.flatnonzero(np.isnan(velocity_rad_s)).tolist()
+    ]

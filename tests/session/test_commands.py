@@ -1,0 +1,92 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from session import COMMAND_COLUMNS, InputError, MotorCommands, file_hashes, load_commands, load_session
+from session.motor import MOTOR_COLUMNS
+from tests.session.sample import SESSION_TOML, faults_of, make_session
+
+HEADER = ",".join(COMMAND_COLUMNS)
+ROWS = "10.0,rest,0\n10.5,start_code,1.57\n10.75,start_code,-1.57\n11.0,rest,0\n11.5,drive,6.28\n14.5,rest,0\n"
+LOG = ",".join(MOTOR_COLUMNS) + "\n" + "10.0,0,0,0,12,30,0\n10.1,0,0,0,12,30,0\n"
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "m.commands.csv"
+    path.write_text(text)
+    return path
+
+
+def with_log(folder: Path, name: str, commands: str | None) -> Path:
+    make_session(folder, SESSION_TOML.replace('"slow.csv"\n', f'"slow.csv"\nmotor = "{name}"\n'))
+    (folder / name).write_text(LOG)
+    if commands is not None:
+        (folder / "slow.commands.csv").write_text(commands)
+    return folder
+
+
+def test_commands_are_read_with_the_stretch_of_each_part(tmp_path: Path) -> None:
+    commands = load_commands(written(tmp_path, f"{HEADER}\n{ROWS}"))
+    np.testing.assert_array_equal(commands.velocity_rad_s, [0, 1.57, -1.57, 0, 6.28, 0])
+    assert commands.part[:2] == ("rest", "start_code")
+    assert commands.span_s("start_code") == (10.5, 11.0)
+    assert commands.span_s("drive") == (11.5, 14.5)
+    assert commands.span_s("end_code") is None
+
+
+def test_a_part_that_was_not_ended_has_no_stretch() -> None:
+    cut = MotorCommands(np.array([0.0, 1.0]), ("rest", "drive"), np.array([0.0, 6.0]))
+    assert cut.span_s("drive") is None
+
+
+def test_a_last_row_cut_short_is_left_out_and_flagged(tmp_path: Path) -> None:
+    commands = load_commands(written(tmp_path, f"{HEADER}\n{ROWS}14.9,end_co"))
+    assert len(commands.time_s) == 6
+    assert [flag.kind for flag in commands.flags] == ["truncated_log"]
+
+
+def test_every_fault_is_told_at_once_with_its_place(tmp_path: Path) -> None:
+    text = f"{HEADER}\n1.0,rest,0\n2.0,drve,6\nsoon,drive,6\n3.0,drive\n"
+    with pytest.raises(InputError) as caught:
+        load_commands(written(tmp_path, text))
+    message = str(caught.value)
+    assert "line 3, column 2 (part): unknown part; found 'drve'" in message
+    assert "Did you mean 'drive'?" in message
+    assert "line 4, column 1 (time_s): not a number; found 'soon'" in message
+    assert "line 5: wrong number of columns; found 2 columns" in message
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (ROWS, f"line 1: no header; expected {HEADER}"),
+        (f"{HEADER}\n", "too short; found no rows"),
+        (f"{HEADER}\n2,rest,0\n1,drive,3\n", "line 3: time does not increase; found 1.0 after 2.0"),
+        (f"{HEADER}\n1,rest,\n", "line 2, column 3 (velocity_rad_s): the speed is missing"),
+    ],
+)
+def test_faulty_files_are_told(tmp_path: Path, text: str, expected: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load_commands(written(tmp_path, text))
+    assert expected in str(caught.value)
+
+
+def test_commands_beside_a_log_are_found_and_counted_among_the_inputs(tmp_path: Path) -> None:
+    session = load_session(with_log(tmp_path / "pool", "slow.motor.csv", f"{HEADER}\n{ROWS}"))
+    assert session.trial("slow").commands == session.folder / "slow.commands.csv"
+    assert session.trial("fast").commands is None
+    assert "slow.commands.csv" in file_hashes(session)
+
+
+@pytest.mark.parametrize(("name", "commands"), [("slow.motor.csv", None), ("log.csv", f"{HEADER}\n{ROWS}")])
+def test_a_log_without_commands_of_its_own_has_none(tmp_path: Path, name: str, commands: str | None) -> None:
+    assert load_session(with_log(tmp_path / "pool", name, commands)).trial("slow").commands is None
+
+
+def test_faults_of_commands_are_told_with_those_of_the_session(tmp_path: Path) -> None:
+    folder = with_log(tmp_path / "pool", "slow.motor.csv", f"{HEADER}\n1,start,0\n")
+    (folder / "fast.csv").unlink()
+    message = faults_of(folder)
+    assert "unknown part" in message
+    assert "fast.csv" in message
