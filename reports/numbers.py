@@ -27,6 +27,12 @@ def in_mm(value_m: float | None, decimals: int = 1, *, signed: bool = False) -> 
     return shown(None if value_m is None else value_m * MM, decimals, signed=signed)
 
 
+def with_error(value: float, se: float) -> str:
+    """`0.650 ± 0.004`: as many decimals for both as the error needs."""
+    decimals = next((d for d in range(1, 6) if se * 10**d >= 0.95), 6)
+    return f"{shown(value, decimals)} ± {shown(se, decimals)}"
+
+
 def percent(share: float | None) -> str:
     """A share as a percentage; it says 100 % only when nothing is left out."""
     if share is None or not math.isfinite(share):

@@ -10,6 +10,8 @@ from reports.context import ReportContext
 from reports.sections import (
     coefficients,
     definitions,
+    dry_runs,
+    free_decay,
     free_yaw,
     other_pairs,
     provenance,
@@ -17,6 +19,7 @@ from reports.sections import (
     searches,
     speed_errors,
     speed_sweep,
+    structure,
     summary,
     tail_beat,
     track_quality,
@@ -27,6 +30,9 @@ SectionBuilder = Callable[[ReportContext], Section | None]
 
 SECTIONS: tuple[SectionBuilder, ...] = (
     summary.build,
+    structure.build,
+    free_decay.build,
+    dry_runs.build,
     speed_sweep.build,
     speed_errors.build,
     other_pairs.build,

@@ -132,8 +132,8 @@ def _middle(fit: CoefficientFit) -> str:
     if not fit.in_the_middle:
         return ""
     return (
-        "The values are the middle of the objective's rough floor, at most 10 % further from the tracks than the lowest "
-        "point found: that point leans to where the search came from. "
+        "The values are the middle of the objective's rough floor, at most 10 % further from the tracks than the "
+        "lowest point found: that point leans to where the search came from. "
     )
 
 

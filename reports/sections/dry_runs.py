@@ -1,14 +1,18 @@
 """The dry runs: the crank arm, as published and from all runs together, and what each run says."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from fitting.dry_run import PUBLISHED_STRETCH, CrankFit, CrankTrial
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.context import ReportContext
 from reports.figures.crank_surface import crank_surface_figure
 from reports.numbers import MISSING, in_mm, listed, percent, sentence, shown
 from reports.svg import inline_svg
 
 TITLE, ANCHOR = "Dry runs: crank arm", "dry-runs"
+NOT_BELIEVED = "No dry run can be believed: the arm below was not used, the swims were fitted with the assumed one."
 COLUMNS = (
     Column("dry run", numeric=False),
     Column("commanded", "Hz"),
@@ -19,6 +23,16 @@ COLUMNS = (
     Column("lowest alone", "mm"),
     Column("arm alone", "mm"),
 )
+
+
+def build(context: ReportContext) -> Section | None:
+    """The dry runs; None where there is none."""
+    structure = context.calibration.structure
+    if structure.crank is None:
+        return None
+    section = dry_run_section(structure.crank)
+    assumed = any(source.quantity == "crank_arm" and source.assumed for source in structure.sources)
+    return replace(section, caveats=(NOT_BELIEVED, *section.caveats)) if assumed else section
 
 
 def dry_run_section(fit: CrankFit) -> Section:

@@ -2,7 +2,7 @@
 
 from reports.blocks import Column, Points, Section, Table, Terms
 from reports.context import ReportContext
-from reports.numbers import MISSING, shown, significant
+from reports.numbers import MISSING, sentence, shown, significant
 
 
 def build(context: ReportContext) -> Section:
@@ -22,13 +22,12 @@ def build(context: ReportContext) -> Section:
 
 
 def _assumptions(context: ReportContext) -> tuple[str, ...]:
-    session, robot = context.session, context.calibration.robot
-    source = "published values of the built-in robot" if session.robot_file is None else "values of the robot file"
+    session = context.session
+    structure = [sentence(source.sentence) for source in context.calibration.structure.sources if source.assumed]
     scale = f"The scale of every picture is the nose-neck distance of {shown(session.camera.scale_length_m * 1000)} mm"
     lens = session.camera.calibration
     return (
-        f"Hinge stiffness ({significant(robot.tail.hinge_stiffness_n_m)} N m/rad) and crank arm "
-        f"({significant(robot.crank.arm_m * 1000)} mm) are the {source}.",
+        *structure,
         f"{scale}; {'lens distortion is not corrected' if lens is None else 'the lens is calibrated'}.",
         "The crank turns at a constant speed: the beat of the tail, not the command.",
         "The robot swims level, at the surface, in still water far from walls.",

@@ -28,6 +28,7 @@ from fitting import (
     score,
     tail_markers,
 )
+from reports.context import ReportContext
 from session import CameraSpec, Flag, Provenance, Session, TrialSpec
 from swimmer import FluidCoefficients, RobotSpec, load_robot
 from tracking import HeadFrame
@@ -64,6 +65,11 @@ def made_calibration(names: tuple[str, ...] = tuple(ROLES), *, flagged: bool = T
     sweep = SpeedSweep(hz, 0.1 * hz, speeds, fitted_hz=(0.8, 1.3))
     ebts = {form.name: EbtFit(form, 1.0, ratio, flags) for form, ratio in zip(FORMS, (1.63, 1.15, 0.33), strict=True)}
     return Calibration(assumed(robot), made_fit(), ebts, trials, sweep)
+
+
+def made_context(calibration: Calibration | None = None) -> ReportContext:
+    """What the sections of a report of this calibration read."""
+    return ReportContext(made_session(), calibration or made_calibration(), made_provenance())
 
 
 def made_fit() -> CoefficientFit:

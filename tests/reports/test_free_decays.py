@@ -9,7 +9,8 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from fitting.free_decay import DecayFit, fit_decay, measure_decay_trial
+from fitting import Source, Structure
+from fitting.free_decay import DecayFit, combine_decays, fit_decay, measure_decay_trial
 from reports.blocks import Plots, Prose, Table
 from reports.figures.decay_curve import decay_curve_figure
 from reports.figures.decay_spectrum import decay_spectrum_figure
@@ -23,6 +24,14 @@ from tests.fitting.free_decay.decays import CAMERA, ROBOT, Truth, decay_tracks
 def fit() -> DecayFit:
     tracks = decay_tracks(Truth(damping_n_m_s=0.006))
     return fit_decay(measure_decay_trial("decay_1", tracks, CAMERA, ROBOT), ROBOT, workers=1)
+
+
+def structure_of(*fits: DecayFit, believed: tuple[str, ...] = ("decay_1",)) -> Structure:
+    """A structure of these decays, of which only some are believed."""
+    used = [fit for fit in fits if fit.name in believed]
+    hinges = combine_decays(used) if used else None
+    source = Source("hinge_stiffness", 0.65, "N m/rad", 0.004 if used else None, believed, "")
+    return Structure(ROBOT, fits, hinges, None, (source,))
 
 
 def within(figure: Figure) -> bool:
@@ -46,7 +55,7 @@ def test_every_marker_is_drawn_beside_the_twin(fit: DecayFit) -> None:
 
 
 def test_the_section_tells_stiffness_damping_and_frequency(fit: DecayFit) -> None:
-    section = free_decay_section([fit])
+    section = free_decay_section(structure_of(fit))
     prose, table, plots = section.blocks
 
     assert isinstance(prose, Prose)
@@ -63,8 +72,23 @@ def test_the_section_tells_stiffness_damping_and_frequency(fit: DecayFit) -> Non
 def test_doubts_are_said_with_the_name_of_their_decay(fit: DecayFit) -> None:
     doubtful = replace(fit, flags=(Flag("too_short", message="only 1.2 periods are recorded"),))
 
-    section = free_decay_section([fit, doubtful])
+    section = free_decay_section(structure_of(fit, doubtful))
 
     assert section.caveats == ("decay_1: only 1.2 periods are recorded.",)
     assert "2 free decays together" in section.blocks[0].text  # type: ignore[union-attr]
     assert len({plot.name for plot in section.blocks[2].plots}) == 4  # type: ignore[union-attr]
+
+
+def test_a_decay_that_is_not_believed_is_shown_but_does_not_count(fit: DecayFit) -> None:
+    section = free_decay_section(structure_of(fit, replace(fit, name="bumped")))
+    table = section.blocks[1]
+
+    assert section.blocks[0].text.startswith("The free decay gives a stiffness")  # type: ignore[union-attr]
+    assert [row[-1] for row in table.rows] == ["yes", "no"]  # type: ignore[union-attr]
+
+
+def test_without_a_decay_to_believe_it_says_that_the_hinges_are_assumed(fit: DecayFit) -> None:
+    section = free_decay_section(structure_of(fit, believed=()))
+
+    assert section.blocks[0].text.startswith("No free decay can be believed")  # type: ignore[union-attr]
+    assert section.blocks[1].rows[0][-1] == "no"  # type: ignore[union-attr]

@@ -1,0 +1,50 @@
+"""What the twin is built from: what the experiments out of the water measured, and what had to be assumed."""
+
+from fitting import Source
+from reports.blocks import Column, Prose, Section, Table
+from reports.context import ReportContext
+from reports.numbers import MM, listed, sentence, significant, with_error
+
+WORDS = {"hinge_stiffness": "hinge stiffness", "hinge_damping": "hinge damping", "crank_arm": "crank arm"}
+SHOWN_UNITS = {"m": ("mm", MM), "N m s/rad": ("mN m s/rad", 1000.0)}
+COLUMNS = (
+    Column("number", numeric=False),
+    Column("value", "± standard error"),
+    Column("unit", numeric=False),
+    Column("taken from", numeric=False),
+)
+
+
+def build(context: ReportContext) -> Section:
+    """A row for each number of the structure."""
+    structure = context.calibration.structure
+    rows = tuple(map(_row, structure.sources))
+    caption = "The structure that the swims were fitted with, in the order in which it was found."
+    return Section(
+        "What the twin is built from",
+        "structure",
+        (Prose(_text(structure.sources)), Table(caption, COLUMNS, rows)),
+        tuple(sentence(flag.message) for flag in structure.flags),
+    )
+
+
+def _text(sources: tuple[Source, ...]) -> str:
+    chain = (
+        "Free decays give the hinges, dry runs with these hinges the crank arm, and only then do the swims give the "
+        "coefficients of the fluid. "
+    )
+    missing = [WORDS.get(source.quantity, source.quantity) for source in sources if source.assumed]
+    if not missing:
+        return chain + "All of it was measured in this session."
+    return chain + (
+        f"{sentence(listed(missing)).removesuffix('.')} {'was' if len(missing) == 1 else 'were'} not measured in this "
+        "session: what the assumed values are off by, the coefficients of the fluid make up for as far as they can."
+    )
+
+
+def _row(source: Source) -> tuple[str, ...]:
+    unit, scale = SHOWN_UNITS.get(source.unit, (source.unit, 1.0))
+    value = scale * source.value
+    shown = significant(value) if source.se is None else with_error(value, scale * source.se)
+    origin = f"assumed; {source.sentence}" if source.assumed else listed(source.trials)
+    return WORDS.get(source.quantity, source.quantity), shown, unit, origin

@@ -1,0 +1,66 @@
+"""The first section of the chain tells what was measured and assumed; what is not there has no section."""
+
+from dataclasses import replace
+
+from fitting import Source, Structure, assumed
+from reports.sections import dry_runs, free_decay, structure
+from session import Flag
+from tests.reports.sample import made_calibration, made_context
+from tests.reports.test_dry_runs import made_crank
+
+MEASURED = (
+    Source("hinge_stiffness", 0.6512, "N m/rad", 0.0021, ("decay_1", "decay_2"), ""),
+    Source("hinge_damping", 0.0213, "N m s/rad", 0.0004, ("decay_1", "decay_2"), ""),
+    Source("crank_arm", 0.03842, "m", 0.00006, ("dry_slow",), ""),
+)
+
+
+def of(changed: Structure):  # type: ignore[no-untyped-def]
+    return made_context(replace(made_calibration(), structure=changed))
+
+
+def test_what_was_measured_stands_with_its_error_and_its_trials() -> None:
+    section = structure.build(of(replace(made_calibration().structure, sources=MEASURED)))
+    prose, table = section.blocks
+
+    assert prose.text.endswith("All of it was measured in this session.")  # type: ignore[union-attr]
+    assert table.rows[:3] == (  # type: ignore[union-attr]
+        ("hinge stiffness", "0.651 ± 0.002", "N m/rad", "decay_1 and decay_2"),
+        ("hinge damping", "21.3 ± 0.4", "mN m s/rad", "decay_1 and decay_2"),
+        ("crank arm", "38.42 ± 0.06", "mm", "dry_slow"),
+    )
+
+
+def test_what_was_assumed_is_named_with_why() -> None:
+    sources = (*MEASURED[:2], assumed(made_calibration().robot).sources[2])
+    section = structure.build(of(replace(made_calibration().structure, sources=sources)))
+
+    assert "Crank arm was not measured in this session" in section.blocks[0].text  # type: ignore[union-attr]
+    row = section.blocks[1].rows[2]  # type: ignore[union-attr]
+    assert row == ("crank arm", "39.5", "mm", "assumed; no dry run: crank arm 39.5 mm as in the built-in robot")
+
+
+def test_what_is_doubtful_about_the_structure_is_said() -> None:
+    flags = (Flag("poor_fit", message="decay_2 is not believed: the twin does not follow it"),)
+    section = structure.build(of(replace(made_calibration().structure, flags=flags)))
+
+    assert section.caveats == ("decay_2 is not believed: the twin does not follow it.",)
+
+
+def test_experiments_that_were_not_made_have_no_section() -> None:
+    context = made_context()
+
+    assert free_decay.build(context) is None
+    assert dry_runs.build(context) is None
+
+
+def test_a_crank_that_was_not_used_is_said_to_be() -> None:
+    believed, doubted = (
+        dry_runs.build(of(replace(made_calibration().structure, crank=made_crank(), sources=sources)))
+        for sources in (MEASURED, assumed(made_calibration().robot).sources)
+    )
+
+    assert believed is not None
+    assert doubted is not None
+    assert doubted.caveats[0].startswith("No dry run can be believed")
+    assert doubted.caveats[1:] == believed.caveats
