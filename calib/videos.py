@@ -34,7 +34,7 @@ from tracking.boxes import (
     write_preview,
 )
 from tracking.records import EditLog, TrackedFiles, TrackedTrial, apply_edits, fill_gaps, load_tracked, save_tracked
-from tracking.tracker import TRACKERS, Partial, TrackerName, follow_video, retracker, trusted
+from tracking.tracker import TRACKERS, Partial, TrackerName, doubtful_boxes, follow_video, retracker, trusted
 from tracking.video import Video
 
 _SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought until they are found
@@ -141,7 +141,8 @@ class VideoStage:
 
     def _given(self, spec: TrialSpec, video: Video) -> StartBoxes | None:
         """The boxes that came with the session."""
-        return None if spec.boxes is None else load_boxes(spec.boxes, self._session.markers, _size_px(video))
+        names = self._session.markers
+        return None if spec.boxes is None else load_boxes(spec.boxes, names, video.info, self._layout_m(names))
 
     def click_page(self, spec: TrialSpec) -> Path:
         """A page on which a person clicks the markers of one trial, with the boxes there are as a start.
@@ -211,7 +212,10 @@ class VideoStage:
             self._options.tell(f"tracking {spec.name}, {fps:.0f} frames a second", done / frames)
 
         partial = Partial(folder / f".{spec.name}.partial.npz", fingerprint)
-        tracked = follow_video(video, boxes, self._session.markers, tracker, partial, progress)
+        names = self._session.markers
+        tracked = follow_video(video, boxes, names, tracker, partial, progress)
+        doubts = doubtful_boxes(video.frame(boxes.frame).luma, boxes, names)
+        tracked = replace(tracked, flags=(*doubts, *tracked.flags))
         save_tracked(folder, spec.name, tracked)
         mark_current(files.tracks, fingerprint, files[1:])
         return tracked

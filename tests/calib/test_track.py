@@ -153,12 +153,18 @@ def outside(content: dict[str, Any]) -> None:
 
 
 def on_water(content: dict[str, Any]) -> None:
-    content["boxes"]["nose"] = [4, 4, 14, 14]
+    content["boxes"]["nose"][1] += 30
+
+
+def exchanged(content: dict[str, Any]) -> None:
+    boxes = content["boxes"]
+    boxes["tail_2"], boxes["tail_4"] = boxes["tail_4"], boxes["tail_2"]
 
 
 BOXES: dict[str, tuple[Callable[[dict[str, Any]], None], tuple[str, ...]]] = {
     "a marker is missing": (gone, ("slow.boxes.json", "boxes.tail_3", "--click")),
-    "frame beyond": (beyond, ("slow.mp4", "no such frame", "4000", "frames 0 to 84")),
+    "frame beyond": (beyond, ("slow.boxes.json", "no such frame", "4000", "0 to 84")),
+    "exchanged": (exchanged, ("slow.boxes.json", "boxes.tail_2", "no place for tail_2", "Exchange tail_2 and tail_4")),
     "outside": (outside, ("slow.boxes.json", "boxes.nose", "outside the picture", "x from 0 to 559")),
     "on water": (on_water, ("slow.mp4", "frame 0", "boxes without a marker", "nose", "preview")),
 }
@@ -172,6 +178,18 @@ def test_boxes_that_cannot_be_used_are_told(calib: Front, filmed: Path, case: st
     assert_told(calib("track", filmed), *parts)
     assert not (filmed / "results" / "tracking" / "slow.csv").exists()
     assert not [name for name in files_in(filmed) if ".part." in name]
+
+
+def test_a_doubtful_box_is_flagged_and_its_samples_count(
+    calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(import_module("tracking.tracker.doubtful_boxes"), "COMMON", -1.0)
+
+    assert calib("track", filmed).code == 0
+    flags = json.loads((filmed / "results" / "tracking" / "slow.flags.json").read_text())
+    doubted = [flag["markers"] for flag in flags if flag["kind"] == "doubtful_box"]
+    assert doubted == [[name] for name in FISHSIM_MARKERS]
+    assert (read(filmed / "results" / "tracks" / "slow.csv").confidence > 0).mean() > 0.9
 
 
 def test_all_faults_of_two_videos_come_at_once(calib: Front, filmed: Path) -> None:

@@ -126,6 +126,45 @@ def complete_bodies(blobs: Sequence[Blob], layout_m: np.ndarray) -> Bodies:
 
 
 @dataclass(frozen=True)
+class Taken:
+    """One step along a body that was seen.
+
+    Attributes:
+        step: which.
+        off: how far it departs from the layout, in standard deviations, the largest of its parts.
+        length_m: found, at the scale of the head.
+        bend_deg: found, to the direction it should keep.
+    """
+
+    step: Step
+    off: float
+    length_m: float
+    bend_deg: float
+
+
+def steps_taken(centre_px: np.ndarray, layout_m: np.ndarray) -> tuple[Taken, ...]:
+    """Every step behind the head's two front markers, held against the layout.
+
+    Args:
+        centre_px: (m, 2) places of the markers in a picture.
+        layout_m: (m, 2) places along +x, m.
+
+    Raises:
+        ValueError: fewer than four markers on the axis.
+    """
+    nose, neck, steps = body_steps(layout_m)
+    at, count = centre_px[:, 0] - 1j * centre_px[:, 1], len(layout_m)
+    layout = layout_m[:, 0] + 1j * layout_m[:, 1]
+    body = _Partial(at, np.zeros((count, 3)), layout, (nose, neck), np.arange(count)[None], np.zeros(1))
+    taken = []
+    for step in steps:
+        moved = complex(body.moved(step)[0, step.marker])
+        off = float(np.abs(body.off_place(step)[:, 0, step.marker]).max())
+        taken.append(Taken(step, off, abs(moved), float(np.rad2deg(np.angle(moved)))))
+    return tuple(taken)
+
+
+@dataclass(frozen=True)
 class _Partial:
     """Bodies put together so far: (b, m) blobs, -1 where not yet put, and (b,) costs."""
 
@@ -152,7 +191,7 @@ class _Partial:
 
     def carried_on(self, step: Step) -> _Partial:
         """With one marker more, put on every blob that the step allows."""
-        off = np.concatenate([self._off_place(step), self._off_look(step)], axis=0)  # (d, b, n)
+        off = np.concatenate([self.off_place(step), self._off_look(step)], axis=0)  # (d, b, n)
         taken = (self.blobs[:, :, None] == np.arange(len(self.at))).any(axis=1)  # (b, n)
         allowed = (np.abs(off) < GATE).all(axis=0) & ~taken
         body, blob = np.nonzero(allowed)
@@ -162,15 +201,18 @@ class _Partial:
         blobs[:, step.marker] = blob[kept]
         return _Partial(self.at, self.look, self.layout, self.front, blobs, cost[kept])
 
-    def _off_place(self, step: Step) -> np.ndarray:
-        """(d, b, n) departures of every blob from the step, in standard deviations."""
-        spread = SPREADS[step.held]
+    def moved(self, step: Step) -> np.ndarray:
+        """(b, n) the step to every blob, m: along (real) and across the direction to keep."""
         before = self.at[self.blobs[:, step.before]]  # (b,)
         behind, front = (self.at[self.blobs[:, k]] for k in step.along)
         nose, neck = (self.at[self.blobs[:, k]] for k in self.front)
         metre = np.abs(neck - nose) / abs(self.layout[self.front[1]] - self.layout[self.front[0]])  # (b,) px
         ahead = (front - behind) / np.abs(front - behind)  # (b,) the direction to keep
-        taken = (self.at - before[:, None]) / (metre * ahead)[:, None]  # (b, n) the step along and across it, m
+        return (self.at - before[:, None]) / (metre * ahead)[:, None]
+
+    def off_place(self, step: Step) -> np.ndarray:
+        """(d, b, n) departures of every blob from the step, in standard deviations."""
+        spread, taken = SPREADS[step.held], self.moved(step)  # (b, n)
         wanted = self.layout[step.marker] - self.layout[step.before]
         if np.isfinite(spread.place_m):
             off = (taken - wanted) / spread.place_m

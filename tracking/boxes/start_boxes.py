@@ -19,6 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from session import FaultCollector, did_you_mean, shown, write_whole
+from tracking.boxes.layout_check import check_layout
+from tracking.video import VideoInfo
 
 SMALLEST_SIDE_PX = 3.0
 """A box with a shorter side holds no marker."""
@@ -86,13 +88,17 @@ def save_boxes(path: Path, boxes: StartBoxes) -> None:
     write_whole(path, f'{{"frame": {plain["frame"]}, "boxes": {{\n{lines}\n}}}}\n')
 
 
-def load_boxes(path: Path, markers: Sequence[str], image_size: tuple[int, int] | None = None) -> StartBoxes:
+def load_boxes(
+    path: Path, markers: Sequence[str], video: VideoInfo | None = None, layout_m: np.ndarray | None = None
+) -> StartBoxes:
     """Reads start boxes and checks them.
 
     Args:
         path: the JSON file.
         markers: the session's markers; each needs one box, in this order in the result.
-        image_size: width and height of the video, px; boxes beyond it are faults.
+        video: boxes beyond its pictures are faults, and so is a frame it does not have.
+        layout_m: (m, 2) places of the markers on the straight robot, robot frame, m; boxes that no pose of it can
+            have are faults.
 
     Raises:
         InputError: every fault of the file at once.
@@ -102,11 +108,16 @@ def load_boxes(path: Path, markers: Sequence[str], image_size: tuple[int, int] |
     faults.raise_if_any()
     frame = _frame(data, faults)
     found = _boxes(data, markers, faults)
-    if image_size is not None:
-        _check_inside(found, image_size, faults)
+    if video is not None:
+        _check_inside(found, (video.width_px, video.height_px), faults)
+        if frame >= video.frames:
+            faults.add("frame", "no such frame in the video", found=str(frame), expected=f"0 to {video.frames - 1}")
     _check_apart(found, faults)
+    boxes = StartBoxes(frame, {name: found[name] for name in markers if name in found})
+    if layout_m is not None and not any(fault.where.startswith("boxes") for fault in faults.faults):
+        check_layout(markers, boxes.centres_px(markers), layout_m, faults)
     faults.raise_if_any()
-    return StartBoxes(frame, {name: found[name] for name in markers})
+    return boxes
 
 
 class _Twice(dict[str, Any]):

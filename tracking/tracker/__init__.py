@@ -1,5 +1,6 @@
 """The marker tracker: spots, motion, joint assignment, CSRT as a second opinion; what it cannot be sure of it flags."""
 
+from tracking.tracker.doubtful_boxes import doubtful_boxes
 from tracking.tracker.follow_video import PREDICTED_FOR, TRACKERS, Progress, TrackerName, follow_video
 from tracking.tracker.judgement import JudgementLimits, judge
 from tracking.tracker.partial import Partial
@@ -20,6 +21,7 @@ __all__ = [
     "Sighting",
     "TrackerName",
     "TrustedTracks",
+    "doubtful_boxes",
     "follow_video",
     "judge",
     "retracker",

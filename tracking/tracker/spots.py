@@ -95,6 +95,17 @@ def _response(patch: np.ndarray, sign: float, diameter: float) -> np.ndarray:
     return (inner - outer) * np.float32(sign / _DISC_RESPONSE)
 
 
+def strongest_answer(
+    luma: np.ndarray, centre_px: np.ndarray, reach_px: int, sign: float, diameter_px: float
+) -> np.ndarray:
+    """(k,) the detector's strongest answer to a marker of that look within reach of each place (k, 2), in luma."""
+    margin = int(np.ceil(diameter_px)) + 1
+    inner = slice(margin, -margin)
+    places = np.rint(centre_px).astype(int).tolist()
+    patches = (window(luma, column, row, reach_px + margin) for column, row in places)
+    return np.array([float(_response(patch, sign, diameter_px)[inner, inner].max()) for patch in patches])
+
+
 def _kernel(sigma: float) -> tuple[int, int]:
     """Its size."""
     side = 2 * int(np.ceil(_SIGMAS * sigma)) + 1

@@ -91,7 +91,7 @@ def driven(folder: Path, page: ClickBoxes, script: str) -> str:
 def saved(folder: Path, title: str) -> StartBoxes:
     name, _, content = title.partition(" data:application/json;charset=utf-8,")
     (folder / name).write_text(unquote(content))
-    return load_boxes(folder / name, NINE, SCENE.size)
+    return load_boxes(folder / name, NINE)
 
 
 @in_a_browser

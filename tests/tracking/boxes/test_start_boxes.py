@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from session import InputError
 from tracking.boxes import Box, StartBoxes, load_boxes, save_boxes
+from tracking.video import VideoInfo
 
 MARKERS = ("nose", "neck", "tail_1")
 GOOD = {"nose": [100, 50, 21, 21], "neck": [140.5, 50, 20, 20], "tail_1": [200, 52, 18, 18]}
@@ -23,9 +24,13 @@ def written(folder: Path, boxes: object, frame: object = 0, **more: object) -> P
     return path
 
 
-def refused(path: Path, size: tuple[int, int] | None = None) -> str:
+def video(width_px: int = 640, height_px: int = 480, frames: int = 100) -> VideoInfo:
+    return VideoInfo(Path("f1.mp4"), width_px, height_px, "h264", np.arange(frames) / 60)
+
+
+def refused(path: Path, video: VideoInfo | None = None) -> str:
     with pytest.raises(InputError) as caught:
-        load_boxes(path, MARKERS, size)
+        load_boxes(path, MARKERS, video)
     return str(caught.value)
 
 
@@ -56,7 +61,7 @@ def test_the_centre_is_that_of_the_covered_pixels() -> None:
 def test_the_order_is_that_of_the_session(tmp_path: Path) -> None:
     path = written(tmp_path, dict(reversed(GOOD.items())))
 
-    assert load_boxes(path, MARKERS, (640, 480)).markers == MARKERS
+    assert load_boxes(path, MARKERS, video()).markers == MARKERS
 
 
 @pytest.mark.parametrize(
@@ -78,7 +83,7 @@ def test_the_order_is_that_of_the_session(tmp_path: Path) -> None:
     ],
 )
 def test_a_fault_names_its_place_and_what_is_expected(tmp_path: Path, boxes: object, message: str) -> None:
-    error = refused(written(tmp_path, boxes), (640, 480))
+    error = refused(written(tmp_path, boxes), video())
 
     assert message in error.replace("boxes.neck: on the same spot as nose", "boxes.nose: on the same spot as neck")
     assert "f1.boxes.json" in error
@@ -90,11 +95,18 @@ def test_a_frame_is_a_whole_number(tmp_path: Path, frame: object) -> None:
 
 
 def test_all_faults_come_at_once(tmp_path: Path) -> None:
-    error = refused(written(tmp_path, {"nose": [0, 0, 0, 0], "nosee": 3}, -4, trial="f1"))
+    error = refused(written(tmp_path, {"nose": [0, 0, 0, 0], "nosee": 3}, -4, trial="f1"), video())
 
     for part in ("unknown key", "not the number of a frame", "nosee", "too small", "boxes.neck: missing"):
         assert part in error
     assert "6 faults" in error
+
+
+def test_a_frame_beyond_the_video_is_told_with_the_faults_of_the_boxes(tmp_path: Path) -> None:
+    error = refused(written(tmp_path, GOOD | {"neck": [1, 2, 3]}, 100), video(frames=100))
+
+    assert "frame: no such frame in the video; found 100; expected 0 to 99" in error
+    assert "boxes.neck: not a box" in error
 
 
 def test_a_key_that_stands_twice_is_a_fault(tmp_path: Path) -> None:

@@ -1,0 +1,45 @@
+"""Boxes on the water are doubted, boxes on markers are not."""
+
+import numpy as np
+import pytest
+
+from tests.tracking.tracker.pool import Pool, tail
+from tracking.boxes import Box, StartBoxes
+from tracking.tracker import doubtful_boxes
+
+NAMES = tuple(f"tail_{k}" for k in range(9))
+POOL = Pool(tail(), (480, 400))
+
+
+def rippled(seed: int) -> tuple[Pool, np.ndarray]:
+    """A pool whose water is a net of swells as wide as a marker, 12 steps of luma high, and its frame 0."""
+    pool = POOL.but(seed=seed)
+    rng = np.random.default_rng(seed)
+    swell = sum(
+        np.cos(np.add.outer(np.arange(400) * np.sin(a), np.arange(480) * np.cos(a)) * 2 * np.pi / length + shift)
+        for a, length, shift in zip(
+            rng.uniform(0, np.pi, 6), rng.uniform(22, 34, 6), rng.uniform(0, 2 * np.pi, 6), strict=True
+        )
+    )
+    return pool, np.clip(pool.frame(0) + 12 / np.sqrt(3) * np.asarray(swell), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("contrast", [110.0, -80.0])
+def test_boxes_on_markers_are_not_doubted(contrast: float) -> None:
+    pool = POOL.but(contrast=contrast)
+    assert doubtful_boxes(pool.frame(0), pool.boxes(NAMES), NAMES) == ()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_on_rippled_water_the_box_without_a_marker_is_doubted_and_no_other(seed: int) -> None:
+    pool, luma = rippled(seed)
+    boxes = dict(pool.boxes(NAMES, 0).boxes)
+    boxes["tail_4"] = Box.around((150.0 + 20 * seed, 320.0), 18.0)
+    flags = doubtful_boxes(luma, StartBoxes(7, boxes), NAMES)
+    assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [("doubtful_box", ("tail_4",), (7, 7))]
+    assert "is it the marker?" in flags[0].message
+
+
+def test_in_a_picture_full_of_boxes_nothing_is_said() -> None:
+    pool = POOL.but(size=(180, 60), path=tail(at=(10.0, 30.0)))
+    assert doubtful_boxes(pool.frame(0), pool.boxes(NAMES), NAMES) == ()
