@@ -8,6 +8,7 @@ from typing import get_args
 from calib.calibrated_mjcf import calibrated_mjcf
 from calib.options import EFFORTS, Options
 from calib.recordings import Recordings
+from calib.structure_stage import StructureStage
 from fitting import (
     METHODS,
     Calibration,
@@ -17,7 +18,6 @@ from fitting import (
     SearchRun,
     Structure,
     assemble,
-    assumed,
     calibrate,
     calibration_payload,
     compare_methods,
@@ -28,7 +28,6 @@ from fitting import (
     read_evidence,
     read_fit,
 )
-from fitting.structure import BUILT_IN
 from reports import write_report
 from session import (
     Provenance,
@@ -90,6 +89,7 @@ class Pipeline:
 
     def _fingerprint(self, effort: str, method: str, comparison: str) -> str:
         parameters = {"seed": self.session.seed, "effort": effort, "method": method, "comparison": comparison}
+        parameters["form"] = 2  # of calibration.json
         return fingerprint_of({}, parameters, [self.recordings.fingerprint])
 
     @property
@@ -123,10 +123,16 @@ class Pipeline:
         return self.recordings.notes
 
     @cached_property
-    def structure(self) -> Structure:
+    def structures(self) -> StructureStage:
         """What is known of the robot before it swims, and where from."""
-        file = self.session.robot_file
-        return assumed(self.robot, BUILT_IN if file is None else file.name)
+        return StructureStage(self.session, self.robot, self.recordings, self.options, self.provenance)
+
+    @cached_property
+    def structure(self) -> Structure:
+        """The structure that the swims are fitted with, up to date."""
+        structure = self.structures.structure
+        self.made += self.structures.made
+        return structure
 
     @property
     def trials(self) -> list[MeasuredTrial]:
@@ -134,10 +140,12 @@ class Pipeline:
         return self.recordings.swims
 
     def fit(self) -> Path:
-        """`results/calibration.json` and `results/calibrated.xml`, up to date."""
+        """`results/calibration.json` and `results/calibrated.xml`, up to date, and the structure they build on."""
         self.recordings.tracks()
         if not is_current(self.calibration_file, self.fingerprint):
             self._calibrate()
+        elif not self.structures.is_current:
+            _ = self.structure
         return self.calibration_file
 
     def calibrated(self) -> Calibration:
@@ -156,19 +164,20 @@ class Pipeline:
         """Rebuilds the calibration from `calibration.json`: only the comparison is simulated again.
 
         Raises:
-            ModelMismatch: it was made with another engine or model.
+            ModelMismatch: it was made with another engine, or another robot than the session describes; what the
+                session's dry experiments say of the robot stands in its structure.
         """
         data = read_result_json(self.calibration_file)
         check_engine(data, self.robot, str(self.calibration_file))
         fit, phases = read_fit(data)
-        twin = Twin(self.robot, self.trials[0].markers, workers=self.options.workers)
+        twin = self._twin()
         return assemble(self.trials, twin, fit, phases, self.structure)
 
     def evidence(self, calibration: Calibration) -> Evidence:
         """What stands beside the fit, up to date: a free yaw, profiles, and with full effort other pairs of trials."""
         if is_current(self.evidence_file, self.fingerprint):
             return read_evidence(read_result_json(self.evidence_file))
-        twin = Twin(self.robot, self.trials[0].markers, workers=self.options.workers)
+        twin = self._twin()
         evidence = gather_evidence(
             self.trials,
             twin,
@@ -185,7 +194,7 @@ class Pipeline:
     def compare_searches(self, seeds: int, budget_s: float) -> tuple[SearchRun, ...]:
         """Every search on this session's fit trials; kept in `results/search.json` for the report."""
         fitted = [trial for trial in self.trials if trial.role == "fit"]
-        twin = Twin(self.robot, fitted[0].markers, workers=self.options.workers)
+        twin = self._twin()
         runs = compare_methods(fitted, twin, seeds, budget_s, tell=self.options.tell)
         write_result_json(self.search_file, self.provenance, comparison_payload(runs))
         mark_current(self.search_file, self.recordings.fingerprint)
@@ -211,16 +220,21 @@ class Pipeline:
         self.made.append(self.report_file)
         return self.report_file
 
+    def _twin(self) -> Twin:
+        """Of the robot with its structure."""
+        return Twin(self.structure.robot, self.trials[0].markers, workers=self.options.workers)
+
     def _calibrate(self) -> Calibration:
         def progress(share: float, best_m: float) -> None:
             tell(f"fitting the coefficients, {1000 * best_m:.1f} mm so far", share)
 
         tell = self.options.tell
         self._say_why_again()
+        trials, structure = self.trials, self.structure
         tell("fitting the coefficients", 0.0)
         calibration = calibrate(
-            self.trials,
-            self.structure,
+            trials,
+            structure,
             effort=EFFORTS[self.options.effort],
             seed=self.session.seed,
             workers=self.options.workers,

@@ -1,16 +1,24 @@
 """The trials of a session, measured: from their tracks, or from their videos."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from calib.options import Options
 from calib.videos import VideoStage
 from fitting import MeasuredTrial, measure_trial
+from fitting.dry_run import DryTrial, measure_dry_run
+from fitting.free_decay import DecayTrial, measure_decay_trial
+from fitting.free_decay.decay_trial import FAR_OUT
+from fitting.structure import DryExperiments
 from session import (
+    CameraSpec,
     FaultCollector,
+    Flag,
     NotEnoughData,
     Provenance,
     Session,
@@ -23,7 +31,11 @@ from session import (
     save_tracks,
 )
 from swimmer import RobotSpec
+from tracking import check_tracks
 from tracking.lens import lens_flags
+
+AnyTrial = MeasuredTrial | DryTrial | DecayTrial
+T = TypeVar("T", bound=AnyTrial)
 
 
 class Recordings:
@@ -48,7 +60,7 @@ class Recordings:
             InputError: what is wrong with the videos and boxes of all trials.
         """
         stamp = self._stamp
-        filmed = [spec for spec in self._session.trials if is_usable(spec) and spec.tracks is None]
+        filmed = [spec for spec in self._usable if spec.tracks is None]
         self.videos.all_boxes(filmed)
         trackers = {spec.name: self.videos.tracker_of(spec) for spec in filmed}
         model = {"mujoco": stamp.mujoco, "model": stamp.model_sha256}
@@ -57,29 +69,65 @@ class Recordings:
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """What the reader should know about the trials that were left out."""
-        left_out = [spec for spec in self._session.trials if not is_usable(spec)]
-        return tuple(f"Trial {spec.name} was left out: {_why_left_out(spec)}." for spec in left_out)
+        left_out = [spec for spec in self._session.trials if spec not in self._usable]
+        return tuple(f"Trial {spec.name} was left out: it has neither tracks nor a video." for spec in left_out)
 
-    @cached_property
+    @property
     def swims(self) -> list[MeasuredTrial]:
-        """All swims of the session that have tracks or a video, measured; their tracks stand in ``results/tracks``.
+        """All usable swims of the session, measured; the tracks of all its trials then stand in ``results/tracks``.
 
         Raises:
             InputError: videos or boxes cannot be used; all of them at once.
-            NotEnoughData: no usable swim, or swims that are too short; all of them at once.
+            NotEnoughData: no usable swim, or trials that cannot be measured; all of them at once.
         """
-        specs = [spec for spec in self._session.trials if is_usable(spec)]
-        if not specs:
+        if not any(spec.kind == "swim" for spec in self._usable):
+            found = ", ".join(f"{spec.name} ({spec.kind})" for spec in self._session.trials)
             raise NotEnoughData(
                 f'{self._session.name}: no swim with tracks. Expected at least one [[trial]] with kind = "swim" and a '
-                f"tracks file or a video; found {len(self._session.trials)} trials. {' '.join(self.notes)}"
+                f"tracks file or a video, for the fluid coefficients; found {found}. {' '.join(self.notes)}".rstrip()
             )
+        return [trial for trial in self._measured if isinstance(trial, MeasuredTrial)]
+
+    @property
+    def experiments(self) -> DryExperiments:
+        """All usable free decays and dry runs of the session, measured.
+
+        Raises:
+            InputError, NotEnoughData: as `swims`, with what is wrong with those.
+        """
+        decays = [trial for trial in self._measured if isinstance(trial, DecayTrial)]
+        return DryExperiments(decays, [trial for trial in self._measured if isinstance(trial, DryTrial)])
+
+    @property
+    def has_experiments(self) -> bool:
+        """Whether there is a usable free decay or dry run."""
+        return any(spec.kind != "swim" for spec in self._usable)
+
+    def tracks(self) -> tuple[Path, ...]:
+        """``results/tracks/<trial>.csv`` of every usable trial, up to date."""
+        files = {spec.name: self._file(spec.name) for spec in self._usable}
+        filmed = [spec for spec in self._usable if spec.tracks is None]
+        self.videos.all_boxes(filmed)  # what is wrong with any of them, before the first is tracked
+        for spec in filmed:
+            self.videos.tracks(spec)
+        if not all(is_current(files[spec.name], self.fingerprint) for spec in self._usable if spec.tracks is not None):
+            _ = self._measured
+        return tuple(files.values())
+
+    @cached_property
+    def _usable(self) -> tuple[TrialSpec, ...]:
+        """Those that a camera saw."""
+        return tuple(spec for spec in self._session.trials if spec.tracks is not None or spec.video is not None)
+
+    @cached_property
+    def _measured(self) -> list[AnyTrial]:
+        """All usable trials, in the order of the session."""
         measured, problems, faults = [], [], FaultCollector()
-        for spec in specs:
+        for spec in self._usable:
             self._options.tell(f"reading {spec.name}", None)
             try:
                 with faults.nested():
-                    measured.append(self._measured(spec))
+                    measured.append(self._measure(spec, self._recorded(spec)))
             except NotEnoughData as problem:
                 problems.append(str(problem) if spec.name in str(problem) else f"trial {spec.name}: {problem}")
         faults.raise_if_any()
@@ -87,53 +135,65 @@ class Recordings:
             raise NotEnoughData("\n".join(problems))
         return measured
 
-    def tracks(self) -> tuple[Path, ...]:
-        """``results/tracks/<trial>.csv`` of every usable swim, up to date."""
-        usable = [spec for spec in self._session.trials if is_usable(spec)]
-        files = {spec.name: self._file(spec.name) for spec in usable}
-        filmed = [spec for spec in usable if spec.tracks is None]
-        self.videos.all_boxes(filmed)  # what is wrong with any of them, before the first is tracked
-        for spec in filmed:
-            self.videos.tracks(spec)
-        if not all(is_current(files[spec.name], self.fingerprint) for spec in usable if spec.tracks is not None):
-            _ = self.swims
-        return tuple(files.values())
-
-    def _measured(self, spec: TrialSpec) -> MeasuredTrial:
+    def _recorded(self, spec: TrialSpec) -> "_Recorded":
+        camera = self._session.camera
         if spec.tracks is not None:
-            tracks = load_tracks(spec.tracks, self._session.markers, self._session.camera.fps)
-            trial = self._measured_from(spec, tracks)
-            self._save(tracks, trial)
-            return trial
+            return _Recorded(load_tracks(spec.tracks, self._session.markers, camera.fps), camera)
         seen = self.videos.tracks(spec)
         first = seen.boxes.frame
-        trial = self._measured_from(spec, seen.counting.since(first))
-        lens = lens_flags(self._session.camera, picture_px=seen.picture_px, metres_per_px=trial.metres_per_px)
-        flags = (*seen.flags, *(flag.later(first) for flag in trial.flags), *lens)
-        return replace(trial, flags=tuple(dict.fromkeys(flags)))
+        return _Recorded(seen.counting.since(first), camera, first, seen.flags, seen.picture_px)
 
-    def _measured_from(self, spec: TrialSpec, tracks: Tracks) -> MeasuredTrial:
-        return measure_trial(spec, tracks, self._session.camera, self._robot, self._session.warmup_s)
+    def _measure(self, spec: TrialSpec, recorded: "_Recorded") -> AnyTrial:
+        """One trial by its kind; tracks that are not our own are saved as they are used."""
+        tracks, camera, robot = recorded.tracks, recorded.camera, self._robot
+        if spec.kind == "free_decay":
+            decay = measure_decay_trial(spec.name, tracks, camera, robot)
+            self._save(spec, tracks, lambda: check_tracks(tracks, robot, FAR_OUT).weight)
+            decay = replace(decay, first_frame=decay.first_frame + recorded.first)
+            return recorded.flagged(decay, decay.metres_per_px)
+        if spec.kind == "dry":
+            run = measure_dry_run(spec, tracks, camera, robot, self._session.warmup_s)
+            self._save(spec, tracks, lambda: check_tracks(tracks, robot).weight)
+            return recorded.flagged(run)
+        swim = measure_trial(spec, tracks, camera, robot, self._session.warmup_s)
+        self._save(spec, tracks, lambda: swim.weight)
+        return recorded.flagged(swim, swim.metres_per_px)
 
     def _file(self, trial: str) -> Path:
         return self._session.results / "tracks" / f"{trial}.csv"
 
-    def _save(self, tracks: Tracks, trial: MeasuredTrial) -> None:
+    def _save(self, spec: TrialSpec, tracks: Tracks, weight: Callable[[], np.ndarray]) -> None:
         """The tracks as used: what does not count keeps its place, with confidence 0."""
-        path = self._file(trial.name)
-        if is_current(path, self.fingerprint):
+        path = self._file(spec.name)
+        if spec.tracks is None or is_current(path, self.fingerprint):
             return
-        confidence = np.where(trial.weight > 0, tracks.confidence, 0.0)
+        confidence = np.where(weight() > 0, tracks.confidence, 0.0)
         save_tracks(path, Tracks(tracks.markers, tracks.time_s, tracks.position_px, confidence))
         mark_current(path, self.fingerprint)
 
 
-def is_usable(spec: TrialSpec) -> bool:
-    """Whether this version uses the trial."""
-    return spec.kind == "swim" and (spec.tracks is not None or spec.video is not None)
+@dataclass(frozen=True)
+class _Recorded:
+    """The tracks of a trial, those of a video from its first boxes on.
 
+    Attributes:
+        tracks: in pixels.
+        camera: of the session.
+        first: frame of the recording that they begin with.
+        flags: of the tracker, its frames counted from the beginning of the video.
+        picture_px: width and height of the video; None where tracks were given.
+    """
 
-def _why_left_out(spec: TrialSpec) -> str:
-    if spec.kind != "swim":
-        return f"this version does not use {spec.kind} trials yet"
-    return "it has neither tracks nor a video"
+    tracks: Tracks
+    camera: CameraSpec
+    first: int = 0
+    flags: tuple[Flag, ...] = ()
+    picture_px: tuple[int, int] | None = None
+
+    def flagged(self, trial: T, metres_per_px: float | None = None) -> T:
+        """The trial with the tracker's and the lens's doubts beside its own, if it was filmed."""
+        if self.picture_px is None:
+            return trial
+        doubts = lens_flags(self.camera, picture_px=self.picture_px, metres_per_px=metres_per_px)
+        flags = (*self.flags, *(flag.later(self.first) for flag in trial.flags), *doubts)
+        return replace(trial, flags=tuple(dict.fromkeys(flags)))

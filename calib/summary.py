@@ -5,7 +5,7 @@ from typing import Any
 
 
 def calibration_lines(data: Mapping[str, Any]) -> list[str]:
-    """A line a trial, then coefficients, means, and every flag: of the trials, each once, then of the whole fit.
+    """A line a trial, then structure, coefficients, means, and every flag: of the trials, each once, then of the fit.
 
     Args:
         data: the content of `calibration.json`.
@@ -20,6 +20,7 @@ def calibration_lines(data: Mapping[str, Any]) -> list[str]:
             _shown(trial["speed_ebt"], 8, 4),
         )
         lines.append(f"{name:12} {trial['role']:8} {' '.join(numbers)}")
+    lines += [source["sentence"] for source in data["structure"].values()]
     lines.append("coefficients " + ", ".join(f"{name} {value:.3g}" for name, value in data["coefficients"].items()))
     for role, label in (("fit", "fit trials"), ("holdout", "held out")):
         if (summary := data["summary"][role]) is not None:
@@ -28,7 +29,7 @@ def calibration_lines(data: Mapping[str, Any]) -> list[str]:
                 f"{_shown(summary['speed_mae_twin'], 0, 4)} m/s (EBT {_shown(summary['speed_mae_ebt'], 0, 4)})"
             )
     doubts: dict[str, list[str]] = {}
-    for name, trial in data["trials"].items():
+    for name, trial in (data["experiments"] | data["trials"]).items():
         for flag in trial["flags"]:
             doubts.setdefault(f"{_place(flag)}{flag['message']}", []).append(name)
     lines += [f"! {', '.join(dict.fromkeys(names))}: {doubt}" for doubt, names in doubts.items()]

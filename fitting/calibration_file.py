@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.calibration import CalibratedTrial, Calibration, Summary
 from fitting.coefficient_fit import NAMES, CoefficientFit, Restart
-from fitting.ebt import EBT_RATIO_ONLY
+from fitting.structure import Source, Structure
 from session import Flag
 from swimmer import FluidCoefficients
 
@@ -21,6 +21,8 @@ def calibration_payload(calibration: Calibration) -> dict[str, Any]:
         "coefficients": calibration.coefficients._asdict(),
         "hinge_stiffness": calibration.robot.tail.hinge_stiffness_n_m,
         "crank_arm_m": calibration.robot.crank.arm_m,
+        "structure": {source.quantity: _source(source) for source in calibration.structure.sources},
+        "experiments": _experiments(calibration.structure),
         "trials": {trial.measured.name: _trial(trial) for trial in calibration.trials},
         "ebt": {
             "beta": calibration.ebt.beta,
@@ -39,7 +41,30 @@ def calibration_payload(calibration: Calibration) -> dict[str, Any]:
             "simulated_s": round(fit.spent_s, 1),
             "trace": [[round(spent, 1), MILLIMETRES * best] for spent, best in fit.trace],
             "restarts": [_restart(restart) for restart in fit.restarts],
+            "flags": [flag.to_json() for flag in fit.flags],
         },
+    }
+
+
+def _source(source: Source) -> dict[str, Any]:
+    return {
+        "value": source.value,
+        "unit": source.unit,
+        "se": source.se,
+        "trials": list(source.trials),
+        "assumed": source.assumed,
+        "sentence": source.sentence,
+    }
+
+
+def _experiments(structure: Structure) -> dict[str, Any]:
+    """The dry experiments by name: kind, whether the structure was taken from them, doubts."""
+    used = {name for source in structure.sources for name in source.trials}
+    decays = {fit.name: ("free_decay", fit.flags) for fit in structure.decays}
+    runs = {trial.name: ("dry", trial.flags) for trial in (structure.crank.trials if structure.crank else ())}
+    return {
+        name: {"kind": kind, "used": name in used, "flags": [flag.to_json() for flag in flags]}
+        for name, (kind, flags) in (decays | runs).items()
     }
 
 
@@ -102,7 +127,7 @@ def read_fit(data: Mapping[str, Any]) -> tuple[CoefficientFit, dict[str, float]]
         restarts=tuple(_read_restart(restart) for restart in fit["restarts"]),
         evaluations=fit["evaluations"],
         seconds=fit["seconds"],
-        flags=tuple(flag for flag in map(Flag.from_json, data["flags"]) if flag.kind != EBT_RATIO_ONLY),
+        flags=tuple(map(Flag.from_json, fit["flags"])),
         method=fit["method"],
         spent_s=fit["simulated_s"],
         trace=tuple((spent, best / MILLIMETRES) for spent, best in fit["trace"]),

@@ -1,6 +1,9 @@
 """Sentences about where the numbers of a structure come from."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
+
+import numpy as np
 
 from fitting.dry_run import CrankFit
 from fitting.free_decay import HingeEstimate
@@ -63,8 +66,27 @@ def _assumed(quantity: _Quantity, value: float, origin: str, why: str) -> Source
 
 
 def _measured(quantity: _Quantity, value: float, se: float, trials: tuple[str, ...], experiment: str) -> Source:
-    shown = f"{quantity.shown * value:.4g} ± {quantity.shown * se:.2g} {quantity.shown_unit}"
+    shown = f"{_with_error(quantity.shown * value, quantity.shown * se)} {quantity.shown_unit}"
     from_trials = f"{experiment}{'s' if len(trials) > 1 else ''} {', '.join(trials)}"
     return Source(
         quantity.key, value, quantity.unit, se, trials, f"{quantity.words} {shown} (standard error) from {from_trials}"
     )
+
+
+def _with_error(value: float, se: float) -> str:
+    """`0.743 ± 0.011`: two digits of the error, and as many decimals of the value."""
+    decimals = max(1 - int(np.floor(np.log10(se))), 0) if se > 0 else 6
+    return f"{value:.{decimals}f} ± {se:.{decimals}f}"
+
+
+def with_sources(robot: RobotSpec, sources: Iterable[Source]) -> RobotSpec:
+    """The robot with the numbers of these sources in the place of its own."""
+    value = {source.quantity: source.value for source in sources}
+    tail = robot.tail.model_copy(
+        update={
+            "hinge_stiffness_n_m": value.get(STIFFNESS.key, robot.tail.hinge_stiffness_n_m),
+            "hinge_damping_n_m_s": value.get(DAMPING.key, robot.tail.hinge_damping_n_m_s),
+        }
+    )
+    crank = robot.crank.model_copy(update={"arm_m": value.get(ARM.key, robot.crank.arm_m)})
+    return robot.model_copy(update={"tail": tail, "crank": crank})

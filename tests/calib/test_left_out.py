@@ -18,14 +18,9 @@ MOTOR_LOG = ",".join(MOTOR_COLUMNS) + "\n" + "".join(f"{k / 100},{k * 0.06},6.2,
 
 OTHERS = """
 [[trial]]
-name = "pull"
-kind = "free_decay"
-tracks = "trials/slow.csv.gz"
-
-[[trial]]
 name = "clamped"
 kind = "dry"
-tracks = "trials/slow.csv.gz"
+motor = "logged.motor.csv"
 commanded_hz = 0.8
 
 [[trial]]
@@ -56,14 +51,10 @@ def test_other_trials_are_left_out_with_a_note_that_says_why(calib: Front, fresh
     outcome = calib("run", with_others(fresh), "--effort", "quick")
 
     assert outcome.code == 0, outcome.err
-    for line in (
-        "Trial pull was left out: this version does not use free_decay trials yet.",
-        "Trial clamped was left out: this version does not use dry trials yet.",
-        "Trial logged was left out: it has neither tracks nor a video.",
-    ):
-        assert line in outcome.out
+    for name in ("clamped", "logged"):
+        assert f"Trial {name} was left out: it has neither tracks nor a video." in outcome.out
     report = (fresh / "results" / "report.html").read_text()
-    assert "Trial pull was left out" in report
+    assert "Trial clamped was left out" in report
 
 
 def test_a_session_with_nothing_to_fit_is_told_so(calib: Front, fresh: Path) -> None:
@@ -76,7 +67,7 @@ def test_a_session_with_nothing_to_fit_is_told_so(calib: Front, fresh: Path) -> 
 def test_a_session_of_motor_logs_only_is_told_so(calib: Front, fresh: Path) -> None:
     only(with_others(fresh), "logged")
 
-    assert_told(calib("run", fresh), "no swim with tracks", "Trial logged was left out")
+    assert_told(calib("run", fresh), "no swim with tracks", "found logged (swim)", "Trial logged was left out")
 
 
 @pytest.mark.usefixtures("true_report")
