@@ -90,7 +90,7 @@ class VideoStage:
             InputError: the video cannot be read, or its boxes are missing, faulty or not found.
         """
         if spec.name not in self._tracks:
-            with Video(self._video(spec)) as video:
+            with self._opened(spec) as video:
                 self._tracks[spec.name] = self._tracked(spec, video)
         return self._tracks[spec.name]
 
@@ -109,7 +109,7 @@ class VideoStage:
                 stands in `folder`.
         """
         if spec.name not in self._boxes:
-            with Video(self._video(spec)) as video:
+            with self._opened(spec) as video:
                 self._boxes[spec.name] = self._boxes_in(spec, video)
         return self._boxes[spec.name]
 
@@ -151,7 +151,7 @@ class VideoStage:
             InputError: the video cannot be read.
         """
         page, names = self.folder / f"{spec.name}.click.html", self._session.markers
-        with Video(self._video(spec)) as video:
+        with self._opened(spec) as video:
             suggested = self._suggested(spec, video)
             picture = next(video.frames()) if suggested is None else video.frame(suggested.frame)
             blobs = (*find_blobs(picture.luma, "bright"), *find_blobs(picture.luma, "dark"))
@@ -260,6 +260,9 @@ class VideoStage:
         if path not in self._hashes:
             self._hashes[path] = sha256_of(path)
         return self._hashes[path]
+
+    def _opened(self, spec: TrialSpec) -> Video:
+        return Video(self._video(spec), self._options.workers)
 
     @staticmethod
     def _video(spec: TrialSpec) -> Path:

@@ -51,7 +51,7 @@ def _recorded(pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | Non
         seen = pipeline.recordings.videos.tracks(spec)
         tracked, first = replace(seen.tracked, flags=seen.flags), seen.boxes.frame
     if spec.video is not None:
-        with Video(spec.video) as video:
+        with Video(spec.video, pipeline.options.workers) as video:
             picture, frames = (video.info.width_px, video.info.height_px), video.info.frames
         proxy = _proxy(pipeline, spec.name, spec.video, frames)
     if fitted is None:

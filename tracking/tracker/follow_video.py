@@ -10,6 +10,7 @@ from session import Fault, Flag, InputError, Tracks
 from tracking.boxes import StartBoxes
 from tracking.records import SampleState, TrackedTrial
 from tracking.suspects import stretches
+from tracking.tracker.opencv_threads import opencv_on_one_thread
 from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.tracker import MarkerTracker, Sighting
@@ -25,8 +26,8 @@ LEAST_CONTRAST_FAINT = 25.0
 """The same where the detector hardly answers, so that only CSRT can follow it."""
 PREDICTED_FOR = 12
 """Frames for which the position of an unseen marker is carried on; after that it is missing."""
-_SNAPSHOT_EVERY = 30  # frames; from the last of these interrupted work goes on
-_KEEP_EVERY = 600  # frames; the snapshot is written then, and when the work is interrupted
+_SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
+_KEEP_EVERY = 600  # frames at least; the snapshot is written then, and when the work is interrupted
 _TELL_EVERY_S = 0.2
 
 _ROWS, _ROWS_OF = "rows_", ("position_px", "confidence", "size_px", "state", "by_csrt")
@@ -86,7 +87,7 @@ def follow_video(
     it leaves what was tracked so far in `partial` and goes on from there the next time, with the same result.
 
     Args:
-        video: opened.
+        video: opened; CSRT takes as many threads as it decodes with.
         boxes: of all the markers, in one frame.
         markers: their names, in the order wanted.
         method: one of `TRACKERS`.
@@ -100,25 +101,31 @@ def follow_video(
     if method not in TRACKERS:
         raise ValueError(f"no tracker {method!r}; choices: {', '.join(TRACKERS)}")
     record = _Record(video.info.frames, len(markers))
-    if method == "csrt":
-        baseline, first = _begun_plain(video, boxes, tuple(markers))
-        record.add(boxes.frame, first)
-        _follow(video, baseline, record, None, progress)
-    else:
-        tracker = _taken_up(record, partial)
-        if tracker is None:
-            tracker, first = _begun(video, boxes, tuple(markers), method)
+    with opencv_on_one_thread():
+        if method == "csrt":
+            baseline, first = _begun_plain(video, boxes, tuple(markers))
             record.add(boxes.frame, first)
-        _follow(video, tracker, record, partial, progress)
+            _follow(video, baseline, record, None, progress)
+        else:
+            tracker = _taken_up(video, record, partial)
+            if tracker is None:
+                tracker, first = _begun(video, boxes, tuple(markers), method)
+                record.add(boxes.frame, first)
+            _follow(video, tracker, record, partial, progress)
     return _result(video, tuple(markers), record)
 
 
-def _taken_up(record: _Record, partial: Partial | None) -> MarkerTracker | None:
+def _taken_up(video: Video, record: _Record, partial: Partial | None) -> MarkerTracker | None:
     kept = partial.read() if partial is not None else None
     if kept is None or "record_unseen" not in kept:
         return None
+    tracker, end = MarkerTracker.restored(kept, video.threads), len(kept[f"{_ROWS}state"])
+    if tracker.faint is not None:
+        frames = video.frames(end - min(tracker.faint.behind, end), end)
+        if not tracker.faint.replay(frame.luma for frame in frames):  # some of them cannot be read
+            return None
     record.take_back(kept)
-    return MarkerTracker.restored(kept)
+    return tracker
 
 
 def _begun(
@@ -127,7 +134,8 @@ def _begun(
     chosen = [boxes.boxes[name] for name in markers]
     centre = np.array([box.centre_px for box in chosen])
     side = np.array([(box.width + box.height) / 2 for box in chosen])
-    tracker, first = MarkerTracker.begin(video.frame(boxes.frame).luma, centre, side, use_csrt=method == "hybrid")
+    luma, use_csrt = video.frame(boxes.frame).luma, method == "hybrid"
+    tracker, first = MarkerTracker.begin(luma, centre, side, use_csrt, threads=video.threads)
     faint = tracker.faint.which if tracker.faint is not None else ~first.seen
     empty = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
     empty |= ~first.seen
@@ -142,7 +150,7 @@ def _begun(
 
 def _begun_plain(video: Video, boxes: StartBoxes, markers: tuple[str, ...]) -> tuple[PlainCsrt, Sighting]:
     chosen = np.array([boxes.boxes[name] for name in markers])  # (m, 4)
-    tracker = PlainCsrt(video.frame(boxes.frame).luma, chosen[:, :2], chosen[:, 2:])
+    tracker = PlainCsrt(video.frame(boxes.frame).luma, chosen[:, :2], chosen[:, 2:], video.threads)
     return tracker, tracker.first
 
 
@@ -158,15 +166,18 @@ def _follow(
     since = np.diff(video.info.time_s, prepend=np.nan) * video.info.fps  # frames of the usual rate
     last = first - 1
     snapshot: dict[str, np.ndarray] = {}
+    taken = written = first  # the last snapshot, and the last one written
     try:
         for frame in video.frames(first):
             elapsed = float(since[last + 1 : frame.number + 1].sum())
             record.add(frame.number, tracker.step(frame.luma, frames=elapsed))
             last = frame.number
-            if partial is not None and isinstance(tracker, MarkerTracker) and record.end % _SNAPSHOT_EVERY == 0:
-                snapshot = record.arrays() | tracker.state() if tracker.can_be_kept else snapshot
-                if snapshot and record.end % _KEEP_EVERY == 0:
+            if partial is not None and isinstance(tracker, MarkerTracker):
+                if record.end - taken >= _SNAPSHOT_EVERY and tracker.can_be_kept:
+                    snapshot, taken = record.arrays() | tracker.state(), record.end
+                if taken - written >= _KEEP_EVERY:
                     partial.write(snapshot)
+                    written = taken
             if progress is not None and (now := time.perf_counter()) - told > _TELL_EVERY_S:
                 told = now
                 progress(record.end, len(record.state), (record.end - first) / (now - began))

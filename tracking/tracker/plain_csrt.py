@@ -18,9 +18,11 @@ class PlainCsrt:
         luma: (h, w) uint8, the frame of the boxes.
         corner_px: (m, 2) top left corners of the boxes.
         side_px: (m, 2) width and height of each.
+        threads: on which the trackers are updated side by side, 0 for all cores.
     """
 
-    def __init__(self, luma: np.ndarray, corner_px: np.ndarray, side_px: np.ndarray) -> None:
+    def __init__(self, luma: np.ndarray, corner_px: np.ndarray, side_px: np.ndarray, threads: int = 0) -> None:
+        self._threads = threads
         picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
         self._trackers = [cv2.TrackerCSRT.create() for _ in corner_px]
         boxes = np.rint(np.hstack([corner_px, side_px])).astype(int)
@@ -31,7 +33,7 @@ class PlainCsrt:
     def step(self, luma: np.ndarray, *, frames: float = 1.0) -> Sighting:  # noqa: ARG002  it has no motion model
         """Takes the next frame (h, w) uint8."""
         picture = cv2.cvtColor(np.ascontiguousarray(luma), cv2.COLOR_GRAY2BGR)
-        with ThreadPoolExecutor() as pool:
+        with ThreadPoolExecutor(self._threads or None) as pool:
             return self._sighting(list(pool.map(lambda tracker: tracker.update(picture), self._trackers)))
 
     @staticmethod

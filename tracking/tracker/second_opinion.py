@@ -29,7 +29,7 @@ class SecondOpinion:
     """Keeps each marker's last good picture, and starts CSRT on it once the marker is lost.
 
     Args:
-        threads: on which the crops are updated side by side; OpenCV lets go of the interpreter.
+        threads: on which the crops are updated side by side, 0 for all cores; OpenCV lets go of the interpreter.
     """
 
     def __init__(self, threads: int = 0) -> None:

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import or_
 
 import numpy as np
 
@@ -53,20 +55,26 @@ class MarkerTracker:
         start: the look of the markers in their start boxes.
         motion: where they are.
         spacing: how far apart neighbours are.
-        use_csrt: whether CSRT is asked where no spot answers.
+        csrt: asked where no spot answers; None: nobody is.
     """
 
-    def __init__(self, start: Appearance, motion: Motion, spacing: Spacing, use_csrt: bool = True) -> None:
+    def __init__(self, start: Appearance, motion: Motion, spacing: Spacing, csrt: SecondOpinion | None) -> None:
         self.start = start
         self.look = start
         self.motion = motion
         self.spacing = spacing
-        self.csrt = SecondOpinion() if use_csrt else None
+        self.csrt = csrt
         self.faint: FaintMarkers | None = None
 
     @classmethod
     def begin(
-        cls, luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray, use_csrt: bool = True, one_body: bool = True
+        cls,
+        luma: np.ndarray,
+        centre_px: np.ndarray,
+        box_px: np.ndarray,
+        use_csrt: bool = True,
+        one_body: bool = True,
+        threads: int = 0,
     ) -> tuple["MarkerTracker", Sighting]:
         """Starts in a frame in which every marker has a box.
 
@@ -76,19 +84,21 @@ class MarkerTracker:
             box_px: (m,) mean side of each.
             use_csrt: whether CSRT is asked where no spot answers.
             one_body: whether the markers sit on one body, so that a neighbour cannot go far away.
+            threads: for CSRT, 0 for all cores.
         """
         start = measure_appearance(luma, centre_px, box_px)
         for _ in range(2):  # a box may hold part of a neighbour
             centres = measure_centres(luma, centre_px, centre_px, start)
             start = replace(start, diameter_px=np.minimum(centres.diameter_px, box_px), contrast=centres.contrast)
         start = with_answer(luma, centres.position_px, start)
-        tracker = cls(start, Motion(centre_px, start.diameter_px), Spacing(centre_px, False), use_csrt)
+        csrt = SecondOpinion(threads) if use_csrt else None
+        tracker = cls(start, Motion(centre_px, start.diameter_px), Spacing(centre_px, False), csrt)
         near_px = np.minimum(start.diameter_px, box_px) / 2 + _SLACK_PX
         first = tracker._see(luma, Prediction(centre_px.astype(float), near_px))
         faint = ~first.seen | (start.answer * start.contrast < _FAINT)
         if use_csrt and faint.any():
             place = np.where(faint[:, None], centre_px, first.position_px)
-            tracker.faint = FaintMarkers(luma, place, start.diameter_px, faint)
+            tracker.faint = FaintMarkers(luma, place, start.diameter_px, faint, threads)
             first = _followed(first, dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
             tracker.motion = Motion(place, start.diameter_px)
         tracker.spacing = Spacing(first.position_px, one_body)
@@ -107,21 +117,25 @@ class MarkerTracker:
     def state(self) -> dict[str, np.ndarray]:
         """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
         looks = {"start": self.start.as_array(), "look": self.look.as_array()}
-        return looks | self.motion.state() | self.spacing.state() | (self.csrt.state() if self.csrt is not None else {})
+        by_csrt = (part.state() for part in (self.csrt, self.faint) if part is not None)
+        return reduce(or_, by_csrt, looks | self.motion.state() | self.spacing.state())
 
     @classmethod
-    def restored(cls, state: Mapping[str, np.ndarray]) -> "MarkerTracker":
-        """The tracker whose `state` this was."""
-        tracker = cls(Appearance(*state["start"]), Motion.restored(state), Spacing.restored(state), "crops" in state)
+    def restored(cls, state: Mapping[str, np.ndarray], threads: int = 0) -> "MarkerTracker":
+        """The tracker whose `state` this was; if it has faint markers, they must be shown their last frames."""
+        csrt = SecondOpinion(threads) if "crops" in state else None
+        tracker = cls(Appearance(*state["start"]), Motion.restored(state), Spacing.restored(state), csrt)
         tracker.look = Appearance(*state["look"])
-        if tracker.csrt is not None:
-            tracker.csrt.restore(state)
+        if csrt is not None:
+            csrt.restore(state)
+        if "faint" in state:
+            tracker.faint = FaintMarkers.restored(state, threads)
         return tracker
 
     @property
     def can_be_kept(self) -> bool:
-        """Whether `state` says it all: not while CSRT runs on a marker, as it does on faint ones all along."""
-        return self.faint is None and (self.csrt is None or not self.csrt.running)
+        """Whether `state` says it all: not while CSRT is asked about a marker that was lost."""
+        return self.csrt is None or not self.csrt.running
 
     def _see(
         self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None, frames: float = 1.0

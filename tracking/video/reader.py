@@ -29,6 +29,7 @@ class Video:
 
     Attributes:
         info: size, codec and the time of every frame.
+        threads: to decode with, 0 for all cores; who works on its frames does well to take no more.
     """
 
     def __init__(self, path: Path, threads: int = 0) -> None:
@@ -37,7 +38,7 @@ class Video:
         Raises:
             InputError: if the file is missing, is no video or has no frame that can be decoded.
         """
-        self._file, self._threads = Path(path), threads
+        self._file, self.threads = Path(path), threads
         self.info, self._index, self._stored_size_px = survey(self._file)
         self._lost: set[int] = set()
         self._seekers: dict[int, Seeker] = {}
@@ -101,7 +102,7 @@ class Video:
     @property
     def _attempts(self) -> tuple[int, ...]:
         """Threads to try with: several lose what follows a fault just before the end of a file, one does not."""
-        return (1,) if self._threads == 1 else (self._threads, 1)
+        return (1,) if self.threads == 1 else (self.threads, 1)
 
     def _frames(self, start: int, stop: int) -> Iterator[Frame]:
         """The readable frames, each attempt going on where the one before ended."""

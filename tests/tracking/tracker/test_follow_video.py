@@ -6,6 +6,7 @@ import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -14,6 +15,7 @@ from tests.tracking.tracker.pool import WATER, Pool, Thing, tail
 from tracking.boxes import Box, StartBoxes
 from tracking.records import SampleState, TrackedTrial
 from tracking.tracker import PREDICTED_FOR, TRACKERS, Partial, follow_video
+from tracking.tracker.second_opinion import SecondOpinion
 from tracking.video import Frame, Video
 
 NAMES = ("tail_1", "tail_2", "tail_3", "tail_4")
@@ -121,6 +123,46 @@ def test_interrupted_work_goes_on_to_the_same_bits(
     assert same(tracked(clip, method=method, partial=partial, progress=resumed), reference)
     assert resumed.told[0][0] > 30
     assert not partial.path.exists()
+
+
+FAINT_POOL = Pool(tail(1.5, 30, 0.6, 4, (60, 60)), (220, 140), contrast=[110.0, 45.0, 110.0, 40.0])
+
+
+@pytest.mark.parametrize("after", [33, 64])
+def test_interrupted_work_on_faint_markers_goes_on_to_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: int
+) -> None:
+    """What CSRT has learned cannot be written down; it is shown what it had seen."""
+    monkeypatch.setattr(sys.modules["tracking.tracker.tracker"], "_FAINT", 60.0)
+    clip, boxes = FAINT_POOL.video(tmp_path / "faint.mkv", FRAMES), FAINT_POOL.boxes(NAMES)
+    reference = tracked(clip, boxes)
+    faint = [flag.markers for flag in reference.flags if flag.kind == "only_csrt" and flag.frames == (0, FRAMES - 1)]
+    assert faint == [("tail_2",), ("tail_4",)]
+    partial = Partial(tmp_path / "f1.partial.npz", "one")
+    with pytest.raises(KeyboardInterrupt):
+        tracked(clip, boxes, partial=partial, progress=Interrupting(after, monkeypatch))
+    resumed = Interrupting(10**6, monkeypatch)
+    assert same(tracked(clip, boxes, partial=partial, progress=resumed), reference)
+    assert resumed.told[0][0] > 30
+
+
+def test_the_threads_of_the_video_are_the_trackers_and_change_nothing(
+    clip: Path, monkeypatch: pytest.MonkeyPatch, whole: TrackedTrial
+) -> None:
+    asked: list[int] = []
+    before = cv2.getNumThreads()
+
+    class Watched(SecondOpinion):
+        def __init__(self, threads: int = 0) -> None:
+            asked.extend([threads, cv2.getNumThreads()])
+            super().__init__(threads)
+
+    monkeypatch.setattr(sys.modules["tracking.tracker.tracker"], "SecondOpinion", Watched)
+    with Video(clip, threads=1) as video:
+        trial = follow_video(video, POOL.boxes(NAMES), NAMES)
+    assert asked == [1, 1]
+    assert cv2.getNumThreads() == before
+    assert same(trial, whole)
 
 
 def test_interrupted_before_the_first_snapshot_it_starts_anew(
