@@ -1,35 +1,48 @@
-"""Sessions made with the twin: tracking noise, track faults, filmed swims, known truth."""
+"""Sessions made with the twin: swims, dry runs and free decays; tracking noise, track faults, motor logs, truth."""
 
 from synthetic.card import write_card
+from synthetic.decays import TrueDecay, simulate_decays
 from synthetic.default import default_plan
+from synthetic.driven import TrueMotor
 from synthetic.faults import Freeze, Gap, Jump, Merge, TrackFault, with_faults
 from synthetic.filmed import SessionVideo
+from synthetic.motor import SyntheticMotor
 from synthetic.noise import NOISELESS, TrackingNoise
-from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial
+from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticPlan
 from synthetic.session import make_session
-from synthetic.swims import TrueSwim, simulate_swims
-from synthetic.truth import TRUTH_FILE, TrialTruth, Truth, read_truth
+from synthetic.swims import TrueRun, simulate_dry_runs, simulate_swims
+from synthetic.trials import SyntheticCamera, SyntheticDecay, SyntheticTrial
+from synthetic.truth import TRUTH_FILE, DecayTruth, DryTruth, StructureTruth, TrialTruth, Truth, read_truth
 
 __all__ = [
     "NOISELESS",
     "PLAUSIBLE_COEFFICIENTS",
     "TRUTH_FILE",
+    "DecayTruth",
+    "DryTruth",
     "Freeze",
     "Gap",
     "Jump",
     "Merge",
     "SessionVideo",
+    "StructureTruth",
     "SyntheticCamera",
+    "SyntheticDecay",
+    "SyntheticMotor",
     "SyntheticPlan",
     "SyntheticTrial",
     "TrackFault",
     "TrackingNoise",
     "TrialTruth",
-    "TrueSwim",
+    "TrueDecay",
+    "TrueMotor",
+    "TrueRun",
     "Truth",
     "default_plan",
     "make_session",
     "read_truth",
+    "simulate_decays",
+    "simulate_dry_runs",
     "simulate_swims",
     "with_faults",
     "write_card",

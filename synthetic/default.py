@@ -1,9 +1,11 @@
-"""The plan behind `calib new --synthetic` and `datasets/sample`: five speeds, noise, one track fault."""
+"""The plan behind `calib new --synthetic` and `datasets/sample`: swims, dry runs, a free decay."""
 
 import numpy as np
 
 from synthetic.faults import Merge
-from synthetic.plan import SyntheticPlan, SyntheticTrial
+from synthetic.motor import SyntheticMotor
+from synthetic.plan import SyntheticPlan
+from synthetic.trials import SyntheticDecay, SyntheticTrial
 
 SPEEDS_HZ = (0.4, 0.6, 0.8, 1.0, 1.3)
 """Commanded crank turns a second: the range of the published swims."""
@@ -13,23 +15,31 @@ SLIP_S = 0.02
 FEWEST_S, FEWEST_BEATS = 5.0, 3.2
 
 
+DRY_HZ = (0.6, 0.9)
+BETWEEN_VIDEOS_S = 96.0
+"""From the start of one dry run's video to that of the next."""
+
+
 def default_plan(seed: int = 0) -> SyntheticPlan:
-    """Five swims of the built-in fish, two to fit, three held out; in the fastest tail_4 merges onto tail_5.
+    """Five swims of the built-in fish, two dry runs with a motor log, a free decay.
+
+    Two of the swims are to fit, three are held out; in the fastest tail_4 merges onto tail_5.
 
     Args:
-        seed: of noise, crank phases and headings.
+        seed: of noise, crank phases, headings and the motor's clock.
     """
     random = np.random.default_rng([seed, len(SPEEDS_HZ)])
     phases, headings = 2 * np.pi * random.random((2, len(SPEEDS_HZ)))
-    trials = [_trial(*settings) for settings in zip(SPEEDS_HZ, phases, headings, strict=True)]
-    return SyntheticPlan(trials=tuple(trials), seed=seed)
+    trials = [_swim(*settings) for settings in zip(SPEEDS_HZ, phases, headings, strict=True)]
+    dry_runs, decays = _dry_experiments(np.random.default_rng([seed, len(SPEEDS_HZ), len(DRY_HZ)]))
+    return SyntheticPlan(trials=tuple(trials), dry_runs=dry_runs, free_decays=decays, seed=seed)
 
 
-def _trial(commanded_hz: float, phase_rad: float, heading_rad: float) -> SyntheticTrial:
+def _swim(commanded_hz: float, phase_rad: float, heading_rad: float) -> SyntheticTrial:
     fastest = commanded_hz == max(SPEEDS_HZ)
     return SyntheticTrial(
-        name=f"f{commanded_hz:.2f}".replace(".", "_"),
-        frequency_hz=round(commanded_hz * (1 - SLIP_S * commanded_hz), 4),
+        name=_name("f", commanded_hz),
+        frequency_hz=_reached(commanded_hz),
         commanded_hz=commanded_hz,
         seconds=max(FEWEST_S, round(FEWEST_BEATS / commanded_hz, 1)),
         role="fit" if commanded_hz in FIT_HZ else "holdout",
@@ -37,3 +47,38 @@ def _trial(commanded_hz: float, phase_rad: float, heading_rad: float) -> Synthet
         heading_rad=round(float(heading_rad), 3),
         faults=(Merge(marker="tail_4", onto="tail_5", first=120, frames=20),) if fastest else (),
     )
+
+
+def _dry_experiments(
+    random: np.random.Generator,
+) -> tuple[tuple[SyntheticTrial, ...], tuple[SyntheticDecay, ...]]:
+    """One robot in one clamp under one camera, its motor logged by one computer."""
+    heading_rad = round(float(2 * np.pi * random.random()), 3)
+    first_s, rate = round(float(random.uniform(2000, 9000)), 3), 1 + round(float(random.uniform(-8e-5, 8e-5)), 6)
+    runs = []
+    for number, hz in enumerate(DRY_HZ):
+        starts_s = round(float(random.uniform(0.5, 1.2)), 3)
+        motor = SyntheticMotor(
+            starts_s=starts_s,
+            clock_offset_s=round(first_s + BETWEEN_VIDEOS_S * number, 3),
+            clock_rate=rate,
+        )
+        run = SyntheticTrial(
+            name=_name("dry_", hz),
+            frequency_hz=_reached(hz),
+            commanded_hz=hz,
+            seconds=round(motor.ends_s + 0.4, 1),
+            phase_rad=round(float(2 * np.pi * random.random()), 3),
+            heading_rad=heading_rad,
+            motor=motor,
+        )
+        runs.append(run)
+    return tuple(runs), (SyntheticDecay(name="decay_1", heading_rad=heading_rad),)
+
+
+def _name(prefix: str, hz: float) -> str:
+    return f"{prefix}{hz:.2f}".replace(".", "_")
+
+
+def _reached(commanded_hz: float) -> float:
+    return round(commanded_hz * (1 - SLIP_S * commanded_hz), 4)

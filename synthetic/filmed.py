@@ -13,7 +13,7 @@ from session.camera import Distortion
 from swimmer import RobotSpec
 from swimmer.robot import NonNegative, Positive
 from synthetic.plan import SyntheticPlan
-from synthetic.swims import TrueSwim
+from synthetic.swims import TrueRun
 from synthetic.video import (
     ClipPlan,
     ClipTruth,
@@ -36,7 +36,7 @@ class SessionVideo(Table):
     """How the swims of a session are filmed; its clock and scale are those of the plan's camera.
 
     Attributes:
-        trials: names of the filmed ones; None for all.
+        trials: names of the filmed swims; None for all of them. Dry runs and free decays, in air, are tracked.
         width_px, height_px: of the videos, multiples of 2 and 4, the middle of the camera's image; None for all of it.
         height_m: of the camera above the water; None for no parallax, as without a camera file.
         distortion: k1, k2, p1, p2, k3 of OpenCV.
@@ -90,7 +90,7 @@ class SessionVideo(Table):
         )
 
 
-def film_scene(swim: TrueSwim, plan: SyntheticPlan, video: SessionVideo, number: int) -> PoolScene:
+def film_scene(swim: TrueRun, plan: SyntheticPlan, video: SessionVideo, number: int) -> PoolScene:
     """The scene of a swim, where the plan has it in the image.
 
     Args:
@@ -125,7 +125,7 @@ def true_tracks(truth: ClipTruth) -> Tracks:
     return Tracks(truth.markers, truth.time_s, truth.shown_px, np.ones(truth.shown_px.shape[:2]))
 
 
-def _placed(swim: TrueSwim, robot: RobotSpec, markers: tuple[str, ...], optics: Optics, first_px: np.ndarray) -> Motion:
+def _placed(swim: TrueRun, robot: RobotSpec, markers: tuple[str, ...], optics: Optics, first_px: np.ndarray) -> Motion:
     """The swim in the camera's pool, from where its markers (m, 2) are in the first frame, px without lens."""
     raw = Motion(swim.time_s, swim.head, swim.hinges_rad)
     points = RobotPoints(robot, [robot.markers[name] for name in markers])

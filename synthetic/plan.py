@@ -7,59 +7,15 @@ import numpy as np
 from pydantic import Field, field_serializer, model_validator
 
 from session import FISHSIM_MARKERS, Table
-from session.session_file import Name, TrialRole
 from swimmer import FluidCoefficients, RobotSpec, load_robot
 from swimmer.robot import NonNegative, Positive
-from synthetic.faults import Merge, Pixels, TrackFault
+from synthetic.faults import Merge
+from synthetic.motor import RISE_S
 from synthetic.noise import TrackingNoise
+from synthetic.trials import PlannedTrial, SyntheticCamera, SyntheticDecay, SyntheticTrial
 
 PLAUSIBLE_COEFFICIENTS = FluidCoefficients(0.4, 2.0, 6.0, 4.0, 1.0)
 """None at a bound or near the published ones; the fish swims forward, 0.06 to 0.20 m/s from 0.4 to 1.3 Hz."""
-
-
-class SyntheticCamera(Table):
-    """A camera that looks straight down: no lens, no parallax, exact clock.
-
-    Attributes:
-        fps: frames a second.
-        px_per_m: scale; the default is that of the published videos.
-        width_px, height_px: size of the image.
-    """
-
-    fps: Positive = 60.0
-    px_per_m: Positive = 965.0
-    width_px: Annotated[int, Field(gt=0)] = 3840
-    height_px: Annotated[int, Field(gt=0)] = 2160
-
-
-class SyntheticTrial(Table):
-    """One swim.
-
-    Attributes:
-        name: of the trial and its file.
-        frequency_hz: turns a second that the crank is driven with.
-        commanded_hz: what the session says it was told.
-        seconds: from the first frame to the last.
-        role: "fit" or "holdout".
-        phase_rad: crank angle in the first frame.
-        heading_rad: where the nose points in the first frame, counter-clockwise from the right of the image.
-        start_px: the nose in the first frame; None centres the swim in the image.
-        faults: of the tracker.
-    """
-
-    name: Name
-    frequency_hz: Positive
-    commanded_hz: Positive
-    seconds: Positive
-    role: TrialRole = "fit"
-    phase_rad: float = 0.0
-    heading_rad: float = 0.0
-    start_px: Pixels | None = None
-    faults: tuple[TrackFault, ...] = ()
-
-    def time_s(self, camera: SyntheticCamera) -> np.ndarray:
-        """(n,) time of each frame from the first, s."""
-        return np.arange(int(round(self.seconds * camera.fps, 6)) + 1) / camera.fps
 
 
 class SyntheticPlan(Table):
@@ -68,6 +24,8 @@ class SyntheticPlan(Table):
     Attributes:
         name: of the session.
         trials: the swims.
+        dry_runs: trials with the head clamped, in air.
+        free_decays: trials in air without tendons.
         seed: of every random draw.
         robot: None for the built-in fish.
         markers: the tracked ones, in the order of the columns.
@@ -75,18 +33,22 @@ class SyntheticPlan(Table):
         noise: of the tracker.
         camera: clock and scale.
         warmup_s: left out of every comparison, as the session says.
-        run_in_s: simulated before the first frame, so that a trial begins in the middle of a developed swim.
-        start_speed_m_s: forward, at the start of the run-in. Slow swims of the twin have a backward steady
-            state as well, and from rest the crank's phase decides between the two.
-        timestep_s: of the simulation; a third of the twin's own, so that no fit can reproduce a session to
+        run_in_s: simulated before the first frame, so that a trial begins in the middle of a developed swim. A trial
+            with a motor has none: the motor drives it from rest to rest.
+        start_speed_m_s: forward, at the start of the run-in, or a push in the first frame. The twin swims backward as
+            well, and from rest the crank's phase decides between the two.
+        timestep_s: of the simulated swims; a third of the twin's own, so that no fit can reproduce a session to
             the bit.
+        air_timestep_s: the same for dry runs and free decays.
 
     Raises:
         pydantic.ValidationError: a `ValueError` that names every fault of the plan.
     """
 
     name: str = "synthetic"
-    trials: Annotated[tuple[SyntheticTrial, ...], Field(min_length=1)]
+    trials: tuple[SyntheticTrial, ...] = ()
+    dry_runs: tuple[SyntheticTrial, ...] = ()
+    free_decays: tuple[SyntheticDecay, ...] = ()
     seed: Annotated[int, Field(ge=0)] = 0
     robot: RobotSpec | None = None
     markers: tuple[str, ...] = FISHSIM_MARKERS
@@ -97,11 +59,17 @@ class SyntheticPlan(Table):
     run_in_s: NonNegative = 8.0
     start_speed_m_s: float = 0.15
     timestep_s: Positive = 0.0015
+    air_timestep_s: Positive = 0.0005
 
     @property
     def swimmer(self) -> RobotSpec:
         """The robot that swims."""
         return self.robot or load_robot()
+
+    @property
+    def all_trials(self) -> tuple[PlannedTrial, ...]:
+        """Swims, dry runs and free decays."""
+        return (*self.trials, *self.dry_runs, *self.free_decays)
 
     @field_serializer("coefficients")
     def _by_name(self, coefficients: FluidCoefficients) -> dict[str, float]:
@@ -133,18 +101,45 @@ def _marker_faults(plan: SyntheticPlan) -> Iterator[str]:
 
 
 def _trial_faults(plan: SyntheticPlan) -> Iterator[str]:
-    names = [trial.name for trial in plan.trials]
+    names = [trial.name for trial in plan.all_trials]
+    if not names:
+        yield "trials: found none, expected at least one of trials, dry_runs or free_decays"
     if len(set(names)) < len(names):
         yield f"trials: found {', '.join(names)}, expected a name of its own for each"
-    for trial in plan.trials:
-        if trial.seconds <= plan.warmup_s:
-            expected = f"expected more than {plan.warmup_s:g} s of warm-up"
-            yield f"trial {trial.name}: found {trial.seconds:g} s, {expected}"
-        last = len(trial.time_s(plan.camera)) - 1
-        for fault in trial.faults:
-            place = f"trial {trial.name}, {fault.kind}"
-            if fault.last > last:
-                yield f"{place}: found frame {fault.last}, expected frames 0 to {last}"
-            for name in (fault.marker, *([fault.onto] if isinstance(fault, Merge) else [])):
-                if name not in plan.markers:
-                    yield f"{place}: found marker {name!r}, expected one of {', '.join(plan.markers)}"
+    for trial in plan.all_trials:
+        yield from _track_faults(plan, trial)
+    for driven in (*plan.trials, *plan.dry_runs):
+        yield from _length_faults(plan, driven)
+    for decay in plan.free_decays:
+        yield from _decay_faults(plan, decay)
+
+
+def _track_faults(plan: SyntheticPlan, trial: PlannedTrial) -> Iterator[str]:
+    last = len(trial.time_s(plan.camera)) - 1
+    for fault in trial.faults:
+        place = f"trial {trial.name}, {fault.kind}"
+        if fault.last > last:
+            yield f"{place}: found frame {fault.last}, expected frames 0 to {last}"
+        for name in (fault.marker, *([fault.onto] if isinstance(fault, Merge) else [])):
+            if name not in plan.markers:
+                yield f"{place}: found marker {name!r}, expected one of {', '.join(plan.markers)}"
+
+
+def _length_faults(plan: SyntheticPlan, trial: SyntheticTrial) -> Iterator[str]:
+    found, motor = f"trial {trial.name}: found {trial.seconds:g} s", trial.motor
+    if trial.seconds <= plan.warmup_s:
+        yield f"{found}, expected more than {plan.warmup_s:g} s of warm-up"
+    if motor is not None and trial.seconds < motor.ends_s:
+        yield f"{found}, expected at least {motor.ends_s:.1f} s: the video shows the motor's codes and drive"
+    if motor is not None and motor.drive_s <= RISE_S + 1 / trial.frequency_hz:
+        least = f"expected more than {RISE_S:g} s to come up to speed and one turn"
+        yield f"trial {trial.name}: found a drive of {motor.drive_s:g} s, {least}"
+
+
+def _decay_faults(plan: SyntheticPlan, trial: SyntheticDecay) -> Iterator[str]:
+    hinges = len(plan.swimmer.hinges)
+    if len(trial.bent_rad) != hinges:
+        expected = f"expected one for each of {hinges} hinges"
+        yield f"trial {trial.name}, bent_rad: found {len(trial.bent_rad)} angles, {expected}"
+    if trial.release_s >= trial.seconds:
+        yield f"trial {trial.name}: found a release at {trial.release_s:g} s, expected it within {trial.seconds:g} s"

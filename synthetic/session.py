@@ -1,125 +1,82 @@
-"""A synthetic session: the twin swims, a camera and a faulty tracker look on, the truth is kept beside it."""
+"""A synthetic session: the twin moves, a camera and a faulty tracker look on, the truth is kept beside it."""
 
-import gzip
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import mujoco
 import tomlkit
 
-from session import Tracks, load_session, new_folder, save_tracks, write_session_toml, write_whole
-from synthetic.faults import with_faults
-from synthetic.filmed import Progress, SessionVideo, film_scene, true_tracks
-from synthetic.noise import NOISELESS, lasting_errors, on_grid, placement_offsets
-from synthetic.plan import SyntheticPlan, SyntheticTrial
-from synthetic.swims import TrueSwim, simulate_swims
-from synthetic.truth import TrialTruth, write_truth
-from synthetic.video import boxes_file, save_boxes, write_scene
+from session import load_session, new_folder, write_session_toml, write_whole
+from synthetic.decays import simulate_decays
+from synthetic.filmed import Progress, SessionVideo
+from synthetic.noise import NOISELESS
+from synthetic.plan import SyntheticPlan
+from synthetic.recorder import Recorder, films, motor_file, track_file, video_file
+from synthetic.swims import simulate_dry_runs, simulate_swims
+from synthetic.trials import SyntheticTrial
+from synthetic.truth import Truth, structure_of, write_truth
+from synthetic.video import boxes_file
 
 ROBOT_FILE, CAMERA_FILE = "robot.toml", "camera.toml"
-_DECIMALS_PX, _DECIMALS_S = 2, 6
 
 
 def make_session(
     folder: Path, plan: SyntheticPlan, video: SessionVideo | None = None, told: Progress = lambda *_: None
 ) -> Path:
-    """Makes a session folder with known truth: `session.toml`, packed tracks or videos, `truth.json`.
+    """Makes a session folder with known truth: `session.toml`, packed tracks or videos, motor logs, `truth.json`.
 
-    The swims come from the twin at a finer time step than a fit uses, from the middle of a developed swim.
-    Each trial draws from a stream of its own, so that changing one leaves the others as they are. The same
-    plan gives the same bytes on the same engine.
+    The motion comes from the twin at a finer time step than a fit uses; a swim without a motor begins in the middle of
+    a developed one. Each trial draws from streams of its own, so that changing one leaves the others as they are. The
+    same plan gives the same bytes on the same engine.
 
-    A filmed trial has `trials/<name>.mp4`, start boxes beside it, and what a perfect tracker would find as
+    A filmed swim has `trials/<name>.mp4`, start boxes beside it, and what a perfect tracker would find as
     `truth/<name>.csv`. The plan's noise and faults, which are a tracker's, do not apply to it.
+
+    A trial with a motor has `trials/<name>.motor.csv` and `trials/<name>.commands.csv`, as from `calib capture`. How
+    the motor's clock lies to that of the video stands in the truth alone.
 
     Args:
         folder: new or empty.
         plan: what to make.
-        video: how to film, and which trials; None for tracks alone.
+        video: how to film, and which swims; None for tracks alone.
         told: of the progress of the videos.
 
     Returns:
         The folder.
 
     Raises:
-        session.InputError: the folder is not empty, or a swim leaves the image.
+        session.InputError: the folder is not empty, or a trial leaves the image.
         session.ResultsNotWritable: the folder cannot be written.
         session.SimulationDiverged: the planned motion is unstable.
-        ValueError: a trial to be filmed is not in the plan.
+        ValueError: a swim to be filmed is not in the plan.
     """
     if video is not None:
         plan = _without_tracker(plan, video)
-    swims = simulate_swims(plan)
     with new_folder(folder) as part:
-        truths = {}
-        for number, swim in enumerate(swims):
-            if video is not None and video.films(swim.trial.name):
-                _film(part, swim, plan, video, number, told)
-                offsets_px = np.zeros((len(plan.markers), 2))
-            else:
-                tracks, offsets_px = _tracked(swim, plan, np.random.default_rng([plan.seed, number]))
-                _save_packed(part / _track_file(swim.trial.name), tracks)
-            truths[swim.trial.name] = _truth(swim, plan, offsets_px)
+        recorder = Recorder(part, plan, video, told)
+        truth = Truth(
+            mujoco=mujoco.__version__,
+            plan=plan,
+            structure=structure_of(plan.swimmer),
+            trials={true.trial.name: recorder.swim(i, true) for i, true in enumerate(simulate_swims(plan))},
+            dry_runs={true.trial.name: recorder.dry_run(i, true) for i, true in enumerate(simulate_dry_runs(plan))},
+            free_decays={true.trial.name: recorder.free_decay(i, true) for i, true in enumerate(simulate_decays(plan))},
+        )
         _write_description(part, plan, video)
-        write_truth(part, plan, truths)
+        write_truth(part, truth)
         load_session(part)
     return folder
 
 
 def _without_tracker(plan: SyntheticPlan, video: SessionVideo) -> SyntheticPlan:
-    """The plan without the errors of a tracker in the trials that are filmed."""
+    """The plan without the errors of a tracker in the swims that are filmed."""
     names = [trial.name for trial in plan.trials]
     if unknown := sorted(set(video.trials or ()) - set(names)):
         raise ValueError(f"trials to film: found {', '.join(unknown)}, expected some of {', '.join(names)}")
     trials = tuple(t.model_copy(update={"faults": ()}) if video.films(t.name) else t for t in plan.trials)
-    noise = NOISELESS if all(map(video.films, names)) else plan.noise
-    return plan.model_copy(update={"trials": trials, "noise": noise})
-
-
-def _film(folder: Path, swim: TrueSwim, plan: SyntheticPlan, video: SessionVideo, number: int, told: Progress) -> None:
-    name, frames = swim.trial.name, len(swim.time_s)
-    path = folder / _video_file(name)
-    scene = film_scene(swim, plan, video, number)
-    save_tracks(folder / "truth" / f"{name}.csv", true_tracks(scene.truth))
-    save_boxes(boxes_file(path), scene.truth)
-    write_scene(scene, {path: video.encoding}, lambda done: told(name, done, frames))
-
-
-def _tracked(swim: TrueSwim, plan: SyntheticPlan, random: np.random.Generator) -> tuple[Tracks, np.ndarray]:
-    """The tracks of a swim, and (m, 2) where its boxes sit on their markers, px."""
-    noise = plan.noise
-    offsets_px = placement_offsets(len(plan.markers), noise, random)
-    errors_px = lasting_errors(swim.position_px.shape, 1 / plan.camera.fps, noise, random)
-    boxes_px = with_faults(swim.position_px + offsets_px + errors_px, plan.markers, swim.trial.faults)
-    position_px = np.round(on_grid(boxes_px, noise), _DECIMALS_PX)
-    confidence = np.isfinite(position_px).all(axis=2).astype(float)
-    return Tracks(plan.markers, np.round(swim.time_s, _DECIMALS_S), position_px, confidence), offsets_px
-
-
-def _truth(swim: TrueSwim, plan: SyntheticPlan, offsets_px: np.ndarray) -> TrialTruth:
-    offsets = [(round(float(x), 3), round(float(y), 3)) for x, y in offsets_px]
-    return TrialTruth(
-        frequency_hz=swim.frequency_hz,
-        phase_rad=swim.phase_rad,
-        speed_m_s=swim.speed_m_s,
-        placement_px=dict(zip(plan.markers, offsets, strict=True)),
-    )
-
-
-def _track_file(trial: str) -> str:
-    return f"trials/{trial}.csv.gz"
-
-
-def _video_file(trial: str) -> str:
-    return f"trials/{trial}.mp4"
-
-
-def _save_packed(path: Path, tracks: Tracks) -> None:
-    """Writes tracks as .csv.gz without name or time of the file: the same tracks give the same bytes."""
-    plain = path.with_suffix("")
-    save_tracks(plain, tracks)
-    write_whole(path, gzip.compress(plain.read_bytes(), mtime=0))
-    plain.unlink()
+    tracked = plan.dry_runs or plan.free_decays or not all(map(video.films, names))
+    return plan.model_copy(update={"trials": trials, "noise": plan.noise if tracked else NOISELESS})
 
 
 def _write_description(folder: Path, plan: SyntheticPlan, video: SessionVideo | None) -> None:
@@ -137,25 +94,30 @@ def _write_description(folder: Path, plan: SyntheticPlan, video: SessionVideo | 
             "calibration": None if lens is None else CAMERA_FILE,
         },
         markers=plan.markers,
-        trials=[_trial_table(trial, video) for trial in plan.trials],
+        trials=list(_trial_tables(plan, video)),
         fit={"warmup_s": plan.warmup_s},
         robot_file=None if plan.robot is None else ROBOT_FILE,
     )
 
 
-def _trial_table(trial: SyntheticTrial, video: SessionVideo | None) -> dict[str, Any]:
-    """The keys of `[[trial]]`."""
-    filmed = video is not None and video.films(trial.name)
-    path = Path(_video_file(trial.name))
-    recording = (
-        {"video": path.as_posix(), "boxes": boxes_file(path).as_posix()}
-        if filmed
-        else {"tracks": _track_file(trial.name)}
-    )
+def _trial_tables(plan: SyntheticPlan, video: SessionVideo | None) -> Iterator[dict[str, Any]]:
+    """The keys of each `[[trial]]`; None leaves a key out."""
+    for swim in plan.trials:
+        path = Path(video_file(swim))
+        filmed = {"video": path.as_posix(), "boxes": boxes_file(path).as_posix()}
+        yield _driven_table(swim, "swim", filmed if films(video, swim) else {"tracks": track_file(swim)})
+    for run in plan.dry_runs:
+        yield _driven_table(run, "dry", {"tracks": track_file(run)})
+    for decay in plan.free_decays:
+        yield {"name": decay.name, "kind": "free_decay", "tracks": track_file(decay), "role": decay.role}
+
+
+def _driven_table(trial: SyntheticTrial, kind: str, recording: dict[str, str]) -> dict[str, Any]:
     return {
         "name": trial.name,
-        "kind": "swim",
+        "kind": kind,
         **recording,
+        "motor": None if trial.motor is None else motor_file(trial),
         "commanded_hz": trial.commanded_hz,
         "role": trial.role,
     }

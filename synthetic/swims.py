@@ -1,30 +1,34 @@
-"""The true swims of a plan: simulated from before the first frame, placed in the pool, seen by the camera."""
+"""The true swims and dry runs of a plan: simulated from before the first frame, seen by camera and motor."""
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fitting import forward_speed
-from session import FaultCollector
-from swimmer import Runs, Scene, Trajectories, Twin
-from synthetic.plan import SyntheticCamera, SyntheticPlan, SyntheticTrial
+from swimmer import DRY, SWIM, Runs, Scene, Trajectories, Twin
+from synthetic.driven import DrivenMotor, TrueMotor
+from synthetic.plan import SyntheticPlan
+from synthetic.streams import Stream
+from synthetic.trials import SyntheticTrial
+from synthetic.view import check_in_image, in_image
 from tracking import to_head_frame
 
 
 @dataclass(frozen=True, eq=False)
-class TrueSwim:
-    """One swim without any error of a tracker.
+class TrueRun:
+    """One swim or dry run without any error of a tracker.
 
     Attributes:
         trial: as planned.
         time_s: (n,) from the first frame, s.
         position_px: (n, m, 2) markers in the image, x to the right and y down.
-        head: (n, 3) x, y (m) and yaw (rad) of the head's frame in the twin's pool.
+        head: (n, 3) x, y (m) and yaw (rad) of the head's frame in the twin's pool; zeros in a dry run.
         hinges_rad: (n, h).
-        frequency_hz: mean turns a second of the crank between the first and the last frame.
+        frequency_hz: mean turns a second of the crank between the first and the last frame; of the steady stretch of
+            the drive where a motor is logged.
         phase_rad: crank angle in the first frame, from 0 to 2 pi.
-        speed_m_s: forward speed, the slope over the whole beats after the warm-up.
+        speed_m_s: forward speed, the slope over the whole beats after the warm-up, or of the steady stretch.
+        motor: that is logged; None for a crank that turns evenly.
     """
 
     trial: SyntheticTrial
@@ -35,93 +39,103 @@ class TrueSwim:
     frequency_hz: float
     phase_rad: float
     speed_m_s: float
+    motor: TrueMotor | None = None
 
 
-def simulate_swims(plan: SyntheticPlan) -> tuple[TrueSwim, ...]:
+def simulate_swims(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
     """Simulates all swims of a plan in one batch.
 
     Raises:
         session.InputError: a swim leaves the image.
         session.SimulationDiverged: the planned motion is unstable.
     """
-    frequency = np.array([trial.frequency_hz for trial in plan.trials])
-    phase = np.array([trial.phase_rad for trial in plan.trials])
-    velocity = [-plan.start_speed_m_s, 0.0, 0.0]  # the robot swims towards -x
+    planned = _planned(plan, plan.trials, Stream.SWIM_MOTOR)
+    return _simulate(plan, planned, replace(SWIM, timestep_s=plan.timestep_s))
+
+
+def simulate_dry_runs(plan: SyntheticPlan) -> tuple[TrueRun, ...]:
+    """Simulates all dry runs of a plan in one batch: the head clamped, in air.
+
+    Raises:
+        session.InputError: the fish does not fit into the image.
+        session.SimulationDiverged: the planned motion is unstable.
+    """
+    planned = _planned(plan, plan.dry_runs, Stream.DRY_MOTOR)
+    return _simulate(plan, planned, replace(DRY, timestep_s=plan.air_timestep_s))
+
+
+@dataclass(frozen=True, eq=False)
+class _Planned:
+    """A trial before it is simulated, with the times (n,) of its frames, and what is simulated before the first, s."""
+
+    trial: SyntheticTrial
+    frames_s: np.ndarray
+    run_in_s: float
+    motor: DrivenMotor | None
+
+    @classmethod
+    def of(cls, plan: SyntheticPlan, trial: SyntheticTrial, random: np.random.Generator) -> "_Planned":
+        frames_s = trial.time_s(plan.camera)
+        if trial.motor is None:
+            return cls(trial, frames_s, plan.run_in_s, None)
+        return cls(trial, frames_s, 0.0, DrivenMotor.of(trial, trial.motor, random))
+
+    @property
+    def looks_s(self) -> np.ndarray:
+        """(n + r,) frames, then readings of the motor, since the start of the simulation."""
+        readings_s = np.zeros(0) if self.motor is None else self.motor.looks_s
+        return self.run_in_s + np.concatenate([self.frames_s, readings_s])
+
+
+def _planned(plan: SyntheticPlan, trials: tuple[SyntheticTrial, ...], stream: Stream) -> list[_Planned]:
+    return [_Planned.of(plan, trial, stream.of(plan.seed, number)) for number, trial in enumerate(trials)]
+
+
+def _simulate(plan: SyntheticPlan, planned: list[_Planned], scene: Scene) -> tuple[TrueRun, ...]:
+    if not planned:
+        return ()
+    run_in_s = np.array([each.run_in_s for each in planned])
+    frequency_hz = np.array([each.trial.frequency_hz for each in planned])
     runs = Runs(
-        coefficients=np.tile(np.array(plan.coefficients, float), (len(frequency), 1)),
-        frequency_hz=frequency,
-        phase_rad=phase - 2 * np.pi * frequency * plan.run_in_s,
-        velocity=np.tile(velocity, (len(frequency), 1)),
+        coefficients=np.tile(np.array(plan.coefficients, float), (len(planned), 1)),
+        frequency_hz=frequency_hz,
+        phase_rad=np.array([each.trial.phase_rad for each in planned]) - 2 * np.pi * frequency_hz * run_in_s,
+        velocity=np.tile([-plan.start_speed_m_s, 0.0, 0.0], (len(planned), 1)),  # the robot swims towards -x
+        turns=tuple(None if each.motor is None else each.motor.turn for each in planned),
     )
-    times = [trial.time_s(plan.camera) for trial in plan.trials]
-    twin = Twin(plan.swimmer, plan.markers, Scene(timestep_s=plan.timestep_s))
-    seen = twin.simulate(runs, plan.run_in_s + max(times, key=len))
-    swims = [
-        _swim(plan, trial, time_s, _first_of(seen, number, len(time_s)))
-        for number, (trial, time_s) in enumerate(zip(plan.trials, times, strict=True))
-    ]
-    _check_in_image(swims, plan.camera)
-    return tuple(swims)
+    looks = [each.looks_s for each in planned]
+    longest = max(map(len, looks))
+    time_s = np.array([np.pad(look, (0, longest - len(look)), mode="edge") for look in looks])
+    seen = Twin(plan.swimmer, plan.markers, scene).simulate(runs, time_s)
+    true = tuple(_true_run(plan, each, seen, number) for number, each in enumerate(planned))
+    check_in_image([(run.trial.name, run.position_px) for run in true], plan.camera)
+    return true
 
 
-class _Seen(NamedTuple):
-    """A simulation at the frames of its trial: markers (n, m, 2), head (n, 3), hinges (n, h), crank (n,)."""
-
-    marker_m: np.ndarray
-    head: np.ndarray
-    hinges_rad: np.ndarray
-    crank_rad: np.ndarray
-
-
-def _first_of(seen: Trajectories, number: int, frames: int) -> _Seen:
-    return _Seen(
-        seen.marker_m[number, :frames],
-        seen.head[number, :frames],
-        seen.hinges_rad[number, :frames],
-        seen.crank_rad[number, :frames],
-    )
-
-
-def _swim(plan: SyntheticPlan, trial: SyntheticTrial, time_s: np.ndarray, seen: _Seen) -> TrueSwim:
-    marker_m, crank_rad = seen.marker_m, seen.crank_rad
-    nose, neck = plan.markers.index("nose"), plan.markers.index("neck")
-    forward_m = to_head_frame(marker_m, nose, neck).forward_m
-    kept = time_s >= plan.warmup_s - 1e-9
-    return TrueSwim(
+def _true_run(plan: SyntheticPlan, planned: _Planned, seen: Trajectories, number: int) -> TrueRun:
+    trial, time_s = planned.trial, planned.frames_s
+    frames = slice(0, len(time_s))
+    marker_m, crank_rad = seen.marker_m[number, frames], seen.crank_rad[number]
+    motor = None if planned.motor is None else planned.motor.read(crank_rad[len(time_s) : len(planned.looks_s)])
+    turning, kept = _counted(time_s, plan, motor)
+    first, last = np.flatnonzero(turning)[[0, -1]]
+    forward_m = to_head_frame(marker_m, plan.markers.index("nose"), plan.markers.index("neck")).forward_m
+    return TrueRun(
         trial=trial,
         time_s=time_s,
-        position_px=_in_image(marker_m, nose, neck, trial, plan.camera),
-        head=seen.head,
-        hinges_rad=seen.hinges_rad,
-        frequency_hz=float((crank_rad[-1] - crank_rad[0]) / (2 * np.pi * time_s[-1])),
+        position_px=in_image(marker_m, trial, plan),
+        head=seen.head[number, frames],
+        hinges_rad=seen.hinges_rad[number, frames],
+        frequency_hz=float((crank_rad[last] - crank_rad[first]) / (2 * np.pi * (time_s[last] - time_s[first]))),
         phase_rad=float(crank_rad[0] % (2 * np.pi)),
         speed_m_s=float(forward_speed(time_s, forward_m, kept, trial.frequency_hz)),
+        motor=motor,
     )
 
 
-def _in_image(marker_m: np.ndarray, nose: int, neck: int, trial: SyntheticTrial, camera: SyntheticCamera) -> np.ndarray:
-    """(n, m, 2) pixels, y down, of markers (n, m, 2) in the pool, y up."""
-    axis = marker_m[0, nose] - marker_m[0, neck]
-    turn = trial.heading_rad - np.arctan2(axis[1], axis[0])
-    cos, sin = np.cos(turn), np.sin(turn)
-    turned = (marker_m - marker_m[0, nose]) @ np.array([[cos, sin], [-sin, cos]])  # rows times the transpose
-    position_px = camera.px_per_m * turned * np.array([1.0, -1.0])
-    if trial.start_px is not None:
-        return position_px + np.array(trial.start_px)
-    centre = (np.array([camera.width_px, camera.height_px]) - 1) / 2
-    return position_px + centre - (position_px.max(axis=(0, 1)) + position_px.min(axis=(0, 1))) / 2
-
-
-def _check_in_image(swims: list[TrueSwim], camera: SyntheticCamera) -> None:
-    faults = FaultCollector("plan of the synthetic session")
-    for swim in swims:
-        low, high = swim.position_px.min(axis=(0, 1)), swim.position_px.max(axis=(0, 1))
-        if (low < 0).any() or (high > [camera.width_px - 1, camera.height_px - 1]).any():
-            faults.add(
-                f"trial {swim.trial.name}",
-                "the swim leaves the image",
-                found=f"x {low[0]:.0f} to {high[0]:.0f}, y {low[1]:.0f} to {high[1]:.0f} px",
-                expected=f"x 0 to {camera.width_px - 1}, y 0 to {camera.height_px - 1} px",
-                next_step="Shorten it, turn its heading_rad, or leave start_px out to centre it.",
-            )
-    faults.raise_if_any()
+def _counted(time_s: np.ndarray, plan: SyntheticPlan, motor: TrueMotor | None) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) frames in which frequency and speed are those of the trial."""
+    if motor is None:
+        return np.full(len(time_s), True), time_s >= plan.warmup_s - 1e-9
+    steady = (time_s >= motor.steady_s[0]) & (time_s <= motor.steady_s[1])
+    return steady, steady

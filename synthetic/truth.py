@@ -7,30 +7,70 @@ session can be made again from it, and what came of the plan in the simulation.
 from pathlib import Path
 
 import mujoco
+import numpy as np
 from pydantic import ValidationError
+from scipy.linalg import eigh
 
 from session import FaultCollector, Table, write_whole
+from swimmer import FREE_DECAY, RobotSpec, build_mjcf
 from synthetic.faults import Pixels
 from synthetic.plan import SyntheticPlan
 
 TRUTH_FILE = "truth.json"
 
 
-class TrialTruth(Table):
-    """What came of one planned trial.
+class DryTruth(Table):
+    """What came of one planned dry run.
 
     Attributes:
-        frequency_hz: mean turns a second of the simulated crank between the first and the last frame.
+        frequency_hz: mean turns a second of the simulated crank between the first and the last frame; of the steady
+            stretch where a motor is logged.
         phase_rad: crank angle in the first frame, from 0 to 2 pi.
-        speed_m_s: forward speed of the nose (published normaliser) without noise: slope over the whole beats
-            after the warm-up.
         placement_px: offset between the box and its marker, by marker, x to the right and y down.
+        steady_s: from when to when a logged motor turned steadily, on the clock of the video; None without a log.
     """
 
     frequency_hz: float
     phase_rad: float
-    speed_m_s: float
     placement_px: dict[str, Pixels]
+    steady_s: tuple[float, float] | None = None
+
+
+class TrialTruth(DryTruth):
+    """What came of one planned swim.
+
+    Attributes:
+        speed_m_s: forward speed of the nose (published normaliser) without noise: slope over the whole beats after the
+            warm-up, or of the steady stretch.
+    """
+
+    speed_m_s: float
+
+
+class DecayTruth(Table):
+    """What came of one planned free decay.
+
+    Attributes:
+        placement_px: as for a dry run.
+    """
+
+    placement_px: dict[str, Pixels]
+
+
+class StructureTruth(Table):
+    """What dry experiments find out about the robot.
+
+    Attributes:
+        hinge_stiffness_n_m: of each hinge, N m/rad.
+        hinge_damping_n_m_s: of each hinge, N m s/rad.
+        natural_hz: lowest natural frequency of the tail in air without tendons: small swings, no damping.
+        crank_arm_m: length of the crank's arms.
+    """
+
+    hinge_stiffness_n_m: float
+    hinge_damping_n_m_s: float
+    natural_hz: float
+    crank_arm_m: float
 
 
 class Truth(Table):
@@ -38,22 +78,36 @@ class Truth(Table):
 
     Attributes:
         mujoco: version of the engine that made it.
-        plan: what was asked for: coefficients, noise, faults, seed.
-        trials: what came of it, by trial.
+        plan: what was asked for: coefficients, noise, faults, seed, the clocks of motors.
+        structure: of the robot.
+        trials: what came of the swims, by trial.
+        dry_runs, free_decays: what came of the others.
     """
 
     mujoco: str
     plan: SyntheticPlan
+    structure: StructureTruth
     trials: dict[str, TrialTruth]
+    dry_runs: dict[str, DryTruth]
+    free_decays: dict[str, DecayTruth]
 
 
-def write_truth(folder: Path, plan: SyntheticPlan, trials: dict[str, TrialTruth]) -> None:
+def structure_of(robot: RobotSpec) -> StructureTruth:
+    """What dry experiments should find out about a robot."""
+    return StructureTruth(
+        hinge_stiffness_n_m=robot.tail.hinge_stiffness_n_m,
+        hinge_damping_n_m_s=robot.tail.hinge_damping_n_m_s,
+        natural_hz=_natural_hz(robot),
+        crank_arm_m=robot.crank.arm_m,
+    )
+
+
+def write_truth(folder: Path, truth: Truth) -> None:
     """Writes `truth.json` into a session folder.
 
     Raises:
         session.ResultsNotWritable: the folder is not writable.
     """
-    truth = Truth(mujoco=mujoco.__version__, plan=plan, trials=trials)
     write_whole(folder / TRUTH_FILE, truth.model_dump_json(indent=1) + "\n")
 
 
@@ -76,3 +130,16 @@ def read_truth(folder: Path) -> Truth:
             faults.add(".".join(map(str, fault["loc"])), fault["msg"], next_step="Make the session again.")
     faults.raise_if_any()
     raise AssertionError("unreachable")
+
+
+def _natural_hz(robot: RobotSpec) -> float:
+    """From the engine's mass matrix of the straight tail."""
+    model = build_mjcf(robot, scene=FREE_DECAY).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    tail = [int(model.joint(name).dofadr[0]) for name in robot.hinges]
+    stiffness = robot.tail.hinge_stiffness_n_m * np.eye(len(tail))
+    squared = eigh(stiffness, mass[np.ix_(tail, tail)], eigvals_only=True)
+    return float(np.sqrt(squared[0]) / (2 * np.pi))

@@ -4,9 +4,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import Session, load_session, load_tracks
+from session import Session, load_motor, load_session, load_tracks
 from swimmer import load_robot
 from synthetic.card import checksums
+from synthetic.motor_log import PULSE_RAD
 from synthetic.sample import make_sample, sample_plan
 from synthetic.truth import Truth, read_truth
 from tests.synthetic.plans import measured
@@ -36,7 +37,8 @@ def listed(card: Path) -> dict[str, str]:
 
 def test_the_checksums_of_the_card_are_those_of_the_files() -> None:
     assert listed(SAMPLE / "CARD.md") == checksums(SAMPLE)
-    assert len(checksums(SAMPLE)) == 2 + len(sample_plan().trials) + 2  # boxes and truth of the video
+    logs = 2 * len(sample_plan().dry_runs)  # of motors, and their commands
+    assert len(checksums(SAMPLE)) == 2 + len(sample_plan().all_trials) + 2 + logs  # 2: boxes and truth of the video
 
 
 @pytest.mark.parametrize("part", ["What", "How made", "Truth", "Seed", "Licence", "Checksums"])
@@ -48,7 +50,7 @@ def test_the_sample_is_small_and_has_what_a_sample_needs() -> None:
     session = load_session(SAMPLE, lambda _: tuple(load_robot().markers))
     plan = read_truth(SAMPLE).plan
 
-    assert sum((SAMPLE / name).stat().st_size for name in checksums(SAMPLE)) < 1_500_000
+    assert sum((SAMPLE / name).stat().st_size for name in checksums(SAMPLE)) < 1_600_000
     assert len({trial.commanded_hz for trial in session.trials}) >= 5
     assert {trial.role for trial in session.trials} == {"fit", "holdout"}
     assert sum(len(trial.faults) for trial in plan.trials) == 1
@@ -60,12 +62,35 @@ def test_the_sample_is_what_its_plan_makes(remade: Path) -> None:
     committed, again = load_session(SAMPLE), load_session(remade)
 
     assert (SAMPLE / "session.toml").read_text() == (remade / "session.toml").read_text()
+    assert len(committed.trials) == len(sample_plan().all_trials)
     for trial in committed.trials:
         if trial.tracks is None:
             continue
         apart = np.abs(positions(committed, trial.name) - positions(again, trial.name))
         assert apart.max() <= GRID_PX
         assert (apart > 0).mean() < 0.001
+
+
+def test_the_motor_logs_of_the_sample_are_what_its_plan_makes(remade: Path) -> None:
+    """To a step of the encoder."""
+    for run in sample_plan().dry_runs:
+        logs = [load_motor(folder / "trials" / f"{run.name}.motor.csv") for folder in (SAMPLE, remade)]
+        commands = [(folder / "trials" / f"{run.name}.commands.csv").read_text() for folder in (SAMPLE, remade)]
+
+        np.testing.assert_allclose(logs[1].time_s, logs[0].time_s, atol=2e-6)
+        np.testing.assert_allclose(logs[1].position_rad, logs[0].position_rad, atol=1.01 * PULSE_RAD)
+        assert commands[0] == commands[1]
+
+
+def test_the_session_does_not_tell_what_the_dry_experiments_are_to_find() -> None:
+    session = load_session(SAMPLE)
+
+    assert session.robot_file is None
+    assert {trial.kind for trial in session.trials} == {"swim", "dry", "free_decay"}
+    for run in sample_plan().dry_runs:
+        assert session.trial(run.name).motor_offset_s == 0.0
+        assert run.motor is not None
+        assert abs(run.motor.clock_offset_s) > 1000
 
 
 def test_the_video_of_the_sample_is_what_its_plan_makes(remade: Path) -> None:
@@ -101,6 +126,10 @@ def test_the_truth_of_the_sample_is_what_its_plan_makes(remade: Path) -> None:
         assert trial.speed_m_s == pytest.approx(again.trials[name].speed_m_s, abs=1e-5)
         assert trial.frequency_hz == pytest.approx(again.trials[name].frequency_hz, rel=1e-6)
         assert trial.phase_rad == pytest.approx(again.trials[name].phase_rad, abs=1e-5)
+    for name, run in committed.dry_runs.items():
+        assert run.frequency_hz == pytest.approx(again.dry_runs[name].frequency_hz, rel=1e-6)
+        assert run.steady_s == pytest.approx(again.dry_runs[name].steady_s, abs=1e-6)
+    assert committed.structure.natural_hz == pytest.approx(again.structure.natural_hz, rel=1e-6)
 
 
 def test_frequency_speed_and_fault_of_the_sample_are_found() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from fitting import MeasuredTrial, measure_trial
 from session import Session, Tracks, load_session, load_tracks
 from swimmer import load_robot
-from synthetic import SyntheticPlan, SyntheticTrial
+from synthetic import SyntheticDecay, SyntheticMotor, SyntheticPlan, SyntheticTrial
 
 SLOW: dict[str, Any] = {
     "name": "slow",
@@ -26,6 +26,28 @@ FAST: dict[str, Any] = {
 }
 
 
+MOTOR = SyntheticMotor(drive_s=3.0, starts_s=0.7, clock_offset_s=3210.9, clock_rate=1.00006)
+DRY: dict[str, Any] = {
+    "name": "dry",
+    "frequency_hz": 0.88,
+    "commanded_hz": 0.9,
+    "seconds": 14.5,
+    "phase_rad": 2.0,
+    "heading_rad": 1.0,
+    "motor": MOTOR,
+}
+
+
+DECAY: dict[str, Any] = {"name": "decay", "heading_rad": 1.0}
+
+
+def dry_plan(*, dry: dict[str, Any] | None = None, decay: dict[str, Any] | None = None, **more: Any) -> SyntheticPlan:
+    """A dry run with a motor log, and a free decay."""
+    runs, decays = (SyntheticTrial(**DRY | (dry or {})),), (SyntheticDecay(**DECAY | (decay or {})),)
+    settings: dict[str, Any] = {"dry_runs": runs, "free_decays": decays, "run_in_s": 1.0} | more
+    return SyntheticPlan(**settings)
+
+
 def small_plan(*, slow: dict[str, Any] | None = None, **changes: Any) -> SyntheticPlan:
     """Two short swims."""
     trials = (SyntheticTrial(**SLOW | (slow or {})), SyntheticTrial(**FAST))
@@ -40,13 +62,13 @@ def tracks_of(session: Session, name: str) -> Tracks:
 
 
 def measured(folder: Path) -> dict[str, MeasuredTrial]:
-    """The trials of a session with tracks, as the fit gets them."""
+    """The swims of a session with tracks, as the fit gets them."""
     session = load_session(folder)
     robot = load_robot(session.robot_file)
     return {
         spec.name: measure_trial(spec, tracks_of(session, spec.name), session.camera, robot, session.warmup_s)
         for spec in session.trials
-        if spec.tracks is not None
+        if spec.tracks is not None and spec.kind == "swim"
     }
 
 

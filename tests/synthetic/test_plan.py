@@ -3,8 +3,8 @@ from typing import Any
 import pytest
 
 from swimmer import FluidCoefficients
-from synthetic import Merge, SyntheticPlan, SyntheticTrial, TrackingNoise, default_plan
-from tests.synthetic.plans import SLOW, small_plan
+from synthetic import Merge, SyntheticMotor, SyntheticPlan, SyntheticTrial, TrackingNoise, default_plan
+from tests.synthetic.plans import MOTOR, SLOW, dry_plan, small_plan
 
 LATE = Merge(marker="tail_4", onto="tail_5", first=230, frames=20)
 STRANGE = Merge(marker="tail_4", onto="tail_9", first=3, frames=20)
@@ -14,7 +14,7 @@ STRANGE = Merge(marker="tail_4", onto="tail_9", first=3, frames=20)
     ("changes", "message"),
     [
         ({"seed": -1}, r"seed\s+Input should be greater than or equal to 0"),
-        ({"trials": ()}, r"trials\s+Tuple should have at least 1 item"),
+        ({"trials": ()}, r"trials: found none, expected at least one of trials, dry_runs or free_decays"),
         ({"speed": 3}, r"speed\s+Extra inputs are not permitted"),
         ({"slow": {"frequency_hz": 0.0}}, r"frequency_hz\s+Input should be greater than 0"),
         ({"slow": {"phase_rad": float("nan")}}, r"phase_rad\s+Input should be a finite number"),
@@ -38,6 +38,37 @@ STRANGE = Merge(marker="tail_4", onto="tail_9", first=3, frames=20)
 def test_a_plan_with_faults_is_refused_and_says_which(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         small_plan(**changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"dry": {"seconds": 14.0}},
+            r"found 14 s, expected at least 14.2 s: the video shows the motor's codes",
+        ),
+        (
+            {"dry": {"motor": MOTOR.model_copy(update={"drive_s": 2.0})}},
+            r"found a drive of 2 s, expected more",
+        ),
+        ({"dry": {"name": "decay"}}, r"trials: found decay, decay, expected a name of its own for each"),
+        ({"dry": {"faults": (STRANGE,)}}, r"trial dry, merged_markers: found marker 'tail_9'"),
+        ({"decay": {"faults": (LATE,)}}, r"trial decay, merged_markers: found frame 249, expected frames 0 to 180"),
+        (
+            {"decay": {"bent_rad": (0.2, 0.2)}},
+            r"bent_rad: found 2 angles, expected one for each of 5 hinges",
+        ),
+        ({"decay": {"release_s": 3.0}}, r"trial decay: found a release at 3 s, expected it within 3 s"),
+    ],
+)
+def test_dry_experiments_that_cannot_be_made_are_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        dry_plan(**changes)
+
+
+def test_a_motor_that_swings_its_speed_too_far_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"ripple\.0\s+Input should be less than 0.3"):
+        SyntheticMotor(ripple=(0.5, 0.0))
 
 
 def test_all_faults_of_a_plan_are_told_at_once() -> None:
@@ -67,6 +98,17 @@ def test_the_default_plan_has_five_speeds_both_roles_and_one_fault() -> None:
     assert [trial.role for trial in plan.trials].count("fit") == 2
     assert sum(len(trial.faults) for trial in plan.trials) == 1
     assert all(0.95 < trial.frequency_hz / trial.commanded_hz < 1 for trial in plan.trials)
+
+
+def test_the_default_plan_has_dry_runs_on_one_computers_clock_and_a_free_decay() -> None:
+    plan = default_plan(3)
+    motors = [run.motor for run in plan.dry_runs if run.motor is not None]
+
+    assert [run.name for run in plan.dry_runs] == ["dry_0_60", "dry_0_90"]
+    assert [decay.name for decay in plan.free_decays] == ["decay_1"]
+    assert motors[1].clock_offset_s - motors[0].clock_offset_s > plan.dry_runs[0].seconds
+    assert motors[0].clock_rate == motors[1].clock_rate
+    assert 0 < abs(motors[0].clock_rate - 1) < 1e-4
 
 
 def test_the_seed_decides_phases_and_headings_of_the_default_plan() -> None:

@@ -3,14 +3,14 @@ import pytest
 
 from session import CameraSpec, InputError, Tracks
 from swimmer import Runs, Scene, Twin
-from synthetic import SyntheticPlan, TrueSwim, simulate_swims
+from synthetic import SyntheticPlan, TrueRun, simulate_swims
 from tests.synthetic.plans import small_plan
 from tracking import HeadFrame, to_head_frame, to_pool
 
 HEADING_RAD = 0.4
 
 
-def head_frame_of(swim: TrueSwim, plan: SyntheticPlan) -> HeadFrame:
+def head_frame_of(swim: TrueRun, plan: SyntheticPlan) -> HeadFrame:
     """The head frame that the program finds in the pixels of a swim."""
     confidence = np.ones(swim.position_px.shape[:2])
     tracks = Tracks(plan.markers, swim.time_s, swim.position_px, confidence)
@@ -75,6 +75,6 @@ def test_a_swim_that_leaves_the_image_is_refused_with_the_way_out() -> None:
         simulate_swims(small_plan(slow={"start_px": (20.0, 1000.0), "heading_rad": np.pi}))
 
     message = str(caught.value)
-    assert "trial slow: the swim leaves the image; found x -" in message
+    assert "trial slow: the fish leaves the image; found x -" in message
     assert "expected x 0 to 3839, y 0 to 2159 px" in message
     assert "leave start_px out to centre it" in message

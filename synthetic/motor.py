@@ -1,0 +1,146 @@
+"""The motor of a synthetic trial: from the speeds it is told, late and ramped, to the turn its shaft makes.
+
+Everything here is on the motor's clock, that of the computer which drives and logs it.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import make_interp_spline
+
+from session import MotorCommands, Table
+from swimmer import CrankTurn
+from swimmer.robot import NonNegative, Positive
+from synthetic.schedule import Step, schedule
+
+COMMAND_DELAY_S = 0.0015  # mean time from when a speed is due until the motor has it
+RISE_S = 1.0  # after the drive's command, before its speed counts as steady; as in `calib capture`
+_GRID_S = 0.002
+
+Share = Annotated[float, Field(ge=0, lt=0.3)]
+
+
+class SyntheticMotor(Table):
+    """How the motor drives a trial, and the clock of its log.
+
+    Attributes:
+        drive_s: how long it is told the trial's speed, between start code and end code.
+        starts_s: from the first frame until schedule and log begin, on the clock of the video.
+        clock_offset_s: motor clock minus video clock in the first frame.
+        clock_rate: seconds of the motor's clock in one of the video's.
+        acceleration_turns_per_s2: of its ramps.
+        ripple: swing of its speed once and twice a turn, by the load, as shares of the speed.
+        reading_s: between two readings; `jitter_s`: by which one is late, on average.
+    """
+
+    drive_s: Positive = 6.0
+    starts_s: NonNegative = 0.8
+    clock_offset_s: float = 4217.3
+    clock_rate: Annotated[float, Field(gt=0.9, lt=1.1)] = 1.00004
+    acceleration_turns_per_s2: Positive = 4.0
+    ripple: tuple[Share, Share] = (0.02, 0.03)
+    reading_s: Positive = 0.01
+    jitter_s: NonNegative = 0.0006
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """Its schedule, with a speed of 1 turn/s in the drive."""
+        return schedule(1.0, self.drive_s)
+
+    @property
+    def ends_s(self) -> float:
+        """When its schedule ends, on the clock of the video."""
+        return self.starts_s + sum(step.seconds for step in self.steps) / self.clock_rate
+
+    def clock(self, video_s: float) -> float:
+        """A time of the video on its clock."""
+        return self.clock_offset_s + self.clock_rate * video_s
+
+    def video(self, clock_s: np.ndarray) -> np.ndarray:
+        """Times of its clock on that of the video."""
+        return (clock_s - self.clock_offset_s) / self.clock_rate
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """What the motor was told in a trial, and how its shaft would turn without the tail's springiness.
+
+    Attributes:
+        commands: k speeds, and when the motor got them.
+        end_s: when the last one ends.
+        time_s: (g,) a fine grid.
+        reference_rad_s: (g,) the ramped speed that it aims at.
+        speed_rad_s: (g,) of the shaft.
+        turn: of the shaft, at rest outside the schedule.
+    """
+
+    commands: MotorCommands
+    end_s: float
+    time_s: np.ndarray
+    reference_rad_s: np.ndarray
+    speed_rad_s: np.ndarray
+    turn: CrankTurn
+
+    @property
+    def steady_s(self) -> tuple[float, float]:
+        """The steady stretch of the drive."""
+        drive = self.commands.part.index("drive")
+        return float(self.commands.time_s[drive]) + RISE_S, float(self.commands.time_s[drive + 1])
+
+
+def drive(
+    motor: SyntheticMotor,
+    commanded_hz: float,
+    reached_hz: float,
+    phase_rad: float,
+    random: np.random.Generator,
+) -> Drive:
+    """Drives a trial.
+
+    What the motor lags behind a command grows with the square of the speed, so that it reaches the speed given. The
+    load lets its speed ripple with the crank's angle: of an even turn s it makes s + a sin s + b/2 sin 2 s.
+
+    Args:
+        motor: as planned.
+        commanded_hz, reached_hz: mean turns a second in the drive, told and reached.
+        phase_rad: crank angle at the start.
+        random: source of the delays of the commands.
+    """
+    steps = schedule(commanded_hz, motor.drive_s)
+    told_rad_s = 2 * np.pi * np.array([step.turns_per_s for step in steps])  # (k,)
+    ends_s = np.cumsum([step.seconds for step in steps]) + motor.clock(motor.starts_s)
+    due_s = np.append(motor.clock(motor.starts_s), ends_s[:-1])
+    got_s = due_s + random.exponential(COMMAND_DELAY_S, len(steps))
+    lag = (1 - reached_hz / commanded_hz) / (2 * np.pi * commanded_hz)  # of the speed, for each rad/s
+    reached_rad_s = told_rad_s * (1 - lag * np.abs(told_rad_s))
+    time_s = np.arange(due_s[0], ends_s[-1] + _GRID_S, _GRID_S)  # (g,)
+    acceleration = 2 * np.pi * motor.acceleration_turns_per_s2
+    even_rad_s = _ramped(time_s, got_s, reached_rad_s, acceleration)
+    even_rad = phase_rad + cumulative_trapezoid(even_rad_s, time_s, initial=0.0)
+    once, twice = motor.ripple
+    angle_rad = even_rad + once * np.sin(even_rad) + twice / 2 * np.sin(2 * even_rad)
+    return Drive(
+        commands=MotorCommands(got_s, tuple(step.part for step in steps), told_rad_s),
+        end_s=float(ends_s[-1]),
+        time_s=time_s,
+        reference_rad_s=_ramped(time_s, got_s, told_rad_s, acceleration),
+        speed_rad_s=even_rad_s * (1 + once * np.cos(even_rad) + twice * np.cos(2 * even_rad)),
+        turn=CrankTurn(make_interp_spline(time_s, angle_rad, k=3), float(time_s[0]), float(time_s[-1])),
+    )
+
+
+def _ramped(time_s: np.ndarray, told_s: np.ndarray, goal_rad_s: np.ndarray, acceleration: float) -> np.ndarray:
+    """(g,) speed from rest towards each of k goals from when it is told, rad/s; ramps in rad/s^2."""
+    speed = np.zeros(len(time_s))
+    begins = np.append(told_s, time_s[-1])
+    now = 0.0
+    for goal, start_s, end_s in zip(goal_rad_s, begins[:-1], begins[1:], strict=True):
+        here = time_s >= start_s
+        reach = acceleration * (time_s[here] - start_s)
+        speed[here] = now + np.clip(goal - now, -reach, reach)
+        furthest = acceleration * (end_s - start_s)
+        now += float(np.clip(goal - now, -furthest, furthest))
+    return speed

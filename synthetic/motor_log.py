@@ -1,0 +1,74 @@
+"""What the computer that drives the motor logs: encoder steps, speed steps, uneven times; as `calib capture` does.
+
+Units of the motor: ROBOTIS e-Manual, XW540-T140-R.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from session import COMMAND_COLUMNS, MOTOR_COLUMNS, MotorCommands, MotorLog, write_whole
+from synthetic.motor import Drive, SyntheticMotor
+
+PULSE_RAD = 2 * np.pi / 4096
+SPEED_RAD_S = 0.229 * 2 * np.pi / 60
+CURRENT_A, VOLTAGE_V = 2.69e-3, 0.1
+_FRICTION_A, _LOAD_A_S = 0.25, 1.5  # current at any speed; and for each rad/s that the motor lags
+_SUPPLY_V, _SUPPLY_OHM = 12.1, 0.3
+_WARM_C, _WARMS_C_S = 31.0, 0.08
+
+
+def reading_times(motor: SyntheticMotor, drive: Drive, random: np.random.Generator) -> np.ndarray:
+    """(r,) when the motor is read, from its first command to the end of its schedule, on its clock, s."""
+    beat_s = np.arange(float(drive.commands.time_s[0]), drive.end_s, motor.reading_s)
+    late_s = random.exponential(motor.jitter_s, len(beat_s))
+    return beat_s + np.minimum(late_s, 0.8 * motor.reading_s)
+
+
+def read_motor(drive: Drive, time_s: np.ndarray, crank_rad: np.ndarray, random: np.random.Generator) -> MotorLog:
+    """What the motor answers.
+
+    Its encoder's zero is anywhere: nobody mounts the crank with care.
+
+    Args:
+        drive: which goes on.
+        time_s: (r,) of the readings, on the motor's clock.
+        crank_rad: (r,) where the shaft is then.
+        random: source of the encoder's zero and of the current's noise.
+    """
+    zero_rad = 2 * np.pi * random.random()
+    speed_rad_s = np.gradient(crank_rad, time_s)
+    lag_rad_s = np.interp(time_s, drive.time_s, drive.reference_rad_s - drive.speed_rad_s)
+    turning = np.clip(speed_rad_s / 0.1, -1.0, 1.0)
+    current_a = _FRICTION_A * turning + _LOAD_A_S * lag_rad_s + CURRENT_A * random.standard_normal(len(time_s))
+    return MotorLog(
+        time_s=time_s,
+        position_rad=PULSE_RAD * np.floor((crank_rad + zero_rad) / PULSE_RAD),
+        velocity_rad_s=SPEED_RAD_S * np.round(speed_rad_s / SPEED_RAD_S),
+        current_a=CURRENT_A * np.round(current_a / CURRENT_A),
+        voltage_v=VOLTAGE_V * np.round((_SUPPLY_V - _SUPPLY_OHM * np.abs(current_a)) / VOLTAGE_V),
+        temperature_c=np.round(_WARM_C + _WARMS_C_S * (time_s - time_s[0])),
+        error=np.zeros(len(time_s)),
+    )
+
+
+def save_motor_log(path: Path, log: MotorLog) -> None:
+    """Writes ``<trial>.motor.csv``.
+
+    Raises:
+        session.ResultsNotWritable: the folder is not writable.
+    """
+    rows = np.column_stack([getattr(log, name) for name in MOTOR_COLUMNS])
+    lines = (f"{t:.6f},{x:.6f},{v:.5f},{i:.4f},{u:.1f},{c:.0f},{e:.0f}" for t, x, v, i, u, c, e in rows + 0.0)
+    write_whole(path, "\n".join([",".join(MOTOR_COLUMNS), *lines, ""]))
+
+
+def save_commands(path: Path, commands: MotorCommands) -> None:
+    """Writes ``<trial>.commands.csv``; the motor takes speeds in steps.
+
+    Raises:
+        session.ResultsNotWritable: the folder is not writable.
+    """
+    told_rad_s = SPEED_RAD_S * np.round(commands.velocity_rad_s / SPEED_RAD_S) + 0.0
+    rows = zip(commands.time_s, commands.part, told_rad_s, strict=True)
+    write_whole(path, "\n".join([",".join(COMMAND_COLUMNS), *(f"{t:.6f},{part},{v:.5f}" for t, part, v in rows), ""]))

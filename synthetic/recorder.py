@@ -1,0 +1,115 @@
+"""Writes down what camera, tracker and motor record of the trials of a synthetic session."""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+
+from session import Tracks, save_tracks, write_whole
+from synthetic.decays import TrueDecay
+from synthetic.faults import Pixels
+from synthetic.filmed import Progress, SessionVideo, film_scene, true_tracks
+from synthetic.motor_log import save_commands, save_motor_log
+from synthetic.plan import SyntheticPlan
+from synthetic.streams import Stream
+from synthetic.swims import TrueRun
+from synthetic.tracker import tracked
+from synthetic.trials import PlannedTrial, SyntheticTrial
+from synthetic.truth import DecayTruth, DryTruth, TrialTruth
+from synthetic.video import boxes_file, save_boxes, write_scene
+
+
+class Recorder:
+    """Records trials into a session folder, and tells what came of each.
+
+    Args:
+        folder: of the session.
+        plan: what to make.
+        video: how to film, and which swims; None for tracks alone.
+        told: of the progress of the videos.
+    """
+
+    def __init__(self, folder: Path, plan: SyntheticPlan, video: SessionVideo | None, told: Progress) -> None:
+        self._folder, self._plan, self._video, self._told = folder, plan, video, told
+
+    def swim(self, number: int, swim: TrueRun) -> TrialTruth:
+        """Records the swim of this number."""
+        if films(self._video, swim.trial):
+            self._film(number, swim)
+            placement = _by_marker(self._plan, np.zeros((len(self._plan.markers), 2)))
+        else:
+            placement = self._track(swim.trial, swim.position_px, Stream.SWIM_TRACKER.of(self._plan.seed, number))
+        return TrialTruth(**self._driven(swim, placement).model_dump(), speed_m_s=swim.speed_m_s)
+
+    def dry_run(self, number: int, run: TrueRun) -> DryTruth:
+        """Records the dry run of this number."""
+        placement = self._track(run.trial, run.position_px, Stream.DRY_TRACKER.of(self._plan.seed, number))
+        return self._driven(run, placement)
+
+    def free_decay(self, number: int, decay: TrueDecay) -> DecayTruth:
+        """Records the free decay of this number."""
+        random = Stream.DECAY_TRACKER.of(self._plan.seed, number)
+        return DecayTruth(placement_px=self._track(decay.trial, decay.position_px, random))
+
+    def _driven(self, run: TrueRun, placement: dict[str, Pixels]) -> DryTruth:
+        if run.motor is not None:
+            save_motor_log(self._folder / motor_file(run.trial), run.motor.log)
+            save_commands(self._folder / commands_file(run.trial), run.motor.commands)
+        return DryTruth(
+            frequency_hz=run.frequency_hz,
+            phase_rad=run.phase_rad,
+            placement_px=placement,
+            steady_s=None if run.motor is None else run.motor.steady_s,
+        )
+
+    def _track(self, trial: PlannedTrial, position_px: np.ndarray, random: np.random.Generator) -> dict[str, Pixels]:
+        tracks, offsets_px = tracked(trial, position_px, self._plan, random)
+        _save_packed(self._folder / track_file(trial), tracks)
+        return _by_marker(self._plan, offsets_px)
+
+    def _film(self, number: int, swim: TrueRun) -> None:
+        name, frames = swim.trial.name, len(swim.time_s)
+        path = self._folder / video_file(swim.trial)
+        assert self._video is not None
+        scene = film_scene(swim, self._plan, self._video, number)
+        save_tracks(self._folder / "truth" / f"{name}.csv", true_tracks(scene.truth))
+        save_boxes(boxes_file(path), scene.truth)
+        write_scene(scene, {path: self._video.encoding}, lambda done: self._told(name, done, frames))
+
+
+def films(video: SessionVideo | None, trial: PlannedTrial) -> bool:
+    """Whether a swim is filmed."""
+    return video is not None and video.films(trial.name)
+
+
+def track_file(trial: PlannedTrial) -> str:
+    """The name of the tracks in the session folder."""
+    return f"trials/{trial.name}.csv.gz"
+
+
+def video_file(trial: PlannedTrial) -> str:
+    """The name of the video in the session folder."""
+    return f"trials/{trial.name}.mp4"
+
+
+def motor_file(trial: SyntheticTrial) -> str:
+    """The name of the motor log in the session folder."""
+    return f"trials/{trial.name}.motor.csv"
+
+
+def commands_file(trial: SyntheticTrial) -> str:
+    """The name of the file of commands in the session folder."""
+    return f"trials/{trial.name}.commands.csv"
+
+
+def _by_marker(plan: SyntheticPlan, offsets_px: np.ndarray) -> dict[str, Pixels]:
+    offsets = [(round(float(x), 3), round(float(y), 3)) for x, y in offsets_px]
+    return dict(zip(plan.markers, offsets, strict=True))
+
+
+def _save_packed(path: Path, tracks: Tracks) -> None:
+    """Writes tracks as .csv.gz without name or time of the file: the same tracks give the same bytes."""
+    plain = path.with_suffix("")
+    save_tracks(plain, tracks)
+    write_whole(path, gzip.compress(plain.read_bytes(), mtime=0))
+    plain.unlink()

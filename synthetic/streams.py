@@ -1,0 +1,24 @@
+"""Random streams: one for each trial and what draws in it, so that changing one trial leaves the others as they are."""
+
+from enum import Enum
+
+import numpy as np
+
+
+class Stream(Enum):
+    """What draws; the value tells its streams from the others'."""
+
+    SWIM_TRACKER = ()
+    DRY_TRACKER = (1,)
+    DECAY_TRACKER = (2,)
+    SWIM_MOTOR = (3,)
+    DRY_MOTOR = (4,)
+
+    def of(self, seed: int, number: int) -> np.random.Generator:
+        """That of one trial.
+
+        Args:
+            seed: of the plan.
+            number: of the trial among those of its kind, from 0.
+        """
+        return np.random.default_rng([seed, number, *self.value])

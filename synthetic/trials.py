@@ -1,0 +1,93 @@
+"""The trials of a synthetic session as planned: driven by the motor, or let go; and the camera that sees them."""
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from session import Table
+from session.session_file import Name, TrialRole
+from swimmer.robot import Positive
+from synthetic.faults import Pixels, TrackFault
+from synthetic.motor import SyntheticMotor
+
+
+class SyntheticCamera(Table):
+    """A camera that looks straight down: no lens, no parallax, exact clock.
+
+    Attributes:
+        fps: frames a second.
+        px_per_m: scale; the default is that of the published videos.
+        width_px, height_px: size of the image.
+    """
+
+    fps: Positive = 60.0
+    px_per_m: Positive = 965.0
+    width_px: Annotated[int, Field(gt=0)] = 3840
+    height_px: Annotated[int, Field(gt=0)] = 2160
+
+
+class SyntheticTrial(Table):
+    """A trial in which the crank turns: a swim, or a dry run.
+
+    Attributes:
+        name: of the trial and its file.
+        frequency_hz: turns a second that the crank is driven with.
+        commanded_hz: what the session says it was told.
+        seconds: from the first frame to the last.
+        role: "fit" or "holdout".
+        phase_rad: crank angle in the first frame.
+        heading_rad: where the nose points in the first frame, counter-clockwise from the right of the image.
+        start_px: the nose in the first frame; None centres the trial in the image.
+        faults: of the tracker.
+        motor: how it drives the trial from rest to rest, and its log; None for a crank that turns evenly all the time.
+    """
+
+    name: Name
+    frequency_hz: Positive
+    commanded_hz: Positive
+    seconds: Positive
+    role: TrialRole = "fit"
+    phase_rad: float = 0.0
+    heading_rad: float = 0.0
+    start_px: Pixels | None = None
+    faults: tuple[TrackFault, ...] = ()
+    motor: SyntheticMotor | None = None
+
+    def time_s(self, camera: SyntheticCamera) -> np.ndarray:
+        """(n,) time of each frame from the first, s."""
+        return _frame_times(self.seconds, camera)
+
+
+class SyntheticDecay(Table):
+    """A free decay: head clamped in air, tendons off, the tail held bent and let go while the camera runs.
+
+    Attributes:
+        name: of the trial and its file.
+        seconds: from the first frame to the last.
+        release_s: when the hand lets go, after the first frame; it need not be in a frame.
+        bent_rad: hinge angles, from head to fin, in which the tail is held until then. As given, the fin's marker of
+            the built-in fish is 0.10 m aside.
+        role, heading_rad, start_px, faults: as for `SyntheticTrial`.
+    """
+
+    name: Name
+    seconds: Positive = 3.0
+    release_s: Positive = 0.507
+    bent_rad: tuple[float, ...] = (0.18, 0.21, 0.21, 0.17, 0.08)
+    role: TrialRole = "fit"
+    heading_rad: float = 0.0
+    start_px: Pixels | None = None
+    faults: tuple[TrackFault, ...] = ()
+
+    def time_s(self, camera: SyntheticCamera) -> np.ndarray:
+        """(n,) time of each frame from the first, s."""
+        return _frame_times(self.seconds, camera)
+
+
+PlannedTrial = SyntheticTrial | SyntheticDecay
+"""Any trial of a plan."""
+
+
+def _frame_times(seconds: float, camera: SyntheticCamera) -> np.ndarray:
+    return np.arange(int(round(seconds * camera.fps, 6)) + 1) / camera.fps
