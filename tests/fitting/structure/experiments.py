@@ -1,0 +1,61 @@
+"""Dry experiments of a robot that is not as its description says, made once at a finer step than any fit's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fitting.dry_run import measure_dry_run
+from fitting.free_decay import measure_decay_trial
+from fitting.structure import DryExperiments
+from session import TrialSpec, load_session, load_tracks
+from swimmer import RobotSpec, load_robot
+from synthetic import SyntheticDecay, SyntheticPlan, SyntheticTrial, make_session
+
+DESCRIBED = load_robot()
+TRUE = {"hinge_stiffness": 0.75, "hinge_damping": 0.028, "crank_arm": 0.0375}
+
+
+def robot_with(numbers: Mapping[str, float]) -> RobotSpec:
+    """The described robot with these numbers."""
+    tail = {"hinge_stiffness_n_m": numbers["hinge_stiffness"], "hinge_damping_n_m_s": numbers["hinge_damping"]}
+    crank = DESCRIBED.crank.model_copy(update={"arm_m": numbers["crank_arm"]})
+    return DESCRIBED.model_copy(update={"tail": DESCRIBED.tail.model_copy(update=tail), "crank": crank})
+
+
+PLAN = SyntheticPlan(
+    robot=robot_with(TRUE),
+    trials=(
+        SyntheticTrial(name="slow", frequency_hz=0.8, commanded_hz=0.82, seconds=2.8, phase_rad=1.0),
+        SyntheticTrial(name="fast", frequency_hz=1.3, commanded_hz=1.35, seconds=2.5, role="holdout"),
+    ),
+    dry_runs=(
+        SyntheticTrial(name="dry_slow", frequency_hz=0.6, commanded_hz=0.62, seconds=5.0, phase_rad=2.0),
+        SyntheticTrial(name="dry_fast", frequency_hz=1.0, commanded_hz=1.03, seconds=5.0, phase_rad=0.5),
+    ),
+    free_decays=(SyntheticDecay(name="pull"),),
+    run_in_s=3.0,
+)
+"""Two swims, two dry runs and a free decay."""
+
+
+@lru_cache(maxsize=1)
+def measured() -> DryExperiments:
+    """Those of `PLAN`."""
+    with TemporaryDirectory() as folder:
+        session = load_session(make_session(Path(folder) / "session", PLAN))
+        tracks = {spec.name: load_tracks(_file(spec), session.markers, session.camera.fps) for spec in session.trials}
+    camera = session.camera
+    decays = [spec.name for spec in session.trials if spec.kind == "free_decay"]
+    runs = [spec for spec in session.trials if spec.kind == "dry"]
+    return DryExperiments(
+        [measure_decay_trial(name, tracks[name], camera, DESCRIBED) for name in decays],
+        [measure_dry_run(spec, tracks[spec.name], camera, DESCRIBED) for spec in runs],
+    )
+
+
+def _file(spec: TrialSpec) -> Path:
+    assert spec.tracks is not None
+    return spec.tracks

@@ -1,0 +1,171 @@
+"""The chain of the dry experiments: what it recovers, what it assumes, and what it does not believe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from fitting.dry_run import CrankGrid, fit_crank
+from fitting.free_decay import DecayTrial
+from fitting.structure import DryExperiments, Source, Structure, assumed, identify, identify_structure
+from session import Flag, SimulationDiverged
+from tests.fitting.structure.experiments import DESCRIBED, TRUE, measured, robot_with
+
+MOVES = Flag("head_moves", message="the head moves by 9 mm")
+
+
+@pytest.fixture
+def few_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A coarse grid of the published search, from which the joint fit begins."""
+    monkeypatch.setattr(identify, "fit_crank", partial(fit_crank, grid=CrankGrid(speeds=27, phases=30)))
+
+
+@pytest.fixture(scope="module")
+def structure() -> Structure:
+    """From all experiments, and a description that is wrong about all they tell."""
+    return identify_structure(measured(), DESCRIBED)
+
+
+def by_quantity(structure: Structure) -> dict[str, Source]:
+    return {source.quantity: source for source in structure.sources}
+
+
+def shaken(position: np.ndarray, size_m: float) -> np.ndarray:
+    return position + np.random.default_rng(0).normal(0.0, size_m, position.shape)
+
+
+def test_it_recovers_a_robot_unlike_its_description(structure: Structure) -> None:
+    tail, found = structure.robot.tail, by_quantity(structure)
+
+    assert tail.hinge_stiffness_n_m == pytest.approx(TRUE["hinge_stiffness"], rel=0.02)
+    assert tail.hinge_damping_n_m_s == pytest.approx(TRUE["hinge_damping"], rel=0.1)
+    assert structure.robot.crank.arm_m == pytest.approx(TRUE["crank_arm"], rel=0.005)
+    for quantity, true in TRUE.items():
+        se = found[quantity].se
+        assert se is not None
+        assert abs(found[quantity].value - true) < 3 * se
+    assert not [flag for flag in structure.flags if flag.kind == "not_used"]
+
+
+def test_each_number_says_which_trials_it_comes_from(structure: Structure) -> None:
+    found = by_quantity(structure)
+
+    assert found["hinge_stiffness"].trials == found["hinge_damping"].trials == ("pull",)
+    assert found["crank_arm"].trials == ("dry_slow", "dry_fast")
+    assert found["crank_arm"].sentence.endswith("mm (standard error) from dry runs dry_slow, dry_fast")
+    assert not any(source.assumed for source in structure.sources)
+
+
+def test_the_robot_is_otherwise_as_described(structure: Structure) -> None:
+    own = {quantity: source.value for quantity, source in by_quantity(structure).items()}
+
+    assert structure.robot == robot_with(own)
+
+
+@pytest.mark.usefixtures("few_points")
+def test_the_dry_runs_are_fitted_with_the_hinges_of_the_decay(structure: Structure) -> None:
+    """The motion that the crank is read from is that of the measured hinges: the same runs, told those hinges."""
+    hinges = DESCRIBED.tail.model_copy(
+        update={name: getattr(structure.robot.tail, name) for name in ("hinge_stiffness_n_m", "hinge_damping_n_m_s")}
+    )
+    told = identify_structure(
+        measured()._replace(decays=()), DESCRIBED.model_copy(update={"tail": hinges}), origin="robot.toml"
+    )
+
+    unlike = identify_structure(measured()._replace(decays=()), DESCRIBED).robot.crank.arm_m
+    assert told.robot.crank.arm_m == pytest.approx(structure.robot.crank.arm_m, rel=1e-4)
+    assert unlike != pytest.approx(structure.robot.crank.arm_m, rel=4e-4)
+    assert told.decays == ()
+    assert by_quantity(told)["hinge_stiffness"].sentence.startswith("no free decay: hinge stiffness 0.7")
+    assert by_quantity(told)["hinge_stiffness"].sentence.endswith("as in robot.toml")
+
+
+def test_without_a_dry_run_the_arm_is_assumed() -> None:
+    structure = identify_structure(measured()._replace(runs=()), DESCRIBED)
+    arm = by_quantity(structure)["crank_arm"]
+
+    assert structure.crank is None
+    assert structure.robot.crank == DESCRIBED.crank
+    assert (arm.assumed, arm.se) == (True, None)
+    assert arm.sentence == "no dry run: crank arm 39.5 mm as in the built-in robot"
+    assert not by_quantity(structure)["hinge_stiffness"].assumed
+
+
+def test_without_any_experiment_the_robot_is_as_described() -> None:
+    structure, none = identify_structure(DryExperiments(), DESCRIBED), assumed(DESCRIBED)
+
+    assert none.robot is DESCRIBED
+    assert structure.robot == DESCRIBED
+    assert structure.sources == none.sources
+    assert all(source.assumed for source in none.sources)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "why"),
+    [
+        (lambda trial: replace(trial, flags=(MOVES,)), "the head moves by 9 mm"),
+        (lambda trial: replace(trial, position_m=shaken(trial.position_m, 0.006)), "the twin explains only"),
+    ],
+    ids=["loose head", "shaken tracks"],
+)
+def test_a_decay_that_must_not_be_believed_is_reported_and_not_used(
+    wrong: Callable[[DecayTrial], DecayTrial], why: str, structure: Structure
+) -> None:
+    good = measured().decays[0]
+    bad = replace(wrong(good), name="bad")
+    alone = identify_structure(DryExperiments([bad]), DESCRIBED)
+    beside = identify_structure(DryExperiments([bad, good]), DESCRIBED)
+
+    assert alone.robot == DESCRIBED
+    assert alone.hinges is None
+    assert [fit.name for fit in alone.decays] == ["bad"]
+    assert by_quantity(alone)["hinge_stiffness"].sentence.startswith("free decay bad not used: hinge stiffness 0.65")
+    (flag,) = alone.flags
+    assert flag.kind == "not_used"
+    assert flag.message.startswith(f"free decay bad is not used: {why}")
+    assert [fit.name for fit in beside.decays] == ["bad", "pull"]
+    assert by_quantity(beside)["hinge_stiffness"] == by_quantity(structure)["hinge_stiffness"]
+
+
+@pytest.mark.usefixtures("few_points")
+def test_a_wrong_dry_run_does_not_spoil_the_others() -> None:
+    slow, fast = measured().runs
+    bad = replace(slow, place_m=slow.place_m + shaken(np.zeros(slow.place_m.shape), 0.02))
+    found = identify_structure(DryExperiments(runs=[bad, fast]), DESCRIBED)
+
+    assert by_quantity(found)["crank_arm"].trials == ("dry_fast",)
+    assert found.robot.crank.arm_m == pytest.approx(TRUE["crank_arm"], rel=0.01)
+    assert found.flags[0].kind == "not_used"
+    assert "dry run dry_slow is not used" in found.flags[0].message
+
+
+@pytest.mark.usefixtures("few_points")
+def test_where_no_dry_run_is_believed_the_arm_is_assumed() -> None:
+    (_, fast), loose = measured().runs, (MOVES,)
+    found = identify_structure(DryExperiments(runs=[replace(fast, flags=loose)]), DESCRIBED)
+
+    assert found.robot == DESCRIBED
+    assert found.crank is not None
+    assert by_quantity(found)["crank_arm"].sentence.startswith("dry run dry_fast not used: crank arm 39.5 mm as in")
+
+
+@pytest.mark.usefixtures("few_points")
+def test_an_arm_at_the_end_of_its_range_is_not_used() -> None:
+    far = robot_with({**TRUE, "crank_arm": 0.055})
+    found = identify_structure(DryExperiments(runs=measured().runs[1:]), far)
+
+    assert found.robot == far
+    assert "is not used: the arm, 41.29 mm, is at the end of its range" in found.flags[0].message
+
+
+def test_a_decay_of_something_else_is_named() -> None:
+    """A tail that hardly moves at a rate no hinge could give: its twin diverges, and the message says for which."""
+    decay = measured().decays[0]
+    odd = 0.05 * np.sin(2 * np.pi * 14.9 * decay.time_s)[:, None, None] * [0.0, 1.0]
+    still = np.broadcast_to(decay.position_m[-1], decay.position_m.shape)
+    with pytest.raises(SimulationDiverged, match=r"trial pull: .*leave it out"):
+        identify_structure(DryExperiments([replace(decay, position_m=still + odd)]), DESCRIBED)
