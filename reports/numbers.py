@@ -29,7 +29,7 @@ def in_mm(value_m: float | None, decimals: int = 1, *, signed: bool = False) -> 
 
 def with_error(value: float, se: float) -> str:
     """`0.650 ± 0.004`: as many decimals for both as the error needs."""
-    decimals = next((d for d in range(1, 6) if se * 10**d >= 0.95), 6)
+    decimals = next((d for d in range(6) if se * 10**d >= 0.95), 6)
     return f"{shown(value, decimals)} ± {shown(se, decimals)}"
 
 

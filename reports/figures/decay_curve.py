@@ -8,27 +8,29 @@ from matplotlib.figure import Figure
 
 from fitting.free_decay import DecayFit
 from reports.numbers import MM, shortened
-from reports.style import FULL_WIDTH_IN, INK, MUTED, TWIN, legend_above, panel, styled
+from reports.style import HALF_WIDTH_IN, INK, MUTED, TWIN, Margins, legend_above, panel, styled
 
-LABEL_GAP = 0.062  # least distance between two names, of the height
-CLOSE = 0.16  # of the time, before 0, that is left for the names
+LABEL_GAP = 0.074  # least distance between two names, of the height
+CLOSE = 0.24  # of the time, before 0, that is left for the names
+FADED = 0.02  # of the first swing, below which nothing is to be seen
 
 
 @styled
 def decay_curve_figure(fit: DecayFit) -> Figure:
     """Measured samples as dots, the twin as lines, about the straight tail; dotted, the widest swing's envelope."""
-    figure, axes = panel(FULL_WIDTH_IN, 3.4)
+    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
     for k in range(len(fit.markers)):
         axes.plot(fit.time_s, fit.simulated_m[:, k] * MM, color=TWIN, linewidth=1.1)
-        axes.plot(fit.time_s, fit.measured_m[:, k] * MM, ".", color=INK, markersize=2.6)
+        axes.plot(fit.time_s, fit.measured_m[:, k] * MM, ".", color=INK, markersize=2.2)
     envelope = fit.spectrum.ring.envelope_m
     widest = envelope[:, int(envelope[0].argmax())] * MM
     first = np.abs(fit.simulated_m).max() * MM
     near = widest <= 1.15 * first
     for sign in (-1.0, 1.0):
         axes.plot(fit.time_s[near], sign * widest[near], ":", color=MUTED, linewidth=0.9)
-    axes.set_xlim(-CLOSE * float(fit.time_s[-1]), float(fit.time_s[-1]))
-    axes.set_xticks([tick for tick in axes.get_xticks() if 0.0 <= tick <= fit.time_s[-1]])
+    end_s = _end_s(fit.time_s, widest)
+    axes.set_xlim(-CLOSE * end_s, end_s)
+    axes.set_xticks([tick for tick in axes.get_xticks() if 0.0 <= tick <= end_s])
     _name_curves(axes, fit)
     axes.plot([], [], ".", color=INK, label="measured")
     axes.plot([], [], color=TWIN, label="twin")
@@ -37,6 +39,12 @@ def decay_curve_figure(fit: DecayFit) -> Figure:
     axes.set_ylabel("lateral position (mm)")
     legend_above(axes, 3)
     return figure
+
+
+def _end_s(time_s: np.ndarray, envelope: np.ndarray) -> float:
+    """Up to when the curves are worth a look: until the envelope (n,) has faded, or to the end."""
+    swinging = np.flatnonzero(envelope > FADED * envelope[0])
+    return float(time_s[min(int(swinging[-1]) + 1, len(time_s) - 1)])
 
 
 def _name_curves(axes: Axes, fit: DecayFit) -> None:

@@ -12,7 +12,7 @@ from reports.numbers import MISSING, in_mm, listed, percent, sentence, shown
 from reports.svg import inline_svg
 
 TITLE, ANCHOR = "Dry runs: crank arm", "dry-runs"
-NOT_BELIEVED = "No dry run can be believed: the arm below was not used, the swims were fitted with the assumed one."
+NOT_USED = "The arm below is not used: the swims were fitted with the assumed one."
 COLUMNS = (
     Column("dry run", numeric=False),
     Column("commanded", "Hz"),
@@ -32,7 +32,7 @@ def build(context: ReportContext) -> Section | None:
         return None
     section = dry_run_section(structure.crank)
     assumed = any(source.quantity == "crank_arm" and source.assumed for source in structure.sources)
-    return replace(section, caveats=(NOT_BELIEVED, *section.caveats)) if assumed else section
+    return replace(section, caveats=(NOT_USED, *section.caveats)) if assumed else section
 
 
 def dry_run_section(fit: CrankFit) -> Section:

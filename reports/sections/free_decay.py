@@ -19,13 +19,13 @@ METHOD = (
 )
 COLUMNS = (
     Column("free decay", numeric=False),
-    Column("rings at", "Hz, ± standard error"),
-    Column("spectrum’s peak", "Hz"),
+    Column("rings at", "Hz"),
+    Column("peak", "Hz"),
     Column("undamped", "Hz"),
-    Column("damping ratio"),
-    Column("stiffness", "N m/rad, ± standard error"),
-    Column("damping", "mN m s/rad, ± standard error"),
-    Column("from frequency alone", "N m/rad"),
+    Column("ratio"),
+    Column("stiffness", "N m/rad"),
+    Column("damping", "mN m s/rad"),
+    Column("first match", "N m/rad"),
     Column("distance", "mm, rms"),
     Column("explained"),
     Column("counts", numeric=False),
@@ -61,8 +61,9 @@ def _result(hinges: HingeEstimate | None) -> str:
 
 def _table(structure: Structure) -> Table:
     caption = (
-        "Each free decay, from the release to rest. Distance and explained share compare the lateral motion of all "
-        "tail markers with the twin’s."
+        "Each free decay, from the release to rest, with standard errors. The frequency of its zero crossings, the "
+        "peak of its spectrum, and what it would be undamped; the damping ratio; the twin’s hinges, and their "
+        "stiffness by frequency and decay alone; the lateral motion of all tail markers against the twin’s."
     )
     used = {name for source in structure.sources if source.quantity == "hinge_stiffness" for name in source.trials}
     return Table(caption, COLUMNS, tuple(_row(fit, fit.name in used) for fit in structure.decays))
@@ -99,7 +100,6 @@ def _plots(fit: DecayFit, number: int) -> tuple[Plot, Plot]:
             curve,
             f"{fit.name}: tail markers after the release (dots) and the twin with the fitted hinges (lines), about the "
             "straight tail.",
-            wide=True,
         ),
     )
 

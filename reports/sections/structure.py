@@ -24,7 +24,7 @@ def build(context: ReportContext) -> Section:
         "What the twin is built from",
         "structure",
         (Prose(_text(structure.sources)), Table(caption, COLUMNS, rows)),
-        tuple(sentence(flag.message) for flag in structure.flags),
+        tuple(sentence(flag.message) for flag in structure.flags if flag.kind == "not_used"),
     )
 
 

@@ -40,11 +40,11 @@ def test_what_was_assumed_is_named_with_why() -> None:
     assert row == ("crank arm", "39.5", "mm", "assumed; no dry run: crank arm 39.5 mm as in the built-in robot")
 
 
-def test_what_is_doubtful_about_the_structure_is_said() -> None:
-    flags = (Flag("poor_fit", message="decay_2 is not believed: the twin does not follow it"),)
+def test_experiments_that_are_not_used_are_said_once_other_doubts_stand_with_theirs() -> None:
+    flags = (Flag("not_used", message="free decay decay_2 is not used: the head moves"), Flag("at_bound"))
     section = structure.build(of(replace(made_calibration().structure, flags=flags)))
 
-    assert section.caveats == ("decay_2 is not believed: the twin does not follow it.",)
+    assert section.caveats == ("Free decay decay_2 is not used: the head moves.",)
 
 
 def test_experiments_that_were_not_made_have_no_section() -> None:
@@ -62,5 +62,5 @@ def test_a_crank_that_was_not_used_is_said_to_be() -> None:
 
     assert believed is not None
     assert doubted is not None
-    assert doubted.caveats[0].startswith("No dry run can be believed")
+    assert doubted.caveats[0].startswith("The arm below is not used")
     assert doubted.caveats[1:] == believed.caveats
