@@ -1,0 +1,225 @@
+"""`calib fit` on a session with dry experiments: stiffness -> crank -> swims -> fluid, told and kept."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from functools import partial
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from calib.options import Options
+from calib.pipeline import Pipeline, open_session
+from fitting.dry_run import CrankGrid, crank_response, fit_crank
+from fitting.structure import identify
+from session import load_tracks
+from swimmer import load_robot, model_sha256
+from synthetic import make_session
+from tests.calib.door import Front, assert_told, edit, with_little_effort
+from tests.calib.test_left_out import change_tracks, only
+from tests.calib.test_run import SCHEMA, remade, results_of
+from tests.fitting.structure.experiments import DESCRIBED, PLAN, TRUE
+
+STRUCTURE = {"structure.json", "structure.npz"}
+TRACKS = {f"tracks/{name}.csv" for name in ("slow", "fast", "dry_slow", "dry_fast", "pull")}
+KEYS = {
+    "hinge_stiffness": ("hinge_stiffness_n_m", DESCRIBED.tail.hinge_stiffness_n_m),
+    "hinge_damping": ("hinge_damping_n_m_s", DESCRIBED.tail.hinge_damping_n_m_s),
+    "crank_arm": ("arm_m", DESCRIBED.crank.arm_m),
+}
+
+
+def with_few_points(patch: pytest.MonkeyPatch) -> None:
+    """A coarse table and grid for the crank."""
+    grid = CrankGrid(arms=13, speeds=21, phases=30)
+    patch.setattr(identify, "crank_response", partial(crank_response, grid=grid))
+    patch.setattr(identify, "fit_crank", partial(fit_crank, grid=grid))
+
+
+@pytest.fixture(autouse=True)
+def few_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    with_few_points(monkeypatch)
+
+
+@pytest.fixture(scope="module")
+def fitted_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Fitted; its robot file is wrong about hinges and crank."""
+    folder = make_session(tmp_path_factory.mktemp("chain") / "pool", PLAN)
+    for quantity, (key, described) in KEYS.items():
+        edit(folder / "robot.toml", f"\n{key} = {TRUE[quantity]}", f"\n{key} = {described}")
+    with pytest.MonkeyPatch.context() as patch:
+        with_little_effort(patch)
+        with_few_points(patch)
+        Pipeline(open_session(folder), Options("quick")).fit()
+    return folder
+
+
+@pytest.fixture
+def fitted(fitted_session: Path, tmp_path: Path) -> Path:
+    """With the results of `calib fit`, of the test's own."""
+    return Path(shutil.copytree(fitted_session, tmp_path / "pool"))
+
+
+@pytest.fixture
+def unfitted(fitted: Path) -> Path:
+    shutil.rmtree(fitted / "results")
+    return fitted
+
+
+def calibration_of(folder: Path) -> dict[str, object]:
+    data = json.loads((folder / "results" / "calibration.json").read_text())
+    assert isinstance(data, dict)
+    return data
+
+
+def test_the_swims_are_fitted_with_what_was_measured(fitted: Path) -> None:
+    data = json.loads((fitted / "results" / "calibration.json").read_text())
+    model = mujoco.MjModel.from_xml_path(str(fitted / "results" / "calibrated.xml"))
+
+    assert data["hinge_stiffness"] == data["structure"]["hinge_stiffness"]["value"]
+    assert data["crank_arm_m"] == data["structure"]["crank_arm"]["value"]
+    for quantity, true in TRUE.items():
+        found = data["structure"][quantity]
+        assert found["assumed"] is False
+        assert abs(found["value"] - true) < 3 * found["se"]
+    np.testing.assert_allclose(model.joint("tail_1").stiffness, data["hinge_stiffness"], rtol=1e-5)
+    assert {name: one["used"] for name, one in data["experiments"].items()} == dict.fromkeys(
+        ("pull", "dry_slow", "dry_fast"), True
+    )
+    assert set(data["trials"]) == {"slow", "fast"}
+
+
+def test_every_result_stands_and_the_model_is_that_of_the_description(fitted: Path) -> None:
+    assert results_of(fitted).keys() == {"calibration.json", "calibrated.xml"} | STRUCTURE | TRACKS
+    for name in ("calibration.json", "structure.json"):
+        data = json.loads((fitted / "results" / name).read_text())
+        assert data["model_sha256"] == model_sha256(load_robot(fitted / "robot.toml"))
+        assert "trials/pull.csv.gz" in data["inputs"]
+
+
+@pytest.mark.skipif(not SCHEMA.is_file(), reason="the public schema is not here (../shared/design/schema)")
+def test_the_calibration_has_the_public_form(fitted: Path) -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+
+    jsonschema.validate(calibration_of(fitted), json.loads(SCHEMA.read_text()))
+
+
+def test_it_tells_what_was_taken_from_where(calib: Front, fitted: Path) -> None:
+    lines = calib("fit", fitted, "--effort", "quick").out.splitlines()
+
+    for sentence in ("(standard error) from free decay pull", "(standard error) from dry runs dry_slow, dry_fast"):
+        assert [line for line in lines if line.endswith(sentence)]
+    told = json.loads(calib("fit", fitted, "--effort", "quick", "--json").out)
+    assert told["calibration"]["structure"]["hinge_stiffness"]["trials"] == ["pull"]
+
+
+def test_the_tracks_of_an_experiment_are_kept_as_used(fitted: Path) -> None:
+    """A bent tail is no fault of the tracker, although most of the recording shows it straight."""
+    tracks = load_tracks(fitted / "results" / "tracks" / "pull.csv", PLAN.markers, 60.0)
+
+    assert (tracks.confidence > 0).all()
+
+
+def test_a_second_fit_does_nothing(calib: Front, fitted: Path) -> None:
+    with remade(fitted):
+        assert calib("fit", fitted, "--effort", "quick").code == 0
+
+
+def test_another_search_does_not_find_the_structure_again(calib: Front, fitted: Path) -> None:
+    before = calibration_of(fitted)
+    with remade(fitted, "calibration.json", "calibrated.xml"):
+        assert calib("fit", fitted, "--effort", "full").code == 0
+    assert calibration_of(fitted)["structure"] == before["structure"]
+
+
+def test_a_deleted_structure_is_found_again_without_a_new_fit(calib: Front, fitted: Path) -> None:
+    before = json.loads((fitted / "results" / "structure.json").read_text())
+    (fitted / "results" / "structure.npz").unlink()
+    with remade(fitted, *STRUCTURE):
+        assert calib("fit", fitted, "--effort", "quick").code == 0
+    assert json.loads((fitted / "results" / "structure.json").read_text()) == before
+
+
+def test_a_calibration_read_back_has_its_structure(fitted: Path) -> None:
+    calibration = Pipeline(open_session(fitted)).standing_calibration()
+    data = calibration_of(fitted)
+
+    assert calibration is not None
+    assert calibration.robot.tail.hinge_stiffness_n_m == data["hinge_stiffness"]
+    assert calibration.robot.crank.arm_m == data["crank_arm_m"]
+    assert [trial.name for trial in calibration.structure.crank.trials] == ["dry_slow", "dry_fast"]  # type: ignore[union-attr]
+    for trial in calibration.trials:
+        said = data["trials"][trial.measured.name]["marker_error_mm"]  # type: ignore[index]
+        assert 1000 * trial.scores.marker_error_m == pytest.approx(said, rel=1e-6)
+
+
+@pytest.mark.usefixtures("true_report")
+def test_the_report_is_written_from_what_was_kept(calib: Front, fitted: Path) -> None:
+    with remade(fitted, "evidence.json", "report.html"):
+        assert calib("report", fitted, "--effort", "quick").code == 0
+    report = (fitted / "results" / "report.html").read_text()
+    for name in ("pull", "dry_slow", "dry_fast"):
+        assert name in report
+
+
+def test_a_missing_decay_is_assumed_and_said(calib: Front, unfitted: Path) -> None:
+    outcome = calib("fit", only(unfitted, "slow", "fast", "dry_fast"), "--effort", "quick")
+    data = json.loads((unfitted / "results" / "calibration.json").read_text())
+
+    assert outcome.code == 0, outcome.err
+    assert "no free decay: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out
+    assert {quantity: source["assumed"] for quantity, source in data["structure"].items()} == {
+        "hinge_stiffness": True,
+        "hinge_damping": True,
+        "crank_arm": False,
+    }
+
+
+def test_without_experiments_there_is_no_structure_file(calib: Front, unfitted: Path) -> None:
+    assert calib("fit", only(unfitted, "slow", "fast"), "--effort", "quick").code == 0
+    assert results_of(unfitted).keys() == {"calibration.json", "calibrated.xml", "tracks/slow.csv", "tracks/fast.csv"}
+    assert calibration_of(unfitted)["hinge_stiffness"] == DESCRIBED.tail.hinge_stiffness_n_m
+    assert calibration_of(unfitted)["experiments"] == {}
+
+
+def test_a_session_without_a_swim_is_told_so_at_once(calib: Front, unfitted: Path) -> None:
+    only(unfitted, "dry_slow", "dry_fast", "pull")
+
+    outcome = calib("fit", unfitted)
+    assert_told(outcome, "no swim with tracks", "found dry_slow (dry), dry_fast (dry), pull (free_decay)")
+    assert not STRUCTURE & results_of(unfitted).keys()
+
+
+def test_what_is_wrong_with_any_trial_is_told_at_once(calib: Front, unfitted: Path) -> None:
+    def stand_still(position_px: np.ndarray) -> None:
+        position_px[:] = position_px[:1]
+
+    def lose_the_tail(position_px: np.ndarray) -> None:
+        position_px[8:, 3:] = np.nan
+
+    change_tracks(unfitted, "pull", stand_still)
+    change_tracks(unfitted, "dry_fast", lose_the_tail)
+    change_tracks(unfitted, "slow", lose_the_tail)
+    outcome = calib("fit", unfitted, "--effort", "quick")
+
+    assert_told(outcome, "trial pull: its tail swings by 0.0 mm only", "trial dry_fast:", "trial slow:")
+    assert not STRUCTURE & results_of(unfitted).keys()
+
+
+def test_an_experiment_that_is_not_believed_is_said(calib: Front, unfitted: Path) -> None:
+    def shake(position_px: np.ndarray) -> None:
+        position_px[:, 3:] += np.random.default_rng(0).normal(0.0, 6.0, position_px[:, 3:].shape)
+
+    change_tracks(only(unfitted, "slow", "pull"), "pull", shake)
+    outcome = calib("fit", unfitted, "--effort", "quick")
+    data = json.loads((unfitted / "results" / "calibration.json").read_text())
+
+    assert outcome.code == 0, outcome.err
+    assert "free decay pull not used: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out
+    assert "no dry run: crank arm 39.5 mm as in robot.toml" in outcome.out
+    assert "! free decay pull is not used: the twin explains only" in outcome.out
+    assert data["experiments"]["pull"]["used"] is False
+    assert "not_used" in [flag["kind"] for flag in data["flags"]]
