@@ -1,0 +1,175 @@
+"""The clock of a motor log: found from the codes wherever they are, with an honest error; doubted where it must be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting.motor_clock import MotorClock, TailMotion
+from session import Flag, NotEnoughData
+from synthetic.noise import TrackingNoise
+from tests.fitting.motor_clock.drives import FPS, HZ, SPEC, Filmed, between, filmed, recorded, tail_of
+
+FRAME_S = 1 / FPS
+
+
+def kinds(flags: tuple[Flag, ...]) -> set[str]:
+    return {flag.kind for flag in flags}
+
+
+def error_s(clock: MotorClock, one: Filmed, video_s: float) -> float:
+    return clock.offset_s + (clock.rate - 1) * video_s - one.offset_at(video_s)
+
+
+@pytest.mark.parametrize("in_water", [False, True])
+def test_offset_and_rate_are_found_from_the_codes_wherever_the_clocks_stand(in_water: bool) -> None:
+    for one in filmed(6, in_water):
+        clock = recorded(one).clock
+        assert clock.found_by == "code"
+        assert clock.flags == ()
+        assert abs(error_s(clock, one, 3.0)) < 2 * FRAME_S
+        assert abs(error_s(clock, one, 15.0)) < 2 * FRAME_S
+        assert abs(clock.rate - one.motor.clock_rate) < 4 * clock.rate_se
+
+
+def test_without_tracking_errors_it_is_exact_to_a_few_milliseconds_in_air() -> None:
+    for one in filmed(6):
+        assert abs(error_s(recorded(one, tail_of(one, None)).clock, one, 8.0)) < 0.004
+
+
+def test_a_day_on_the_host_s_clock_changes_nothing() -> None:
+    one = filmed(6)[0]
+    later_s = 86400.0 * 30
+    log = replace(one.log, time_s=one.log.time_s + later_s)
+    commands = replace(one.commands, time_s=one.commands.time_s + later_s)
+    moved = recorded(one._replace(log=log, commands=commands))
+    assert moved.clock.offset_s - later_s == pytest.approx(recorded(one).clock.offset_s, abs=1e-5)
+    assert moved.turn.speed(8.0) == pytest.approx(recorded(one).turn.speed(8.0), rel=1e-6)
+
+
+def test_lost_samples_do_not_keep_the_codes_from_being_found() -> None:
+    one = filmed(6)[1]
+    tail = tail_of(one)
+    used = np.random.default_rng(0).random(tail.used.shape) > 0.03
+    lateral = np.where(used, tail.lateral_m, np.nan)
+    lateral[:, 2] = np.nan
+    used[:, 2] = False
+    clock = recorded(one, replace(tail, lateral_m=lateral, used=used)).clock
+    assert clock.found_by == "code"
+    assert abs(error_s(clock, one, 3.0)) < 2 * FRAME_S
+
+
+@pytest.mark.parametrize(("part", "found_by"), [("start_code", "start code"), ("end_code", "end code")])
+def test_one_code_gives_the_offset_alone(part: str, found_by: str) -> None:
+    one = filmed(6)[1]
+    begins_s, ends_s = (float(one.motor.video(time_s)) for time_s in one.commands.span_s(part) or ())
+    tail = tail_of(one)
+    seen = between(tail, 0, ends_s + 6) if part == "start_code" else between(tail, begins_s - 6, np.inf)
+    record = recorded(one, seen)
+    assert record.clock.found_by == found_by
+    assert record.clock.rate == 1.0
+    assert kinds(record.clock.flags) == {"code_not_seen"}
+    assert abs(error_s(record.clock, one, begins_s + 2)) < 2 * FRAME_S
+
+
+def test_a_tail_that_does_something_else_leaves_the_given_offset_with_flags() -> None:
+    one = filmed(6)[0]
+    tail = tail_of(one)
+    wrong = np.random.default_rng(0).normal(0, 0.02, tail.lateral_m.shape).cumsum(axis=0)
+    record = recorded(one, replace(tail, lateral_m=wrong))
+    assert (record.clock.found_by, record.clock.offset_s, record.clock.rate) == ("given", 0.0, 1.0)
+    assert kinds(record.clock.flags) == {"code_not_seen", "clock_given"}
+    assert not record.usable
+
+
+def test_without_commands_the_offset_is_that_of_the_session() -> None:
+    one = filmed(6)[0]
+    spec = replace(SPEC, motor_offset_s=one.motor.clock_offset_s)
+    record = recorded(one._replace(commands=None), spec=spec)  # type: ignore[arg-type]
+    assert record.clock.found_by == "given"
+    assert kinds(record.clock.flags) == {"clock_given"}
+    assert record.usable
+
+
+def test_frames_stamped_at_another_rate_are_flagged() -> None:
+    one = filmed(6)[1]
+    tail = tail_of(one, None)
+    clock = recorded(one, replace(tail, time_s=1.004 * tail.time_s)).clock
+    assert clock.rate == pytest.approx(one.motor.clock_rate / 1.004, abs=2e-4)
+    assert kinds(clock.flags) == {"clock_rate"}
+
+
+def test_the_drive_and_its_speed_are_told_on_the_clock_of_the_video() -> None:
+    one = filmed(6)[0]
+    record = recorded(one)
+    told = one.commands.span_s("drive")
+    assert told is not None
+    assert record.drive_s == pytest.approx((one.motor.video(told[0] + 1), one.motor.video(told[1])), abs=2 * FRAME_S)
+    assert record.commanded_hz == pytest.approx(HZ)
+    assert record.measured_hz == pytest.approx(0.99 * HZ, rel=0.02)
+    assert record.ripple == pytest.approx(np.hypot(*one.motor.ripple), rel=0.2)
+    assert record.flags == ()
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes"),
+    [
+        ("motor_error", {"error": 32.0}),
+        ("supply_sags", {"voltage_v": 9.0}),
+        ("log_gap", {"position_rad": np.nan}),
+        ("short_log", None),
+    ],
+)
+def test_what_is_wrong_with_a_log_is_flagged(kind: str, changes: dict[str, float] | None) -> None:
+    one = filmed(6)[0]
+    log, n = one.log, len(one.log.time_s)
+    rows = np.arange(n) // 20 == n // 40
+    if changes is None:
+        kept = log.time_s < log.time_s[-1] - 8.0
+        log = replace(log, **{name: values[kept] for name, values in vars(log).items() if name != "flags"})
+    else:
+        log = replace(log, **{name: np.where(rows, value, getattr(log, name)) for name, value in changes.items()})
+    assert kind in kinds(recorded(one._replace(log=log)).flags)
+
+
+def test_a_motor_slower_than_commanded_is_flagged() -> None:
+    one = filmed(6)[0]
+    commands = replace(one.commands, velocity_rad_s=1.1 * one.commands.velocity_rad_s)
+    assert "motor_slow" in kinds(recorded(one._replace(commands=commands)).flags)
+
+
+def test_a_log_without_readings_is_refused() -> None:
+    one = filmed(6)[0]
+    log = replace(one.log, position_rad=np.full(len(one.log.time_s), np.nan))
+    with pytest.raises(NotEnoughData, match=r"f0_90: its motor log holds 0 readings"):
+        recorded(one._replace(log=log))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("in_water", [False, True])
+def test_intervals_hold_what_tracking_errors_do_to_offset_and_rate(in_water: bool) -> None:
+    """In 240 drives; the lag of the tail behind the crank, the same at both codes, is told apart by exact tracks."""
+    drives = filmed(24, in_water, seed=5)
+    exact = [recorded(one, tail_of(one, None)).clock for one in drives]
+    inside = []
+    for seed in range(10):
+        for number, (one, lagging) in enumerate(zip(drives, exact, strict=True)):
+            clock = recorded(one, tail_of(one, TrackingNoise(sd_px=0.5 + 0.1 * seed), 100 * seed + number)).clock
+            errors = clock.offset_s - lagging.offset_s, clock.rate - lagging.rate
+            limits = 1.96 * clock.offset_se_s, 1.96 * clock.rate_se
+            inside.append(
+                [clock.found_by == "code", *(abs(e) < limit for e, limit in zip(errors, limits, strict=True))]
+            )
+    found, offset, rate = np.mean(inside, axis=0)
+    assert found > 0.99
+    assert 0.92 < offset < 0.98
+    assert 0.92 < rate < 0.98
+
+
+def test_a_tail_that_stands_still_shows_no_code() -> None:
+    one = filmed(6)[0]
+    tail = tail_of(one)
+    still = TailMotion(tail.time_s, np.zeros_like(tail.lateral_m), tail.used)
+    assert recorded(one, still).clock.found_by == "given"
