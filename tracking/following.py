@@ -36,11 +36,13 @@ class Gate:
         allowed = np.maximum(self.floor_px, self.deviations * spread)
         return np.hypot(distance[..., 0], distance[..., 1]) / allowed
 
-    def allowed_px(self, gaussian: JointGaussian) -> np.ndarray:
-        """(m,) what is allowed where all markers are known."""
-        m = len(gaussian.covariance) // 2
-        _, spread = gaussian.leave_one_out(np.zeros(2 * m), np.ones(m, dtype=bool))
-        return np.maximum(self.floor_px, self.deviations * spread)
+    def allowed_px(self, gaussian: JointGaussian, active: np.ndarray) -> np.ndarray:
+        """(n, m) how far each marker may be from where the active ones (n, m) of its frame put it, itself left out."""
+        allowed = np.empty(active.shape)
+        for mask, frames in rows_alike(active):
+            _, spread = gaussian.leave_one_out(np.zeros(2 * len(mask)), mask)
+            allowed[frames] = self.deviations * np.where(mask, spread, gaussian.spread_given(mask))
+        return np.maximum(self.floor_px, allowed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,9 @@ CLEARLY = 1.5
 
 LEAST_SEEN = 0.2
 """A jump and its way back belong together if the marker is seen apart in this share of the frames between."""
+LASTING = 3
+"""Frames that a marker is apart at least after a jump, before the model gives in. Where a fast tail turns round it is
+apart for a frame, followed in either direction, before and after the turn: that is no jump, nor a way back."""
 
 
 def misplaced(
@@ -91,12 +94,13 @@ def _enclosed(
         entered = position_px[first, k] - ahead.place_px[first, k]
         alike = max(4.0, 0.5 * float(np.linalg.norm(entered)))
         for start, last in stretches(apart_back):
+            turned = min(end - first, last - start) + 1 < LASTING <= last - first + 1
             alone = not apart_ahead[start : last + 1].any() and not apart_back[first : end + 1].any()
-            if first - 2 <= last < first and alone:
+            if first - 2 <= last < first and alone and max(end - first, last - start) + 1 >= LASTING:
                 found.append((start, last) if last - start <= 3 * (end - first + 1) else (first, end))
             left = position_px[last, k] - back.place_px[last, k]
             seen = (apart_ahead | apart_back)[first : last + 1].mean() if last >= first else 0.0
-            if seen >= LEAST_SEEN and np.linalg.norm(entered - left) <= alike:
+            if not turned and seen >= LEAST_SEEN and np.linalg.norm(entered - left) <= alike:
                 found.append((first, last))
                 break
             if abs(last - end) <= 1:  # it was back before

@@ -126,10 +126,11 @@ def _findings(tracks: Tracks, layout: RobotSpec, limits: QualityLimits) -> Findi
         model = learned(prior, position_px, fitting)
         if not wrong.any():
             break
-    put_px = model.put_by_others(position_px, judged & ~wrong)
+    believed = judged & ~wrong
+    put_px = model.put_by_others(position_px, believed)
     off_px = np.nan_to_num(np.linalg.norm(position_px - put_px, axis=2))  # (n, m)
     still = reaching(still, off_px, limits.still_motion_px)
-    far = present & (off_px > limits.widen * gate.allowed_px(model.shape_and_pose))
+    far = present & (off_px > limits.widen * gate.allowed_px(model.shape_and_pose, believed))
     wrong = present & widened(wrong | still, far, limits.join_frames)
     wrong = reaching(wrong, off_px, limits.widen * limits.floor_px)
     touch = touching(position_px, px_per_m * spot_m)

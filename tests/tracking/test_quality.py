@@ -65,6 +65,40 @@ def test_a_fish_without_faults_has_no_flags(hz: float, seed: int) -> None:
     assert left_out(swimming_fish(hz, seed)).mean() <= 0.005
 
 
+def turning_sharply(hz: float, seed: int, sway_px: float) -> np.ndarray:
+    """A fish whose caudal fin sways from side to side at a steady speed and turns round at once."""
+    position = swimming_fish(hz, seed)
+    along = position[:, 8] - position[:, 7]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
+    sway = 2 / np.pi * np.arcsin(np.sin(2 * np.pi * hz * np.arange(len(position)) / FPS - 1.0))
+    position[:, 8] += sway_px * sway[:, None] * across
+    return position
+
+
+def test_a_caudal_fin_that_turns_sharply_is_believed_from_one_turn_to_the_next() -> None:
+    """Followed either way it is a frame late at every turn: no jump and its way back with half a trial between."""
+    assert np.mean([left_out(turning_sharply(1.76, seed, 25.0)) for seed in range(4)]) <= 0.005
+
+
+@pytest.mark.parametrize("kind", FAULTS)
+def test_faults_of_a_fish_that_turns_sharply_are_left_out(kind: str) -> None:
+    recall, false = shares_found(kind, [turning_sharply(1.76, seed, 25.0) for seed in (1, 3)], seed=2)
+    assert recall >= 0.95
+    assert false <= 0.005
+
+
+@pytest.mark.parametrize("seed", [6, 7, 8])
+def test_a_neck_whose_nose_left_the_picture_is_believed_and_its_leap_is_not(seed: int) -> None:
+    """Nothing but the nose tells where the neck is along the head: without it it may be further off."""
+    position = swimming_fish(1.0, seed)
+    position[150:, 0] = np.nan
+    leapt = position.copy()
+    leapt[200:240, 1] += [30.0, 25.0]
+    assert not left_out(position)[:, 1:].any()
+    assert left_out(leapt)[200:240, 1].all()
+    assert left_out(leapt)[:, 1:].sum() == 40
+
+
 @pytest.mark.parametrize(("moved", "onto"), [(6, 7), (7, 6), (5, 4), (4, 5), (8, 7)])
 @pytest.mark.parametrize("share", [0.6, 0.9])
 def test_a_merge_for_most_of_a_trial_is_laid_to_the_one_that_moved(moved: int, onto: int, share: float) -> None:
