@@ -41,3 +41,9 @@ class MarkerKinematics:
         cos, sin = cos[..., self._link], sin[..., self._link]  # (..., m)
         x, y = self._local.T
         return origin[..., self._link, :] + np.stack([x * cos - y * sin, x * sin + y * cos], axis=-1)
+
+    def axes(self, head: np.ndarray, hinges_rad: np.ndarray) -> np.ndarray:
+        """(..., m, 2, 2) unit vectors in the pool along x and y of the link each marker sits on; arguments as above."""
+        heading = np.concatenate([head[..., 2:], head[..., 2:] + np.cumsum(hinges_rad, axis=-1)], axis=-1)
+        cos, sin = np.cos(heading)[..., self._link], np.sin(heading)[..., self._link]
+        return np.stack([np.stack([cos, sin], axis=-1), np.stack([-sin, cos], axis=-1)], axis=-2)

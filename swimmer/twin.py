@@ -24,6 +24,7 @@ FORCE_FIELDS = slice(1, 6)  # of geom_fluid: blunt, slender, angular drag, Kutta
 PLAUSIBLE_HINGE_RAD = np.pi / 2  # the published model stops its hinges at 80 degrees; beyond 90 nothing is physical
 PLAUSIBLE_SPEED_M_S = 5.0
 _PHASES, _SLOW_TURN_S = 48, 4.0  # of the table of quasi-static tail poses
+_FOLLOWING_N_M_S = 1e5  # speed gain of a crank that follows a measured turn, whatever pulls at it
 _CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 _CHUNK = 512  # simulations whose trajectories are held in memory at once
 
@@ -176,7 +177,7 @@ class Twin:
         with quiet_engine():
             rolled = batch.rollout(steps, speeds, _CONTROL, record=("qpos",))["qpos"]  # (n, steps, q)
         states = np.concatenate([start[:, None], rolled], axis=1)
-        diverged = self._diverged(states)
+        diverged = self._diverged(states, runs)
         states[diverged] = np.nan
         at = _interpolate(states, time_s / self.scene.timestep_s)  # (n, f, q)
         head = np.zeros((*at.shape[:2], 3)) if self.scene.head_clamped else at[..., :3]
@@ -184,7 +185,8 @@ class Twin:
 
     def _batch(self, runs: Runs) -> Batch:
         """A batch of the right size that expands just the fields these runs set."""
-        key = (len(runs), frozenset(runs.fields))
+        follows = frozenset() if runs.turns is None else frozenset({"turns"})
+        key = (len(runs), frozenset(runs.fields) | follows)
         if key not in self._batches:
             if len(self._batches) > 8:
                 self._batches.clear()
@@ -195,6 +197,10 @@ class Twin:
         fluid[:, self._fluid_geoms, FORCE_FIELDS] = runs.coefficients[:, None, :]
         for name, values in runs.fields.items():
             batch.expand(name)[:] = values
+        if runs.turns is not None:
+            gain = np.where([turn is None for turn in runs.turns], self.robot.crank.speed_gain_n_m_s, _FOLLOWING_N_M_S)
+            batch.expand("actuator_gainprm")[:, 0, 0] = gain
+            batch.expand("actuator_biasprm")[:, 0, 2] = -gain
         return batch
 
     def start(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
@@ -233,12 +239,13 @@ class Twin:
             table[-1] = table[0]
         return CubicSpline(np.linspace(0.0, 2 * np.pi, _PHASES + 1), table, bc_type="periodic")
 
-    def _diverged(self, states: np.ndarray) -> np.ndarray:
+    def _diverged(self, states: np.ndarray, runs: Runs) -> np.ndarray:
         """(n,) True where a state is not finite, stands still, or is out of all proportion."""
         with np.errstate(invalid="ignore"):
             finite = np.isfinite(states).all(axis=(1, 2))
             bent = np.abs(states[..., self._hinges]).max(axis=(1, 2)) > PLAUSIBLE_HINGE_RAD
             stopped = (np.diff(states[:, -3:, self._crank], axis=1) == 0).all(axis=1)
+            stopped &= runs.turns is None or np.array([turn is None for turn in runs.turns])  # a measured one may rest
             fast = np.zeros(len(states), bool)
             if not self.scene.head_clamped:
                 step = np.abs(np.diff(states[..., :2], axis=1)).max(axis=(1, 2))

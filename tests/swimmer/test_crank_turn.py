@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from swimmer import CrankTurn, Runs, Twin, load_robot
+from swimmer import DRY, CrankTurn, Runs, Twin, load_robot
 
 HZ = 0.9
 COEFFICIENTS = np.array([[0.4, 2.0, 6.0, 4.0, 1.0]])
@@ -57,7 +57,7 @@ def test_the_twin_s_crank_follows_it_beside_one_that_turns_evenly() -> None:
     twin, turn, time_s = Twin(load_robot()), logged(), np.arange(0, 4, 1 / 60)
     runs = Runs(np.repeat(COEFFICIENTS, 2, axis=0), np.array([HZ, HZ]), np.array([0.4, 0.4]), turns=(turn, None))
     crank = twin.simulate(runs, time_s).crank_rad
-    assert np.abs(crank[0] - 0.4 - turn.angle(time_s)).max() < 0.01
+    assert np.abs(crank[0] - 0.4 - turn.angle(time_s)).max() < 1e-4
     assert np.abs(crank[1] - 0.4 - 2 * np.pi * HZ * time_s).max() < 0.01
 
 
@@ -68,9 +68,22 @@ def test_an_even_turn_simulates_like_none_at_all() -> None:
     with_turn = Runs(COEFFICIENTS, np.array([HZ]), np.zeros(1), turns=(even,))
     without = Runs(COEFFICIENTS, np.array([HZ]), np.zeros(1))
     difference = twin.simulate(with_turn, time_s).marker_m - twin.simulate(without, time_s).marker_m
-    assert np.abs(difference).max() < 1e-5
+    assert np.abs(difference).max() < 3e-3  # the motor of the robot gives way by some thousandths of a radian
+
+
+def test_the_tail_of_a_clamped_robot_does_not_hold_a_followed_crank_back() -> None:
+    twin, turn, time_s = Twin(load_robot(), scene=DRY), logged(), np.arange(0, 7, 1 / 60)
+    crank = twin.simulate(Runs(np.zeros((1, 5)), np.array([HZ]), np.zeros(1), turns=(turn,)), time_s).crank_rad
+    assert np.abs(crank[0] - turn.angle(time_s)).max() < 1e-4
 
 
 def test_one_turn_for_each_simulation_is_asked_for() -> None:
     with pytest.raises(ValueError, match="turns: found 2"):
         Runs(COEFFICIENTS, np.array([HZ]), np.zeros(1), turns=(None, None))
+
+
+def test_a_crank_that_comes_to_rest_is_no_failure() -> None:
+    twin, readings = Twin(load_robot(), scene=DRY), np.arange(0, 5, 0.01)
+    turn = CrankTurn.measured(readings, np.minimum(2 * np.pi * HZ * readings, 9.0))
+    seen = twin.simulate(Runs(np.zeros((1, 5)), np.array([HZ]), np.zeros(1), turns=(turn,)), np.arange(0, 4.9, 1 / 60))
+    assert not seen.diverged.any()
