@@ -14,6 +14,7 @@ from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import DecayTrial, measure_decay_trial
 from fitting.free_decay.decay_trial import FAR_OUT
+from fitting.motor_clock import read_motor
 from fitting.structure import DryExperiments
 from session import (
     CameraSpec,
@@ -151,12 +152,13 @@ class Recordings:
             self._save(spec, tracks, lambda: check_tracks(tracks, robot, FAR_OUT).weight)
             decay = replace(decay, first_frame=decay.first_frame + recorded.first)
             return recorded.flagged(decay, decay.metres_per_px)
+        motor = read_motor(spec, tracks, camera, robot)
         if spec.kind == "dry":
-            run = measure_dry_run(spec, tracks, camera, robot, self._session.warmup_s)
+            run = measure_dry_run(spec, tracks, camera, robot, self._session.warmup_s, motor)
             self._save(spec, tracks, lambda: check_tracks(tracks, robot).weight)
             return recorded.flagged(run)
-        swim = measure_trial(spec, tracks, camera, robot, self._session.warmup_s)
-        self._save(spec, tracks, lambda: swim.weight)
+        swim = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
+        self._save(spec, tracks, lambda: swim.weight_of(len(tracks.time_s)))
         return recorded.flagged(swim, swim.metres_per_px)
 
     def _file(self, trial: str) -> Path:

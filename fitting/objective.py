@@ -1,7 +1,8 @@
 """The published objective, made smooth: mean marker distance in the head frame over all fit trials jointly.
 
-The parameters are the five coefficients and the crank phase of each trial; the frequency of each trial is the
-measured one. Every column of parameters is one simulation of each trial, run in one batch on all cores.
+The parameters are the five coefficients and the crank phase of each trial; each trial's crank makes its measured
+turn, or turns evenly at the measured frequency. Every column of parameters is one simulation of each trial, run in one
+batch on all cores.
 """
 
 from dataclasses import dataclass
@@ -55,6 +56,7 @@ class Swims:
             frequency_hz=np.repeat([t.frequency.hz for t in self.trials], count),
             phase_rad=parameters[5:].reshape(-1),
             velocity=np.repeat([t.start_velocity for t in self.trials], count, axis=0),
+            turns=tuple(t.turn for t in self.trials for _ in range(count)),
         )
         markers = self.twin.simulate(runs, np.repeat(times, count, axis=0), allow_divergence=True).marker_m
         parts = np.split(markers, len(self.trials))

@@ -20,7 +20,7 @@ def frames_in_step(trial: MeasuredTrial) -> slice:
 def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
     """Crank phases at time 0 that bring the twin's tail in step with the measured one.
 
-    One simulation at phase 0 tells how far the tail's first harmonic lags behind the crank.
+    One simulation at phase 0 tells how far the tail's first harmonic, over the angle of the crank, lags behind it.
 
     Args:
         twin, trial, frequency_hz: as for `swim`.
@@ -32,7 +32,7 @@ def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarr
     frames = frames_in_step(trial)
     simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz, frames.stop)
     tail = list(trial.tail)
-    turn = np.exp(-2j * np.pi * frequency_hz * trial.time_s[frames])[:, None]
+    turn = np.exp(-1j * trial.crank_rad(trial.time_s[frames], frequency_hz))[:, None]
     weight = trial.weight[frames][:, tail]  # (k, t)
 
     def harmonic(shape_m: np.ndarray) -> np.ndarray:

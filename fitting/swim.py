@@ -22,7 +22,7 @@ def swim(
         trial: n frames.
         coefficients: (s, 5).
         phase_rad: (s,) crank angle at time 0.
-        frequency_hz: of the crank, for all.
+        frequency_hz: of the crank, for all; a trial with a measured turn makes that instead.
         frames: only so many from the first; default all n.
     """
     count = len(phase_rad)
@@ -31,6 +31,7 @@ def swim(
         frequency_hz=np.full(count, frequency_hz),
         phase_rad=np.asarray(phase_rad, float),
         velocity=np.tile(trial.start_velocity, (count, 1)),
+        turns=(trial.turn,) * count,
     )
     trajectories = twin.simulate(runs, trial.time_s[:frames], allow_divergence=True)
     return head_frame(trial, trajectories.marker_m)

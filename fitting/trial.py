@@ -1,7 +1,10 @@
 """A measured swim, ready to be compared with the twin: head frame, weights, frequency, start, what is scored."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,14 +12,18 @@ from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.harmonics import design, weighted_fit
 from fitting.speed import forward_speed
 from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
-from swimmer import RobotSpec
+from swimmer import CrankTurn, RobotSpec
 from tracking import HeadFrame, check_tracks, to_head_frame, to_pool
+
+if TYPE_CHECKING:
+    from fitting.motor_clock import MotorRecord  # which itself measures tails
 
 Beat = Callable[[np.ndarray], SwimFrequency]
 """The frequency of some frames (n,)."""
 
 FIRST_BEATS = 1.2  # of the command, in which a held-out trial is first asked for its frequency
 KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
+BEAT_OFF_CRANK = 0.01  # relative; a tail that beats otherwise than the crank turns has a slipping string, or clock
 OTHER_UNIT = 2.5  # a frame rate or scale off by this factor is a mistake of unit
 SCALE_OFF = 0.05  # relative difference of the scale that is worth a flag
 SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
@@ -26,6 +33,9 @@ SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is t
 class MeasuredTrial:
     """One swim as measured.
 
+    With a motor log whose clock is believed only the frames of the steady drive are here, and the crank makes its
+    measured turn. The turn is an input, like a command: in a held-out trial it is used over the scored part too.
+
     Attributes:
         name, role, commanded_hz: as in the session.
         markers: names of the m markers.
@@ -33,7 +43,7 @@ class MeasuredTrial:
         position_m: (n, m, 2) on the pool, right-handed seen from above, m.
         head: the same in the head frame (published normaliser).
         weight: (n, m) 0 where a sample is flagged, missing, or its frame has no trusted head.
-        frequency: over the whole trial.
+        frequency: over the whole trial; with a turn its mean, else the tail's beat.
         start_frequency: over the known part only; the same for a fit trial.
         start_velocity: (3,) of the head at time 0 in its own axes (m/s, m/s, rad/s), from the known part.
         known: (n,) frames that may set the trial's own numbers.
@@ -43,7 +53,11 @@ class MeasuredTrial:
         warmup_s: left out of every comparison.
         tail: indices of the markers behind the head, from head to fin.
         metres_per_px: scale of the picture.
-        flags: of tracks and frequency.
+        flags: of tracks, frequency and motor.
+        first_frame: the number of the first frame in the tracks it was measured from.
+        motor: what the motor did; None without a log.
+        turn: of the crank, from time 0; None where it is taken to turn evenly.
+        beat: of the tail, over the whole trial.
     """
 
     name: str
@@ -65,14 +79,26 @@ class MeasuredTrial:
     tail: tuple[int, ...]
     metres_per_px: float
     flags: tuple[Flag, ...]
+    first_frame: int = 0
+    motor: MotorRecord | None = None
+    turn: CrankTurn | None = None
+    beat: SwimFrequency | None = None
 
-    def with_role(self, role: str) -> "MeasuredTrial":
+    def crank_rad(self, time_s: np.ndarray, frequency_hz: float) -> np.ndarray:
+        """(k,) angle that the crank has turned since time 0, rad: as measured, else evenly at this frequency."""
+        return 2 * np.pi * frequency_hz * time_s if self.turn is None else self.turn.angle(time_s)
+
+    def with_role(self, role: str) -> MeasuredTrial:
         """The same trial fitted or held out instead: what is known of it and what is scored change with that.
 
         Raises:
             NotEnoughData: held out, it leaves too few frames to score.
         """
         return self if role == self.role else replace(self, role=role, **vars(_split(role, self)))
+
+    def weight_of(self, frames: int) -> np.ndarray:
+        """(frames, m) weights in the tracks it was measured from; 0 before and after its own n frames."""
+        return np.pad(self.weight, ((self.first_frame, frames - self.first_frame - len(self.weight)), (0, 0)))
 
     @property
     def used_fraction(self) -> float:
@@ -87,13 +113,25 @@ def tail_markers(robot: RobotSpec, markers: tuple[str, ...]) -> list[int]:
 
 
 def measure_trial(
-    spec: TrialSpec, tracks: Tracks, camera: CameraSpec, robot: RobotSpec, warmup_s: float
+    spec: TrialSpec,
+    tracks: Tracks,
+    camera: CameraSpec,
+    robot: RobotSpec,
+    warmup_s: float,
+    motor: MotorRecord | None = None,
 ) -> MeasuredTrial:
     """Checks, scales and normalises the tracks of one swim and finds its frequency, start and speed.
 
+    Args:
+        spec, tracks, camera, robot: the swim, all its frames, what filmed it and what was filmed.
+        warmup_s: left out of every comparison.
+        motor: what the motor did (`fitting.motor_clock.read_motor`); default: the crank turns evenly.
+
     Raises:
-        NotEnoughData: no tail marker, too short for its warm-up, or less than one beat.
+        NotEnoughData: no tail marker, too short for its warm-up, less than one beat, or a drive that was not filmed.
     """
+    first_frame, tracks = (0, tracks) if motor is None else motor.driven(tracks, spec.name)
+    turn = motor.turn.shifted(float(tracks.time_s[0])) if motor is not None and motor.usable else None
     quality = check_tracks(tracks, robot)
     heights = robot.marker_positions_m(tracks.markers)[:, 2]
     pool = to_pool(tracks, camera, quality.weight, heights)
@@ -106,13 +144,11 @@ def measure_trial(
     weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
     time_s = pool.time_s
 
-    def beat(frames: np.ndarray) -> SwimFrequency:
-        lateral = head.shape_m[frames][:, tail, 1]
-        return estimate_frequency(time_s[frames], lateral, weight[frames][:, tail], spec.commanded_hz)
-
     doubts = _clock_and_scale(time_s, camera, robot)
-    frequency = beat(np.ones(len(time_s), bool))
-    base = _Base(spec.name, spec.commanded_hz, time_s, head, weight, frequency, tuple(tail), warmup_s)
+    beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
+    frequency = _of_crank(beat, turn, motor, time_s)
+    base = _Base(spec.name, spec.commanded_hz, time_s, head, weight, frequency, tuple(tail), warmup_s, motor, turn)
+    of_frames = (*quality.flags, *doubts, *beat.flags, *_off_crank(beat, frequency))
     return MeasuredTrial(
         **vars(base),
         **vars(_split(spec.role, base)),
@@ -120,8 +156,31 @@ def measure_trial(
         markers=pool.markers,
         position_m=pool.position_m,
         metres_per_px=pool.metres_per_px,
-        flags=(*quality.flags, *doubts, *frequency.flags),
+        flags=(*(flag.later(first_frame) for flag in of_frames), *(motor.flags if motor else ())),
+        first_frame=first_frame,
+        beat=beat,
     )
+
+
+def _of_crank(
+    beat: SwimFrequency, turn: CrankTurn | None, motor: MotorRecord | None, time_s: np.ndarray
+) -> SwimFrequency:
+    """The beat with the mean turn of the crank over its frames (n,) for its frequency, where that was measured."""
+    if turn is None or motor is None:
+        return beat
+    hz = turn.mean_hz(float(time_s[0]), float(time_s[-1]))
+    return replace(beat, hz=hz, se_hz=hz * motor.clock.rate_se, beats=hz * float(np.ptp(time_s)))
+
+
+def _off_crank(beat: SwimFrequency, frequency: SwimFrequency) -> tuple[Flag, ...]:
+    """Whether the tail beats as the crank turns."""
+    if abs(beat.hz / frequency.hz - 1) <= BEAT_OFF_CRANK:
+        return ()
+    message = (
+        f"the tail beats at {beat.hz:.3f} Hz, {100 * (beat.hz / frequency.hz - 1):+.1f} % off the crank's "
+        f"{frequency.hz:.3f} turns a second in the motor log: is this its log, and is the frame rate right?"
+    )
+    return (Flag("beat_off_crank", message=message),)
 
 
 def _clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
@@ -162,6 +221,8 @@ class _Base:
     frequency: SwimFrequency
     tail: tuple[int, ...]
     warmup_s: float
+    motor: MotorRecord | None
+    turn: CrankTurn | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,12 +237,13 @@ class _Split:
     speed: float
 
 
-def _split(role: str, trial: "_Base | MeasuredTrial") -> _Split:
+def _split(role: str, trial: _Base | MeasuredTrial) -> _Split:
     time_s, head, tail = trial.time_s, trial.head, list(trial.tail)
 
     def beat(frames: np.ndarray) -> SwimFrequency:
         lateral = head.shape_m[frames][:, tail, 1]
-        return estimate_frequency(time_s[frames], lateral, trial.weight[frames][:, tail], trial.commanded_hz)
+        found = estimate_frequency(time_s[frames], lateral, trial.weight[frames][:, tail], trial.commanded_hz)
+        return _of_crank(found, trial.turn, trial.motor, time_s[frames])
 
     known = _known(role, trial.commanded_hz, time_s, beat)
     start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial.name)
@@ -217,7 +279,7 @@ def _known(role: str, commanded_hz: float | None, time_s: np.ndarray, beat: Beat
     return time_s < end + 1e-9
 
 
-def _kept(role: str, trial: "_Base | MeasuredTrial", known: np.ndarray) -> np.ndarray:
+def _kept(role: str, trial: _Base | MeasuredTrial, known: np.ndarray) -> np.ndarray:
     time_s, warmup_s = trial.time_s, trial.warmup_s
     kept = time_s >= warmup_s - 1e-9
     if role != "fit":

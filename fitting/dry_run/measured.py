@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.frequency import SwimFrequency, estimate_frequency
+from fitting.motor_clock import MotorRecord
 from fitting.trial import SCORED_S, tail_markers
 from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
 from swimmer import RobotSpec
@@ -30,7 +31,8 @@ class DryTrial:
         scored: (n,) the first 4 s, over which the published distance is taken.
         frequency: of the tail's beat, without a model.
         tail: indices of the markers behind the head.
-        flags: of tracks and beat.
+        flags: of tracks, beat and motor.
+        motor: what the motor did; None without a log.
     """
 
     name: str
@@ -45,6 +47,7 @@ class DryTrial:
     frequency: SwimFrequency
     tail: tuple[int, ...]
     flags: tuple[Flag, ...]
+    motor: MotorRecord | None = None
 
     @property
     def head_weight(self) -> np.ndarray:
@@ -60,6 +63,7 @@ def measure_dry_run(
     camera: CameraSpec,
     robot: RobotSpec,
     warmup_s: float = WARMUP_S,
+    motor: MotorRecord | None = None,
     crank_rad: np.ndarray | None = None,
 ) -> DryTrial:
     """Checks and scales the tracks of a dry run and finds its beat.
@@ -67,12 +71,18 @@ def measure_dry_run(
     Args:
         spec, tracks, camera, robot: the run, n frames of it, what filmed it and what was filmed.
         warmup_s: left out of every comparison.
-        crank_rad: (n,) unwrapped shaft angle at each frame, from a motor log on the clock of the video, in the
-            direction of increasing angle; only how unevenly it turns is used. Default: it turns evenly.
+        motor: what the motor did (`fitting.motor_clock.read_motor`); only the frames of its steady drive are then
+            used, and how unevenly it turned. Default: the crank turns evenly.
+        crank_rad: (n,) unwrapped shaft angle at each frame, in the direction of increasing angle, in place of a log.
 
     Raises:
-        NotEnoughData: no tail marker, too few frames after the warm-up, or less than one beat.
+        NotEnoughData: no tail marker, too few frames after the warm-up, less than one beat, or a drive that was not
+            filmed.
     """
+    first_frame = 0
+    if motor is not None and motor.usable:
+        first_frame, tracks = motor.driven(tracks, spec.name)
+        crank_rad = motor.turn.angle(tracks.time_s)
     quality = check_tracks(tracks, robot)
     pool = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
     tail = tail_markers(robot, pool.markers)
@@ -88,6 +98,7 @@ def measure_dry_run(
     head = to_head_frame(pool.position_m[kept], pool.markers.index("nose"), pool.markers.index("neck"))
     lateral = head.shape_m[:, tail, 1]
     frequency = estimate_frequency(time_s, lateral, weight[:, tail], spec.commanded_hz)
+    of_frames = (*quality.flags, *frequency.flags, *_moving_head(pool.position_m[kept], pool.markers))
     trial = DryTrial(
         name=spec.name,
         commanded_hz=spec.commanded_hz,
@@ -100,7 +111,8 @@ def measure_dry_run(
         scored=time_s < time_s[0] + SCORED_S - 1e-9,
         frequency=frequency,
         tail=tuple(tail),
-        flags=(*quality.flags, *frequency.flags, *_moving_head(pool.position_m[kept], pool.markers)),
+        flags=(*(flag.later(first_frame) for flag in of_frames), *(motor.flags if motor else ())),
+        motor=motor,
     )
     if not trial.head_weight[trial.scored].any():
         raise NotEnoughData(f"trial {spec.name}: nose and neck are never both trusted in the first {SCORED_S:g} s")

@@ -1,0 +1,146 @@
+"""Swims and dry runs with a motor log: only the drive is measured, and the twin's crank makes the measured turn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from fitting import MeasuredTrial, Swims, forecast, measure_trial
+from fitting.dry_run import measure_dry_run
+from fitting.motor_clock import MotorRecord
+from fitting.phase import phase_from_harmonic
+from fitting.swim import head_frame, swim
+from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks
+from swimmer import Runs, Twin
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.motor_clock.drives import FPS, PX_PER_M, ROBOT, SPEC, Filmed, filmed, recorded
+
+CAMERA = CameraSpec(FPS, ROBOT.scale_length_m)
+SWIM_SPEC = replace(SPEC, kind="swim")
+COEFFICIENTS = np.array([PLAUSIBLE_COEFFICIENTS], float)
+
+
+def tracks_of(one: Filmed) -> Tracks:
+    position_px = PX_PER_M * one.marker_m * [1, -1] + 1500.0
+    return Tracks(FISHSIM_MARKERS, one.time_s, position_px, np.ones(position_px.shape[:2]))
+
+
+@cache
+def swum(role: str = "fit") -> tuple[Filmed, MotorRecord, MeasuredTrial]:
+    one = filmed(2, in_water=True, seed=3)[0]
+    record = recorded(one)
+    spec = replace(SWIM_SPEC, role=role)  # type: ignore[arg-type]
+    return one, record, measure_trial(spec, tracks_of(one), CAMERA, ROBOT, 1.0, record)
+
+
+def misfit_m(twin: Twin, trial: MeasuredTrial) -> float:
+    """Mean marker distance of the true coefficients, at the phase that suits them best."""
+    start = phase_from_harmonic(twin, trial, COEFFICIENTS, trial.frequency.hz)[0]
+    phases = start + np.linspace(-0.3, 0.3, 31)
+    columns = np.vstack([np.repeat(COEFFICIENTS.T, len(phases), axis=1), phases])
+    return float(Swims(twin, (trial,)).mean_distance(columns).min())
+
+
+def test_only_the_frames_of_the_drive_are_measured() -> None:
+    one, record, trial = swum()
+    video_s = one.time_s[trial.first_frame] + trial.time_s
+    assert record.drive_s[0] <= video_s[0] < record.drive_s[0] + 1 / FPS
+    assert record.drive_s[1] - 1 / FPS < video_s[-1] <= record.drive_s[1]
+    weight = trial.weight_of(len(one.time_s))
+    assert len(weight) == len(one.time_s)
+    assert not weight[: trial.first_frame].any()
+    assert weight[trial.first_frame :][: len(trial.weight)] == pytest.approx(trial.weight)
+
+
+def test_flags_count_the_frames_of_the_video() -> None:
+    one, record, trial = swum()
+    tracks = tracks_of(one)
+    jumped = trial.first_frame + 100
+    position_px = tracks.position_px.copy()
+    position_px[jumped, 6] += 60.0
+    flags = measure_trial(SWIM_SPEC, replace(tracks, position_px=position_px), CAMERA, ROBOT, 1.0, record).flags
+    assert [flag.frames for flag in flags if flag.markers == (FISHSIM_MARKERS[6],)] == [(jumped, jumped)]
+
+
+def test_its_frequency_is_that_of_the_crank_with_the_tail_s_beat_beside_it() -> None:
+    _, record, trial = swum()
+    assert trial.turn is not None
+    assert trial.beat is not None
+    assert trial.frequency.hz == pytest.approx(record.measured_hz, rel=2e-3)
+    assert trial.beat.hz == pytest.approx(trial.frequency.hz, rel=5e-3)
+    assert "beat_off_crank" not in {flag.kind for flag in trial.flags}
+
+
+def test_a_tail_that_beats_otherwise_than_the_crank_turns_is_flagged() -> None:
+    one, record, _ = swum()
+    faster = replace(record, turn=record.turn.shifted(0.0, 1.03))
+    trial = measure_trial(SWIM_SPEC, tracks_of(one), CAMERA, ROBOT, 1.0, replace(faster, drive_s=(7.5, 11.0)))
+    assert "beat_off_crank" in {flag.kind for flag in trial.flags}
+
+
+def test_with_the_measured_turn_the_true_coefficients_fit_better() -> None:
+    """The motor of this swim turns unevenly, by 2 and 3 per cent once and twice a turn."""
+    _, _, trial = swum()
+    twin = Twin(ROBOT, FISHSIM_MARKERS)
+    even = replace(trial, turn=None)
+    assert misfit_m(twin, trial) < 0.5 * misfit_m(twin, even)
+
+
+def test_the_harmonic_phase_starts_close_to_the_best() -> None:
+    _, _, trial = swum()
+    twin = Twin(ROBOT, FISHSIM_MARKERS)
+    found = phase_from_harmonic(twin, trial, COEFFICIENTS, trial.frequency.hz)[0]
+    tries = found + np.linspace(-0.5, 0.5, 41)
+    columns = np.vstack([np.repeat(COEFFICIENTS.T, len(tries), axis=1), tries])
+    best = tries[np.argmin(Swims(twin, (trial,), "shape").mean_distance(columns))]
+    assert abs(best - found) < 0.2
+
+
+def test_a_held_out_trial_uses_the_turn_over_its_scored_part_too() -> None:
+    _, _, trial = swum("holdout")
+    twin = Twin(ROBOT, FISHSIM_MARKERS)
+    assert trial.turn is not None
+    assert trial.start_frequency.hz == pytest.approx(trial.turn.mean_hz(0.0, trial.time_s[trial.known][-1]))
+    phase = phase_from_harmonic(twin, trial, COEFFICIENTS, trial.start_frequency.hz)[0]
+    one, other = (forecast(twin, trial, PLAUSIBLE_COEFFICIENTS, phase, hz) for hz in (0.5, 1.5))
+    assert np.array_equal(one.position_m, other.position_m)
+
+
+def test_a_trial_without_a_log_swims_exactly_as_before() -> None:
+    twin, trial = Twin(ROBOT, FISHSIM_MARKERS), replace(swum()[2], turn=None, motor=None)
+    hz, parameters = trial.frequency.hz, np.append(COEFFICIENTS[0], 0.7)[:, None]
+    last = int(np.flatnonzero(trial.scored)[-1]) + 1
+    runs = Runs(COEFFICIENTS, np.array([hz]), np.array([0.7]), trial.start_velocity[None])
+    before = head_frame(trial, twin.simulate(runs, trial.time_s[:last]).marker_m)
+    assert np.array_equal(Swims(twin, (trial,)).simulate(parameters)[0].position_m, before.position_m)
+    assert np.array_equal(swim(twin, trial, COEFFICIENTS, np.array([0.7]), hz, last).position_m, before.position_m)
+    time_s = trial.time_s
+    assert np.array_equal(np.exp(-1j * trial.crank_rad(time_s, hz)), np.exp(-2j * np.pi * hz * time_s))
+
+
+def test_a_log_whose_clock_is_not_believed_leaves_all_frames_and_an_even_turn() -> None:
+    one, record, _ = swum()
+    trial = measure_trial(SWIM_SPEC, tracks_of(one), CAMERA, ROBOT, 1.0, replace(record, usable=False))
+    assert trial.turn is None
+    assert trial.motor is not None
+    assert len(trial.time_s) == len(one.time_s)
+
+
+def test_a_drive_that_was_not_filmed_is_refused() -> None:
+    one, record, _ = swum()
+    with pytest.raises(NotEnoughData, match="f0_90: 0 frames show the steady drive"):
+        measure_trial(SWIM_SPEC, tracks_of(one), CAMERA, ROBOT, 1.0, replace(record, drive_s=(90.0, 95.0)))
+
+
+def test_a_dry_run_knows_how_unevenly_its_crank_turned() -> None:
+    one = filmed(2, seed=4)[0]
+    record = recorded(one)
+    trial = measure_dry_run(SPEC, tracks_of(one), CAMERA, ROBOT, motor=record)
+    assert trial.motor is record
+    assert trial.time_s[-1] < record.drive_s[1] - record.drive_s[0]
+    ahead = 2 * np.pi * record.measured_hz * (trial.even_s - trial.time_s)
+    assert 0.01 < ahead.std() < 0.05  # rad: 2 % once and 1.5 % twice a turn
+    assert measure_dry_run(SPEC, tracks_of(one), CAMERA, ROBOT).motor is None
