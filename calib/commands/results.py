@@ -30,7 +30,11 @@ def fit(
     ] = "published",
     as_json: AsJson = False,
 ) -> None:
-    """Finds swim frequencies, crank phases, the five fluid coefficients and EBT; writes the calibrated MJCF."""
+    """Finds hinges and crank, swim frequencies and phases, the five fluid coefficients and EBT; writes the MJCF.
+
+    Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not
+    recorded is assumed to be as the robot is described, and that is said.
+    """
     with working(session, as_json, Options(effort, workers, method, objective)) as pipeline:
         pipeline.fit()
     tell_outcome(pipeline, pipeline.calibration_file, as_json)
