@@ -1,8 +1,11 @@
 """What every section of a report may read."""
 
 from dataclasses import dataclass
+from typing import Literal
 
-from fitting import CalibratedTrial, Calibration, Evidence, SearchRun
+from fitting import CalibratedTrial, Calibration, Evidence, MeasuredTrial, SearchRun
+from fitting.dry_run import DryTrial
+from reports.logged_trial import LoggedTrial
 from session import Provenance, Session
 
 
@@ -29,3 +32,18 @@ class ReportContext:
     def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
         """The fit or the held-out trials, in the order of the session."""
         return tuple(trial for trial in self.calibration.trials if trial.measured.role == role)
+
+    @property
+    def driven(self) -> tuple[tuple[DryTrial | MeasuredTrial, Literal["dry", "swim"]], ...]:
+        """Dry runs and swims with their kind, in the order of the chain."""
+        crank = self.calibration.structure.crank
+        dry = crank.trials if crank else ()
+        return (
+            *((run.measured, "dry") for run in dry),
+            *((trial.measured, "swim") for trial in self.calibration.trials),
+        )
+
+    @property
+    def logged(self) -> tuple[LoggedTrial, ...]:
+        """Those that have a motor log."""
+        return tuple(LoggedTrial(trial.name, kind, trial.motor) for trial, kind in self.driven if trial.motor)

@@ -54,7 +54,8 @@ def dry_run_section(fit: CrankFit) -> Section:
 
 
 def _arm(fit: CrankFit) -> str:
-    together = "The dry run gives" if len(fit.trials) == 1 else f"All {len(fit.trials)} dry runs together give"
+    whole = {1: "The dry run gives", 2: "Both dry runs together give"}
+    together = whole.get(len(fit.trials), f"All {len(fit.trials)} dry runs together give")
     alone = listed([f"{in_mm(arm, 2)} mm" for arm in fit.arm_per_trial_m])
     mean = "which" if len(fit.trials) == 1 else f"{alone}; their mean, {in_mm(fit.arm_published_m, 2)} mm,"
     each = f"{alone}, " if len(fit.trials) == 1 else ""
@@ -91,7 +92,7 @@ def _tendons(fit: CrankFit) -> str:
     stretch = max(trial.stretch for trial in fit.trials)
     slack = max(trial.slack_share for trial in fit.trials)
     shortest = max(trial.tendons.shortening for trial in fit.trials)
-    shortcut = max(trial.shortcut_error_m for trial in fit.trials)
+    shortcut = max(1e-6, *(trial.shortcut_error_m for trial in fit.trials))
     return (
         f"In the twin the tendons stretch by up to {100 * stretch:.1f} % (published: about "
         f"{100 * PUBLISHED_STRETCH:.0f} %) and shorten by up to {100 * shortest:.1f} %; for {percent(slack)} of the "

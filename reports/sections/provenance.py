@@ -2,7 +2,7 @@
 
 from reports.blocks import Column, Points, Section, Table, Terms
 from reports.context import ReportContext
-from reports.numbers import MISSING, sentence, shown, significant
+from reports.numbers import MISSING, listed, sentence, shown, significant
 
 
 def build(context: ReportContext) -> Section:
@@ -29,10 +29,17 @@ def _assumptions(context: ReportContext) -> tuple[str, ...]:
     return (
         *structure,
         f"{scale}; {'lens distortion is not corrected' if lens is None else 'the lens is calibrated'}.",
-        "The crank turns at a constant speed: the beat of the tail, not the command.",
+        *_turns(context),
         "The robot swims level, at the surface, in still water far from walls.",
         "Elongated body theory is used in three forms; of the two numbers of each only the ratio c_D / β counts.",
     )
+
+
+def _turns(context: ReportContext) -> tuple[str, ...]:
+    logged = [trial.name for trial in context.logged if trial.motor.usable]
+    even = [trial.name for trial, _ in context.driven if trial.name not in logged]
+    where = "" if len(even) == len(context.driven) else f" of {listed(even)}"
+    return (f"The crank{where} turns at a constant speed: the beat of the tail, not the command.",) if even else ()
 
 
 def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:

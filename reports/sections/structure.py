@@ -16,9 +16,9 @@ COLUMNS = (
 
 
 def build(context: ReportContext) -> Section:
-    """A row for each number of the structure."""
+    """A row for each number of the structure, then how the crank turns."""
     structure = context.calibration.structure
-    rows = tuple(map(_row, structure.sources))
+    rows = (*map(_row, structure.sources), *_turns(context))
     caption = "The structure that the swims were fitted with, in the order in which it was found."
     return Section(
         "What the twin is built from",
@@ -48,3 +48,15 @@ def _row(source: Source) -> tuple[str, ...]:
     shown = significant(value) if source.se is None else with_error(value, scale * source.se)
     origin = f"assumed; {source.sentence}" if source.assumed else listed(source.trials)
     return WORDS.get(source.quantity, source.quantity), shown, unit, origin
+
+
+def _turns(context: ReportContext) -> list[tuple[str, ...]]:
+    """By the motor's log where there is one, evenly elsewhere."""
+    logged = [trial.name for trial in context.logged if trial.motor.usable]
+    even = [trial.name for trial, _ in context.driven if trial.name not in logged]
+    rows: list[tuple[str, ...]] = []
+    if logged:
+        rows.append(("crank angle", "as logged", "", f"motor log of {listed(logged)}"))
+    if even:
+        rows.append(("crank angle", "even", "", f"assumed: turns evenly at the tail’s own beat in {listed(even)}"))
+    return rows

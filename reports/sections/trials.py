@@ -49,6 +49,7 @@ def _part(number: int, trial: CalibratedTrial, robot: RobotSpec) -> Section:
 
 def _scores(trial: CalibratedTrial) -> Table:
     measured, scores = trial.measured, trial.scores
+    beat = measured.beat or measured.frequency
     command = "" if measured.commanded_hz is None else f", commanded {shown(measured.commanded_hz, 2)} Hz"
     row = (
         in_mm(scores.marker_error_m),
@@ -61,13 +62,20 @@ def _scores(trial: CalibratedTrial) -> Table:
         in_mm(trial.ebt["large"]),
     )
     return Table(
-        f"Tail beat {shown(measured.frequency.hz, 4)} ± {shown(measured.frequency.se_hz, 4)} Hz{command}; "
-        f"the twin's crank turns at {shown(trial.simulated_hz, 4)} Hz from a phase of "
-        f"{shown(_degrees(trial.phase_rad), 0)}°. Scored over {shown(scored_seconds(measured))} s, speeds "
+        f"Tail beat {shown(beat.hz, 4)} ± {shown(beat.se_hz, 4)} Hz{command}; "
+        f"the twin's crank {_turn(trial)} from a phase of {shown(_degrees(trial.phase_rad), 0)}°. "
+        f"Scored over {shown(scored_seconds(measured))} s, speeds "
         f"over {counted(beats_compared(measured), 'whole beat')}.",
         SCORES,
         (row,),
     )
+
+
+def _turn(trial: CalibratedTrial) -> str:
+    motor = trial.measured.motor
+    if motor is None or not motor.usable:
+        return f"turns at {shown(trial.simulated_hz, 4)} Hz"
+    return f"follows the motor's log ({shown(motor.measured_hz, 4)} turns/s)"
 
 
 def _degrees(phase_rad: float) -> float:

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from reports import IndexEntry, write_index, write_report
-from tests.reports.sample import made_calibration, made_evidence, made_provenance, made_searches, made_session
+from tests.reports.bench import made_bench_calibration
+from tests.reports.sample import made_evidence, made_provenance, made_searches, made_session
 from tests.reports.test_index import PAYLOAD
 
 FLAGS = [
@@ -40,7 +41,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_report(
         folder / "report.html",
         made_session(),
-        made_calibration(),
+        made_bench_calibration(),
         made_provenance(),
         evidence=made_evidence(),
         searches=made_searches(),

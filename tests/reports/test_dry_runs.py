@@ -99,7 +99,7 @@ def test_the_section_gives_both_arms_and_a_row_a_run() -> None:
     prose = [block.text for block in section.blocks if isinstance(block, Prose)]
     (table,) = [block for block in section.blocks if isinstance(block, Table)]
 
-    assert "All 2 dry runs together give a crank arm of 38.40 ± 0.06 mm" in prose[0]
+    assert "Both dry runs together give a crank arm of 38.40 ± 0.06 mm" in prose[0]
     assert "39.10 mm and 39.10 mm; their mean, 39.10 mm, is the published estimate" in prose[0]
     assert table.rows[0][:5] == ("dry_slow", "0.612", "0.6000 ± 0.0002", "−2.0", "5.7 ± 0.2")
     assert len(table.columns) == len(table.rows[0])

@@ -1,0 +1,162 @@
+"""The motor: commanded against measured speed, how evenly it turns, its clock, its supply and its temperature."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.context import ReportContext
+from reports.figures.motor_command import MOST_IN_HALF, motor_command_figure
+from reports.figures.motor_speed import motor_speed_figure
+from reports.figures.motor_turn import motor_turn_figure, motor_turn_layout
+from reports.logged_trial import LoggedTrial
+from reports.numbers import MISSING, counted, listed, percent, sentence, shown, with_error
+from reports.svg import inline_svg
+
+FEWEST_FOR_COMMAND = 3
+MILLION = 1e6
+TURNING = (
+    Column("trial", numeric=False),
+    Column("kind", numeric=False),
+    Column("commanded", "turns/s"),
+    Column("measured", "turns/s"),
+    Column("off command", "%"),
+    Column("ripple", "%"),
+    Column("clock", "ahead by, s"),
+    Column("rate", "fast by, ppm"),
+    Column("found by", numeric=False),
+)
+SUPPLY = (
+    Column("trial", numeric=False),
+    Column("rows", "a second"),
+    Column("current", "A, mean"),
+    Column("current", "A, highest"),
+    Column("voltage", "V, mean"),
+    Column("voltage", "V, lowest"),
+    Column("temperature", "°C, first to last"),
+    Column("hardware errors", numeric=False),
+)
+
+
+def build(context: ReportContext) -> Section | None:
+    """The motor; None where no trial has a log."""
+    return motor_section(context.logged) if context.logged else None
+
+
+def motor_section(trials: tuple[LoggedTrial, ...]) -> Section:
+    """Two tables of the trials, and their speeds drawn."""
+    return Section(
+        "Motor",
+        "motor",
+        (Prose(_text(trials)), _turning(trials), Plots(_plots(trials)), _supply(trials)),
+        tuple(sentence(f"{trial.name}: {flag.message}") for trial in trials for flag in trial.motor.flags),
+    )
+
+
+def _text(trials: tuple[LoggedTrial, ...]) -> str:
+    ripple = max(trial.motor.ripple for trial in trials)
+    off = max(((abs(t.off_command), t.name) for t in trials if t.motor.commanded_hz > 0), default=None)
+    command = "" if off is None else f" The mean speed is off the command by up to {percent(off[0])} ({off[1]})."
+    return (
+        f"The motor was logged in {counted(len(trials), 'trial')}{_followed(trials)}. Within a turn its speed swings "
+        f"by up to ±{percent(ripple)}.{command} The log is laid on the video by offset and rate of its clock; where "
+        "these are found by code, the coded wiggles before and after the drive were sought in the motion of the tail."
+    )
+
+
+def _followed(trials: tuple[LoggedTrial, ...]) -> str:
+    doubted = [trial.name for trial in trials if not trial.motor.usable]
+    if len(doubted) == len(trials):
+        return ", but no log could be laid on its video: every crank is taken to turn evenly"
+    but = f", but not in {listed(doubted)}, where its clock is not known" if doubted else ""
+    return f", and the twin’s crank follows the measured angle instead of an even turn{but}"
+
+
+def _turning(trials: tuple[LoggedTrial, ...]) -> Table:
+    caption = "Speed over the steady stretch, and the clock of the log against the video’s, ± standard error."
+    return Table(caption, TURNING, tuple(map(_turning_row, trials)))
+
+
+def _turning_row(trial: LoggedTrial) -> tuple[str, ...]:
+    motor, clock = trial.motor, trial.motor.clock
+    return (
+        trial.name,
+        "dry run" if trial.kind == "dry" else "swim",
+        shown(motor.commanded_hz, 3),
+        shown(motor.measured_hz, 4),
+        shown(100 * trial.off_command, 2, signed=True),
+        shown(100 * motor.ripple, 2),
+        _known(clock.offset_s, clock.offset_se_s, 3),
+        _known(MILLION * (clock.rate - 1), MILLION * clock.rate_se, 0),
+        clock.found_by if motor.usable else f"{clock.found_by}, not used",
+    )
+
+
+def _known(value: float, se: float, decimals: int) -> str:
+    """With its standard error where it has one: a clock that was given has none."""
+    return with_error(value, se) if se > 0 else shown(value, decimals)
+
+
+def _supply(trials: tuple[LoggedTrial, ...]) -> Table:
+    caption = "What the motor drew over the steady stretch, and what it reported over the whole log."
+    return Table(caption, SUPPLY, tuple(map(_supply_row, trials)))
+
+
+def _supply_row(trial: LoggedTrial) -> tuple[str, ...]:
+    log, steady = trial.motor.log, trial.steady
+    current, voltage = np.abs(log.current_a[steady]), log.voltage_v[steady]
+    warmth = log.temperature_c[np.isfinite(log.temperature_c)]
+    errors = np.unique(log.error[np.isfinite(log.error) & (log.error != 0)])
+    return (
+        trial.name,
+        shown(float(1 / np.median(np.diff(log.time_s))), 0),
+        shown(_of(np.nanmean, current), 2),
+        shown(_of(np.nanmax, current), 2),
+        shown(_of(np.nanmean, voltage), 1),
+        shown(_of(np.nanmin, voltage), 1),
+        f"{warmth[0]:.0f} to {warmth[-1]:.0f}" if len(warmth) else MISSING,
+        ", ".join(f"0x{int(error):02x}" for error in errors) or "none",
+    )
+
+
+def _of(summary: Callable[[np.ndarray], float], values: np.ndarray) -> float:
+    """The summary of the values that are there; nan where none is."""
+    return float(summary(values)) if np.isfinite(values).any() else float("nan")
+
+
+def _plots(trials: tuple[LoggedTrial, ...]) -> tuple[Plot, ...]:
+    known = sum(trial.motor.commanded_hz > 0 for trial in trials)
+    return (_speeds(trials), *((_commands(trials),) if known >= FEWEST_FOR_COMMAND else ()), _turns(trials))
+
+
+def _speeds(trials: tuple[LoggedTrial, ...]) -> Plot:
+    return Plot(
+        inline_svg(motor_speed_figure(trials), "motor-speed", "Speed of the crank over time beside its command"),
+        "motor-speed",
+        "Speed of the crank over each trial, as the motor measured it, beside what it was told. On grey ground the "
+        "coded wiggles; the bar on top marks the steady stretch, over which the numbers are taken.",
+        wide=True,
+        scrolls=True,
+        tall=len(trials) > 4,
+    )
+
+
+def _commands(trials: tuple[LoggedTrial, ...]) -> Plot:
+    return Plot(
+        inline_svg(motor_command_figure(trials), "motor-command", "Measured speed off the commanded one"),
+        "motor-command",
+        "What becomes of a command: how far the mean speed is off it, and in the bar how far it swings within a turn. "
+        "A motor at its limit falls below the line.",
+        wide=len(trials) > MOST_IN_HALF,
+    )
+
+
+def _turns(trials: tuple[LoggedTrial, ...]) -> Plot:
+    return Plot(
+        inline_svg(motor_turn_figure(trials), "motor-turn", "Speed of the crank through a turn"),
+        "motor-turn",
+        "Speed through a turn of the shaft, about its mean: what an even turn would leave out. A pattern that all "
+        "trials share belongs to the mechanism, one that grows with the speed to the load.",
+        wide=motor_turn_layout(len(trials)).wide,
+        tall=len(trials) > 8,
+    )

@@ -1,0 +1,174 @@
+"""The motor in the report: on the clock of the video, its uneven turn shown, its doubts said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from reports import render_report
+from reports.blocks import Plots, Table
+from reports.figures.motor_command import motor_command_figure
+from reports.figures.motor_speed import motor_speed_figure
+from reports.figures.motor_turn import motor_turn_figure
+from reports.logged_trial import BINS
+from reports.sections import motor, structure
+from reports.sections.motor import motor_section
+from reports.style import EBT
+from session import Flag
+from tests.reports.bench import made_bench_calibration
+from tests.reports.motors import OFFSET_S, RATE, SWING, made_logged
+from tests.reports.page import Page
+from tests.reports.sample import made_calibration, made_context
+
+SEVERAL = tuple(made_logged(f"a_run_with_a_long_name_{i}", 0.5 + 0.05 * i, "dry" if i else "swim") for i in range(7))
+
+
+@pytest.mark.parametrize("draw", [motor_speed_figure, motor_turn_figure, motor_command_figure])
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7])
+def test_the_figures_stay_within_their_frames(draw, count: int) -> None:  # type: ignore[no-untyped-def]
+    drawn: Figure = draw(SEVERAL[:count])
+    drawn.canvas.draw()
+    box = drawn.get_tightbbox()
+    width, height = drawn.get_size_inches()
+
+    assert box.x0 > -0.02
+    assert box.y0 > -0.02
+    assert box.x1 < width + 0.02
+    assert box.y1 < height + 0.02
+
+
+@pytest.mark.parametrize("forward", [1.0, -1.0])
+def test_the_speed_through_a_turn_is_that_of_the_crank_whichever_way_it_turns(forward: float) -> None:
+    turns = made_logged(forward=forward).turns
+    angle = 2 * np.pi * np.arange(BINS) / BINS
+    speed = 1 / (1 - SWING * np.cos(angle))
+
+    assert len(turns) == 2  # whole ones within the drive
+    np.testing.assert_allclose(turns, np.broadcast_to(speed, turns.shape), atol=0.004)
+
+
+def test_command_codes_and_speed_lie_on_the_clock_of_the_video() -> None:
+    trial = made_logged()
+    (axes,) = motor_speed_figure([trial]).axes
+    (told,) = [line for line in axes.lines if to_hex(line.get_color()) == EBT]
+
+    np.testing.assert_allclose(trial.codes, [(0.5, 1.5), (8.5, 9.5)])
+    np.testing.assert_allclose(told.get_xdata()[:-1], [0.0, 0.5, 1.5, 2.0, 8.0, 8.5, 9.5], atol=1e-9)
+    assert max(told.get_ydata()) == pytest.approx(0.6 / 0.98)
+    assert axes.get_xlim() == pytest.approx((0.0, 9.99))
+
+
+def test_without_commands_the_drive_alone_is_drawn_as_commanded() -> None:
+    figure = motor_speed_figure([made_logged(coded=False)])
+    (told,) = [line for line in figure.axes[0].lines if to_hex(line.get_color()) == EBT]
+
+    np.testing.assert_allclose(told.get_xdata(), (2.0, 8.0))
+    assert "code" not in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_the_section_tells_speeds_clock_and_load() -> None:
+    section = motor_section((made_logged("dry_slow", kind="dry"), made_logged()))
+    turning, supply = (block for block in section.blocks if isinstance(block, Table))
+
+    assert turning.rows[0] == (
+        "dry_slow", "dry run", "0.612", "0.6000", "−2.00", "5.00", "3.000 ± 0.001", "1000 ± 20", "code"
+    )  # fmt: skip
+    assert supply.rows[1] == ("f0_60", "100", "0.80", "0.80", "11.9", "11.9", "25 to 31", "none")
+    assert "speed swings by up to ±5.0 %" in section.blocks[0].text  # type: ignore[union-attr]
+    assert "off the command by up to 2.0 %" in section.blocks[0].text  # type: ignore[union-attr]
+
+
+def test_a_clock_that_was_given_has_no_error() -> None:
+    trial = made_logged(coded=False)
+    clock = replace(trial.motor.clock, offset_se_s=np.nan, rate_se=np.nan)
+    (row,) = motor_section((replace(trial, motor=replace(trial.motor, clock=clock)),)).blocks[1].rows  # type: ignore[union-attr]
+
+    assert row[-3:] == (f"{OFFSET_S:.3f}", f"{1e6 * (RATE - 1):.0f}", "given")
+
+
+def test_commands_are_held_against_each_other_from_three_trials_on() -> None:
+    def drawn(count: int) -> list[str]:
+        (plots,) = (block for block in motor_section(SEVERAL[:count]).blocks if isinstance(block, Plots))
+        return [plot.name for plot in plots.plots]
+
+    assert drawn(2) == ["motor-speed", "motor-turn"]
+    assert drawn(3) == ["motor-speed", "motor-command", "motor-turn"]
+
+
+def test_what_is_not_known_is_a_dash() -> None:
+    trial = made_logged(commanded_hz=np.nan)
+    unknown = np.full(1000, np.nan)
+    log = replace(trial.motor.log, current_a=unknown, voltage_v=unknown, temperature_c=unknown, error=unknown)
+    section = motor_section((replace(trial, motor=replace(trial.motor, log=log)),))
+    turning, supply = (block for block in section.blocks if isinstance(block, Table))
+
+    assert turning.rows[0][2] == turning.rows[0][4] == "–"
+    assert supply.rows[0] == ("f0_60", "100", "–", "–", "–", "–", "–", "none")
+    assert "off the command" not in section.blocks[0].text  # type: ignore[union-attr]
+
+
+def test_doubts_and_hardware_errors_are_said_with_their_trial() -> None:
+    trial = made_logged(flags=(Flag("log_gap", message="the log has a gap of 0.3 s"),))
+    error = trial.motor.log.error.copy()
+    error[500:] = 4
+    log = replace(trial.motor.log, error=error)
+    section = motor_section((replace(trial, motor=replace(trial.motor, log=log)),))
+    supply = section.blocks[-1]
+
+    assert section.caveats == ("f0_60: the log has a gap of 0.3 s.",)
+    assert supply.rows[0][-1] == "0x04"  # type: ignore[union-attr]
+
+
+def test_a_log_whose_clock_is_not_known_is_shown_but_not_followed() -> None:
+    lost = made_logged("lost", coded=False, usable=False)
+    both, alone = motor_section((made_logged(), lost)), motor_section((lost,))
+
+    assert "but not in lost, where its clock is not known" in both.blocks[0].text  # type: ignore[union-attr]
+    assert both.blocks[1].rows[1][-1] == "given, not used"  # type: ignore[union-attr]
+    assert "every crank is taken to turn evenly" in alone.blocks[0].text  # type: ignore[union-attr]
+
+
+def test_a_log_of_another_time_than_the_video_still_draws() -> None:
+    section = motor_section((made_logged(coded=False, drive_s=(50.0, 60.0), usable=False),))
+
+    assert section.blocks[-1].rows[0][2] == "–"  # type: ignore[union-attr]
+
+
+def test_without_a_log_there_is_no_section_and_the_turn_is_said_to_be_assumed() -> None:
+    context = made_context()
+
+    assert motor.build(context) is None
+    last = structure.build(context).blocks[1].rows[-1]  # type: ignore[union-attr]
+    assert last[0] == "crank angle"
+    assert last[-1].startswith("assumed: turns evenly")
+
+
+def test_a_swim_with_a_log_is_driven_by_it() -> None:
+    calibration = made_calibration(("medium", "fast"))
+    first, second = calibration.trials
+    logged = replace(first, measured=replace(first.measured, motor=made_logged().motor))
+    context = made_context(replace(calibration, trials=(logged, second)))
+    rows = structure.build(context).blocks[1].rows  # type: ignore[union-attr]
+
+    assert [trial.name for trial in context.logged] == ["medium"]
+    assert motor.build(context) is not None
+    assert rows[-2][-1] == "motor log of medium"
+    assert rows[-1][-1].endswith("in fast")
+
+
+def test_dry_runs_and_swims_share_one_section_and_one_report() -> None:
+    calibration = made_bench_calibration()
+    context = made_context(calibration)
+    page = Page(render_report(context.session, calibration, context.provenance))
+
+    assert [trial.kind for trial in context.logged] == ["dry", "dry", "swim", "swim", "swim"]
+    assert [name for name in page.ids if name in ("structure", "dry-runs", "motor", "speed")] == [
+        "structure", "dry-runs", "motor", "speed"
+    ]  # fmt: skip
+    assert len(page.ids) == len(set(page.ids))
+    assert "turns at a constant speed" not in page.text
+    assert "the twin's crank follows the motor's log (0.8000 turns/s)" in page.text
