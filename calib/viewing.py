@@ -56,7 +56,7 @@ def _recorded(pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | Non
         proxy = _proxy(pipeline, spec.name, spec.video, frames)
     if fitted is None:
         return RecordedTrial(spec.name, tracked, proxy, picture)
-    twin_px, residual_mm = _twin(fitted, tracked, first)
+    twin_px, residual_mm = _twin(fitted, tracked, first + fitted.measured.first_frame)
     more = tuple(flag for flag in fitted.flags if flag not in tracked.flags)
     tracked = replace(tracked, flags=(*tracked.flags, *more))
     return RecordedTrial(spec.name, tracked, proxy, picture, twin_px, residual_mm, _metrics(fitted))

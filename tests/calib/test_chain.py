@@ -13,11 +13,12 @@ import pytest
 
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
+from calib.viewing import _recorded
 from fitting.dry_run import CrankGrid, crank_response, fit_crank
 from fitting.structure import identify
 from session import load_tracks
 from swimmer import load_robot, model_sha256
-from synthetic import make_session
+from synthetic import SyntheticMotor, make_session
 from tests.calib.door import Front, assert_told, edit, with_little_effort
 from tests.calib.test_left_out import change_tracks, only
 from tests.calib.test_run import SCHEMA, remade, results_of
@@ -223,3 +224,22 @@ def test_an_experiment_that_is_not_believed_is_said(calib: Front, unfitted: Path
     assert "! free decay pull is not used: the twin explains only" in outcome.out
     assert data["experiments"]["pull"]["used"] is False
     assert "not_used" in [flag["kind"] for flag in data["flags"]]
+
+
+def test_a_trial_with_a_motor_log_is_shown_beside_the_frames_it_was_measured_from(tmp_path: Path) -> None:
+    """Only the steady drive is compared: the twin stands beside those frames of the recording, and beside no other."""
+    swim = PLAN.trials[0].model_copy(update={"seconds": 17.0, "motor": SyntheticMotor(drive_s=5.0)})
+    plan = PLAN.model_copy(update={"trials": (swim,), "dry_runs": (), "free_decays": ()})
+    folder = make_session(tmp_path / "pool", plan)
+    Pipeline(open_session(folder), Options("quick")).fit()
+    pipeline = Pipeline(open_session(folder))
+    calibration = pipeline.standing_calibration()
+    assert calibration is not None
+    (fitted,) = calibration.trials
+
+    shown = _recorded(pipeline, pipeline.session.trial("slow"), fitted)
+    assert shown.residual_mm is not None
+    compared = np.flatnonzero(np.isfinite(shown.residual_mm).any(axis=1))
+    assert fitted.measured.first_frame > 60
+    assert compared[0] == fitted.measured.first_frame + np.flatnonzero(fitted.measured.kept)[0]
+    assert np.nanmean(shown.residual_mm) == pytest.approx(1000 * fitted.scores.marker_error_all_m, rel=1e-6)
