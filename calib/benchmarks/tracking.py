@@ -3,11 +3,13 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from calib.benchmarks.kept_scores import kept
 from calib.benchmarks.nearest_spot import NearestSpot
 from session import Flag, InputError, Tracks
 from swimmer import load_robot
@@ -105,14 +107,15 @@ def measure_tracking(todo: Sequence[Case], folder: Path, methods: Sequence[str],
 
     Args:
         todo: what to track; rendered before.
-        folder: where the videos are.
+        folder: where the videos are; the scores are kept there as they come, and taken from there the next time.
         methods: of `METHODS`.
         tell: of the progress.
     """
     runs = [(case, method) for case in todo for method in methods]
     for number, (case, method) in enumerate(runs):
         tell(f"{case.clip}, {case.name}, {method}", number / len(runs))
-        yield score_case(case, folder, method)
+        name, truth = f"{case.file(folder).stem}.{method}.score", truth_file(case.file(folder))
+        yield kept(folder, name, truth, partial(score_case, case, folder, method), TrackingScore)
 
 
 def score_case(case: Case, folder: Path, method: str) -> TrackingScore:

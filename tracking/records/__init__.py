@@ -8,11 +8,13 @@ from tracking.records.fishsim import save_fishsim
 from tracking.records.formats import FORMATS, export_tracks, import_tracks
 from tracking.records.gaps import GapLimits, fill_gaps
 from tracking.records.movement import load_movement, save_movement, to_movement
+from tracking.records.only_csrt import ONLY_CSRT, only_csrt_flags, seen_only_by_csrt
 from tracking.records.storage import TrackedFiles, load_tracked, save_tracked
 from tracking.records.tracked import SEEN, STATE_WORDS, SampleState, TrackedTrial
 
 __all__ = [
     "FORMATS",
+    "ONLY_CSRT",
     "SEEN",
     "STATE_WORDS",
     "Drop",
@@ -36,10 +38,12 @@ __all__ = [
     "load_deeplabcut",
     "load_movement",
     "load_tracked",
+    "only_csrt_flags",
     "retracks",
     "save_deeplabcut",
     "save_fishsim",
     "save_movement",
     "save_tracked",
+    "seen_only_by_csrt",
     "to_movement",
 ]

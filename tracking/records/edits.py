@@ -11,6 +11,7 @@ import numpy as np
 from session import Flag
 from tracking.records.edit import Drop, Relabel, SetBox, Swap
 from tracking.records.edit_log import EditLog, LoggedEdit
+from tracking.records.only_csrt import ONLY_CSRT, only_csrt_flags, seen_only_by_csrt
 from tracking.records.tracked import SampleState, TrackedTrial
 
 
@@ -45,7 +46,8 @@ def apply_edits(tracked: TrackedTrial, log: EditLog, retrack: Retracker | None =
     A sample that is swapped or relabelled keeps its state, confidence and size under its new name; one that is
     dropped is MISSING. A box set by hand makes the sample of its frame BY_HAND with confidence 1, at the centre of
     the box; the frames after it are what `retrack` says, or stay as they are without one. Each edit leaves a flag
-    ``edited`` that names it. Flags of the tracker stay: judge the quality again after the edits.
+    ``edited`` that names it. Flags ``only_csrt`` go with their samples; other flags of the tracker stay: judge the
+    quality again after the edits.
 
     Args:
         tracked: as the tracker left it.
@@ -83,6 +85,7 @@ class _Samples:
     confidence: np.ndarray
     state: np.ndarray
     size_px: np.ndarray
+    by_csrt: np.ndarray  # (n, m) bool, only CSRT saw it
 
     @classmethod
     def of(cls, tracked: TrackedTrial) -> _Samples:
@@ -91,13 +94,16 @@ class _Samples:
             tracked.tracks.confidence.copy(),
             tracked.state.copy(),
             tracked.size_px.copy(),
+            seen_only_by_csrt(tracked.flags, len(tracked.state), tracked.tracks.markers),
         )
 
     def into(self, tracked: TrackedTrial, flags: tuple[Flag, ...]) -> TrackedTrial:
+        others = tuple(flag for flag in flags if flag.kind != ONLY_CSRT)
+        flags = (*only_csrt_flags(self.by_csrt, tracked.tracks.markers), *others)
         return tracked.with_samples(self.position_px, self.confidence, self.state, self.size_px, flags)
 
     def move(self, span: slice, sources: tuple[int, ...], targets: tuple[int, ...]) -> None:
-        for array in (self.position_px, self.confidence, self.state, self.size_px):
+        for array in (self.position_px, self.confidence, self.state, self.size_px, self.by_csrt):
             array[span, targets] = array[span, sources]
 
     def drop(self, span: slice, markers: tuple[int, ...]) -> None:
@@ -105,18 +111,22 @@ class _Samples:
         self.confidence[span, markers] = 0.0
         self.state[span, markers] = SampleState.MISSING
         self.size_px[span, markers] = np.nan
+        self.by_csrt[span, markers] = False
 
     def set_by_hand(self, frame: int, marker: int, centre_px: tuple[float, float]) -> None:
         self.position_px[frame, marker] = centre_px
         self.confidence[frame, marker] = 1.0
         self.state[frame, marker] = SampleState.BY_HAND
         self.size_px[frame, marker] = np.nan
+        self.by_csrt[frame, marker] = False
 
     def take(self, span: slice, marker: int, other: TrackedTrial) -> None:
         self.position_px[span, marker] = other.tracks.position_px[span, marker]
         self.confidence[span, marker] = other.tracks.confidence[span, marker]
         self.state[span, marker] = other.state[span, marker]
         self.size_px[span, marker] = other.size_px[span, marker]
+        by_csrt = seen_only_by_csrt(other.flags, len(other.state), other.tracks.markers)
+        self.by_csrt[span, marker] = by_csrt[span, marker]
 
 
 def _tracked_on(tracked: TrackedTrial, wanted: Retrack, retrack: Retracker) -> TrackedTrial:

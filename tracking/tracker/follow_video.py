@@ -8,22 +8,19 @@ import numpy as np
 
 from session import Fault, Flag, InputError, Tracks
 from tracking.boxes import StartBoxes
-from tracking.records import SampleState, TrackedTrial
+from tracking.records import SampleState, TrackedTrial, only_csrt_flags
 from tracking.suspects import stretches
 from tracking.tracker.opencv_threads import opencv_on_one_thread
 from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.tracker import MarkerTracker, Sighting
+from tracking.tracker.without_marker import LEAST_CONTRAST, without_marker
 from tracking.video import Video
 
 TrackerName = Literal["hybrid", "spots", "csrt"]
 TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
 """hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline."""
 
-LEAST_CONTRAST = 6.0
-"""Steps of brightness by which a marker must stand out in its start box."""
-LEAST_CONTRAST_FAINT = 25.0
-"""The same where the detector hardly answers, so that only CSRT can follow it."""
 PREDICTED_FOR = 12
 """Frames for which the position of an unseen marker is carried on; after that it is missing."""
 _SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
@@ -136,9 +133,7 @@ def _begun(
     side = np.array([(box.width + box.height) / 2 for box in chosen])
     luma, use_csrt = video.frame(boxes.frame).luma, method == "hybrid"
     tracker, first = MarkerTracker.begin(luma, centre, side, use_csrt, threads=video.threads)
-    faint = tracker.faint.which if tracker.faint is not None else ~first.seen
-    empty = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
-    empty |= ~first.seen
+    empty = without_marker(tracker, first)
     if empty.any():
         names = ", ".join(np.array(markers)[empty].tolist())
         expected = f"a disc that differs from what is around it by {LEAST_CONTRAST:g} of 255 or more"
@@ -191,11 +186,7 @@ def _follow(
 
 def _result(video: Video, markers: tuple[str, ...], record: _Record) -> TrackedTrial:
     tracks = Tracks(markers, video.info.time_s, record.position_px, record.confidence)
-    flags = [
-        Flag("only_csrt", (name,), span, f"no spot answers, only CSRT sees {name}")
-        for k, name in enumerate(markers)
-        for span in stretches(record.by_csrt[:, k])
-    ]
+    flags = list(only_csrt_flags(record.by_csrt, markers))
     flags += [Flag("damaged_video", (), span, "the video is damaged here") for span in stretches(video.suspect)]
     caveats = [caveat for caveat in video.info.caveats if caveat != video.info.damage]
     flags += [Flag("damaged_video", (), None, caveat) for caveat in (*caveats, video.damage) if caveat]

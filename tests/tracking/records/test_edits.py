@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,6 +19,7 @@ from tracking.records import (
     TrackedTrial,
     Undo,
     apply_edits,
+    only_csrt_flags,
     retracks,
 )
 
@@ -33,6 +36,26 @@ def path(tmp_path):
 @pytest.fixture
 def trial() -> TrackedTrial:
     return mixed_trial(0, FRAMES, MARKERS)
+
+
+@pytest.mark.parametrize(
+    ("edit", "left"),
+    [
+        (Swap(markers=("nose", "neck"), frames=(4, 5)), {"nose": [(2, 3), (6, 7)], "neck": [(4, 5)]}),
+        (Relabel(marker="nose", to="tail_1", frames=(6, None)), {"nose": [(2, 5)], "tail_1": [(6, 7)]}),
+        (Drop(markers=("nose",), frames=(0, 4)), {"nose": [(5, 7)]}),
+        (SetBox(marker="nose", frame=7, box=(1, 1, 9, 9)), {"nose": [(2, 6)]}),
+    ],
+)
+def test_what_only_csrt_saw_goes_with_its_samples(path, edit, left) -> None:
+    by_csrt = np.zeros((FRAMES, len(MARKERS)), bool)
+    by_csrt[2:8, MARKERS.index("nose")] = True
+    trial = mixed_trial(0, FRAMES, MARKERS)
+    trial = replace(trial, flags=(*trial.flags, *only_csrt_flags(by_csrt, MARKERS)))
+    flags = [flag for flag in apply_edits(trial, log_of(path, edit)).flags if flag.kind == "only_csrt"]
+    assert {
+        name: [flag.frames for flag in flags if flag.markers == (name,)] for (name,) in {f.markers for f in flags}
+    } == left
 
 
 swaps = edits.filter(lambda edit: isinstance(edit, Swap))

@@ -80,6 +80,29 @@ def test_where_it_is_not_seen_it_is_missing_and_takes_no_spot_of_another(tmp_pat
     assert back.max() < 0.3
 
 
+def test_from_a_box_on_empty_water_nothing_is_followed_and_a_flag_says_so(clip: Path) -> None:
+    with Video(clip) as video:
+        trial = retracker(video)(spoiled(), Retrack("tail_3", SET, box_at(np.array([150.0, 20.0])), 25))
+    assert (trial.state[SET + 1 : 26, 2] == SampleState.MISSING).all()
+    assert (trial.state[26:, 2] == SampleState.MEASURED).all()
+    assert [(flag.kind, flag.markers, flag.frames) for flag in trial.flags] == [
+        ("doubtful_box", ("tail_3",), (SET, SET))
+    ]
+
+
+def test_what_only_csrt_sees_of_a_marker_set_by_hand_is_flagged(tmp_path: Path) -> None:
+    def contrast(frame: float) -> np.ndarray:
+        return np.array([110.0, 110.0, 27.0 if 20 <= frame <= 26 else 110.0, 110.0])
+
+    pool = POOL.but(path=tail(1.5, 30, 0.6, 4, (40, 60)), contrast=contrast, texture=1.0)
+    truth = pool.truths(FRAMES)
+    trial = TrackedTrial.of(Tracks(NAMES, np.arange(FRAMES) / 60, truth, np.full((FRAMES, 4), 0.9)))
+    with Video(pool.video(tmp_path / "clip.mkv", FRAMES)) as video:
+        after = retracker(video)(trial, Retrack("tail_3", SET, box_at(truth[SET, 2]), None))
+    (flag,) = after.flags
+    assert (flag.kind, flag.markers, flag.frames) == ("only_csrt", ("tail_3",), (20, 23))
+
+
 @pytest.mark.parametrize("until", [SET, 25, FRAMES - 1])
 def test_an_edit_log_tracks_on_up_to_its_last_frame(clip: Path, tmp_path: Path, until: int) -> None:
     log = EditLog.load(tmp_path / "f1.edits.jsonl", NAMES, FRAMES)
