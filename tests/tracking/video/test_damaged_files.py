@@ -113,6 +113,16 @@ def test_a_jump_in_time_is_told(tmp_path: Path) -> None:
         assert video.info.caveats == ("time jumps by 4.373 s after frame 19",)
 
 
+def test_frames_missing_from_a_steady_video_are_told_and_those_of_a_variable_rate_are_not(tmp_path: Path) -> None:
+    """As where part of a Matroska file is spoilt: nothing else tells that they were there."""
+    missing = [*range(0, 660, 33), *range(759, 1419, 33)]  # three frames between
+    with Video(Clip(".mkv", "libx264", stamps_ms=missing).write(tmp_path)) as video:
+        assert video.info.caveats == ("time jumps by 0.132 s after frame 19",)
+    variable = np.cumsum(np.random.default_rng(1).choice([16, 33, 100], 40)).tolist()
+    with Video(Clip(".mkv", "libx264", stamps_ms=variable).write(tmp_path)) as video:
+        assert video.info.caveats == ()
+
+
 def test_lost_frames_are_named_with_their_time(whole: dict[str, Path], tmp_path: Path) -> None:
     data = bytearray(whole["avi"].read_bytes())
     with av.open(str(whole["avi"])) as container:
