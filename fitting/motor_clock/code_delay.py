@@ -12,7 +12,7 @@ from fitting.free_decay.lasting_noise import LastingNoise, Linearised, descend, 
 from fitting.motor_clock.tail_motion import TailMotion
 from swimmer import CrankTurn
 
-FARTHEST_S = 0.2  # that the moment may lie from where the search found it
+FARTHEST_S = 0.06  # from where both codes together were found; beyond, the tail hardly moved in this one
 COMPLETE = 0.8  # share of the code's frames that a marker must be seen in to count
 _STEPS, _STEP_S = 5, 0.03
 _START_NOISE = LastingNoise(duration_s=0.1, white_share=0.3, sd_m=1e-3)
@@ -67,10 +67,15 @@ def code_delay(tail: TailMotion, turn: CrankTurn, code: tuple[float, float], off
     left, total = _residual(columns, lateral), _residual(columns[:, :2], lateral)
     return CodeDelay(
         offset_s=found,
-        se_s=float(np.sqrt(result.covariance[0, 0])),
+        se_s=_few(int(seen.sum())) * float(np.sqrt(result.covariance[0, 0])),
         middle_s=sum(code) / 2 - found,
         explained=1 - float((left**2).sum() / max(float((total**2).sum()), 1e-30)),
     )
+
+
+def _few(markers: int) -> float:
+    """By how much a standard error from the spread between markers is too small (CR1; Cameron and Miller 2015)."""
+    return float(np.sqrt(markers / (markers - 1))) if markers > 1 else 1.0
 
 
 def _crank(time_s: np.ndarray, turn: CrankTurn, offset_s: float) -> tuple[np.ndarray, np.ndarray]:

@@ -150,20 +150,22 @@ def test_a_log_without_readings_is_refused() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("in_water", [False, True])
 def test_intervals_hold_what_tracking_errors_do_to_offset_and_rate(in_water: bool) -> None:
-    """In 240 drives; the lag of the tail behind the crank, the same at both codes, is told apart by exact tracks."""
+    """In 240 drives, tracked as well as the published ones and up to twice as badly.
+
+    The lag of the tail behind the crank, the same at both codes, is told apart by exact tracks.
+    """
     drives = filmed(24, in_water, seed=5)
     exact = [recorded(one, tail_of(one, None)).clock for one in drives]
-    inside = []
+    inside, found = [], []
     for seed in range(10):
         for number, (one, lagging) in enumerate(zip(drives, exact, strict=True)):
-            clock = recorded(one, tail_of(one, TrackingNoise(sd_px=0.5 + 0.1 * seed), 100 * seed + number)).clock
+            clock = recorded(one, tail_of(one, TrackingNoise(sd_px=0.5 + 0.05 * seed), 100 * seed + number)).clock
             errors = clock.offset_s - lagging.offset_s, clock.rate - lagging.rate
             limits = 1.96 * clock.offset_se_s, 1.96 * clock.rate_se
-            inside.append(
-                [clock.found_by == "code", *(abs(e) < limit for e, limit in zip(errors, limits, strict=True))]
-            )
-    found, offset, rate = np.mean(inside, axis=0)
-    assert found > 0.99
+            inside.append([abs(error) < limit for error, limit in zip(errors, limits, strict=True)])
+            found.append(clock.found_by == "code")
+    assert np.mean(found) > 0.95
+    offset, rate = np.mean(np.array(inside)[found], axis=0)
     assert 0.92 < offset < 0.98
     assert 0.92 < rate < 0.98
 
