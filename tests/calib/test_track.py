@@ -256,15 +256,13 @@ def test_trials_of_all_kinds_are_tracked(calib: Front, filmed: Path) -> None:
     assert set(json.loads(calib("track", filmed, "--json").out)) == set(NAMES)
 
 
-def test_a_run_tracks_only_what_it_uses(calib: Front, filmed: Path) -> None:
+def test_a_fit_tells_of_a_dry_trial_whose_video_is_broken(calib: Front, filmed: Path) -> None:
+    """It would give the crank, so the fit uses it."""
     edit(filmed / "session.toml", 'name = "fast"\nkind = "swim"', 'name = "fast"\nkind = "dry"')
     (filmed / "trials" / "fast.mp4").write_bytes(b"not a video at all" * 50)
 
-    assert calib("fit", filmed, "--effort", "quick").code == 0
-    assert [path.name for path in sorted((filmed / "results" / "tracking").glob("*.csv"))] == [
-        "slow.csv",
-        "slow.states.csv",
-    ]
+    assert_told(calib("fit", filmed, "--effort", "quick"), "fast.mp4", "not a readable video")
+    assert not (filmed / "results" / "calibration.json").exists()
 
 
 def test_tracks_of_a_file_win_over_the_video(calib: Front, filmed: Path) -> None:
