@@ -18,6 +18,7 @@ FLAG_KINDS: dict[str, str] = {
     "size": "a marker appears in another size",
     "swap": "two markers seem to be exchanged",
     "edited": "a person corrected the track",
+    "doubtful_box": "a start box may hold no marker",
     "damaged_video": "part of the video cannot be read",
     "no_lens": "the lens is not calibrated",
     "no_camera_height": "the camera's height is not known, so parallax is not undone",
@@ -59,6 +60,8 @@ FLAG_KINDS: dict[str, str] = {
     "few_beats": "too few beats for a frequency to be trusted",
     "swims_backward": "started from rest, the fitted twin swims backward",
     "rejected_restart": "closer coefficients were rejected because their twin swims backward from rest",
+    "emulator_off": "the stand-in for the twin misses it by more than it may",
+    "model_discrepancy": "the twin itself is off by more than noise and nuisances explain",
     "extrapolated": "outside the range of the trials that were fitted",
 }
 """The kinds of flag and what each says. Later stages may use further kinds of their own."""
