@@ -1,0 +1,91 @@
+"""A stand-in for the twin near what the data allow: polynomials in the roots of the coefficients, with their error.
+
+Kutta lift roughens the twin by some hundredths of a millimetre. What polynomials leave is counted as a further error
+of the model, with its covariance (a nugget; Gramacy and Lee 2012), so that a sampler neither meets the roughness nor
+mistakes it for knowledge.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from fitting.objective import COEFFICIENT_BOUNDS
+
+_RIDGE = 1e-8
+_SPARE = 1.6  # points over terms, at least
+_FARTHEST = 2.0  # leverage up to which it is trusted
+
+
+@dataclass(frozen=True, eq=False)
+class Emulator:
+    """Gaits as polynomials of the coefficients.
+
+    Attributes:
+        powers: (t, 5) exponents of the terms.
+        weights: (t, k) of the terms in each of k numbers.
+        error: (k, k) covariance of what the polynomials leave, judged on points left out one at a time.
+        degree: of the polynomials.
+        scatter: (t, t) root of the inverse moments of the terms over the points it was made from.
+    """
+
+    powers: np.ndarray
+    weights: np.ndarray
+    error: np.ndarray
+    degree: int
+    scatter: np.ndarray
+
+    def covers(self, columns: np.ndarray) -> np.ndarray:
+        """(s,) whether points with these terms (s, t) lie among those it was made from, by their leverage."""
+        return ((columns @ self.scatter) ** 2).sum(axis=1) <= _FARTHEST
+
+    def __call__(self, coefficients: np.ndarray) -> np.ndarray:
+        """(s, k) for coefficients (s, 5)."""
+        return terms(coefficients, self.powers) @ self.weights
+
+
+def fit_emulator(coefficients: np.ndarray, gaits: np.ndarray, relevance: np.ndarray) -> Emulator:
+    """The polynomials of the degree that predicts left-out points best.
+
+    Args:
+        coefficients: (s, 5).
+        gaits: (s, k) at them.
+        relevance: (s,) weight of each point, from 0 to 1.
+    """
+    fits: list[Emulator] = []
+    for degree in (1, 2, 3, 4, 5):
+        powers = exponents(degree)
+        if fits and len(powers) * _SPARE > relevance.sum():
+            break
+        fits.append(_fitted(coefficients, gaits, relevance, degree, powers))
+    return min(fits, key=lambda fit: np.trace(fit.error))
+
+
+def exponents(degree: int) -> np.ndarray:
+    """(t, 5) of all products of up to `degree` coefficients."""
+    rows = [
+        np.bincount(np.array(chosen, int), minlength=5)
+        for d in range(degree + 1)
+        for chosen in combinations_with_replacement(range(5), d)
+    ]
+    return np.array(rows)
+
+
+def terms(coefficients: np.ndarray, powers: np.ndarray) -> np.ndarray:
+    """(s, t) products of Legendre polynomials in the roots of coefficients (s, 5), scaled to -1 to 1."""
+    x = 2 * np.sqrt(np.clip(coefficients, *COEFFICIENT_BOUNDS) / COEFFICIENT_BOUNDS[1]) - 1
+    table = np.polynomial.legendre.legvander(x, int(powers.max(initial=0)))  # (s, 5, d + 1)
+    return np.prod(np.take_along_axis(table[:, None], powers[None, ..., None], axis=-1)[..., 0], axis=-1)
+
+
+def _fitted(
+    coefficients: np.ndarray, gaits: np.ndarray, relevance: np.ndarray, degree: int, powers: np.ndarray
+) -> Emulator:
+    root = np.sqrt(relevance)[:, None]
+    columns = terms(coefficients, powers) * root
+    ridge = _RIDGE * np.trace(columns.T @ columns) / columns.shape[1]
+    inverse = np.linalg.inv(columns.T @ columns + ridge * np.eye(columns.shape[1]))
+    weights = inverse @ (columns.T @ (gaits * root))
+    leverage = np.einsum("st,tu,su->s", columns, inverse, columns)[:, None]
+    left = (gaits * root - columns @ weights) / np.maximum(1 - leverage, 0.05)
+    return Emulator(powers, weights, left.T @ left / relevance.sum(), degree, np.linalg.cholesky(inverse))

@@ -1,0 +1,185 @@
+"""Where the posterior lies, and an emulator that holds there: simulations are added where they are needed.
+
+A Sobol sequence over the whole prior box comes first, so that no start decides which valley is found. Then the twin is
+simulated at draws from the posterior by the emulator so far, half of them moved outward, and the emulator is made anew,
+until it predicts fresh draws. What it misses counts as an error of the model, so that early rounds look widely.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import emcee
+import numpy as np
+from scipy.stats import qmc
+
+from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.posterior.emulator import fit_emulator
+from fitting.posterior.likelihood import DISCREPANCY, Likelihood
+from fitting.posterior.session_model import SessionModel
+
+WALKERS = 64
+DIMENSIONS = 7  # five coefficients and the logarithms of the discrepancies of wave and speed
+_WORLDWIDE, _ROUND, _STEPS = 256, 64, 400
+_ROUNDS = (3, 40)  # fewest, most
+_OUTWARD, _JITTER = 1.7, 0.02
+_NEIGHBOURS, _FALL_OFF = 90, 60.0  # points that count in full for the next emulator; how fast others count less
+_GOOD_ENOUGH = 0.5  # standard deviation of emulated minus simulated ln likelihood
+_STABLE_SD = 0.25  # by which means may still move from round to round, in standard deviations
+
+Tell = Callable[[str, float | None], None]
+LOG_DISCREPANCY = tuple(float(np.log(end)) for end in DISCREPANCY)
+
+
+@dataclass(frozen=True, eq=False)
+class Exploration:
+    """What the search for the posterior found.
+
+    Attributes:
+        likelihood: by the emulator, with all that disturbs it.
+        walkers: (w, 7) draws from the posterior to start from: coefficients, then ln discrepancy of wave and speed.
+        simulations: of each trial.
+        emulator_error: standard deviation of emulated minus simulated ln likelihood at fresh draws.
+        settled: whether the rounds ended because the emulator held.
+    """
+
+    likelihood: Likelihood
+    walkers: np.ndarray
+    simulations: int
+    emulator_error: float
+    settled: bool
+
+
+def log_posterior(likelihood: Likelihood) -> Callable[[np.ndarray], np.ndarray]:
+    """ln posterior of points (s, 7): uniform in the coefficients and in the logarithms of the discrepancies."""
+    low, high = COEFFICIENT_BOUNDS
+
+    def value(points: np.ndarray) -> np.ndarray:
+        coefficients, log_discrepancy = points[:, :5], points[:, 5:]
+        inside = ((coefficients >= low) & (coefficients <= high)).all(axis=1)
+        inside &= ((log_discrepancy >= LOG_DISCREPANCY[0]) & (log_discrepancy <= LOG_DISCREPANCY[1])).all(axis=1)
+        result = np.full(len(points), -np.inf)
+        result[inside] = likelihood(coefficients[inside], np.exp(log_discrepancy[inside]))
+        return result
+
+    return value
+
+
+def explore(
+    model: SessionModel, start: np.ndarray | None = None, seed: int = 0, tell: Tell | None = None
+) -> Exploration:
+    """Finds the posterior.
+
+    Args:
+        model: the trials.
+        start: (s, 5) coefficients to look at as well, such as those of a fit.
+        seed: of all draws.
+        tell: of the progress.
+    """
+    search = _Search(model, np.random.default_rng([seed, 1]))
+    search.simulate(_worldwide(seed) if start is None else np.vstack([_worldwide(seed), start]))
+    for number in range(_ROUNDS[1]):
+        if tell is not None:
+            tell(f"looking for the posterior, round {number + 1}", number / _ROUNDS[1])
+        likelihood = search.likelihood()
+        if search.round(likelihood) and number >= _ROUNDS[0]:
+            return search.result(likelihood, True)
+    return search.result(likelihood, False)
+
+
+def sampler(
+    likelihood: Likelihood, backend: emcee.backends.Backend | None = None, walkers: int = WALKERS
+) -> emcee.EnsembleSampler:
+    """An ensemble (Foreman-Mackey et al. 2013) that moves by differential evolution (ter Braak and Vrugt 2008)."""
+    moves = [(emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.2), (emcee.moves.KDEMove(), 0.2)]
+    return emcee.EnsembleSampler(
+        walkers, DIMENSIONS, log_posterior(likelihood), vectorize=True, moves=moves, backend=backend
+    )
+
+
+class _Search:
+    """Simulations so far, and the emulator they make."""
+
+    def __init__(self, model: SessionModel, random: np.random.Generator) -> None:
+        self.model, self.random = model, random
+        k = len(model.measured)
+        self.points, self.gaits = np.zeros((0, 5)), np.zeros((0, k))
+        self.relevance = np.zeros(0)
+        self.looks: list[np.ndarray] = []  # covariances of what disturbs the gaits, at one draw of each round
+        self.walkers: np.ndarray | None = None
+        self.mean: np.ndarray | None = None  # (5,) of the last round
+        self.error = np.inf
+
+    def simulate(self, points: np.ndarray) -> np.ndarray:
+        """(s,) whether each point (s, 5) could be simulated; those that could are kept."""
+        gaits = self.model.simulated(points)
+        good = np.isfinite(gaits).all(axis=1)
+        self.points, self.gaits = np.vstack([self.points, points[good]]), np.vstack([self.gaits, gaits[good]])
+        self.relevance = np.append(self.relevance, np.ones(int(good.sum())))
+        return good
+
+    def likelihood(self) -> Likelihood:
+        emulator = fit_emulator(self.points, self.gaits, self.relevance)
+        disturbances = np.mean(self.looks[len(self.looks) // 2 :], axis=0) if self.looks else self.model.noise
+        return Likelihood(self.model.measured, disturbances + emulator.error, self.model.discrepancy, emulator)
+
+    def round(self, likelihood: Likelihood) -> bool:
+        """One more look by a likelihood; whether its emulator held."""
+        chain = self._sampled(likelihood)
+        count = min(_ROUND * (1 + len(self.points) // 1000), 4 * _ROUND)
+        drawn = chain[self.random.choice(len(chain), count, replace=False)]
+        middle, half = drawn[:, :5].mean(axis=0), count // 2
+        points = drawn[:, :5].copy()
+        points[half:] = _reflected(middle + _OUTWARD * (points[half:] - middle))
+        before = len(self.gaits)
+        good = self.simulate(points)[:half]
+        fresh = self.gaits[before : before + int(good.sum())]
+        discrepancy = np.exp(drawn[:half, 5:][good])
+        told = likelihood(points[:half][good], discrepancy)
+        missed = (likelihood.of_gaits(fresh, discrepancy) - told)[np.isfinite(told)]
+        self.error = float(missed.std()) if len(missed) > 1 else np.inf
+        mean, spread = chain[:, :5].mean(axis=0), chain[:, :5].std(axis=0)
+        moved = np.full(5, np.inf) if self.mean is None else np.abs(mean - self.mean) / spread
+        self.mean = mean
+        self.looks.append(self.model.disturbances(drawn[0, :5]))
+        self._weigh(likelihood, np.exp(np.median(chain[:, 5:], axis=0)))
+        return self.error < _GOOD_ENOUGH and float(moved.max()) < _STABLE_SD
+
+    def result(self, likelihood: Likelihood, settled: bool) -> Exploration:
+        assert self.walkers is not None
+        return Exploration(likelihood, self.walkers, len(self.points), self.error, settled)
+
+    def _sampled(self, likelihood: Likelihood) -> np.ndarray:
+        """(d, 7) draws by the emulator, from where the last walkers stood."""
+        if self.walkers is None:
+            self.walkers = self._best(likelihood, WALKERS)
+        lost = ~np.isfinite(log_posterior(likelihood)(self.walkers))
+        self.walkers[lost] = self._best(likelihood, int(lost.sum()))
+        ensemble = sampler(likelihood)
+        ensemble.random_state = np.random.RandomState(int(self.random.integers(2**31))).get_state()
+        ensemble.run_mcmc(self.walkers, _STEPS, skip_initial_state_check=True)
+        self.walkers = ensemble.get_last_sample().coords
+        return ensemble.get_chain(discard=_STEPS // 2, flat=True)
+
+    def _best(self, likelihood: Likelihood, count: int) -> np.ndarray:
+        """(c, 7) near the simulated points that were most like what was measured."""
+        like = likelihood.of_gaits(self.gaits, np.full((len(self.gaits), 2), 0.3))
+        first = self.points[np.argsort(-like)[:WALKERS]][self.random.permutation(WALKERS)[:count]]
+        near = _reflected(first * (1 + _JITTER * self.random.standard_normal(first.shape)))
+        return np.column_stack([near, self.random.uniform(-3.0, -1.0, (count, 2))])
+
+    def _weigh(self, likelihood: Likelihood, discrepancy: np.ndarray) -> None:
+        """The less a point's gait is like the measured one, the less it counts."""
+        misfit = -2 * likelihood.of_gaits(self.gaits, np.tile(discrepancy, (len(self.gaits), 1)))
+        near = np.partition(misfit, min(_NEIGHBOURS, len(misfit) - 1))[min(_NEIGHBOURS, len(misfit) - 1)]
+        self.relevance = np.maximum(np.exp(-np.maximum(misfit - near, 0.0) / _FALL_OFF), 1e-6)
+
+
+def _worldwide(seed: int) -> np.ndarray:
+    """(s, 5) over the whole box, even in the roots."""
+    return COEFFICIENT_BOUNDS[1] * qmc.Sobol(5, seed=seed).random(_WORLDWIDE) ** 2
+
+
+def _reflected(points: np.ndarray) -> np.ndarray:
+    low, high = COEFFICIENT_BOUNDS
+    points = low + np.abs(points - low)
+    return np.clip(high - np.abs(high - points), low, high)

@@ -1,0 +1,156 @@
+"""The posterior of the five coefficients: how sure the trials make us, and when not to believe it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+from threadpoolctl import threadpool_limits
+
+from fitting.coefficient_fit import NAMES
+from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.posterior.exploration import Exploration, explore
+from fitting.posterior.sampling import Draws, Progress, sample
+from fitting.posterior.session_model import SessionModel
+from fitting.trial import MeasuredTrial
+from session import Flag
+from swimmer import FluidCoefficients, Twin
+
+EFFECTIVE = 400
+_WIDE, _WIDE_BY = 2.5, 0.5  # ratio and difference of the ends of a 90 % interval beyond which nothing is determined
+_NEAR_BOUND = 0.02  # of the range
+_DISCREPANT = 0.02  # relative, from which the twin's own error is worth a flag
+_START_PHASE_RAD = 1.0  # of the crank in simulations; gaits are put in step afterwards
+
+
+class Marginal(NamedTuple):
+    """The posterior of one coefficient."""
+
+    mean: float
+    sd: float
+    q05: float
+    q95: float
+    ess_bulk: float
+    r_hat: float
+    determined: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Draws from the posterior of the coefficients and of the twin's own discrepancy.
+
+    Attributes:
+        model: the trials it rests on.
+        found: the likelihood and how it was found.
+        draws: from the posterior.
+        misfit_p: how often gaits would lie as far from the twin at the posterior median if nothing but noise and
+            nuisances stood between them.
+        flags: when not to believe it.
+    """
+
+    model: SessionModel
+    found: Exploration
+    draws: Draws
+    misfit_p: float
+    flags: tuple[Flag, ...]
+
+    @property
+    def coefficients(self) -> np.ndarray:
+        """(d, 5) draws."""
+        return self.draws.flat[:, :5]
+
+    @property
+    def discrepancy(self) -> np.ndarray:
+        """(d, 2) draws of the relative discrepancies of wave and speed."""
+        return np.exp(self.draws.flat[:, 5:])
+
+    @property
+    def median(self) -> FluidCoefficients:
+        """Of each coefficient."""
+        return FluidCoefficients(*map(float, np.median(self.coefficients, axis=0)))
+
+    @property
+    def marginals(self) -> dict[str, Marginal]:
+        """By the coefficient's name."""
+        return {name: self._marginal(i) for i, name in enumerate(NAMES)}
+
+    def _marginal(self, i: int) -> Marginal:
+        values = self.coefficients[:, i]
+        low, high = np.quantile(values, [0.05, 0.95])
+        return Marginal(
+            mean=float(values.mean()),
+            sd=float(values.std(ddof=1)),
+            q05=float(low),
+            q95=float(high),
+            ess_bulk=float(self.draws.ess_bulk[i]),
+            r_hat=float(self.draws.r_hat[i]),
+            determined=bool(high <= _WIDE * low or high - low <= _WIDE_BY),
+        )
+
+
+def sample_posterior(
+    trials: list[MeasuredTrial],
+    twin: Twin,
+    start: np.ndarray | None = None,
+    effective: int = EFFECTIVE,
+    seed: int = 0,
+    backend: Path | None = None,
+    tell: Progress | None = None,
+) -> Posterior:
+    """Finds the posterior of the coefficients given some trials, and draws from it.
+
+    The prior is uniform over [0, 10] in each coefficient.
+
+    Args:
+        trials: to rest on, usually the fit trials.
+        twin: with their markers.
+        start: (s, 5) coefficients to look at as well, such as those of a fit.
+        effective: draws wanted for every coefficient.
+        seed: of all draws.
+        backend: an HDF5 file that keeps every step of the sampler; sampling goes on from it.
+        tell: of the progress.
+    """
+    model = SessionModel.of(twin, trials, np.full(len(trials), _START_PHASE_RAD))
+    with threadpool_limits(1):  # the matrices are small: threads cost more than they save
+        found = explore(model, start, seed, tell)
+        draws = sample(found, effective, seed, backend, tell)
+        misfit_p = _misfit_p(model, found, draws)
+    result = Posterior(model, found, draws, misfit_p, ())
+    return Posterior(model, found, draws, misfit_p, (*draws.flags, *_flags(result)))
+
+
+def _misfit_p(model: SessionModel, found: Exploration, draws: Draws) -> float:
+    """Of the squared deviation from the emulator at the posterior median, without any discrepancy."""
+    middle = np.median(draws.flat[:, :5], axis=0)[None]
+    left = found.likelihood.emulator(middle)[0] - model.measured
+    squares = float(left @ np.linalg.solve(found.likelihood.known, left))
+    return float(chi2.sf(squares, len(left) - len(NAMES)))
+
+
+def _flags(posterior: Posterior) -> list[Flag]:
+    flags, found = [], posterior.found
+    if not found.settled:
+        message = (
+            f"the stand-in for the twin still misses its likelihood by {found.emulator_error:.1f} (standard deviation) "
+            f"after {found.simulations} simulations of each trial: intervals may be off"
+        )
+        flags.append(Flag("emulator_off", message=message))
+    wave, speed = np.median(posterior.discrepancy, axis=0)
+    if wave > _DISCREPANT:
+        message = (
+            f"the twin's wave is off by {100 * wave:.0f} % and its speed by {100 * speed:.0f} % beyond noise and "
+            "nuisances: the intervals allow for errors that change from trial to trial, not for those that all share"
+        )
+        flags.append(Flag("model_discrepancy", message=message))
+    low, high = COEFFICIENT_BOUNDS
+    for name, marginal in posterior.marginals.items():
+        reach = _NEAR_BOUND * (high - low)
+        at = [bound for bound, end in ((low, marginal.q05), (high, marginal.q95)) if abs(end - bound) < reach]
+        if at and marginal.sd > reach:
+            message = f"the posterior of {name} reaches its bound {' and '.join(f'{b:g}' for b in at)}: it ends there"
+            flags.append(Flag("at_bound", message=message))
+        if not marginal.determined:
+            message = f"{name} is not determined: 90 % interval {marginal.q05:.2g} to {marginal.q95:.2g}"
+            flags.append(Flag("unidentifiable", message=message))
+    return flags

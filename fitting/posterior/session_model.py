@@ -1,0 +1,58 @@
+"""All trials of a session at once: their gaits in one row, and the covariance of what is known to disturb them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from fitting.posterior.gait import SPEED
+from fitting.posterior.likelihood import Discrepancy, wave_discrepancy
+from fitting.posterior.trial_model import TrialModel
+from fitting.trial import MeasuredTrial
+from swimmer import Twin
+
+
+@dataclass(frozen=True, eq=False)
+class SessionModel:
+    """The trials a posterior rests on; gaits of all of them stand in one row of length k.
+
+    Attributes:
+        trials: each beside the twin.
+    """
+
+    trials: tuple[TrialModel, ...]
+
+    @classmethod
+    def of(cls, twin: Twin, trials: list[MeasuredTrial], phase_rad: np.ndarray) -> "SessionModel":
+        """Of measured trials, with the crank phase (t,) that simulations of each start from."""
+        return cls(tuple(TrialModel(twin, trial, float(p)) for trial, p in zip(trials, phase_rad, strict=True)))
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """(k,) the measured row."""
+        return np.concatenate([model.measured for model in self.trials])
+
+    @cached_property
+    def noise(self) -> np.ndarray:
+        """(k, k) covariance of the tracking noise."""
+        return block_diag(*[model.noise_covariance for model in self.trials])
+
+    @cached_property
+    def discrepancy(self) -> Discrepancy:
+        """What a twin does that is off by 100 %, in each trial by itself."""
+        along_m = self.trials[0].twin.robot.marker_positions_m(self.trials[0].trial.markers)[:, 0]
+        wave = block_diag(*[wave_discrepancy(model.measured, along_m) for model in self.trials])
+        speeds = [np.eye(len(model.measured))[:, SPEED] * model.measured[SPEED] for model in self.trials]
+        return Discrepancy(wave, block_diag(*[speed[:, None] for speed in speeds]))
+
+    def simulated(self, coefficients: np.ndarray) -> np.ndarray:
+        """(s, k) rows of coefficients (s, 5); nan where the twin diverged."""
+        return np.hstack([model.simulated(coefficients) for model in self.trials])
+
+    def disturbances(self, coefficients: np.ndarray) -> np.ndarray:
+        """(k, k) covariance of noise and of all nuisances at coefficients (5,)."""
+        freedoms = [model.freedoms(coefficients) for model in self.trials]
+        own = block_diag(*[freedom.own for freedom in freedoms])
+        shared = np.vstack([freedom.shared for freedom in freedoms])
+        return self.noise + own @ own.T + shared @ shared.T
