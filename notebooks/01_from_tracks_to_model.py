@@ -43,7 +43,8 @@ session = open_session(Path("../datasets/sample"))
 pipeline = Pipeline(session, Options(effort="quick"))
 
 for trial in session.trials:
-    print(f"{trial.name}: {trial.commanded_hz:.2f} crank turns a second commanded, role {trial.role}")
+    commanded = f", {trial.commanded_hz:.2f} crank turns a second commanded" if trial.commanded_hz else ""
+    print(f"{trial.name}: {trial.kind}, role {trial.role}{commanded}")
 
 # %% [markdown]
 # ## 2. Look at the tracks
@@ -80,7 +81,17 @@ axes.legend(ncols=3, fontsize=8)
 plt.show()
 
 # %% [markdown]
-# ## 3. Fit
+# ## 3. What was measured out of the water
+#
+# A free decay holds the stiffness and damping of the hinges, dry runs the arm of the crank. The fluid fit takes both as
+# given; what was not measured stays as in the robot's file, and is said.
+
+# %%
+for source in pipeline.structure.sources:
+    print(source.sentence)
+
+# %% [markdown]
+# ## 4. Fit
 #
 # Five fluid coefficients, jointly over the fit trials, and a crank phase each. The other trials are held out: of them
 # only the first two beats are looked at, to know where the beat stands.
@@ -121,7 +132,7 @@ figures = Gallery(calibration, evidence)
 figures.profiles()
 
 # %% [markdown]
-# ## 4. Compare with elongated body theory
+# ## 5. Compare with elongated body theory
 #
 # Lighthill's theory predicts the speed from the motion of the tail tip. It is used in three forms, each fitted to the
 # same fit trials; only its ratio `c_D / beta` can be known from speeds.
@@ -149,7 +160,7 @@ figures.sweep()
 figures.speed_errors()
 
 # %% [markdown]
-# ## 5. Write the model
+# ## 6. Write the model
 #
 # `results/calibrated.xml` is a plain MJCF. It holds the coefficients, stiffness and tendons, and one keyframe a fit
 # trial that starts the twin as that trial started.
@@ -162,7 +173,7 @@ print(f"{len(text) / 1000:.0f} kB")
 print(text[text.index("<keyframe>") : text.index("</keyframe>")][:400], "…")
 
 # %% [markdown]
-# ## 6. Drive it in plain MuJoCo
+# ## 7. Drive it in plain MuJoCo
 #
 # From here on there is no code of ours. The only control is the speed of the crank, in rad/s. The first five seconds
 # go on as `f1_30` started; then the crank slows down to 0.6 turns a second.
