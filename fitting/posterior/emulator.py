@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from fitting.objective import COEFFICIENT_BOUNDS
 
@@ -84,8 +85,13 @@ def _fitted(
     root = np.sqrt(relevance)[:, None]
     columns = terms(coefficients, powers) * root
     ridge = _RIDGE * np.trace(columns.T @ columns) / columns.shape[1]
-    inverse = np.linalg.inv(columns.T @ columns + ridge * np.eye(columns.shape[1]))
-    weights = inverse @ (columns.T @ (gaits * root))
-    leverage = np.einsum("st,tu,su->s", columns, inverse, columns)[:, None]
+    scatter = _inverse_root(columns.T @ columns + ridge * np.eye(columns.shape[1]))
+    weights = scatter @ (scatter.T @ (columns.T @ (gaits * root)))
+    leverage = ((columns @ scatter) ** 2).sum(axis=1, keepdims=True)
     left = (gaits * root - columns @ weights) / np.maximum(1 - leverage, 0.05)
-    return Emulator(powers, weights, left.T @ left / relevance.sum(), degree, np.linalg.cholesky(inverse))
+    return Emulator(powers, weights, left.T @ left / relevance.sum(), degree, scatter)
+
+
+def _inverse_root(moments: np.ndarray) -> np.ndarray:
+    """(t, t) whose product with its transpose is the inverse of moments (t, t), which may be close to singular."""
+    return solve_triangular(np.linalg.cholesky(moments), np.eye(len(moments)), lower=True).T
