@@ -7,6 +7,7 @@ from typing import get_args
 
 from calib.calibrated_mjcf import calibrated_mjcf
 from calib.options import EFFORTS, Options
+from calib.posterior_stage import PosteriorStage
 from calib.recordings import Recordings
 from calib.structure_stage import StructureStage
 from fitting import (
@@ -98,6 +99,10 @@ class Pipeline:
         return self.session.results / "calibration.json"
 
     @property
+    def _mjcf_file(self) -> Path:
+        return self.session.results / "calibrated.xml"
+
+    @property
     def evidence_file(self) -> Path:
         """`results/evidence.json`: what stands beside the fit."""
         return self.session.results / "evidence.json"
@@ -173,6 +178,23 @@ class Pipeline:
         twin = self._twin()
         return assemble(self.trials, twin, fit, phases, self.structure)
 
+    @cached_property
+    def posteriors(self) -> PosteriorStage:
+        """How sure the calibration is."""
+        return PosteriorStage(self.session, self.options, self.provenance, self.fingerprint)
+
+    def posterior(self) -> Path:
+        """`results/posterior.nc`, up to date, and its summary in `calibration.json`.
+
+        Raises:
+            NotConverged: draws that must not be relied on; nothing is written but the chain so far.
+        """
+        self.fit()
+        if not self.posteriors.is_current:
+            self.made += self.posteriors.make(self.calibrated(), self.trials, self._twin())
+            mark_current(self.calibration_file, self.fingerprint, [self._mjcf_file])
+        return self.posteriors.file
+
     def evidence(self, calibration: Calibration) -> Evidence:
         """What stands beside the fit, up to date: a free yaw, profiles, and with full effort other pairs of trials."""
         if is_current(self.evidence_file, self.fingerprint):
@@ -242,11 +264,11 @@ class Pipeline:
             comparison=self.options.comparison,
             progress=progress,
         )
-        mjcf_file = self.session.results / "calibrated.xml"
+        self.posteriors.remove()
         write_result_json(self.calibration_file, self.provenance, calibration_payload(calibration))
-        write_whole(mjcf_file, calibrated_mjcf(calibration))
-        mark_current(self.calibration_file, self.fingerprint, [mjcf_file])
-        self.made += [self.calibration_file, mjcf_file]
+        write_whole(self._mjcf_file, calibrated_mjcf(calibration))
+        mark_current(self.calibration_file, self.fingerprint, [self._mjcf_file])
+        self.made += [self.calibration_file, self._mjcf_file]
         return calibration
 
     def _say_why_again(self) -> None:

@@ -22,6 +22,7 @@ def calibration_lines(data: Mapping[str, Any]) -> list[str]:
         lines.append(f"{name:12} {trial['role']:8} {' '.join(numbers)}")
     lines += [source["sentence"] for source in data["structure"].values()]
     lines.append("coefficients " + ", ".join(f"{name} {value:.3g}" for name, value in data["coefficients"].items()))
+    lines += posterior_lines(data.get("posterior") or {})
     for role, label in (("fit", "fit trials"), ("holdout", "held out")):
         if (summary := data["summary"][role]) is not None:
             lines.append(
@@ -34,6 +35,15 @@ def calibration_lines(data: Mapping[str, Any]) -> list[str]:
             doubts.setdefault(f"{_place(flag)}{flag['message']}", []).append(name)
     lines += [f"! {', '.join(dict.fromkeys(names))}: {doubt}" for doubt, names in doubts.items()]
     return lines + [f"! {flag['message']}" for flag in data["flags"]]
+
+
+def posterior_lines(marginals: Mapping[str, Any]) -> list[str]:
+    """A line a coefficient: its 90 % interval, and whether the trials determine it."""
+    return [
+        f"  {name:13} {_shown(one['mean'], 6, 3)} ± {one['sd']:.2g}, 90 % interval {one['q05']:.3g} to {one['q95']:.3g}"
+        f"{'' if one['determined'] else ': not determined by these trials'}"
+        for name, one in marginals.items()
+    ]
 
 
 def _place(flag: Mapping[str, Any]) -> str:

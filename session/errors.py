@@ -6,7 +6,8 @@
     ├── ResultsNotWritable       a result could not be written; nothing half-written is left
     ├── ModelMismatch            a calibration made with another engine or another model
     ├── SimulationDiverged       the twin left the range in which its numbers mean something
-    └── NotEnoughData            the recordings cannot carry the estimate that was asked for
+    ├── NotEnoughData            the recordings cannot carry the estimate that was asked for
+    └── NotConverged             an estimate that must not be relied on, and therefore was not reported
 
 Readers collect every `Fault` of a file in a `FaultCollector` and raise one `InputError`.
 """
@@ -115,6 +116,10 @@ class SimulationDiverged(SwimcalError):
 
 class NotEnoughData(SwimcalError):
     """The recordings cannot carry the estimate that was asked for."""
+
+
+class NotConverged(SwimcalError):
+    """An estimate that must not be relied on; it was not reported."""
 
 
 class FaultCollector:

@@ -1,4 +1,4 @@
-"""Commands that make a session's results: `run`, `fit`, `report`, `mjcf`."""
+"""Commands that make a session's results: `run`, `fit`, `posterior`, `report`, `mjcf`."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -9,12 +9,17 @@ from calib.commands.arguments import AsJson, Effort, SessionFolder, Workers
 from calib.options import Options
 from calib.working import tell_outcome, working
 from fitting import MethodName
-from session import SESSION_FILE
+from session import SESSION_FILE, NotConverged
 
 
 def run(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:
-    """Does everything the session's data allow: tracks, fit, calibrated MJCF, report."""
+    """Does everything the session's data allow: tracks, fit, calibrated MJCF, posterior (effort full), report."""
     with working(session, as_json, Options(effort, workers)) as pipeline:
+        if effort == "full":
+            try:
+                pipeline.posterior()
+            except NotConverged as refusal:  # said beside the results, which stand without it
+                pipeline.said.append(f"! {refusal}")
         report = pipeline.report()
     tell_outcome(pipeline, report, as_json)
 
@@ -38,6 +43,16 @@ def fit(
     with working(session, as_json, Options(effort, workers, method, objective)) as pipeline:
         pipeline.fit()
     tell_outcome(pipeline, pipeline.calibration_file, as_json)
+
+
+def posterior(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:
+    """Tells how sure the five fluid coefficients are: draws from their posterior given the fit trials.
+
+    Stopped, it goes on where it was. Where the draws are not enough nothing is reported.
+    """
+    with working(session, as_json, Options(effort, workers)) as pipeline:
+        result = pipeline.posterior()
+    tell_outcome(pipeline, result, as_json)
 
 
 def report(

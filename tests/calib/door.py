@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 import pytest
 
-from calib import cli, pipeline
+from calib import cli, pipeline, posterior_stage
 from fitting import QUICK, calibration, evidence, profile, sweep_frequencies
 from fitting.coefficients import refine_coefficients
+from fitting.posterior import exploration, sampling
 from session import write_whole
 from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise
 
@@ -99,3 +100,12 @@ def assert_told(outcome: Outcome, *parts: str) -> None:
     assert "Traceback" not in outcome.err
     for part in parts:
         assert part in outcome.err
+
+
+def little_posterior(patch: pytest.MonkeyPatch) -> None:
+    """Draws that nobody should rely on, in a second or two."""
+    patch.setattr(exploration, "_ROUNDS", (0, 1))
+    patch.setattr(exploration, "_WORLDWIDE", 128)
+    patch.setattr(sampling, "_CHUNK", 250)
+    patch.setattr(sampling, "R_HAT", 2.0)
+    patch.setattr(posterior_stage, "EFFECTIVE", {"quick": 5, "full": 5})

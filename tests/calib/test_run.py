@@ -15,7 +15,7 @@ import pytest
 
 from calib import pipeline
 from session import session_lock
-from tests.calib.door import ROOT, Front, assert_told, edit, files_in, process
+from tests.calib.door import ROOT, Front, assert_told, edit, files_in, little_posterior, process
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
 FIT = {"calibration.json", "calibrated.xml", "tracks/slow.csv", "tracks/fast.csv"}
@@ -56,8 +56,11 @@ def test_what_has_not_changed_is_not_made_again(calib: Front, finished: Path) ->
     assert time.perf_counter() - began < 2.0
 
 
-def test_another_effort_makes_all_again(calib: Front, finished: Path) -> None:
-    with remade(finished, *RESULTS - {"tracks/slow.csv", "tracks/fast.csv"}):
+def test_full_effort_makes_all_again_and_tells_how_sure_it_is(
+    calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    little_posterior(monkeypatch)
+    with remade(finished, *RESULTS - {"tracks/slow.csv", "tracks/fast.csv"}, "posterior.nc"):
         calib("run", finished, "--effort", "full")
     assert json.loads((finished / "results" / "calibration.json").read_text())["effort"] == "full"
 

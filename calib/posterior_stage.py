@@ -1,0 +1,133 @@
+"""From a calibration to how sure it is: draws from the posterior, and what they say.
+
+emcee and ArviZ take a second to load: they are imported where they are needed.
+"""
+
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from calib.options import Options
+from fitting import Calibration, MeasuredTrial
+from session import (
+    NotConverged,
+    Provenance,
+    Session,
+    fingerprint_of,
+    is_current,
+    mark_current,
+    read_result_json,
+    write_result_json,
+    writing_whole,
+)
+from swimmer import Twin
+
+EFFECTIVE = {"quick": 100, "full": 400}
+"""Effective draws of every coefficient."""
+
+FORM = 1  # of the files
+
+
+class PosteriorStage:
+    """``results/posterior.nc``, and `posterior` in ``calibration.json``.
+
+    Args:
+        session: as read.
+        options: effort, progress.
+        stamp: what results are stamped with.
+        calibration: fingerprint of the calibration that it belongs to.
+    """
+
+    def __init__(self, session: Session, options: Options, stamp: Provenance, calibration: str) -> None:
+        self._session, self._options, self._stamp, self._calibration = session, options, stamp, calibration
+
+    @property
+    def file(self) -> Path:
+        """``results/posterior.nc``."""
+        return self._session.results / "posterior.nc"
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Of the calibration and how draws are made."""
+        return fingerprint_of({}, {"form": FORM, "effort": self._options.effort}, [self._calibration])
+
+    @property
+    def is_current(self) -> bool:
+        """Whether it belongs to the calibration."""
+        return is_current(self.file, self.fingerprint)
+
+    def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> list[Path]:
+        """Samples the posterior given the fit trials and writes it; sampling that was stopped goes on.
+
+        Args:
+            calibration: its coefficients are looked at first.
+            trials: all swims.
+            twin: with their markers.
+
+        Raises:
+            NotConverged: too few effective draws, or chains that disagree; nothing is written but the chain.
+        """
+        from fitting.posterior import sample_posterior
+        from fitting.posterior.posterior_file import marginals_payload, save_draws
+
+        chain = self._chain()
+        starts = [calibration.coefficients, *(restart.coefficients for restart in calibration.fit.restarts)]
+        posterior = sample_posterior(
+            [trial for trial in trials if trial.role == "fit"],
+            twin,
+            np.array(starts, float),
+            EFFECTIVE[self._options.effort],
+            self._session.seed,
+            chain,
+            self._options.tell,
+        )
+        if not posterior.draws.enough:
+            raise NotConverged(self._refusal(posterior.draws.flags[0].message, chain))
+        stamp = {key: value for key, value in self._stamp.to_json().items() if isinstance(value, str | int)}
+        with writing_whole(self.file) as part:
+            save_draws(part, posterior, stamp)
+        self._tell_calibration(marginals_payload(posterior))
+        mark_current(self.file, self.fingerprint)
+        chain.unlink(missing_ok=True)
+        return [self.file]
+
+    def remove(self) -> None:
+        """Takes away what belonged to a calibration that is no more."""
+        for path in (self.file, *self._chains()):
+            path.unlink(missing_ok=True)
+
+    def _tell_calibration(self, marginals: dict[str, dict[str, object]]) -> None:
+        """Puts the posterior into ``calibration.json``; all else stays as it is."""
+        path = self._session.results / "calibration.json"
+        head = self._stamp.to_json()
+        rest = {key: value for key, value in read_result_json(path).items() if key not in head}
+        write_result_json(path, self._stamp, rest | {"posterior": marginals})
+
+    def _refusal(self, why: str, chain: Path) -> str:
+        return (
+            f"{self.file}: not written, nor are intervals reported; found: {why}. The chain is kept in {chain}. "
+            "Look into the flags of the fit trials, leave out faulty ones, try another [fit] seed in session.toml, or "
+            "delete the chain to sample anew."
+        )
+
+    def _chains(self) -> list[Path]:
+        return list(self._session.results.glob(".posterior-*.h5"))
+
+    def _chain(self) -> Path:
+        """Where every step is kept while sampling; other calibrations' chains, and unreadable ones, are removed."""
+        path = self._session.results / f".posterior-{self.fingerprint[:12]}.h5"
+        for other in self._chains():
+            if other != path or not _readable(other):
+                other.unlink()
+        return path
+
+
+def _readable(chain: Path) -> bool:
+    """Whether a chain survived the way it was stopped."""
+    from emcee.backends import HDFBackend
+
+    with suppress(OSError, KeyError, AttributeError):
+        return HDFBackend(str(chain), name="posterior", read_only=True).iteration >= 0
+    return False

@@ -1,0 +1,176 @@
+"""`calib posterior`: what it writes, when it goes on, when it is made again, when it refuses."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import arviz
+import emcee
+import numpy as np
+import pytest
+
+from calib.pipeline import Options, Pipeline, open_session
+from fitting.posterior import sampling
+from tests.calib.door import ROOT, Front, assert_told, files_in, little_posterior, with_little_effort
+
+SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
+QUICK = ("--effort", "quick")
+
+
+@pytest.fixture(scope="module")
+def sampled_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = Path(shutil.copytree(finished_session, tmp_path_factory.mktemp("sampled") / "pool"))
+    with pytest.MonkeyPatch.context() as patch:
+        with_little_effort(patch)
+        little_posterior(patch)
+        Pipeline(open_session(folder), Options("quick")).posterior()
+    return folder
+
+
+@pytest.fixture
+def sampled(sampled_session: Path, tmp_path: Path) -> Path:
+    """A session with a posterior (quick effort), of the test's own."""
+    return Path(shutil.copytree(sampled_session, tmp_path / "pool"))
+
+
+@pytest.fixture(autouse=True)
+def _little(monkeypatch: pytest.MonkeyPatch) -> None:
+    little_posterior(monkeypatch)
+
+
+def calibration_of(folder: Path) -> dict[str, object]:
+    data: dict[str, object] = json.loads((folder / "results" / "calibration.json").read_text())
+    return data
+
+
+def test_the_calibration_gains_the_posterior_and_nothing_else(finished_session: Path, sampled_session: Path) -> None:
+    before, after = calibration_of(finished_session), calibration_of(sampled_session)
+    posterior = after.pop("posterior")
+
+    assert after == before
+    assert isinstance(posterior, dict)
+    assert list(posterior) == list(before["coefficients"])  # type: ignore[call-overload]
+    for marginal in posterior.values():
+        assert set(marginal) == {"mean", "sd", "q05", "q95", "ess_bulk", "r_hat", "determined"}
+        assert 0 <= marginal["q05"] < marginal["mean"] < marginal["q95"] <= 10
+
+
+@pytest.mark.skipif(not SCHEMA.is_file(), reason="the public schema is not here (../shared/design/schema)")
+def test_the_calibration_with_a_posterior_has_the_public_form(sampled_session: Path) -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+
+    jsonschema.validate(calibration_of(sampled_session), json.loads(SCHEMA.read_text()))
+
+
+def test_arviz_reads_draws_statistics_gaits_and_what_they_were_made_with(sampled_session: Path) -> None:
+    data = arviz.from_netcdf(sampled_session / "results" / "posterior.nc", engine="h5netcdf")
+    told = calibration_of(sampled_session)["posterior"]
+
+    assert {"posterior", "sample_stats", "observed_data"} <= set(data.groups())
+    assert float(data.posterior["kutta_lift"].mean()) == pytest.approx(told["kutta_lift"]["mean"])  # type: ignore[index]
+    assert 0 < float(data.sample_stats["acceptance_rate"]) < 1
+    assert data.observed_data["trial"].to_numpy().tolist() == ["slow"]
+    assert data.attrs["effort"] == "quick"
+    assert data.attrs["seed"] == 0
+    assert data.attrs["model_sha256"] == calibration_of(sampled_session)["model_sha256"]
+    assert "uniform from 0 to 10" in data.attrs["prior"]
+    assert "swimcal" in data.attrs["program"]
+
+
+def test_a_posterior_that_stands_is_not_made_again(calib: Front, sampled: Path) -> None:
+    before = files_in(sampled / "results")
+    outcome = calib("posterior", sampled, *QUICK)
+
+    assert outcome.code == 0
+    assert outcome.out.splitlines()[-1] == str(sampled / "results" / "posterior.nc")
+    assert "kutta_lift" in outcome.out
+    assert files_in(sampled / "results") == before
+
+
+def test_a_new_fit_removes_the_posterior_and_the_next_run_makes_it(calib: Front, sampled: Path) -> None:
+    (sampled / "results" / "calibrated.xml").unlink()
+    assert calib("fit", sampled, *QUICK).code == 0
+    assert not (sampled / "results" / "posterior.nc").exists()
+    assert "posterior" not in calibration_of(sampled)
+
+    assert calib("posterior", sampled, *QUICK).code == 0
+    assert calibration_of(sampled)["posterior"]
+
+
+def test_stopped_while_sampling_it_goes_on(calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sampling, "_judged", stop)
+        assert calib("posterior", finished, *QUICK).code == 130
+    chains = list((finished / "results").glob(".posterior-*.h5"))
+    assert len(chains) == 1
+    assert not (finished / "results" / "posterior.nc").exists()
+
+    judged: list[int] = []
+    true = sampling._judged
+
+    def judge(ensemble: emcee.EnsembleSampler, effective: int) -> sampling.Draws:
+        judged.append(ensemble.iteration)
+        return true(ensemble, effective)
+
+    monkeypatch.setattr(sampling, "_judged", judge)
+    assert calib("posterior", finished, *QUICK).code == 0
+    assert judged[0] == sampling._CHUNK  # judged before another step was made
+    assert not chains[0].exists()
+
+
+def test_a_chain_that_was_cut_off_is_sampled_anew(calib: Front, finished: Path) -> None:
+    session = Pipeline(open_session(finished), Options("quick"))
+    chain = finished / "results" / f".posterior-{session.posteriors.fingerprint[:12]}.h5"
+    chain.write_bytes(b"\x89HDF\r\n\x1a\n cut off")
+
+    assert calib("posterior", finished, *QUICK).code == 0
+
+
+def test_it_refuses_to_report_chains_that_disagree(
+    calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sampling, "R_HAT", 0.5)
+    monkeypatch.setattr(sampling, "_LONGEST", sampling._CHUNK)
+    before = calibration_of(finished)
+    outcome = calib("posterior", finished, *QUICK)
+
+    assert_told(outcome, "posterior.nc: not written", "R-hat", "wanted 0.5", "chain is kept in", "delete the chain")
+    assert calibration_of(finished) == before
+    assert list((finished / "results").glob(".posterior-*.h5"))
+    assert not (finished / "results" / "posterior.nc").exists()
+
+
+def test_run_with_full_effort_says_a_refusal_beside_the_report(
+    calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sampling, "R_HAT", 0.5)
+    monkeypatch.setattr(sampling, "_LONGEST", sampling._CHUNK)
+    outcome = calib("run", finished)
+
+    assert outcome.code == 0
+    assert "sampled too little" in outcome.out
+    assert outcome.out.splitlines()[-1] == str(finished / "results" / "report.html")
+
+
+def test_help_does_not_wait_for_the_sampler() -> None:
+    code = "import sys, calib.cli; print(*{'emcee', 'arviz', 'h5netcdf', 'xarray'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+
+    assert done.stdout.strip() == ""
+
+
+def test_chains_are_read_back_as_they_were_drawn(sampled_session: Path) -> None:
+    from fitting.posterior.posterior_file import load_chains
+
+    chains = load_chains(sampled_session / "results" / "posterior.nc")
+    told = calibration_of(sampled_session)["posterior"]
+
+    assert chains.shape[-1] == 7
+    np.testing.assert_allclose(chains[..., 1].mean(), told["slender_drag"]["mean"])  # type: ignore[index]
