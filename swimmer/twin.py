@@ -139,6 +139,10 @@ class Twin:
         self._crank = joint["crank"]
         self._fluid_geoms = np.flatnonzero(self.model.geom_fluid[:, 0] > 0)
 
+    def at_step(self, timestep_s: float) -> "Twin":
+        """The same twin with another time step, s."""
+        return Twin(self.robot, self.markers, replace(self.scene, timestep_s=timestep_s), self._workers)
+
     def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
         """Simulates every run from time 0 and reads the markers off at the given times.
 

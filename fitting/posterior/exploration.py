@@ -16,12 +16,14 @@ from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.emulator import fit_emulator
 from fitting.posterior.likelihood import DISCREPANCY, Likelihood
 from fitting.posterior.session_model import SessionModel
+from fitting.posterior.step_shift import StepShift
 
 WALKERS = 64
 DIMENSIONS = 7  # five coefficients and the logarithms of the discrepancies of wave and speed
 _WORLDWIDE, _ROUND, _STEPS = 256, 64, 400
 _ROUNDS = (3, 40)  # fewest, most
 _OUTWARD, _JITTER = 1.7, 0.02
+_HALVED, _HALVED_ROUNDS = 12, 4  # points of a round simulated with half the step; rounds that count
 _NEIGHBOURS, _FALL_OFF = 90, 60.0  # points that count in full for the next emulator; how fast others count less
 _GOOD_ENOUGH = 0.5  # standard deviation of emulated minus simulated ln likelihood
 _STABLE_SD = 0.25  # by which means may still move from round to round, in standard deviations
@@ -38,6 +40,7 @@ class Exploration:
         likelihood: by the emulator, with all that disturbs it.
         walkers: (w, 7) draws from the posterior to start from: coefficients, then ln discrepancy of wave and speed.
         simulations: of each trial.
+        step_shift: what a vanishing time step adds to simulated gaits; the likelihood is of gaits with it.
         emulator_error: standard deviation of emulated minus simulated ln likelihood at fresh draws.
         settled: whether the rounds ended because the emulator held.
     """
@@ -45,6 +48,7 @@ class Exploration:
     likelihood: Likelihood
     walkers: np.ndarray
     simulations: int
+    step_shift: StepShift
     emulator_error: float
     settled: bool
 
@@ -103,6 +107,10 @@ class _Search:
         self.model, self.random = model, random
         k = len(model.measured)
         self.points, self.gaits = np.zeros((0, 5)), np.zeros((0, k))
+        self.at_half_steps: list[
+            tuple[np.ndarray, np.ndarray, np.ndarray]
+        ] = []  # points, gaits by whole and half steps
+        self.step_shift = StepShift.none(k)
         self.relevance = np.zeros(0)
         self.looks: list[np.ndarray] = []  # covariances of what disturbs the gaits, at one draw of each round
         self.walkers: np.ndarray | None = None
@@ -117,10 +125,18 @@ class _Search:
         self.relevance = np.append(self.relevance, np.ones(int(good.sum())))
         return good
 
+    @property
+    def shifted(self) -> np.ndarray:
+        """(s, k) the gaits so far, as if the time step had vanished."""
+        return self.gaits + self.step_shift(self.points)
+
     def likelihood(self) -> Likelihood:
-        emulator = fit_emulator(self.points, self.gaits, self.relevance)
+        """By an emulator of all simulations so far."""
+        emulator = fit_emulator(self.points, self.shifted, self.relevance)
         disturbances = np.mean(self.looks[len(self.looks) // 2 :], axis=0) if self.looks else self.model.noise
-        return Likelihood(self.model.measured, disturbances + emulator.error, self.model.discrepancy, emulator)
+        return Likelihood(
+            self.model.measured, disturbances + emulator.error + self.step_shift.error, self.model.discrepancy, emulator
+        )
 
     def round(self, likelihood: Likelihood) -> bool:
         """One more look by a likelihood; whether its emulator held."""
@@ -132,7 +148,7 @@ class _Search:
         points[half:] = _reflected(middle + _OUTWARD * (points[half:] - middle))
         before = len(self.gaits)
         good = self.simulate(points)[:half]
-        fresh = self.gaits[before : before + int(good.sum())]
+        fresh = self.shifted[before : before + int(good.sum())]
         discrepancy = np.exp(drawn[:half, 5:][good])
         told = likelihood(points[:half][good], discrepancy)
         missed = (likelihood.of_gaits(fresh, discrepancy) - told)[np.isfinite(told)]
@@ -140,13 +156,14 @@ class _Search:
         mean, spread = chain[:, :5].mean(axis=0), chain[:, :5].std(axis=0)
         moved = np.full(5, np.inf) if self.mean is None else np.abs(mean - self.mean) / spread
         self.mean = mean
+        self._halve(slice(before, before + min(_HALVED, int(good.sum()))))
         self.looks.append(self.model.disturbances(drawn[0, :5]))
         self._weigh(likelihood, np.exp(np.median(chain[:, 5:], axis=0)))
         return self.error < _GOOD_ENOUGH and float(moved.max()) < _STABLE_SD
 
     def result(self, likelihood: Likelihood, settled: bool) -> Exploration:
         assert self.walkers is not None
-        return Exploration(likelihood, self.walkers, len(self.points), self.error, settled)
+        return Exploration(likelihood, self.walkers, len(self.points), self.step_shift, self.error, settled)
 
     def _sampled(self, likelihood: Likelihood) -> np.ndarray:
         """(d, 7) draws by the emulator, from where the last walkers stood."""
@@ -162,14 +179,23 @@ class _Search:
 
     def _best(self, likelihood: Likelihood, count: int) -> np.ndarray:
         """(c, 7) near the simulated points that were most like what was measured."""
-        like = likelihood.of_gaits(self.gaits, np.full((len(self.gaits), 2), 0.3))
+        like = likelihood.of_gaits(self.shifted, np.full((len(self.gaits), 2), 0.3))
         first = self.points[np.argsort(-like)[:WALKERS]][self.random.permutation(WALKERS)[:count]]
         near = _reflected(first * (1 + _JITTER * self.random.standard_normal(first.shape)))
         return np.column_stack([near, self.random.uniform(-3.0, -1.0, (count, 2))])
 
+    def _halve(self, rows: slice) -> None:
+        """Simulates some points with half the time step too; those of the last rounds tell what it changes."""
+        halved = self.model.at_half_steps.simulated(self.points[rows])
+        good = np.isfinite(halved).all(axis=1)
+        self.at_half_steps.append((self.points[rows][good], self.gaits[rows][good], halved[good]))
+        last = [np.concatenate(parts) for parts in zip(*self.at_half_steps[-_HALVED_ROUNDS:], strict=True)]
+        if len(last[0]) >= _HALVED:
+            self.step_shift = StepShift.fitted(*last)
+
     def _weigh(self, likelihood: Likelihood, discrepancy: np.ndarray) -> None:
         """The less a point's gait is like the measured one, the less it counts."""
-        misfit = -2 * likelihood.of_gaits(self.gaits, np.tile(discrepancy, (len(self.gaits), 1)))
+        misfit = -2 * likelihood.of_gaits(self.shifted, np.tile(discrepancy, (len(self.gaits), 1)))
         near = np.partition(misfit, min(_NEIGHBOURS, len(misfit) - 1))[min(_NEIGHBOURS, len(misfit) - 1)]
         self.relevance = np.maximum(np.exp(-np.maximum(misfit - near, 0.0) / _FALL_OFF), 1e-6)
 

@@ -1,6 +1,6 @@
 """All trials of a session at once: their gaits in one row, and the covariance of what is known to disturb them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -45,6 +45,13 @@ class SessionModel:
         wave = block_diag(*[wave_discrepancy(model.measured, along_m) for model in self.trials])
         speeds = [np.eye(len(model.measured))[:, SPEED] * model.measured[SPEED] for model in self.trials]
         return Discrepancy(wave, block_diag(*[speed[:, None] for speed in speeds]))
+
+    @cached_property
+    def at_half_steps(self) -> "SessionModel":
+        """The same trials beside a twin with half the time step."""
+        twin = self.trials[0].twin
+        finer = twin.at_step(twin.scene.timestep_s / 2)
+        return SessionModel(tuple(replace(model, twin=finer) for model in self.trials))
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         """(s, k) rows of coefficients (s, 5); nan where the twin diverged."""
