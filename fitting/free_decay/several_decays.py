@@ -42,10 +42,12 @@ def combine_decays(fits: Sequence[DecayFit]) -> HingeEstimate:
     birge = np.sqrt(np.maximum(scatter / max(len(fits) - 1, 1), 1.0))
     (stiffness, damping), relative = np.exp(mean), birge / np.sqrt(weight.sum(axis=0))
     flags = []
-    for name, one in zip(("stiffness", "damping"), scatter, strict=True):
-        if len(fits) > 1 and chi2.sf(one, len(fits) - 1) < LEAST_CHANCE:
-            message = f"the decays disagree about the {name} by more than their errors: look at each of them"
-            flags.append(Flag("decays_disagree", message=message))
+    for k, (name, unit) in enumerate((("stiffness", "N m/rad"), ("damping", "N m s/rad"))):
+        if len(fits) > 1 and chi2.sf(scatter[k], len(fits) - 1) < LEAST_CHANCE:
+            parts = zip(fits, values[:, k], errors[:, k], strict=True)
+            said = ", ".join(f"{fit.name} {value:.3g} ± {value * error:.1g}" for fit, value, error in parts)
+            message = f"the decays disagree about the {name} by more than their errors, look at each of them: {said}"
+            flags.append(Flag("decays_disagree", message=f"{message} {unit}"))
     return HingeEstimate(
         stiffness_n_m=float(stiffness),
         stiffness_se_n_m=float(stiffness * relative[0]),
