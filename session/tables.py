@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import math
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -118,15 +118,13 @@ def check_header(table: RawTable, columns: tuple[str, ...], faults: FaultCollect
 
 
 def without_cut_row(table: RawTable) -> RawTable:
-    """The table without a last row that was never ended by a line feed."""
-    if table.ends_whole or not table.rows:
-        return table
-    return RawTable(table.file, table.header, table.rows[:-1], ends_whole=True)
+    """The table without a last row that is cut short: not ended by a line feed, or with cells missing."""
+    return replace(table, rows=table.rows[:-1], ends_whole=True) if _ends_cut(table) else table
 
 
 def cut_row_flag(table: RawTable) -> tuple[Flag, ...]:
     """The flag that says what `without_cut_row` leaves out."""
-    if table.ends_whole or not table.rows:
+    if not _ends_cut(table):
         return ()
     last = table.rows[-1]
     message = f"line {last.line} is cut short and was left out; the log ended mid-row"
@@ -172,6 +170,12 @@ def check_time(table: RawTable, time_s: np.ndarray, faults: FaultCollector) -> N
     faults.extend_capped([fault(k, "time_s is missing", "") for k in np.flatnonzero(np.isnan(time_s)).tolist()])
     late = (1 + np.flatnonzero(time_s[1:] <= time_s[:-1])).tolist()
     faults.extend_capped([fault(k, "time does not increase", f"{time_s[k]} after {time_s[k - 1]}") for k in late])
+
+
+def _ends_cut(table: RawTable) -> bool:
+    """An editor, or a file system after a power loss, may have ended a cut row after all."""
+    few = len(table.header or ()) if table.rows else 0
+    return bool(table.rows) and (not table.ends_whole or len(table.rows[-1].cells) < few)
 
 
 def _cells(line: str) -> list[str]:

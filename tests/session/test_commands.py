@@ -47,7 +47,7 @@ def test_a_last_row_cut_short_is_left_out_and_flagged(tmp_path: Path) -> None:
 
 
 def test_every_fault_is_told_at_once_with_its_place(tmp_path: Path) -> None:
-    text = f"{HEADER}\n1.0,rest,0\n2.0,drve,6\nsoon,drive,6\n3.0,drive\n"
+    text = f"{HEADER}\n1.0,rest,0\n2.0,drve,6\nsoon,drive,6\n3.0,drive\n4.0,rest,0\n"
     with pytest.raises(InputError) as caught:
         load_commands(written(tmp_path, text))
     message = str(caught.value)

@@ -24,7 +24,9 @@ def test_motor_log_reads_every_column(tmp_path: Path) -> None:
     assert log.flags == ()
 
 
-@pytest.mark.parametrize("end", ["10.03,0.4,6.2", "10", "10.03,0.4,6.28,0.5,12.0,31,3"])
+@pytest.mark.parametrize(
+    "end", ["10.03,0.4,6.2", "10", "10.03,0.4,6.28,0.5,12.0,31,3", "10.03,0.4\n", "10.03,0" + 40 * "\0"]
+)
 def test_a_last_row_cut_short_is_left_out_and_flagged(tmp_path: Path, end: str) -> None:
     log = load_motor(written(tmp_path, f"{HEADER}\n{ROWS}{end}"))
     assert len(log.time_s) == 3
