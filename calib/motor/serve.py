@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from calib.motor.emulator import Emulator
 from calib.motor.faults import Faults, FaultyEmulator
@@ -19,7 +21,7 @@ def run_emulator(
     tell: Callable[[str], None] = print,
     until: threading.Event | None = None,
 ) -> None:
-    """Serves an emulated XW540-T140-R on a pseudo-terminal until Ctrl-C (or until the event is set).
+    """Serves an emulated XW540-T140-R on a pseudo-terminal until Ctrl-C or SIGTERM (or until the event is set).
 
     `load_nm` is friction on its shaft. The first line told is the terminal's path alone, so that a program can read
     it; at the end it tells how the motor was left.
@@ -35,7 +37,7 @@ def run_emulator(
 
     motor = Emulator(id=id, load=load_nm, seed=seed, baud=baud)
     device = FaultyEmulator(motor, faults) if faults else motor
-    with PseudoTerminal(device) as terminal:
+    with PseudoTerminal(device) as terminal, _sigterm_as_ctrl_c():
         try:
             tell(terminal.path)
             tell(f"An emulated XW540-T140-R, id {id}, at {baud} baud. Ctrl-C ends it.")
@@ -46,3 +48,16 @@ def run_emulator(
     turns_s = state.velocity_rad_s / (2 * math.pi)
     left = "not driven" if device.stopped else "STILL DRIVEN"
     tell(f"Ended. The motor is {left}, at {turns_s:.2f} turns/s, {state.temperature_c:.0f} degrees C.")
+
+
+@contextmanager
+def _sigterm_as_ctrl_c() -> Iterator[None]:
+    """Lets SIGTERM end the block as Ctrl-C does; outside the main thread, which alone gets signals, as before."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -41,13 +41,14 @@ def test_a_baud_rate_it_does_not_have_is_refused_before_anything_is_told() -> No
     assert told == []
 
 
-def test_ctrl_c_ends_it_in_peace() -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_and_sigterm_end_it_in_peace(number: int) -> None:
     code = "import calib.motor as m; m.run_emulator(tell=lambda line: print(line, flush=True))"
     with subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, text=True) as serving:
         assert serving.stdout is not None
         assert Path(serving.stdout.readline().strip()).exists()
         serving.stdout.readline()
-        serving.send_signal(signal.SIGINT)
+        serving.send_signal(number)
         rest = serving.stdout.read()
 
     assert serving.returncode == 0
