@@ -69,6 +69,9 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, default=20.0, help="of each speed (default: 20)")
     parser.add_argument("--out", type=Path, required=True, help="session folder; made when it is not there")
     parser.add_argument("--kind", choices=("swim", "dry"), default="swim", help="of the trials (default: swim)")
+    parser.add_argument(
+        "--role", choices=("fit", "holdout"), default="fit", help="fitted, or held out for the forecast (default: fit)"
+    )
     parser.add_argument("--no-code", action="store_true", help="without the coded wiggles that align video and log")
     parser.add_argument("--max-current", type=float, default=Limits.current_a, help="ampere (default: %(default)s)")
     parser.add_argument(
@@ -118,7 +121,8 @@ def _run(options: argparse.Namespace) -> int:
     finally:
         with contextlib.suppress(Exception):
             port.closePort()
-    _say(f"{settings.out}: {len(settings.hz)} trials added")
+    added = "1 trial" if len(settings.hz) == 1 else f"{len(settings.hz)} trials"
+    _say(f'{settings.out}: {added} added, role = "{settings.role}"')
     return 0
 
 
@@ -180,6 +184,7 @@ def _settings(options: argparse.Namespace) -> CaptureSettings:
         seconds=options.seconds,
         motor_id=options.id,
         kind=options.kind,
+        role=options.role,
         coded=not options.no_code,
         limits=Limits(options.max_current, options.max_temperature),
     )

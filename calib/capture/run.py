@@ -43,6 +43,7 @@ class CaptureSettings:
         seconds: how long each is driven.
         motor_id: the motor's id on the bus.
         kind: ``"swim"`` or ``"dry"``.
+        role: ``"fit"`` or ``"holdout"``.
         coded: whether a coded wiggle frames each trial.
         limits: when the motor is stopped.
     """
@@ -52,6 +53,7 @@ class CaptureSettings:
     seconds: float = 20.0
     motor_id: int = 1
     kind: str = "swim"
+    role: str = "fit"
     coded: bool = True
     limits: Limits = field(default_factory=Limits)
 
@@ -109,7 +111,7 @@ def capture(
             plan = TrialPlan(trial_name(hz, session.taken_names()), hz, settings.seconds, settings.coded)
             tell(f"{plan.name}: {hz:g} turns/s for {plan.seconds:g} s, {plan.total_s:.1f} s in all")
             result = _Trial(plan, motor, Guard(settings.limits), signals, clock).run(session.trials, tell)
-            session.add_trial(plan.name, settings.kind, hz)
+            session.add_trial(plan.name, settings.kind, hz, settings.role)
             results.append(result)
             _tell_result(result, tell)
             signals.raise_if_any()
@@ -228,7 +230,10 @@ def _check_reach(settings: CaptureSettings, reading: Reading, tell: Tell) -> Non
 
 
 def _tell_result(result: TrialResult, tell: Tell) -> None:
-    tell(f"{result.name}: {result.rows} rows at {result.rate_hz:.0f} Hz, {result.measured_hz:.3f} turns/s measured")
+    speed = f"{result.measured_hz:.3f} turns/s measured"
+    if math.isnan(result.measured_hz):
+        speed = f"driven too briefly to tell its speed, of which the first {RISE_S:g} s do not count"
+    tell(f"{result.name}: {result.rows} rows at {result.rate_hz:.0f} Hz, {speed}")
     if result.rate_hz < SLOWEST_LOG_HZ:
         tell(
             f"warning: logged at {result.rate_hz:.0f} Hz; expected: {SLOWEST_LOG_HZ:.0f} or more. Raise the baud rate, "

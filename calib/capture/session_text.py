@@ -33,7 +33,7 @@ name = {name}
 kind = {kind}
 motor = {motor}
 commanded_hz = {hz}
-role = "fit"
+role = {role}
 """
 
 
@@ -63,7 +63,7 @@ class SessionText:
         Raises:
             UserError: the session.toml cannot be read or added to.
         """
-        self._with_trial("x", "dry", 1.0)
+        self._with_trial("x", "dry", 1.0, "fit")
 
     def make_folders(self) -> None:
         """Makes the folders where they are missing.
@@ -84,13 +84,13 @@ class SessionText:
         lying = [path.name.split(".")[0] for path in self.trials.glob("*.csv")]
         return listed + lying
 
-    def add_trial(self, name: str, kind: str, hz: float) -> None:
+    def add_trial(self, name: str, kind: str, hz: float, role: str) -> None:
         """Appends a trial whose motor log lies in ``trials``; the file is replaced whole or not at all.
 
         Raises:
             UserError: it cannot be written, or was made such that no trial can be appended.
         """
-        text = self._with_trial(name, kind, hz)
+        text = self._with_trial(name, kind, hz, role)
         part = self.path.with_name(f".{SESSION_FILE}.{os.getpid()}.part")
         try:
             with part.open("w", encoding="utf-8", newline="") as file:
@@ -104,17 +104,14 @@ class SessionText:
             with contextlib.suppress(OSError):
                 part.unlink(missing_ok=True)
 
-    def _with_trial(self, name: str, kind: str, hz: float) -> str:
+    def _with_trial(self, name: str, kind: str, hz: float, role: str) -> str:
         """The text with one more trial, proven to say what the old one said and that trial."""
         old = self._text()
-        motor = f"trials/{name}.motor.csv"
-        new = (
-            old.rstrip("\n")
-            + "\n"
-            + TRIAL.format(name=_string(name), kind=_string(kind), motor=_string(motor), hz=repr(float(hz)))
-        )
+        texts = {"name": name, "kind": kind, "motor": f"trials/{name}.motor.csv", "role": role}
+        entry = TRIAL.format(**{key: _string(text) for key, text in texts.items()}, hz=repr(float(hz)))
+        new = old.rstrip("\n") + "\n" + entry
         before = _parsed(self.path, old)
-        added = {"name": name, "kind": kind, "motor": motor, "commanded_hz": float(hz), "role": "fit"}
+        added = {**texts, "commanded_hz": float(hz)}
         try:
             good = tomllib.loads(new) == {**before, "trial": [*before.get("trial", ()), added]}
         except ValueError:

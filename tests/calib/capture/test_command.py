@@ -53,9 +53,10 @@ def turning(motor: Emulator) -> bool:
 
 
 def test_a_capture_over_a_terminal_is_a_session(terminal: PseudoTerminal, motor: Emulator, tmp_path: Path) -> None:
-    assert main(arguments(terminal.path, tmp_path / "pool", "--seconds", "1", "--kind", "dry")) == 0
+    more = ("--seconds", "1", "--kind", "dry", "--role", "holdout")
+    assert main(arguments(terminal.path, tmp_path / "pool", *more)) == 0
     (trial,) = load_session(tmp_path / "pool").trials
-    assert (trial.name, trial.kind) == ("f0_60", "dry")
+    assert (trial.name, trial.kind, trial.role) == ("f0_60", "dry", "holdout")
     assert not motor.state.torque_enabled
 
 

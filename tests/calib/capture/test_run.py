@@ -136,6 +136,13 @@ def test_the_row_that_raised_the_alarm_is_in_the_log(tmp_path: Path) -> None:
     assert load_motor(logged(tmp_path)).error[-1] == HardwareError.OVERHEATING
 
 
+def test_a_drive_too_short_to_tell_its_speed_says_so(tmp_path: Path) -> None:
+    one = bench()
+    one.capture(tmp_path, 0.6, seconds=1.0)
+    assert any("driven too briefly to tell its speed, of which the first 1 s do not count" in line for line in one.told)
+    assert not any("nan" in line for line in one.told)
+
+
 def test_a_lost_cable_is_told_and_the_watchdog_stops_the_motor(tmp_path: Path) -> None:
     one = bench()
     one.events.append((3.0, lambda: setattr(one.device, "connected", False)))

@@ -19,12 +19,13 @@ def test_the_header_is_that_of_the_session() -> None:
 def test_a_session_that_is_not_there_is_made_and_is_valid(tmp_path: Path) -> None:
     text = SessionText(tmp_path / "a" / 'pool "ü" 1')
     text.make_folders()
-    for name, kind, hz in (("f0_60", "swim", 0.6), ("f0_80", "dry", 0.8)):
+    for name, kind, hz, role in (("f0_60", "swim", 0.6, "holdout"), ("f0_80", "dry", 0.8, "fit")):
         a_log(text.folder, name)
-        text.add_trial(name, kind, hz)
+        text.add_trial(name, kind, hz, role)
     session = load_session(text.folder, lambda _: FISHSIM_MARKERS)
     assert session.name == 'pool "ü" 1'
     assert [(t.name, t.kind, t.commanded_hz) for t in session.trials] == [("f0_60", "swim", 0.6), ("f0_80", "dry", 0.8)]
+    assert [t.role for t in session.trials] == ["holdout", "fit"]
     assert session.trials[0].motor == text.folder / "trials/f0_60.motor.csv"
     assert sorted(path.name for path in text.folder.iterdir()) == ["session.toml", "trials"]
 
@@ -36,7 +37,7 @@ def test_what_the_user_wrote_stays_as_it_was(tmp_path: Path, end: str) -> None:
     text = SessionText(tmp_path)
     text.make_folders()
     assert text.taken_names() == ["f0_60"]
-    text.add_trial("f0_80", "dry", 0.8)
+    text.add_trial("f0_80", "dry", 0.8, "fit")
     new = (tmp_path / "session.toml").read_bytes().decode()
     assert new.startswith(old.rstrip("\n"))
     assert [trial["name"] for trial in tomllib.loads(new)["trial"]] == ["f0_60", "f0_80"]
