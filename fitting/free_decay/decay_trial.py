@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.free_decay.clamp import clamp_flags
 from fitting.free_decay.release import Release, find_release
 from fitting.trial import tail_markers
 from session import CameraSpec, Flag, NotEnoughData, Tracks
@@ -13,7 +14,6 @@ from tracking import QualityLimits, check_tracks, to_head_frame, to_pool
 # The shape that `check_tracks` learns from a trial is that of its many frames at rest: the few in which the tail is
 # bent look wrong to it. Only gross faults are left to it; the twin judges the others (`fitting.free_decay.decay_fit`).
 FAR_OUT = QualityLimits(floor_px=75.0)
-HEAD_MOVES_M = 0.003  # rms motion of nose or neck from which a head is not well clamped
 FEWEST_FRAMES = 12
 
 
@@ -79,6 +79,8 @@ def measure_decay_trial(name: str, tracks: Tracks, camera: CameraSpec, robot: Ro
             f"trial {name}: {release.last - release.first + 1} frames after the release at "
             f"{pool.time_s[release.first]:.2f} s; at least {FEWEST_FRAMES} are needed. Record until the tail is at rest"
         )
+    seen_m = np.where(weight[kept, :, None] > 0, position_m[kept], np.nan)
+    clamp = clamp_flags(seen_m, pool.markers, tail[-1], _reach(robot, pool.markers[tail[-1]]))
     return DecayTrial(
         name=name,
         markers=tuple(pool.markers[i] for i in tail),
@@ -88,7 +90,7 @@ def measure_decay_trial(name: str, tracks: Tracks, camera: CameraSpec, robot: Ro
         first_frame=release.first,
         release_s=float(pool.time_s[release.first]),
         metres_per_px=pool.metres_per_px,
-        flags=(*_within(quality.flags, release), *release.flags, *_clamp_flags(position_m, weight, pool.markers)),
+        flags=(*_within(quality.flags, release), *release.flags, *clamp),
     )
 
 
@@ -107,22 +109,15 @@ def _in_robot_frame(
     return turned + robot.marker_positions_m(("nose",))[0, :2]
 
 
+def _reach(robot: RobotSpec, marker: str) -> float:
+    """From the nose to a marker in lengths from nose to neck."""
+    nose, neck, far = robot.marker_positions_m(("nose", "neck", marker))[:, 0]
+    return float((far - nose) / (neck - nose))
+
+
 def _within(flags: tuple[Flag, ...], release: Release) -> tuple[Flag, ...]:
     """Those that concern the decay: a tail that is held still, say, looks like a video that stands."""
     spans = [flag.frames or (release.first, release.last) for flag in flags]
     return tuple(
         flag for flag, (first, last) in zip(flags, spans, strict=True) if last > release.first and first <= release.last
     )
-
-
-def _clamp_flags(position_m: np.ndarray, weight: np.ndarray, markers: tuple[str, ...]) -> tuple[Flag, ...]:
-    flags = []
-    for name in ("nose", "neck"):
-        i = markers.index(name)
-        spread = float(np.sqrt(np.var(position_m[weight[:, i] > 0, i], axis=0).sum()))
-        if spread > HEAD_MOVES_M:
-            message = (
-                f"{name} moves by {1000 * spread:.1f} mm (rms): the head is not clamped, and its motion is not fitted"
-            )
-            flags.append(Flag("head_moves", (name,), message=message))
-    return tuple(flags)
