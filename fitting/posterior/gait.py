@@ -51,12 +51,11 @@ class Gait:
     def __call__(self, position_m: np.ndarray) -> np.ndarray:
         """(..., 1 + 14 m) gaits of positions (..., n, m, 2); what does not count may be nan."""
         flat = position_m.reshape(-1, *position_m.shape[-3:])
-        path = self._path(flat)  # (s, n, 2)
         trend = self._heading(flat)  # (s, n)
-        ahead = np.exp(-1j * trend)
-        place = np.where(self.usable, _complex(flat) - path[..., None], 0.0) * ahead[..., None]  # (s, n, m)
-        beats = np.einsum("mcn,snm->smc", self._beat, place)  # (s, m, 7)
-        speed = np.gradient(path, self.time_s, axis=-1) * ahead
+        place = self._along(flat, trend)  # (s, n, m)
+        path = self._path(place)  # (s, n)
+        beats = np.einsum("mcn,snm->smc", self._beat, place - path[..., None])  # (s, m, 7)
+        speed = np.gradient(path, self.time_s, axis=-1) + 1j * np.gradient(trend, self.time_s, axis=-1) * path
         parts = np.stack([beats.real, beats.imag], axis=2)  # (s, m, 2, 7)
         gait = np.concatenate([speed.real.mean(axis=-1)[:, None], parts.reshape(len(parts), -1)], axis=1)
         return gait.reshape(*position_m.shape[:-3], gait.shape[-1])
@@ -73,8 +72,10 @@ class Gait:
 
     @cached_property
     def _beat(self) -> np.ndarray:
-        """(m, 7, n) reads mean and harmonics off each marker."""
-        return _readers(np.column_stack([np.ones(len(self.time_s)), self.waves]), self.usable)
+        """(m, 7, n) reads mean and harmonics off each marker, beside what a trend that is a little off leaves."""
+        means = np.column_stack([np.ones(len(self.time_s)), self.waves])
+        trends = np.column_stack([self._scaled**k - np.mean(self._scaled**k) for k in range(1, HEADING_DEGREE + 1)])
+        return _readers(np.column_stack([means, trends]), self.usable)[:, :OF_A_MARKER]
 
     @cached_property
     def _powers(self) -> np.ndarray:
@@ -100,9 +101,17 @@ class Gait:
         """(m, 7, n) by how much a shift of each sample changes each marker's mean and harmonics."""
         return self._beat
 
-    def _path(self, position_m: np.ndarray) -> np.ndarray:
-        """(s, n) the smooth path of the middle of the markers, x + i y, of positions (s, n, m, 2)."""
+    def _along(self, position_m: np.ndarray, trend_rad: np.ndarray) -> np.ndarray:
+        """(s, n, m) places from the middle of the swim, x + i y, along headings (s, n); 0 where nothing counts."""
         place = np.where(self.usable, _complex(position_m), 0.0)
+        middle = place.sum(axis=(1, 2), keepdims=True) / self.usable.sum()
+        return np.where(self.usable, (place - middle) * np.exp(-1j * trend_rad)[..., None], 0.0)
+
+    def _path(self, place: np.ndarray) -> np.ndarray:
+        """(s, n) the smooth path of the middle of the markers at places (s, n, m), x + i y along the heading.
+
+        Along the heading, for there a beat stays a beat while the fish turns, and does not pass for a drift.
+        """
         powers = np.einsum("m,mcn,snm->sc", self.carriers, self._powers, place)
         return powers @ np.array([self._scaled**k for k in range(PATH_DEGREE + 1)])
 

@@ -1,0 +1,84 @@
+"""A gait holds speed and beat, whatever course the fish takes and wherever its crank began."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fitting.posterior.gait import SPEED, Gait, advanced, harmonics_of, phase_between
+from swimmer import Runs
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.exact_swims import exact_twin
+from tests.fitting.posterior.waves import (
+    ALONG_M,
+    AMPLITUDE_M,
+    LAG_RAD,
+    SPEED_M_S,
+    TIME_S,
+    cruising,
+    pool,
+    reader,
+    shape,
+)
+
+
+def test_a_wave_of_known_size_and_lag_has_its_harmonics() -> None:
+    gait = reader()(cruising())
+    across = harmonics_of(gait)[:, 1]  # (m, 3)
+    assert gait[SPEED] == pytest.approx(SPEED_M_S)
+    assert across[:, 0] == pytest.approx(AMPLITUDE_M * np.exp(-1j * LAG_RAD), abs=1e-9)
+    assert across[:, 1] == pytest.approx(0.0, abs=1e-9)
+    assert across[:, 2] == pytest.approx(-0.1j * AMPLITUDE_M, abs=1e-9)
+    assert harmonics_of(gait)[:, 0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_means_are_places_on_the_body() -> None:
+    means = reader()(cruising())[1:].reshape(-1, 2, 7)[..., 0]
+    assert means[:, 0] - means[0, 0] == pytest.approx(-ALONG_M)
+    assert means[:, 1] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("heading_rad", [0.3, 2.0, 3.1, -2.5])
+def test_a_pool_that_is_turned_and_shifted_shows_the_same_gait(heading_rad: float) -> None:
+    straight = cruising() @ [1.0, 1j]
+    turned = pool(straight * np.exp(1j * heading_rad) + 2.0 - 1.5j)
+    assert reader()(turned) == pytest.approx(reader()(cruising()), abs=1e-10)
+
+
+def test_a_course_that_bends_shows_the_same_gait() -> None:
+    heading = 0.3 + 0.10 * (TIME_S - 3) + 0.02 * (TIME_S - 3) ** 2
+    step = SPEED_M_S * np.exp(1j * heading) / 60
+    path = np.cumsum(step) - step / 2
+    bent = pool(path[:, None] + shape() * np.exp(1j * heading)[:, None])
+    difference = reader()(bent) - reader()(cruising())
+    means, beats = difference[1:].reshape(-1, 2, 7)[..., 0], difference[1:].reshape(-1, 2, 7)[..., 1:]
+    assert abs(difference[SPEED]) < 5e-5
+    assert np.abs(beats).max() < 1e-4
+    assert np.abs(means).max() < 1e-6
+
+
+def test_samples_that_do_not_count_may_be_anything() -> None:
+    usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
+    usable[30:60, 4], usable[100:110, 0], usable[::7, 6] = False, False, False
+    spoilt = np.where(usable[..., None], cruising(), np.nan)
+    spoilt[30:60, 4] = 17.0
+    assert reader(usable)(spoilt) == pytest.approx(reader(usable)(cruising()), abs=1e-10)
+    beats = (harmonics_of(reader(usable)(spoilt)), harmonics_of(reader()(cruising())))
+    assert beats[0] == pytest.approx(beats[1], abs=1e-6)
+
+
+def test_an_advanced_gait_is_that_of_a_simulation_with_another_phase() -> None:
+    ahead, hz = np.array([0.0, 0.4, -1.1]), 1.0
+    time_s = np.arange(0.0, 9.0, 1 / 60)
+    runs = Runs(np.tile(PLAUSIBLE_COEFFICIENTS, (3, 1)), np.full(3, hz), 1.0 + ahead, np.tile([-0.15, 0, 0], (3, 1)))
+    twin, late = exact_twin(), time_s >= 5.0
+    nose, neck = twin.markers.index("nose"), twin.markers.index("neck")
+    read = Gait(
+        time_s[late], 2 * np.pi * hz * time_s[late], np.ones((int(late.sum()), len(twin.markers)), bool), nose, neck
+    )
+    gaits = read(twin.simulate(runs, time_s).marker_m[:, late])
+    expected = advanced(np.tile(gaits[0], (2, 1)), ahead[1:])
+    assert harmonics_of(gaits[1:]) == pytest.approx(harmonics_of(expected), abs=2e-4)
+    assert np.abs(harmonics_of(gaits[1:]) - harmonics_of(gaits[0])).max() > 5e-3
+    tail = list(range(3, len(twin.markers)))
+    assert phase_between(np.tile(gaits[0], (2, 1)), gaits[1], tail)[0] == pytest.approx(0.4, abs=5e-3)

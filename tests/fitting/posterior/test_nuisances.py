@@ -1,0 +1,118 @@
+"""What a nuisance does to a gait is what a simulation shows that is displaced by it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting.posterior.gait import advanced, phase_between
+from fitting.posterior.trial_model import BOX_SD_M, GLUED_SD_M, PHASE_SD_RAD, START_SD, Freedoms, TrialModel
+from session import FISHSIM_MARKERS
+from swimmer import RobotSpec, Runs, Twin
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
+
+TRUTH = np.array(PLAUSIBLE_COEFFICIENTS, float)
+NOSE, NECK, FIN = (FISHSIM_MARKERS.index(name) for name in ("nose", "neck", "caudal_fin"))
+
+
+@pytest.fixture(scope="module")
+def model() -> TrialModel:
+    return TrialModel(exact_twin(), exact_swims(hz=(1.0,), seconds=4.0)[0], 1.0)
+
+
+@pytest.fixture(scope="module")
+def freedoms(model: TrialModel) -> Freedoms:
+    return model.freedoms(TRUTH)
+
+
+def simulated(model: TrialModel, velocity: np.ndarray, hz: float = 1.0, robot: RobotSpec = ROBOT) -> np.ndarray:
+    """(n, m, 2) in the kept frames, of a robot with other markers, say."""
+    runs = Runs(TRUTH[None], np.array([hz]), np.array([model.phase_rad]), velocity[None])
+    twin = Twin(robot, FISHSIM_MARKERS)
+    return twin.simulate(runs, model.trial.time_s).marker_m[0, model.trial.kept]
+
+
+def read(model: TrialModel, marker_m: np.ndarray) -> np.ndarray:
+    """(k,) in step with what was measured."""
+    gait = model.gait(marker_m)
+    return advanced(gait, phase_between(gait, model.measured, list(model.trial.tail)))
+
+
+def rescaled(marker_m: np.ndarray, like_m: np.ndarray) -> np.ndarray:
+    """As tracks are, by the distance from nose to neck."""
+    length, wanted = (np.linalg.norm(m[:, NOSE] - m[:, NECK], axis=-1).mean() for m in (marker_m, like_m))
+    return marker_m * wanted / length
+
+
+def test_the_simulated_gait_at_the_truth_is_the_measured_one(model: TrialModel) -> None:
+    gait = model.simulated(TRUTH[None])[0]
+    assert gait[1:] == pytest.approx(model.measured[1:], abs=2e-3)
+    assert gait[0] == pytest.approx(model.measured[0], abs=3e-3)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_the_start_moves_it_as_a_simulation_from_another_start(
+    model: TrialModel, freedoms: Freedoms, axis: int
+) -> None:
+    start, shift = model.trial.start_velocity, np.eye(3)[axis] * START_SD[axis]
+    up, down = (read(model, simulated(model, start + sign * shift)) for sign in (0.5, -0.5))
+    assert freedoms.own[:, axis] == pytest.approx(up - down, abs=0.05 * np.abs(up - down).max())
+
+
+def test_the_frequency_moves_it_as_a_crank_that_turns_faster(model: TrialModel, freedoms: Freedoms) -> None:
+    start, relative = model.trial.start_velocity, model.trial.frequency.se_hz / model.trial.frequency.hz
+    up, down = (read(model, simulated(model, start, 1.0 + sign * 0.005)) for sign in (1, -1))
+    expected = relative * (up - down) / 0.01
+    assert freedoms.own[:, 3] == pytest.approx(expected, abs=0.05 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("marker", [NOSE, NECK, 4, FIN])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_box_off_its_marker_moves_it_with_scale_and_heading(
+    model: TrialModel, freedoms: Freedoms, marker: int, axis: int
+) -> None:
+    marker_m = simulated(model, model.trial.start_velocity)
+    shifted = marker_m.copy()
+    shifted[:, marker, axis] += 0.1 * BOX_SD_M
+    expected = 10 * (read(model, rescaled(shifted, marker_m)) - read(model, marker_m))
+    column = freedoms.own[:, 4 + 2 * marker + axis]
+    assert column == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["nose", "neck", "tail_2", "caudal_fin"])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_marker_glued_off_its_place_moves_it_as_a_robot_made_so(
+    model: TrialModel, freedoms: Freedoms, name: str, axis: int
+) -> None:
+    off = np.eye(3)[axis] * GLUED_SD_M
+    marker = ROBOT.markers[name].model_copy(update={"position_m": tuple(np.add(ROBOT.markers[name].position_m, off))})
+    robot = ROBOT.model_copy(update={"markers": ROBOT.markers | {name: marker}})
+    marker_m = simulated(model, model.trial.start_velocity)
+    shifted = rescaled(simulated(model, model.trial.start_velocity, robot=robot), marker_m)
+    expected = read(model, shifted) - read(model, marker_m)
+    column = freedoms.shared[:, 2 * FISHSIM_MARKERS.index(name) + axis]
+    sign = np.sign(column @ expected)  # each way along an axis is as likely
+    assert sign * column == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
+
+
+def test_the_phase_moves_it_as_a_crank_that_is_ahead(model: TrialModel, freedoms: Freedoms) -> None:
+    gait = model.simulated(TRUTH[None])[0]
+    expected = (advanced(gait, 0.01) - advanced(gait, -0.01)) / 0.02 * PHASE_SD_RAD
+    place = 4 + 2 * len(FISHSIM_MARKERS)
+    assert freedoms.own[:, place] == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
+
+
+def test_a_fish_elsewhere_differs_by_its_means_alone(model: TrialModel, freedoms: Freedoms) -> None:
+    places = np.arange(1, len(model.measured)).reshape(-1, 2, 7)
+    for axis, column in enumerate(freedoms.own[:, -2:].T):
+        assert set(np.flatnonzero(column)) == set(places[:, axis, 0])
+        assert np.ptp(column[places[:, axis, 0]]) == 0.0
+
+
+def test_a_trial_whose_frequency_is_less_sure_is_freer(model: TrialModel, freedoms: Freedoms) -> None:
+    unsure = replace(model.trial.frequency, se_hz=3 * model.trial.frequency.se_hz)
+    freer = replace(model, trial=replace(model.trial, frequency=unsure)).freedoms(TRUTH)
+    assert freer.own[:, 3] == pytest.approx(3 * freedoms.own[:, 3])
