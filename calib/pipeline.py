@@ -193,6 +193,7 @@ class Pipeline:
         if not self.posteriors.is_current:
             self.made += self.posteriors.make(self.calibrated(), self.trials, self._twin())
             mark_current(self.calibration_file, self.fingerprint, [self._mjcf_file])
+        self.said += [f"! posterior: {doubt}" for doubt in self.posteriors.doubts]
         return self.posteriors.file
 
     def evidence(self, calibration: Calibration) -> Evidence:
@@ -228,6 +229,8 @@ class Pipeline:
         self.recordings.tracks()
         searches = self.search_file if is_current(self.search_file, self.recordings.fingerprint) else None
         extra = {} if searches is None else {"search": sha256_of(searches)}
+        if self.posteriors.is_current:
+            extra["posterior"] = sha256_of(self.posteriors.findings_file)
         fingerprint = fingerprint_of(extra, {}, [self.fingerprint])
         if is_current(self.calibration_file, self.fingerprint) and is_current(self.report_file, fingerprint):
             return self.report_file
@@ -236,7 +239,14 @@ class Pipeline:
         runs = () if searches is None else read_comparison(read_result_json(searches))
         self.options.tell("writing the report", None)
         write_report(
-            self.report_file, self.session, calibration, self.provenance, self.notes, evidence=evidence, searches=runs
+            self.report_file,
+            self.session,
+            calibration,
+            self.provenance,
+            self.notes,
+            evidence=evidence,
+            searches=runs,
+            posterior=self.posteriors.read(),
         )
         mark_current(self.report_file, fingerprint, [self.evidence_file])
         self.made.append(self.report_file)

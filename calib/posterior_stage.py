@@ -3,9 +3,12 @@
 emcee and ArviZ take a second to load: they are imported where they are needed.
 """
 
+from __future__ import annotations
+
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +27,9 @@ from session import (
 )
 from swimmer import Twin
 
+if TYPE_CHECKING:
+    from fitting.posterior.findings import Findings
+
 EFFECTIVE = {"quick": 100, "full": 400}
 """Effective draws of every coefficient."""
 
@@ -31,7 +37,7 @@ FORM = 1  # of the files
 
 
 class PosteriorStage:
-    """``results/posterior.nc``, and `posterior` in ``calibration.json``.
+    """``results/posterior.nc`` and ``posterior.json``, and `posterior` in ``calibration.json``.
 
     Args:
         session: as read.
@@ -47,6 +53,11 @@ class PosteriorStage:
     def file(self) -> Path:
         """``results/posterior.nc``."""
         return self._session.results / "posterior.nc"
+
+    @property
+    def findings_file(self) -> Path:
+        """``results/posterior.json``: what is said of it."""
+        return self._session.results / "posterior.json"
 
     @cached_property
     def fingerprint(self) -> str:
@@ -70,6 +81,8 @@ class PosteriorStage:
             NotConverged: too few effective draws, or chains that disagree; nothing is written but the chain.
         """
         from fitting.posterior import sample_posterior
+        from fitting.posterior.findings import find
+        from fitting.posterior.findings_file import findings_payload
         from fitting.posterior.posterior_file import marginals_payload, save_draws
 
         chain = self._chain()
@@ -85,17 +98,31 @@ class PosteriorStage:
         )
         if not posterior.draws.enough:
             raise NotConverged(self._refusal(posterior.draws.flags[0].message, chain))
+        findings = find(posterior, trials, twin, self._session.seed, self._options.tell)
         stamp = {key: value for key, value in self._stamp.to_json().items() if isinstance(value, str | int)}
         with writing_whole(self.file) as part:
             save_draws(part, posterior, stamp)
+        write_result_json(self.findings_file, self._stamp, findings_payload(findings))
         self._tell_calibration(marginals_payload(posterior))
-        mark_current(self.file, self.fingerprint)
+        mark_current(self.file, self.fingerprint, [self.findings_file])
         chain.unlink(missing_ok=True)
-        return [self.file]
+        return [self.file, self.findings_file]
+
+    def read(self) -> Findings | None:
+        """What is said of the posterior of this calibration; None where there is none."""
+        from fitting.posterior.findings_file import read_findings
+
+        return read_findings(read_result_json(self.findings_file), self.file) if self.is_current else None
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """When not to believe it, a sentence each; that a coefficient is not determined stands beside its interval."""
+        flags = read_result_json(self.findings_file)["flags"]
+        return tuple(flag["message"] for flag in flags if flag["kind"] != "unidentifiable")
 
     def remove(self) -> None:
         """Takes away what belonged to a calibration that is no more."""
-        for path in (self.file, *self._chains()):
+        for path in (self.file, self.findings_file, *self._chains()):
             path.unlink(missing_ok=True)
 
     def _tell_calibration(self, marginals: dict[str, dict[str, object]]) -> None:

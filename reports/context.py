@@ -1,12 +1,17 @@
 """What every section of a report may read."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from fitting import CalibratedTrial, Calibration, Evidence, MeasuredTrial, SearchRun
 from fitting.dry_run import DryTrial
 from reports.logged_trial import LoggedTrial
 from session import Provenance, Session
+
+if TYPE_CHECKING:
+    from fitting.posterior.findings import Findings  # its package loads the sampler
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +25,7 @@ class ReportContext:
         notes: further sentences for the reader, such as what was left out.
         evidence: what stands beside the fit; None where it was not worked out.
         searches: the searches compared on this session; empty where they were not.
+        posterior: how sure the coefficients are; None where it was not sampled.
     """
 
     session: Session
@@ -28,6 +34,7 @@ class ReportContext:
     notes: tuple[str, ...] = ()
     evidence: Evidence | None = None
     searches: tuple[SearchRun, ...] = ()
+    posterior: Findings | None = None
 
     def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
         """The fit or the held-out trials, in the order of the session."""

@@ -17,6 +17,7 @@ BOX_SD_M = 0.005  # of a box from its marker, each way in the picture: it does n
 GLUED_SD_M = 0.001  # of a marker from its place on the body, each way: the same in all trials
 PLACE_SD_M = 0.05  # of the whole fish beside its smooth path
 LEAST_FREQUENCY_SE = 1e-4  # relative
+_PHASE_COLUMN = -3  # of what nuisances of a trial do
 _SHIFT_M, _START_STEP, _FREQUENCY_STEP = 1e-3, (0.01, 0.01, 0.1), 0.005
 
 
@@ -138,6 +139,11 @@ class Freedoms(NamedTuple):
 
     own: np.ndarray
     shared: np.ndarray
+
+    @property
+    def in_step(self) -> np.ndarray:
+        """(k, q - 1) `own` without the phase."""
+        return np.delete(self.own, _PHASE_COLUMN, axis=1)
 
 
 def _slope_of_phase(gait: np.ndarray) -> np.ndarray:

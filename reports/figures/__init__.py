@@ -12,6 +12,13 @@ from reports.figures.pair_coefficients import pair_coefficients_figure
 from reports.figures.pair_errors import pair_errors_figure
 from reports.figures.phase_portrait import phase_portrait_figure
 from reports.figures.planform import planform_figure
+from reports.figures.posterior_chains import posterior_ranks_figure, posterior_trace_figure
+from reports.figures.posterior_corner import posterior_corner_figure
+from reports.figures.posterior_further import posterior_further_figure
+from reports.figures.posterior_intervals import posterior_intervals_figure
+from reports.figures.posterior_sweep import posterior_sweep_figure
+from reports.figures.posterior_trials import posterior_trials_figure
+from reports.figures.posterior_whiteness import posterior_whiteness_figure
 from reports.figures.residuals_over_time import residuals_over_time_figure
 from reports.figures.search_convergence import search_convergence_figure
 from reports.figures.speed_errors import speed_errors_figure
@@ -33,6 +40,14 @@ __all__ = [
     "pair_errors_figure",
     "phase_portrait_figure",
     "planform_figure",
+    "posterior_corner_figure",
+    "posterior_further_figure",
+    "posterior_intervals_figure",
+    "posterior_ranks_figure",
+    "posterior_sweep_figure",
+    "posterior_trace_figure",
+    "posterior_trials_figure",
+    "posterior_whiteness_figure",
     "residuals_over_time_figure",
     "search_convergence_figure",
     "speed_errors_figure",

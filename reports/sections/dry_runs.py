@@ -68,7 +68,8 @@ def _arm(fit: CrankFit) -> str:
 
 def _table(fit: CrankFit) -> Table:
     caption = (
-        "Each dry run: speed and crank angle in the first frame, mean marker distance over 4 s of the twin with the "
+        "Each dry run: speed and crank angle in the first frame (of the drive, where a motor log tells it), "
+        "mean marker distance over 4 s of the twin with the "
         "joint arm, and the lowest this run reaches alone, with its arm."
     )
     return Table(caption, COLUMNS, tuple(map(_row, fit.trials)))

@@ -10,12 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 from calib import cli, pipeline, posterior_stage
 from fitting import QUICK, calibration, evidence, profile, sweep_frequencies
 from fitting.coefficients import refine_coefficients
-from fitting.posterior import exploration, sampling
+from fitting.posterior import exploration, findings, further_trial, naive, predictive, sampling
 from session import write_whole
 from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise
 
@@ -109,3 +110,9 @@ def little_posterior(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(sampling, "_CHUNK", 250)
     patch.setattr(sampling, "R_HAT", 2.0)
     patch.setattr(posterior_stage, "EFFECTIVE", {"quick": 5, "full": 5})
+    patch.setattr(findings, "SWEPT", 2)
+    patch.setattr(predictive, "DRAWS", 6)
+    patch.setattr(further_trial, "FREQUENCIES_HZ", np.array([0.9, 1.4]))
+    patch.setattr(further_trial, "_DRAWS", 8)
+    patch.setattr(naive, "_STEPS", 60)
+    patch.setattr(naive, "_BURN_IN", 20)

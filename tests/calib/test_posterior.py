@@ -91,6 +91,7 @@ def test_a_posterior_that_stands_is_not_made_again(calib: Front, sampled: Path) 
     assert files_in(sampled / "results") == before
 
 
+@pytest.mark.long
 def test_a_new_fit_removes_the_posterior_and_the_next_run_makes_it(calib: Front, sampled: Path) -> None:
     (sampled / "results" / "calibrated.xml").unlink()
     assert calib("fit", sampled, *QUICK).code == 0
@@ -125,6 +126,7 @@ def test_stopped_while_sampling_it_goes_on(calib: Front, finished: Path, monkeyp
     assert not chains[0].exists()
 
 
+@pytest.mark.long
 def test_a_chain_that_was_cut_off_is_sampled_anew(calib: Front, finished: Path) -> None:
     session = Pipeline(open_session(finished), Options("quick"))
     chain = finished / "results" / f".posterior-{session.posteriors.fingerprint[:12]}.h5"
@@ -147,6 +149,7 @@ def test_it_refuses_to_report_chains_that_disagree(
     assert not (finished / "results" / "posterior.nc").exists()
 
 
+@pytest.mark.long
 def test_run_with_full_effort_says_a_refusal_beside_the_report(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -164,6 +167,32 @@ def test_help_does_not_wait_for_the_sampler() -> None:
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
 
     assert done.stdout.strip() == ""
+
+
+def test_what_is_said_of_it_stands_in_a_file_of_its_own(sampled_session: Path) -> None:
+    said = json.loads((sampled_session / "results" / "posterior.json").read_text())
+    sweep, trials, further = (said[key] for key in ("sweep", "trials", "further"))
+
+    assert said["effort"] == "quick"
+    assert said["sentence"].endswith(("trials.", "are.", "is."))
+    assert [(trial["name"], trial["role"]) for trial in trials] == [("slow", "fit"), ("fast", "holdout")]
+    for trial in trials:
+        assert trial["outer"][0] < trial["inner"][0] <= trial["inner"][-1] < trial["outer"][-1]
+        assert 0 <= trial["inside"] <= 1
+    assert np.all(np.diff(sweep["outer"], axis=0) >= 0)
+    assert np.all(np.diff(sweep["inner"], axis=0) >= 0)
+    assert np.all(np.array(further["sd"]) <= np.array(further["sd_now"]) * (1 + 1e-9))
+    assert sorted(further["frequency_hz"]) == pytest.approx([0.9, 1.4])
+
+
+def test_the_report_is_made_again_with_the_posterior(calib: Front, sampled: Path) -> None:
+    report = sampled / "results" / "report.html"
+    before = report.stat().st_mtime_ns
+    assert calib("report", sampled, *QUICK).code == 0
+    after = report.stat().st_mtime_ns
+    assert after > before
+    assert calib("report", sampled, *QUICK).code == 0
+    assert report.stat().st_mtime_ns == after
 
 
 def test_chains_are_read_back_as_they_were_drawn(sampled_session: Path) -> None:

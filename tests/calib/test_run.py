@@ -60,7 +60,7 @@ def test_full_effort_makes_all_again_and_tells_how_sure_it_is(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     little_posterior(monkeypatch)
-    with remade(finished, *RESULTS - {"tracks/slow.csv", "tracks/fast.csv"}, "posterior.nc"):
+    with remade(finished, *RESULTS - {"tracks/slow.csv", "tracks/fast.csv"}, "posterior.nc", "posterior.json"):
         calib("run", finished, "--effort", "full")
     assert json.loads((finished / "results" / "calibration.json").read_text())["effort"] == "full"
 

@@ -1,0 +1,112 @@
+"""Everything that is said of a posterior: what is determined, what it predicts, what else one might have believed."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.posterior.approximate import Approximate
+from fitting.posterior.further_trial import FurtherTrials, further_trials
+from fitting.posterior.identifiability import Identifiability, identifiability
+from fitting.posterior.laplace import laplace
+from fitting.posterior.naive import naive_posterior
+from fitting.posterior.posterior import Marginal, Posterior
+from fitting.posterior.predictive import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
+from fitting.posterior.sampling import Progress
+from fitting.posterior.whiteness import Whiteness, whiteness
+from fitting.sweep import sweep_frequencies
+from fitting.trial import MeasuredTrial
+from session import Flag
+from swimmer import Twin
+
+SWEPT = 9  # frequencies
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What is said of a posterior.
+
+    Attributes:
+        marginals: of each coefficient, by name.
+        chains: (w, d, 7) walkers, draws, coefficients and ln of the discrepancies of wave and speed.
+        ess_bulk, r_hat: (7,).
+        acceptance, autocorrelation, steps: of the ensemble; the autocorrelation in steps.
+        simulations: of each trial.
+        emulator_error: of ln likelihood at fresh draws, standard deviation.
+        misfit_p: see `Posterior`.
+        discrepancy: (2,) median relative error of the twin's wave and speed.
+        identifiability, further, sweep, trials, whiteness: see there.
+        laplace, naive: intervals by other ways.
+        flags: when not to believe it.
+    """
+
+    marginals: Mapping[str, Marginal]
+    chains: np.ndarray
+    ess_bulk: np.ndarray
+    r_hat: np.ndarray
+    acceptance: float
+    autocorrelation: float
+    steps: int
+    simulations: int
+    emulator_error: float
+    misfit_p: float
+    discrepancy: np.ndarray
+    identifiability: Identifiability
+    further: FurtherTrials
+    sweep: PredictedSweep
+    trials: tuple[PredictedTrial, ...]
+    whiteness: tuple[Whiteness, ...]
+    laplace: Approximate
+    naive: Approximate
+    flags: tuple[Flag, ...]
+
+    def inside(self, role: str) -> tuple[int, int, float]:
+        """Trials of a role whose speed lies within its 90 % band, how many there are, and the share of harmonics."""
+        chosen = [trial for trial in self.trials if trial.role == role]
+        share = float(np.mean([trial.inside for trial in chosen])) if chosen else float("nan")
+        return sum(trial.speed_inside for trial in chosen), len(chosen), share
+
+
+def find(
+    posterior: Posterior,
+    trials: Sequence[MeasuredTrial],
+    twin: Twin,
+    seed: int = 0,
+    tell: Progress = lambda _message, _share: None,
+) -> Findings:
+    """Works out all that is said of a posterior.
+
+    Args:
+        posterior: with its draws.
+        trials: all swims, fit and held-out.
+        twin: with their markers.
+        seed: of all draws.
+        tell: of the progress.
+    """
+    draws = posterior.draws
+    tell("comparing with other ways to intervals", 0.0)
+    beside = {"laplace": laplace(posterior), "naive": naive_posterior(posterior, seed)}
+    tell("predicting trials and the speed over frequency", 0.2)
+    predicted = predict_trials(posterior, trials, twin, seed)
+    sweep = predict_sweep(posterior, twin, sweep_frequencies([t.frequency.hz for t in trials], SWEPT), seed)
+    tell("looking for the most telling further swim", 0.6)
+    return Findings(
+        marginals=posterior.marginals,
+        chains=draws.chains,
+        ess_bulk=draws.ess_bulk,
+        r_hat=draws.r_hat,
+        acceptance=draws.acceptance,
+        autocorrelation=draws.autocorrelation,
+        steps=draws.steps,
+        simulations=posterior.found.simulations,
+        emulator_error=posterior.found.emulator_error,
+        misfit_p=posterior.misfit_p,
+        discrepancy=np.median(posterior.discrepancy, axis=0),
+        identifiability=identifiability(posterior),
+        further=further_trials(posterior, twin, seed),
+        sweep=sweep,
+        trials=predicted,
+        whiteness=tuple(whiteness(model) for model in posterior.model.trials),
+        flags=posterior.flags,
+        **beside,
+    )

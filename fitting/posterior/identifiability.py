@@ -1,0 +1,85 @@
+"""What the trials determine, and what they leave as it was: the posterior's covariance beside the prior's."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.coefficient_fit import NAMES
+from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.posterior.posterior import Posterior
+
+SEEN = 0.2  # of the prior's standard deviation, below which a direction is one that the data see
+_WORTH_NAMING = 0.25  # size of a part of a direction
+
+
+@dataclass(frozen=True, eq=False)
+class Identifiability:
+    """What the trials say of the coefficients and of their combinations.
+
+    Attributes:
+        determined: (5,) whether each coefficient is.
+        at_bound: (5,) whether its posterior presses against a bound of the prior.
+        narrowed: (5,) standard deviation over that of the prior.
+        correlation: (5, 5).
+        directions: (5, 5) unit vectors of combinations, what the data see best first; the prior is the same in all.
+        direction_narrowed: (5,) standard deviation along each over that of the prior.
+    """
+
+    determined: np.ndarray
+    at_bound: np.ndarray
+    narrowed: np.ndarray
+    correlation: np.ndarray
+    directions: np.ndarray
+    direction_narrowed: np.ndarray
+
+    @property
+    def sentence(self) -> str:
+        """What is determined, what is not, and what only the prior's bound holds."""
+        pressed = [name.replace("_", " ") for name, yes in zip(NAMES, self.at_bound, strict=True) if yes]
+        told = [self._determined, *([f"{_verb(pressed, 'presses', 'press')} against a bound."] if pressed else [])]
+        return " ".join(sentence[0].upper() + sentence[1:] for sentence in told)
+
+    @property
+    def _determined(self) -> str:
+        names = [name.replace("_", " ") for name in NAMES]
+        held, loose = (
+            [name for name, yes in zip(names, self.determined, strict=True) if bool(yes) is wanted]
+            for wanted in (True, False)
+        )
+        if not loose:
+            return "All five coefficients are determined by these trials."
+        if not held:
+            return "None of the five coefficients is determined by these trials."
+        return f"{_verb(loose, 'is', 'are')} not determined by these trials; {_verb(held, 'is', 'are')}."
+
+    def combination(self, row: int) -> str:
+        """A direction in words, its large parts first: `0.9 magnus lift − 0.4 kutta lift`."""
+        parts = self.directions[row]
+        named = [i for i in np.argsort(-np.abs(parts)) if abs(parts[i]) >= _WORTH_NAMING]
+        first = np.sign(parts[named[0]])
+        words = [f"{abs(parts[i]):.2g} {NAMES[i].replace('_', ' ')}" for i in named]
+        signs = ["+" if parts[i] * first > 0 else "−" for i in named]
+        return " ".join([words[0], *(f"{sign} {word}" for sign, word in zip(signs[1:], words[1:], strict=True))])
+
+
+def identifiability(posterior: Posterior) -> Identifiability:
+    """Of the draws of a posterior."""
+    low, high = COEFFICIENT_BOUNDS
+    prior = (high - low) ** 2 / 12  # of the uniform prior, the same for all
+    covariance = np.cov(posterior.coefficients.T)
+    spread = np.sqrt(np.diag(covariance))
+    at_bound = [flag.message for flag in posterior.flags if flag.kind == "at_bound"]
+    shares, directions = np.linalg.eigh(covariance / prior)
+    return Identifiability(
+        determined=np.array([marginal.determined for marginal in posterior.marginals.values()]),
+        at_bound=np.array([any(name in message for message in at_bound) for name in NAMES]),
+        narrowed=spread / np.sqrt(prior),
+        correlation=covariance / np.outer(spread, spread),
+        directions=directions.T,
+        direction_narrowed=np.sqrt(np.maximum(shares, 0.0)),
+    )
+
+
+def _verb(names: list[str], one: str, several: str) -> str:
+    listed = " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]
+    return f"{listed} {one if len(names) == 1 else several}"

@@ -1,0 +1,269 @@
+"""How sure the coefficients are: what the trials determine, what that predicts, and whether to believe it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fitting.objective import COEFFICIENT_BOUNDS
+from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
+from reports.context import ReportContext
+from reports.figures.coefficient_scale import NAMES
+from reports.figures.posterior_chains import posterior_ranks_figure, posterior_trace_figure
+from reports.figures.posterior_corner import posterior_corner_figure
+from reports.figures.posterior_further import posterior_further_figure
+from reports.figures.posterior_intervals import intervals_of, posterior_intervals_figure
+from reports.figures.posterior_sweep import posterior_sweep_figure
+from reports.figures.posterior_trials import posterior_trials_figure
+from reports.figures.posterior_whiteness import posterior_whiteness_figure
+from reports.figures.small_multiples import small_multiples
+from reports.numbers import MISSING, MM, counted, in_mm, listed, percent, sentence, shown, significant
+from reports.svg import inline_svg
+
+if TYPE_CHECKING:
+    from fitting.posterior.findings import Findings
+
+COLUMNS = (
+    Column("coefficient", numeric=False),
+    Column("mean ± sd"),
+    Column("90 % interval"),
+    Column("Laplace", "90 %"),
+    Column("white noise", "90 %"),
+    Column("sd / prior’s", "%"),
+    Column("determined", numeric=False),
+)
+DIRECTIONS = (Column("combination", numeric=False), Column("sd / prior’s", "%"))
+TRIALS = (
+    Column("trial", numeric=False),
+    Column("role", numeric=False),
+    Column("measured", "mm/s"),
+    Column("coefficients alone, 90 %", "mm/s"),
+    Column("all, 90 %", "mm/s"),
+    Column("speed inside", numeric=False),
+    Column("harmonics inside", "%"),
+)
+NOISE = (
+    Column("trial", numeric=False),
+    Column("frames"),
+    Column("effective"),
+    Column("lasts", "s"),
+    Column("white share", "%"),
+    Column("size", "mm"),
+    Column("white after the model", numeric=False),
+)
+
+
+def build(context: ReportContext) -> Section:
+    """Everything that is said of the posterior; without one, how to make it."""
+    found = context.posterior
+    if found is None:
+        text = "The posterior of the coefficients was not sampled for this session; calib posterior SESSION does it."
+        return Section("How sure", "posterior", (Prose(text),))
+    flags = tuple(sentence(flag.message) for flag in found.flags)
+    parts = (
+        Section("What was predicted", "posterior-predicted", _predicted(found)),
+        Section("One more swim", "posterior-further", _further(found)),
+        Section("Whether to believe it", "posterior-checks", _checks(found)),
+    )
+    return Section("How sure", "posterior", _determined(found, context), flags, parts)
+
+
+def _determined(found: Findings, context: ReportContext) -> tuple[Block, ...]:
+    fit = context.calibration.coefficients
+    intervals = Plot(
+        inline_svg(posterior_intervals_figure(found), "posterior-intervals", "Prior, posterior and other intervals"),
+        "posterior-intervals",
+        "Left: the posterior within its prior (grey). Right: 90 % intervals. Laplace’s approximation knows the mode "
+        "and its curvature alone. White noise is the usual way: every frame an independent sample, nothing unknown but "
+        "the phase; it is too sure, and may lie elsewhere.",
+    )
+    sweep = Plot(
+        inline_svg(posterior_sweep_figure(found, context.calibration), "posterior-sweep", "Speed with its bands"),
+        "posterior-sweep",
+        "Speed over frequency as the posterior has it. Dark: what the coefficients leave open. Light: with the twin’s "
+        "own error in speed, which the fit trials show. Below, all beside the median. Open points were held out.",
+    )
+    corner = Plot(
+        inline_svg(posterior_corner_figure(found, fit), "posterior-corner", "Posterior of each pair of coefficients"),
+        "posterior-corner",
+        "The posterior of each coefficient with its 90 % interval, of each pair, and their correlations. A slanted "
+        "ellipse is a combination that the trials see better than either coefficient. The fit (orange) minimises "
+        "another distance, without nuisances: it may lie beside.",
+        wide=True,
+        scrolls=True,
+        tall=True,
+    )
+    return (
+        Prose(found.identifiability.sentence, lead=True),
+        Prose(_how(found)),
+        Plots((intervals, sweep)),
+        _table(found),
+        Plots((corner,)),
+        _directions(found),
+    )
+
+
+def _how(found: Findings) -> str:
+    low, high = COEFFICIENT_BOUNDS
+    wave, speed = found.discrepancy
+    return (
+        f"Prior: each coefficient uniform from {low:g} to {high:g}. Each trial counts by its gait: its forward speed, "
+        "and mean and three harmonics of every marker. Noise lasts as long as it does in the tracks; phase, frequency, "
+        "start, places of boxes and of markers are unknown and integrated out; so is the twin’s own error, here "
+        f"{significant(100 * wave, 2)} % of the wave and {significant(100 * speed, 2)} % of the speed in the median. "
+        f"{found.simulations} simulations of each fit trial."
+    )
+
+
+def _table(found: Findings) -> Table:
+    ways = intervals_of(found)
+    rows = []
+    for i, (name, marginal) in enumerate(zip(NAMES, found.marginals.values(), strict=True)):
+        spans = [_span(ends[0, i], ends[2, i]) for ends in ways.values()]
+        rows.append(
+            (
+                name,
+                f"{significant(marginal.mean)} ± {significant(marginal.sd, 2)}",
+                *spans,
+                significant(100 * found.identifiability.narrowed[i], 2),
+                "yes" if marginal.determined else "no",
+            )
+        )
+    caption = (
+        "The posterior of each coefficient beside other intervals. A coefficient counts as determined when the upper "
+        "end of its 90 % interval is at most 2.5 times the lower one, or the interval no wider than 0.5."
+    )
+    return Table(caption, COLUMNS, tuple(rows))
+
+
+def _directions(found: Findings) -> Table:
+    seen = found.identifiability
+    rows = tuple((seen.combination(i), significant(100 * seen.direction_narrowed[i], 2)) for i in range(len(NAMES)))
+    caption = (
+        "Combinations of coefficients from what the trials see best to what they see least: the axes of the "
+        "posterior’s ellipsoid, where the prior is a sphere."
+    )
+    return Table(caption, DIRECTIONS, rows, folded=True)
+
+
+def _predicted(found: Findings) -> tuple[Block, ...]:
+    swings = Plot(
+        inline_svg(posterior_trials_figure(found), "posterior-trials", "Lateral amplitude with its bands"),
+        "posterior-trials",
+        "How far each marker swings at the beat of the crank, from nose to fin. Dark: what the coefficients leave "
+        "open; light: with noise, nuisances and the twin’s own error.",
+        wide=small_multiples(len(found.trials)).wide,
+        tall=True,
+    )
+    rows = tuple(
+        (
+            trial.name,
+            "fit" if trial.role == "fit" else "held out",
+            in_mm(trial.speed),
+            f"{in_mm(trial.inner[0])} to {in_mm(trial.inner[-1])}",
+            f"{in_mm(trial.outer[0])} to {in_mm(trial.outer[-1])}",
+            "yes" if trial.speed_inside else "no",
+            shown(100 * trial.inside, 0),
+        )
+        for trial in found.trials
+    )
+    caption = (
+        "Forward speed along a smooth path, measured and predicted, and the share of the gait’s harmonics inside their "
+        "90 % bands. Bands of held-out trials use the frequency and start of their own first two beats; gaits are "
+        "compared in step with the tail."
+    )
+    return Prose(_inside(found)), Plots((swings,)), Table(caption, TRIALS, rows)
+
+
+def _inside(found: Findings) -> str:
+    said = []
+    for role, label in (("holdout", "held-out"), ("fit", "fit")):
+        speeds, count, share = found.inside(role)
+        if count:
+            said.append(
+                f"{speeds} of {counted(count, f'{label} trial')} swam at a speed within its 90 % band, and "
+                f"{percent(share)} of their harmonics lie within theirs."
+            )
+    if found.inside("holdout")[1] == 0:
+        said.insert(0, "No trial was held out.")
+    return " ".join(said)
+
+
+def _further(found: Findings) -> tuple[Block, ...]:
+    further = found.further
+    best, ratios = further.frequency_hz[0], further.sd[0] / further.sd_now
+    wanted = [name for name, yes in zip(NAMES, further.wanted, strict=True) if yes]
+    loose = "what is not determined" if not further.wanted.all() else "the coefficients"
+    effects = listed(
+        [f"{name} to {shown(100 * ratio, 0)} %" for name, ratio in zip(NAMES, ratios, strict=True) if name in wanted]
+    )
+    text = (
+        f"One more swim of 5 s at {shown(best, 1)} Hz, tracked like these, would narrow {loose} most: the standard "
+        f"deviation of {effects} of what it is. Next best: "
+        f"{listed([f'{shown(hz, 1)} Hz' for hz in further.frequency_hz[1:3]])}."
+    )
+    figure = Plot(
+        inline_svg(posterior_further_figure(found), "posterior-further-plot", "Standard deviations with one more swim"),
+        "posterior-further-plot",
+        "What each coefficient’s standard deviation would be with one more swim, by its frequency: a linear forecast "
+        "from the twin. Thin dashed: coefficients that the trials determine already.",
+        "It trusts the twin: what all trials share and the twin lacks is not narrowed by more of the same.",
+    )
+    return Prose(text), Plots((figure,))
+
+
+def _checks(found: Findings) -> tuple[Block, ...]:
+    least, worst = float(np.min(found.ess_bulk[:5])), float(np.max(found.r_hat[:5]))
+    text = (
+        f"{counted(found.chains.shape[0], 'walker')}, {found.steps} steps each, acceptance "
+        f"{shown(found.acceptance, 2)}, autocorrelation {shown(found.autocorrelation, 0)} steps: at least "
+        f"{shown(least, 0)} effective draws of each coefficient, R-hat at most {shown(worst, 3)}. At fresh draws the "
+        f"stand-in for the twin misses its ln likelihood by {shown(found.emulator_error, 2)} (standard deviation). "
+        f"Noise and nuisances alone would put gaits as far from the twin in {percent(found.misfit_p)} of sessions."
+    )
+    white = Plot(
+        inline_svg(posterior_whiteness_figure(found), "posterior-whiteness", "Autocorrelation of the residuals"),
+        "posterior-whiteness",
+        "Errors of the tracks beside a smooth swim are alike from frame to frame (grey), as the noise model has it "
+        "(line). What it leaves (blue) should lie within the band of white noise.",
+        wide=small_multiples(len(found.whiteness)).wide,
+    )
+    trace = Plot(
+        inline_svg(posterior_trace_figure(found), "posterior-trace", "Traces of the walkers"),
+        "posterior-trace",
+        "Walkers after the burn-in: bands that neither drift nor pinch have settled.",
+        tall=True,
+    )
+    ranks = Plot(
+        inline_svg(posterior_ranks_figure(found), "posterior-ranks", "Ranks of groups of walkers"),
+        "posterior-ranks",
+        "Ranks of four groups of walkers among all draws: within the grey band (95 % of bins) they have drawn from the "
+        "same distribution.",
+        tall=True,
+    )
+    return Prose(text), _noise(found), Plots((white,)), Plots((trace, ranks))
+
+
+def _noise(found: Findings) -> Table:
+    rows = tuple(
+        (
+            white.trial,
+            str(white.frames),
+            shown(white.effective, 0),
+            shown(white.lasts_s, 2),
+            shown(100 * white.white, 0),
+            shown(float(np.median(white.sd_m)) * MM, 2),
+            "yes" if white.is_white else "no",
+        )
+        for white in found.whiteness
+    )
+    caption = (
+        "The noise of each fit trial’s tracks. “Effective” is the number of independent frames that would tell as much "
+        "of a mean; “size” is the median over markers."
+    )
+    return Table(caption, NOISE, rows)
+
+
+def _span(low: float, high: float) -> str:
+    return f"{significant(low)} to {significant(high)}" if np.isfinite([low, high]).all() else MISSING

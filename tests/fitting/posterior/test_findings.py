@@ -1,0 +1,144 @@
+"""What is said of a posterior: each piece on a posterior whose answer is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from fitting.posterior.findings_file import findings_payload, read_findings
+from fitting.posterior.identifiability import identifiability
+from fitting.posterior.laplace import laplace
+from fitting.posterior.noise import GaitNoise
+from fitting.posterior.posterior import Marginal, Posterior
+from fitting.posterior.posterior_file import VARIABLES
+from fitting.posterior.whiteness import whiteness
+from session import Flag, Provenance, read_result_json, write_result_json
+from tests.reports.posteriors import made_findings
+
+NAMES = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")
+MIDDLE = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+
+
+class Normal:
+    """A likelihood that is normal in the coefficients about `MIDDLE`."""
+
+    def __init__(self, covariance: np.ndarray) -> None:
+        self.precision = np.linalg.inv(covariance)
+
+    def __call__(self, coefficients: np.ndarray, discrepancy: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        off = coefficients - MIDDLE
+        return np.asarray(-0.5 * np.einsum("si,ij,sj->s", off, self.precision, off))
+
+
+def drawn(
+    covariance: np.ndarray, determined: tuple[bool, ...] = (True,) * 5, at_bound: tuple[str, ...] = ()
+) -> Posterior:
+    """Draws from that normal distribution, inside the prior."""
+    draws = np.random.default_rng(0).multivariate_normal(MIDDLE, covariance, 4000)
+    marginals = {name: Marginal(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, yes) for name, yes in zip(NAMES, determined, strict=True)}
+    made = SimpleNamespace(
+        coefficients=np.clip(draws, 0.0, 10.0),
+        discrepancy=np.full((len(draws), 2), 0.01),
+        marginals=marginals,
+        flags=tuple(Flag("at_bound", message=f"the posterior of {name} reaches its bound 10") for name in at_bound),
+        found=SimpleNamespace(likelihood=Normal(covariance)),
+    )
+    return cast(Posterior, made)
+
+
+def correlated() -> np.ndarray:
+    """Slender drag and Kutta lift are traded against each other: their sum is seen, their difference is not."""
+    covariance = np.diag([0.01, 0.25, 0.01, 0.25, 0.04])
+    covariance[1, 3] = covariance[3, 1] = -0.24
+    return covariance
+
+
+def test_the_combination_that_the_data_see_is_told_from_the_one_they_do_not() -> None:
+    found = identifiability(drawn(correlated()))
+    worst = found.directions[-1]
+
+    np.testing.assert_allclose(found.correlation[1, 3], -0.96, atol=0.01)
+    np.testing.assert_allclose(np.abs(worst[[1, 3]]), np.sqrt(0.5), atol=0.03)
+    np.testing.assert_allclose(found.direction_narrowed[-1], np.sqrt(0.49 * 12) / 10, rtol=0.05)
+    assert "slender drag −" in found.combination(4) or "kutta lift −" in found.combination(4)
+    assert np.all(np.diff(found.direction_narrowed) >= 0)
+
+
+@pytest.mark.parametrize(
+    ("determined", "sentence"),
+    [
+        ((True,) * 5, "All five coefficients are determined by these trials."),
+        ((False,) * 5, "None of the five coefficients is determined by these trials."),
+        (
+            (True, False, True, True, False),
+            "Slender drag and magnus lift are not determined by these trials; "
+            "blunt drag, angular drag and kutta lift are.",
+        ),
+    ],
+)
+def test_the_sentence_says_which_coefficients_are_determined(determined: tuple[bool, ...], sentence: str) -> None:
+    assert identifiability(drawn(correlated(), determined)).sentence == sentence
+
+
+def test_what_only_the_bound_holds_is_said() -> None:
+    found = identifiability(drawn(correlated(), at_bound=("slender_drag", "kutta_lift")))
+
+    assert found.sentence.endswith("by these trials. Slender drag and kutta lift press against a bound.")
+
+
+def test_laplace_of_a_normal_posterior_is_that_posterior() -> None:
+    found = laplace(drawn(correlated()))
+    half = 1.645 * np.sqrt(np.diag(correlated()))
+
+    np.testing.assert_allclose(found.middle, MIDDLE, atol=0.02)
+    np.testing.assert_allclose(found.q95 - found.q05, 2 * half, rtol=0.02)
+
+
+def tracks(lasts_s: float, believed_s: float) -> Any:
+    """A trial of nothing but noise that lasts so long, taken for noise that lasts otherwise."""
+    random, time_s, markers = np.random.default_rng(1), np.arange(240) / 60, 6
+    lag = np.abs(time_s[:, None] - time_s)
+    root = np.linalg.cholesky(np.exp(-lag / lasts_s) + 1e-9 * np.eye(len(lag)))
+    position_m = np.einsum("nk,kmc->nmc", root, random.standard_normal((len(lag), markers, 2)))
+    usable = np.ones((len(lag), markers), bool)
+    usable[50:80, 2] = False
+    return SimpleNamespace(
+        gait=SimpleNamespace(time_s=time_s, turn_rad=2 * np.pi * time_s, usable=usable),
+        noise=GaitNoise(np.ones(markers), believed_s, 0.0, np.exp(-lag / believed_s) + 1e-9 * np.eye(len(lag))),
+        trial=SimpleNamespace(name="noise", position_m=position_m, kept=np.ones(len(lag), bool)),
+    )
+
+
+def test_noise_that_is_as_it_is_taken_to_be_leaves_white_noise() -> None:
+    found = whiteness(tracks(0.1, 0.1))
+
+    assert found.is_white
+    np.testing.assert_allclose(found.raw[:6], found.modelled[:6], atol=0.06)
+    assert found.effective < found.frames / 4
+
+
+def test_noise_that_lasts_longer_than_it_is_taken_to_is_not_white_afterwards() -> None:
+    assert not whiteness(tracks(0.3, 0.02)).is_white
+
+
+def test_findings_are_read_back_as_they_were_written(tmp_path: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    before = made_findings()
+    path, draws = tmp_path / "posterior.json", tmp_path / "posterior.nc"
+    chains = {name: (("chain", "draw"), before.chains[..., i]) for i, name in enumerate(VARIABLES)}
+    xarray.Dataset(chains).to_netcdf(draws, group="posterior", engine="h5netcdf")
+    write_result_json(path, Provenance("4.0.0", "c" * 64, {}, 0, "quick"), findings_payload(before))
+    after = read_findings(read_result_json(path), draws)
+
+    np.testing.assert_array_equal(after.chains, before.chains)
+    np.testing.assert_allclose(after.laplace.q95, before.laplace.q95)
+    np.testing.assert_array_equal(after.further.wanted, before.further.wanted)
+    np.testing.assert_allclose(after.trials[0].swing_outer, before.trials[0].swing_outer)
+    assert after.marginals == before.marginals
+    assert after.flags == before.flags
+    assert after.identifiability.sentence == before.identifiability.sentence
+    assert after.whiteness[0].is_white

@@ -1,0 +1,93 @@
+"""A posterior made by hand: four coefficients that are known, one that is not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fitting.posterior.approximate import Approximate
+from fitting.posterior.findings import Findings
+from fitting.posterior.further_trial import FurtherTrials
+from fitting.posterior.identifiability import Identifiability
+from fitting.posterior.posterior import Marginal
+from fitting.posterior.predictive import PredictedSweep, PredictedTrial
+from fitting.posterior.whiteness import Whiteness
+from session import Flag
+from swimmer import FluidCoefficients
+from tests.reports.sample import BEST, MARKERS, ROLES
+
+SPREAD = np.array([0.02, 0.3, 0.2, 0.1, 2.0])
+_STEPS = np.array([-0.02, -0.008, 0.0, 0.008, 0.02])[:, None]  # of quantiles, relative
+
+
+def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Findings:
+    """Draws about the fit; Magnus lift spreads over half its range."""
+    random = np.random.default_rng(0)
+    middle = np.array(BEST._replace(magnus_lift=3.0))
+    draws = np.clip(middle + SPREAD * random.standard_normal((16, 60, 5)), 0.0, 10.0)
+    low, high = np.quantile(draws.reshape(-1, 5), [0.05, 0.95], axis=0)
+    marginals = {
+        name: Marginal(float(middle[i]), float(SPREAD[i]), float(low[i]), float(high[i]), 500.0 + i, 1.002, i != 4)
+        for i, name in enumerate(FluidCoefficients._fields)
+    }
+    values: dict[str, Any] = {
+        "marginals": marginals,
+        "chains": np.concatenate([draws, -4 + 0.1 * random.standard_normal((16, 60, 2))], axis=-1),
+        "ess_bulk": np.append(500.0 + np.arange(5), [450.0, 460.0]),
+        "r_hat": np.full(7, 1.002),
+        "acceptance": 0.31,
+        "autocorrelation": 42.0,
+        "steps": 4000,
+        "simulations": 640,
+        "emulator_error": 0.21,
+        "misfit_p": 0.4,
+        "discrepancy": np.array([0.012, 0.008]),
+        "identifiability": made_identifiability(),
+        "further": FurtherTrials(
+            np.array([0.5, 1.4, 0.9]), np.outer([0.5, 0.7, 0.8], SPREAD), SPREAD, np.array([False] * 4 + [True])
+        ),
+        "sweep": PredictedSweep(hz := np.linspace(0.4, 1.5, 6), 0.1 * hz * (1 + _STEPS), 0.1 * hz * (1 + 2 * _STEPS)),
+        "trials": tuple(_trial(name) for name in names),
+        "whiteness": tuple(_whiteness(name) for name in names if ROLES[name][0] == "fit"),
+        "laplace": Approximate(middle, np.append(low[:4], np.nan), np.append(high[:4], np.nan)),
+        "naive": Approximate(middle + SPREAD, middle + 0.9 * SPREAD, middle + 1.1 * SPREAD),
+        "flags": (Flag("unidentifiable", message="magnus_lift is not determined: 90 % interval 0.1 to 6"),),
+    }
+    return Findings(**values | changes)
+
+
+def made_identifiability() -> Identifiability:
+    return Identifiability(
+        determined=np.array([True, True, True, True, False]),
+        at_bound=np.array([False, True, False, False, False]),
+        narrowed=SPREAD / 2.887,
+        correlation=np.eye(5) + 0.3 * (1 - np.eye(5)),
+        directions=np.eye(5),
+        direction_narrowed=SPREAD / 2.887,
+    )
+
+
+def _trial(name: str) -> PredictedTrial:
+    """The slow trial swims faster than predicted."""
+    role, hz = ROLES[name]
+    speed, swing = 0.1 * hz, np.linspace(0.01, 0.06, len(MARKERS))
+    return PredictedTrial(
+        name=name,
+        role=role,
+        speed=speed * (1.1 if name == "slow" else 1.0),
+        inner=speed * (1 + _STEPS[:, 0]),
+        outer=speed * (1 + 2 * _STEPS[:, 0]),
+        place_m=np.linspace(0.0, 0.55, len(MARKERS)),
+        swing_m=swing,
+        swing_inner=swing * (1 + _STEPS),
+        swing_outer=swing * (1 + 2 * _STEPS),
+        inside=0.875,
+    )
+
+
+def _whiteness(name: str) -> Whiteness:
+    lag_s = np.arange(1, 11) / 30
+    lasting = np.exp(-lag_s / 0.1)
+    left = np.where(np.arange(10) % 2, 0.01, -0.01)
+    return Whiteness(name, lag_s, lasting, lasting, left, 0.03, 150, 21.0, 0.1, 0.1, np.full(len(MARKERS), 0.0008))

@@ -1,0 +1,97 @@
+"""The section on how sure the coefficients are says what its posterior says, and says so when there is none."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fitting.posterior.findings import Findings
+from reports import figures, render_report
+from tests.reports.page import Page
+from tests.reports.posteriors import made_findings
+from tests.reports.sample import ROLES, made_calibration, made_provenance, made_session
+
+
+def page_of(found: Findings | None, names: tuple[str, ...] = tuple(ROLES)) -> Page:
+    return Page(render_report(made_session(), made_calibration(names), made_provenance(), posterior=found))
+
+
+@pytest.fixture(scope="module")
+def page() -> Page:
+    return page_of(made_findings())
+
+
+def test_without_a_posterior_it_tells_how_to_sample_one() -> None:
+    bare = page_of(None)
+
+    assert "The posterior of the coefficients was not sampled for this session; calib posterior SESSION" in bare.text
+    assert "posterior-corner" not in bare.ids
+
+
+def test_the_sentence_names_what_is_not_determined(page: Page) -> None:
+    assert "Magnus lift is not determined by these trials; blunt drag, slender drag" in page.text
+    assert "Slender drag presses against a bound." in page.text
+    assert "magnus_lift is not determined: 90 % interval 0.1 to 6." in page.text
+
+
+def test_every_interval_stands_beside_the_others_and_missing_ones_are_dashes(page: Page) -> None:
+    row = re.search(r"magnus lift 3 ± 2 ([\d.]+ to [\d.]+) (–) (4\.8 to 5\.2) 69 no", page.text)
+
+    assert row
+    assert not re.search(r"\bnan\b", page.text)
+
+
+def test_it_counts_what_lies_within_the_bands(page: Page) -> None:
+    assert "0 of 1 held-out trial swam at a speed within its 90 % band, and 87.5 % of their harmonics" in page.text
+    assert "2 of 2 fit trials swam" in page.text
+    assert "slow held out 55.0" in page.text
+
+
+def test_without_held_out_trials_it_says_so() -> None:
+    assert "No trial was held out." in page_of(made_findings(("medium", "fast")), ("medium", "fast")).text
+
+
+def test_the_most_telling_swim_is_named_for_what_is_not_determined(page: Page) -> None:
+    assert "One more swim of 5 s at 0.5 Hz, tracked like these, would narrow what is not determined most" in page.text
+    assert "the standard deviation of magnus lift to 50 % of what it is. Next best: 1.4 Hz and 0.9 Hz." in page.text
+
+
+def test_checks_carry_their_numbers(page: Page) -> None:
+    assert "16 walkers, 4000 steps each, acceptance 0.31, autocorrelation 42 steps: at least 500" in page.text
+    assert "R-hat at most 1.002" in page.text
+    assert "medium 150 21 0.10 10 0.80 yes" in page.text
+
+
+def test_noise_that_the_model_does_not_explain_is_said() -> None:
+    found = made_findings()
+    coloured = tuple(replace(white, left=np.full(10, 0.2)) for white in found.whiteness)
+
+    assert "medium 150 21 0.10 10 0.80 no" in page_of(replace(found, whiteness=coloured)).text
+
+
+@pytest.mark.parametrize(
+    "kind", ["intervals", "corner", "sweep", "trials", "trace", "ranks", "whiteness", "further-plot"]
+)
+def test_every_figure_is_in_the_page(page: Page, kind: str) -> None:
+    assert f"posterior-{kind}" in page.ids
+
+
+def test_a_coefficient_at_its_bound_does_not_break_the_corner() -> None:
+    found = made_findings()
+    chains = found.chains.copy()
+    chains[..., 4] = np.abs(chains[..., 4] - 5.0) * 1e-3
+
+    figure = figures.posterior_corner_figure(replace(found, chains=chains), made_calibration().coefficients)
+    assert len(figure.axes) == 25
+
+
+def test_a_sweep_that_diverged_everywhere_leaves_a_gap() -> None:
+    found = made_findings()
+    inner, outer = found.sweep.inner.copy(), found.sweep.outer.copy()
+    inner[:, 2] = outer[:, 2] = np.nan
+    figure = figures.posterior_sweep_figure(
+        replace(found, sweep=replace(found.sweep, inner=inner, outer=outer)), made_calibration()
+    )
+
+    assert np.isnan(figure.axes[0].lines[0].get_ydata()[2])  # type: ignore[index]
