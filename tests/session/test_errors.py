@@ -67,6 +67,7 @@ def test_every_error_of_the_tree_ends_the_command_with_two_and_survives_pickling
         "ModelMismatch",
         "SimulationDiverged",
         "NotEnoughData",
+        "NotConverged",
     }
     assert all(kind.exit_code == 2 for kind in kinds)
     error = InputError([Fault("a", "", "odd", "", "")])
