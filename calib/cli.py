@@ -37,6 +37,7 @@ app.add_typer(benchmark, name="benchmark")
 benchmark.command()(benchmarks.speed)
 benchmark.command()(benchmarks.search)
 benchmark.command()(benchmarks.tracking)
+benchmark.command()(benchmarks.posterior)
 
 INTERRUPTED = 130  # what typer makes of Ctrl-C
 

@@ -1,4 +1,6 @@
-"""Commands that measure what is claimed: `benchmark speed`, `benchmark search`, `benchmark tracking`."""
+"""Commands that measure what is claimed: `benchmark speed`, `benchmark search`, `benchmark tracking`,
+`benchmark posterior`.
+"""
 
 import json
 from contextlib import nullcontext
@@ -8,6 +10,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from calib.benchmarks.posterior_effects import Effect
 from calib.commands.arguments import AsJson, SessionFolder, Workers
 from calib.options import Options
 from calib.working import progress_bar, working
@@ -63,4 +66,26 @@ def tracking(
     chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
         outcome = measure_all(Path(place), part, chosen, tell)
+    print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome.text())
+
+
+def posterior(
+    folder: Annotated[
+        Path | None, typer.Option(help="where scores are kept, one file a session; default: nowhere")
+    ] = None,
+    first: Annotated[int, typer.Option(min=0, help="first session of this shard")] = 0,
+    count: Annotated[int, typer.Option(min=0, help="sessions of this shard; 0: only the table of what is there")] = 300,
+    effect: Annotated[Effect, typer.Option(help="what the robot does and the twin leaves out")] = "none",
+    workers: Workers = 0,
+    scheduler: Annotated[
+        str | None, typer.Option(help="address of a dask scheduler; default: one by one, here")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Draws sessions from the prior; tells how often the posterior holds the truth (simulation-based calibration)."""
+    from calib.benchmarks.posterior_report import Asked, measure_posterior
+
+    asked = Asked(first, count, effect, workers, scheduler)
+    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
+        outcome = measure_posterior(Path(place), asked, tell)
     print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome.text())

@@ -1,0 +1,204 @@
+"""`calib benchmark posterior` as a whole: uniform ranks, coverage, and widths beside those of the exact likelihood."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.stats import binomtest, chisquare, kstest
+
+from calib.benchmarks.posterior import RANKED, PosteriorScore
+from calib.benchmarks.posterior_effects import Effect
+from calib.benchmarks.posterior_run import Failure, Tell, run_sessions
+from calib.benchmarks.posterior_store import ScoreStore
+from fitting.coefficient_fit import NAMES
+
+BINS = 10
+FAR_SD = 4.0  # a truth farther off than this is no chance
+_FEWEST = 5 * BINS  # sessions, for five in each bin
+
+
+class Calibration(NamedTuple):
+    """How well the posterior of one coefficient is calibrated.
+
+    Attributes:
+        coefficient: which.
+        covered: share of sessions whose 90 % interval holds the truth.
+        covered_low, covered_high: 95 % interval of that share (Wilson 1927).
+        ranks: (10,) how many truths fall in each tenth of the ranks.
+        chi2_p, ks_p: of uniform ranks, by chi-square over ten bins and by Kolmogorov and Smirnov, both corrected for
+            ten tests (Holm 1979); nan for fewer than 50 sessions.
+        width, width_95: median and 95th percentile of the width of the 90 % interval over that of the exact likelihood.
+        spread: root mean square of the truth's distance from the mean, in standard deviations.
+    """
+
+    coefficient: str
+    covered: float
+    covered_low: float
+    covered_high: float
+    ranks: tuple[int, ...]
+    chi2_p: float
+    ks_p: float
+    width: float
+    width_95: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class PosteriorOutcome:
+    """What `calib benchmark posterior` found in one set of sessions.
+
+    Attributes:
+        effect: that the truth has and the twin has not.
+        scores: of the sessions, of all shards in the folder.
+        failures: sessions of this run that gave no posterior.
+        others: files in the folder that other code made; they are left out.
+    """
+
+    effect: Effect
+    scores: tuple[PosteriorScore, ...]
+    failures: tuple[Failure, ...] = ()
+    others: int = 0
+
+    @property
+    def calibrations(self) -> list[Calibration]:
+        """Of each coefficient."""
+        rank = np.array([score.rank for score in self.scores])  # (s, 5)
+        below = np.array([score.below for score in self.scores])
+        p = holm(np.array([uniform_p(rank[:, i], below[:, i]) for i in range(len(NAMES))]))  # (5, 2)
+        return [_calibration(i, self.scores, (float(p[i, 0]), float(p[i, 1]))) for i in range(len(NAMES))]
+
+    @property
+    def silent(self) -> float:
+        """Share of sessions in which some 90 % interval misses the truth and nothing warns of it."""
+        return float(np.mean([not score.warned and not score.covered.all() for score in self.scores]))
+
+    @property
+    def far_silent(self) -> float:
+        """Share of sessions in which some truth is 4 standard deviations off and nothing warns of it."""
+        return float(np.mean([not score.warned and np.abs(score.off_sd).max() > FAR_SD for score in self.scores]))
+
+    @property
+    def warned(self) -> float:
+        """Share of sessions that warn."""
+        return float(np.mean([score.warned for score in self.scores]))
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain numbers."""
+        return {
+            "effect": self.effect,
+            "coefficients": [each._asdict() for each in self.calibrations] if self.scores else [],
+            "sessions": [score.to_json() for score in self.scores],
+            "failures": [failure._asdict() for failure in self.failures],
+            "made_by_other_code": self.others,
+            "warned": self.warned if self.scores else None,
+            "silent": self.silent if self.scores else None,
+            "far_silent": self.far_silent if self.scores else None,
+        }
+
+    def text(self) -> str:
+        """A table for a terminal."""
+        lines = [*_table(self)] if self.scores else ["no session yet"]
+        if self.others:
+            lines.append(f"{self.others} files in the folder are of other code and left out")
+        lines += [f"session {failure.seed} failed: {failure.message}" for failure in self.failures]
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Which sessions to score, and how.
+
+    Attributes:
+        first, count: seeds.
+        effect: that the twin leaves out.
+        workers: threads of each session; 0 for all cores.
+        scheduler: address of a dask scheduler; None for this process alone.
+    """
+
+    first: int = 0
+    count: int = 300
+    effect: Effect = "none"
+    workers: int = 0
+    scheduler: str | None = None
+
+
+def measure_posterior(folder: Path, asked: Asked, tell: Tell | None = None) -> PosteriorOutcome:
+    """Scores the sessions asked for that the folder lacks, and judges all that it then holds.
+
+    Args:
+        folder: where scores are kept; several machines may fill it with a shard each.
+        asked: the sessions.
+        tell: of the progress.
+
+    Raises:
+        InputError: no scheduler answers.
+        ResultsNotWritable: the folder is not writable.
+    """
+    store = ScoreStore(folder, asked.effect)
+    seeds = range(asked.first, asked.first + asked.count)
+    failures = run_sessions(store, seeds, asked.workers, asked.scheduler, tell)
+    return PosteriorOutcome(asked.effect, tuple(store.scores()), failures, store.others)
+
+
+def uniform_p(rank: np.ndarray, below: np.ndarray) -> tuple[float, float]:
+    """p-values of uniform ranks (s,), from 0 to 99, over ten bins, and of uniform shares (s,); nan for too few."""
+    if len(rank) < _FEWEST:
+        return float("nan"), float("nan")
+    binned = np.bincount(rank * BINS // (RANKED + 1), minlength=BINS)
+    return float(chisquare(binned).pvalue), float(kstest(below, "uniform").pvalue)
+
+
+def holm(p: np.ndarray) -> np.ndarray:
+    """p-values of any shape, corrected for their number (Holm 1979)."""
+    order = np.argsort(p, axis=None)
+    stepped = np.maximum.accumulate(np.arange(p.size, 0, -1) * p.ravel()[order])
+    corrected = np.empty(p.size)
+    corrected[order] = np.minimum(stepped, 1.0)
+    return corrected.reshape(p.shape)
+
+
+def _calibration(i: int, scores: Sequence[PosteriorScore], p: tuple[float, float]) -> Calibration:
+    covered = int(sum(score.covered[i] for score in scores))
+    interval = binomtest(covered, len(scores)).proportion_ci(0.95, method="wilson")
+    ranks = np.bincount([score.rank[i] * BINS // (RANKED + 1) for score in scores], minlength=BINS)
+    width = np.array([score.width_ratio[i] for score in scores])
+    width = width[np.isfinite(width)]
+    return Calibration(
+        coefficient=NAMES[i],
+        covered=covered / len(scores),
+        covered_low=float(interval.low),
+        covered_high=float(interval.high),
+        ranks=tuple(map(int, ranks)),
+        chi2_p=p[0],
+        ks_p=p[1],
+        width=float(np.median(width)) if len(width) else np.nan,
+        width_95=float(np.quantile(width, 0.95)) if len(width) else np.nan,
+        spread=float(np.sqrt(np.mean([score.off_sd[i] ** 2 for score in scores]))),
+    )
+
+
+def _table(outcome: PosteriorOutcome) -> list[str]:
+    scores, count = outcome.scores, len(outcome.scores)
+    seconds = np.array([score.seconds for score in scores])
+    head = f"{'coefficient':13} {'90 % covers':>11} {'(95 % of that)':>16} {'spread':>7} {'width':>6} {'95 %':>6} "
+    rows = [
+        f"{c.coefficient:13} {c.covered:11.1%} {f'{c.covered_low:.1%} to {c.covered_high:.1%}':>16} {c.spread:7.2f} "
+        f"{c.width:6.2f} {c.width_95:6.2f} {c.chi2_p:7.3f} {c.ks_p:7.3f}  {' '.join(f'{n:3d}' for n in c.ranks)}"
+        for c in outcome.calibrations
+    ]
+    return [
+        f"{count} sessions drawn from the prior, unmodelled effect: {outcome.effect}",
+        head + f"{'chi2 p':>7} {'KS p':>7}  truths in each tenth of the ranks",
+        *rows,
+        "spread: root mean square of truth less mean, in standard deviations. width: of the 90 % interval over that of "
+        "the exact likelihood, median and 95th percentile.",
+        f"chi2 over {BINS} bins and Kolmogorov-Smirnov test uniform ranks, Holm-corrected for {2 * len(NAMES)} tests; "
+        f"from {_FEWEST} sessions.",
+        f"{np.median(seconds):.0f} s a session ({np.quantile(seconds, 0.95):.0f} s at the 95th percentile), "
+        f"largest R-hat {max(max(s.r_hat) for s in scores):.3f}, at least "
+        f"{min(min(s.ess_bulk) for s in scores):.0f} effective draws",
+        f"{outcome.warned:.1%} of sessions warn; without a warning, {outcome.silent:.1%} miss a truth with a 90 % "
+        f"interval and {outcome.far_silent:.1%} by more than {FAR_SD:g} standard deviations",
+    ]

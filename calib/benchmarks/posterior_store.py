@@ -1,0 +1,115 @@
+"""One file for each session of the posterior's benchmark: shards fill a folder together, and what is there stands."""
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, fields
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import mujoco
+
+import swimmer
+from calib.benchmarks import posterior, posterior_effects, posterior_exact, posterior_truth
+from calib.benchmarks.posterior import PosteriorScore
+from calib.benchmarks.posterior_effects import Effect
+from fitting import posterior as inference
+from session import fingerprint_of, plain_json, sha256_of, write_whole
+
+_INFERENCE = (
+    "emulator",
+    "exploration",
+    "gait",
+    "likelihood",
+    "noise",
+    "posterior",
+    "sampling",
+    "session_model",
+    "step_shift",
+    "trial_model",
+)
+
+
+@dataclass(frozen=True)
+class ScoreStore:
+    """Scores of one set of sessions, one line of JSON each, as `sessions/<seed>.json`.
+
+    Attributes:
+        folder: that several machines may share.
+        effect: of the set; one other than "none" has a folder of its own beside `sessions`.
+    """
+
+    folder: Path
+    effect: Effect
+
+    @property
+    def sessions(self) -> Path:
+        """Where the files are."""
+        return self.folder / ("sessions" if self.effect == "none" else f"sessions-{self.effect}")
+
+    def missing(self, seeds: Sequence[int]) -> list[int]:
+        """Those without a score by this code and engine."""
+        return [seed for seed in seeds if self._read(self._file(seed)) is None]
+
+    def keep(self, score: PosteriorScore) -> None:
+        """Writes a score, or writes it anew.
+
+        Raises:
+            ResultsNotWritable: the folder is not writable.
+        """
+        self.sessions.mkdir(parents=True, exist_ok=True)
+        write_whole(
+            self._file(score.seed), json.dumps({"fingerprint": self._fingerprint, **plain_json(score.to_json())}) + "\n"
+        )
+
+    def scores(self) -> Iterator[PosteriorScore]:
+        """All by this code and engine, of all shards, by seed."""
+        for path in sorted(self.sessions.glob("*.json"), key=lambda path: (len(path.name), path.name)):
+            if (score := self._read(path)) is not None:
+                yield score
+
+    @property
+    def others(self) -> int:
+        """How many stand there that other code or another engine made, or that cannot be read."""
+        return sum(self._read(path) is None for path in self.sessions.glob("*.json"))
+
+    def _file(self, seed: int) -> Path:
+        return self.sessions / f"{seed}.json"
+
+    def _read(self, path: Path) -> PosteriorScore | None:
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            stands = json.loads(path.read_text())
+            if stands.pop("fingerprint") == self._fingerprint:
+                return _score(stands)
+        return None
+
+    @property
+    def _fingerprint(self) -> str:
+        return fingerprint_of(_code(), {"effect": self.effect})
+
+
+def _score(stands: dict[str, Any]) -> PosteriorScore:
+    """From JSON, in which lists stand for tuples and null for what is not known."""
+    plain: dict[str, Any] = {
+        name: _tuple(value) if isinstance(value, list) else value for name, value in stands.items()
+    }
+    if plain.keys() != {field.name for field in fields(PosteriorScore)}:
+        raise ValueError("the file of another program")
+    return PosteriorScore(**plain)
+
+
+def _tuple(values: list[Any]) -> tuple[Any, ...]:
+    return tuple(float("nan") if value is None else value for value in values)
+
+
+@cache
+def _code() -> dict[str, str]:
+    """What a score depends on: the twin, the inference, how sessions are drawn and scored, and MuJoCo."""
+    modules = (posterior, posterior_effects, posterior_exact, posterior_truth)
+    files = [Path(str(module.__file__)) for module in modules]
+    files += [Path(inference.__file__).with_name(f"{name}.py") for name in _INFERENCE]
+    files += Path(swimmer.__file__).parent.glob("*.py")
+    return {"mujoco": mujoco.__version__} | {
+        f"{path.parent.name}/{path.name}": sha256_of(path) for path in sorted(files)
+    }

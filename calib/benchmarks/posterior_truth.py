@@ -1,0 +1,133 @@
+"""Sessions drawn from the prior, with their truth: two swims of a robot, tracked with errors that last."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.benchmarks.posterior_effects import Effect, with_effect
+from fitting.from_rest import speed_from_rest
+from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.posterior.trial_model import GLUED_SD_M
+from fitting.trial import MeasuredTrial, measure_trial
+from session import FISHSIM_MARKERS, CameraSpec, TrialSpec
+from swimmer import SWIM, FluidCoefficients, RobotSpec, Twin, load_robot
+from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial, TrackingNoise, simulate_swims
+from synthetic.streams import Stream
+from synthetic.tracker import tracked
+
+SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
+SECONDS = 5.0
+CAMERA = SyntheticCamera(width_px=8000, height_px=8000)  # the scale of the published videos, and room for any course
+NOISE = TrackingNoise()
+STEP = 1 / 16  # of the twin's own time step
+_TRIES = 16  # coefficients that are tried at once
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnSession:
+    """A session and its truth.
+
+    Attributes:
+        seed: it was drawn with.
+        truth: the coefficients.
+        trials: two swims as measured, by a session that believes every marker to be in its place.
+        twin: of the robot as the session believes it to be.
+        effect: what the robot does that the twin leaves out.
+        tried: how many sets of coefficients were drawn until one swam forward.
+    """
+
+    seed: int
+    truth: FluidCoefficients
+    trials: list[MeasuredTrial]
+    twin: Twin
+    effect: Effect
+    tried: int
+
+
+def draw_session(seed: int, effect: Effect = "none", workers: int = 0, seconds: float = SECONDS) -> DrawnSession:
+    """Draws a session from the prior of the posterior and of its nuisances.
+
+    Coefficients are uniform over the box, of those with which the robot swims forward from rest at both frequencies.
+    Two frequencies are uniform from 0.5 to 1.4 Hz, at least 0.3 Hz apart; phases and headings are uniform. Each marker
+    sits off its place on the body by 1 mm (standard deviation, each way). The swims are simulated with steps
+    so fine that they no longer matter.
+
+    Args:
+        seed: of all draws.
+        effect: that the twin leaves out.
+        workers: threads; 0 for all cores.
+        seconds: of each trial.
+    """
+    random = np.random.default_rng([seed, 6])
+    nominal = load_robot()
+    twin = Twin(nominal, FISHSIM_MARKERS, workers=workers)
+    frequency_hz = _frequencies(random)
+    truth, tried = _forward_swimmer(twin, frequency_hz, random)
+    unmodelled = with_effect(_reglued(nominal, random), effect, random)
+    plan = SyntheticPlan(
+        trials=tuple(_trial(float(hz), seconds, random) for hz in frequency_hz),
+        seed=seed,
+        robot=unmodelled.robot,
+        timestep_s=STEP * SWIM.timestep_s,
+        coefficients=truth,
+        noise=NOISE,
+        camera=CAMERA,
+    )
+    return DrawnSession(seed, truth, _measured(plan, unmodelled.current_m_s, nominal), twin, effect, tried)
+
+
+def _frequencies(random: np.random.Generator) -> np.ndarray:
+    """(2,) uniform over all pairs that are far enough apart, Hz."""
+    while True:
+        pair = random.uniform(SLOWEST_HZ, FASTEST_HZ, 2)
+        if abs(pair[1] - pair[0]) >= APART_HZ:
+            return pair
+
+
+def _forward_swimmer(
+    twin: Twin, frequency_hz: np.ndarray, random: np.random.Generator
+) -> tuple[FluidCoefficients, int]:
+    tried = 0
+    while True:
+        drawn = random.uniform(*COEFFICIENT_BOUNDS, (_TRIES, 5))
+        with np.errstate(invalid="ignore"):
+            forward = np.flatnonzero((speed_from_rest(twin, drawn, frequency_hz) > 0).all(axis=1))
+        if len(forward):
+            return FluidCoefficients(*map(float, drawn[forward[0]])), tried + int(forward[0]) + 1
+        tried += _TRIES
+
+
+def _reglued(robot: RobotSpec, random: np.random.Generator) -> RobotSpec:
+    """The robot with its markers off their places, along and across the body."""
+    markers = {}
+    for name, marker in robot.markers.items():
+        x, y, z = marker.position_m
+        along, across = GLUED_SD_M * random.standard_normal(2)
+        markers[name] = marker.model_copy(update={"position_m": (x + along, y + across, z)})
+    return robot.model_copy(update={"markers": markers})
+
+
+def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticTrial:
+    phase_rad, heading_rad = random.uniform(0.0, 2 * np.pi, 2)
+    return SyntheticTrial(
+        name=f"f{hz:.2f}".replace(".", "_"),
+        frequency_hz=hz,
+        commanded_hz=hz,
+        seconds=seconds,
+        phase_rad=float(phase_rad),
+        heading_rad=float(heading_rad),
+    )
+
+
+def _measured(plan: SyntheticPlan, current_m_s: np.ndarray, nominal: RobotSpec) -> list[MeasuredTrial]:
+    """The trials of a plan as a session that knows the nominal robot alone measures them."""
+    spec = CameraSpec(fps=plan.camera.fps, scale_length_m=nominal.scale_length_m)
+    trials = []
+    for number, swim in enumerate(simulate_swims(plan)):
+        carried = swim.time_s[:, None] * current_m_s * plan.camera.px_per_m  # (n, 2)
+        tracks, _ = tracked(
+            swim.trial, swim.position_px + carried[:, None], plan, Stream.SWIM_TRACKER.of(plan.seed, number)
+        )
+        trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz)
+        trials.append(measure_trial(trial, tracks, spec, nominal, plan.warmup_s))
+    return trials

@@ -1,0 +1,76 @@
+"""Drawn sessions hold a truth from the prior that the twin of the session does not know all of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from calib.benchmarks.posterior_effects import CURRENT_M_S, EFFECTS, Effect, effect_of, with_effect
+from calib.benchmarks.posterior_exact import exact_widths
+from calib.benchmarks.posterior_truth import NOISE, DrawnSession, draw_session
+from fitting.from_rest import speed_from_rest
+from fitting.posterior import SessionModel
+from swimmer import load_robot
+from synthetic import TrackingNoise
+
+
+@pytest.fixture(scope="module")
+def drawn() -> DrawnSession:
+    return draw_session(3, seconds=3.0)
+
+
+def test_a_seed_draws_the_same_session_again(drawn: DrawnSession) -> None:
+    again = draw_session(3, seconds=3.0)
+    assert again.truth == drawn.truth
+    assert again.trials[0].position_m == pytest.approx(drawn.trials[0].position_m, nan_ok=True)
+
+
+def test_the_truth_lies_in_the_box_and_swims_forward(drawn: DrawnSession) -> None:
+    truth, hz = np.array(drawn.truth), np.array([trial.frequency.hz for trial in drawn.trials])
+    assert ((truth >= 0) & (truth <= 10)).all()
+    assert (speed_from_rest(drawn.twin, truth[None], hz) > 0).all()
+    assert hz.min() > 0.49
+    assert hz.max() < 1.41
+    assert abs(np.diff(hz)[0]) > 0.29
+
+
+def test_the_twin_has_its_markers_in_their_places(drawn: DrawnSession) -> None:
+    assert drawn.twin.robot == load_robot()
+    model = SessionModel.of(drawn.twin, drawn.trials, np.ones(2))
+    off = model.measured - model.simulated(np.array(drawn.truth)[None])[0]
+    assert 2e-3 < np.abs(off).max() < 0.05  # boxes are 2 mm off in the mean
+
+
+@pytest.mark.parametrize(
+    "effect", [each if each == "current" else pytest.param(each, marks=pytest.mark.long) for each in EFFECTS]
+)
+def test_an_unmodelled_effect_changes_the_swim_and_not_the_truth(drawn: DrawnSession, effect: Effect) -> None:
+    other = draw_session(3, effect, seconds=3.0)
+    assert other.truth == drawn.truth
+    assert other.twin.robot == drawn.twin.robot
+    moved = other.trials[0].position_m - drawn.trials[0].position_m
+    assert np.nanmax(np.abs(moved - np.nanmean(moved, axis=(0, 1)))) > 1e-3
+
+
+@pytest.mark.parametrize("effect", ["hinge_stiffness", "hinge_damping", "crank_arm"])
+def test_other_effects_change_the_robot(effect: Effect) -> None:
+    assert with_effect(load_robot(), effect, np.random.default_rng(0)).robot != load_robot()
+
+
+def test_a_current_carries_the_fish_along() -> None:
+    current_m_s = with_effect(load_robot(), "current", np.random.default_rng(0)).current_m_s
+    assert np.hypot(*current_m_s) == pytest.approx(CURRENT_M_S)
+
+
+def test_any_effect_is_each_in_turn() -> None:
+    assert {effect_of("any", seed) for seed in range(len(EFFECTS))} == set(EFFECTS)
+    assert effect_of("none", 5) == "none"
+
+
+def test_exact_intervals_narrow_with_the_noise_and_stay_in_the_box(drawn: DrawnSession) -> None:
+    model, truth = SessionModel.of(drawn.twin, drawn.trials, np.ones(2)), np.array(drawn.truth)
+    as_it_is = exact_widths(model, truth, NOISE)
+    quieter = exact_widths(model, truth, TrackingNoise(sd_px=0.2, half_pixel_grid=False))
+    assert (quieter < as_it_is).all()
+    assert (as_it_is < 9.0).all()
+    assert (as_it_is > 1e-3).all()
