@@ -23,7 +23,6 @@ Beat = Callable[[np.ndarray], SwimFrequency]
 
 FIRST_BEATS = 1.2  # of the command, in which a held-out trial is first asked for its frequency
 KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
-BEAT_OFF_CRANK = 0.01  # relative; a tail that beats otherwise than the crank turns has a slipping string, or clock
 OTHER_UNIT = 2.5  # a frame rate or scale off by this factor is a mistake of unit
 SCALE_OFF = 0.05  # relative difference of the scale that is worth a flag
 SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
@@ -33,8 +32,9 @@ SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is t
 class MeasuredTrial:
     """One swim as measured.
 
-    With a motor log whose clock is believed only the frames of the steady drive are here, and the crank makes its
-    measured turn. The turn is an input, like a command: in a held-out trial it is used over the scored part too.
+    With a motor log whose clock is known only the frames of the steady drive are here, and the crank makes its measured
+    turn, unless the tail beats otherwise: then it is another trial's log.
+    The turn is an input, like a command: in a held-out trial it is used over the scored part too.
 
     Attributes:
         name, role, commanded_hz: as in the session.
@@ -50,7 +50,7 @@ class MeasuredTrial:
         kept: (n,) frames compared: after warm-up, and for held-out trials after the known part.
         scored: (n,) the first 4 s of the kept frames.
         speed: forward speed over the whole beats of the kept frames, m/s.
-        warmup_s: left out of every comparison.
+        warmup_s: left out of every comparison, of a drive known to be steady too: the twin has to settle.
         tail: indices of the markers behind the head, from head to fin.
         metres_per_px: scale of the picture.
         flags: of tracks, frequency and motor.
@@ -131,7 +131,6 @@ def measure_trial(
         NotEnoughData: no tail marker, too short for its warm-up, less than one beat, or a drive that was not filmed.
     """
     first_frame, tracks = (0, tracks) if motor is None else motor.driven(tracks, spec.name)
-    turn = motor.turn.shifted(float(tracks.time_s[0])) if motor is not None and motor.usable else None
     quality = check_tracks(tracks, robot)
     heights = robot.marker_positions_m(tracks.markers)[:, 2]
     pool = to_pool(tracks, camera, quality.weight, heights)
@@ -146,9 +145,11 @@ def measure_trial(
 
     doubts = _clock_and_scale(time_s, camera, robot)
     beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
+    motor = None if motor is None else motor.against(beat, tracks.time_s)
+    turn = motor.turn.shifted(float(tracks.time_s[0])) if motor is not None and motor.usable else None
     frequency = _of_crank(beat, turn, motor, time_s)
     base = _Base(spec.name, spec.commanded_hz, time_s, head, weight, frequency, tuple(tail), warmup_s, motor, turn)
-    of_frames = (*quality.flags, *doubts, *beat.flags, *_off_crank(beat, frequency))
+    of_frames = (*quality.flags, *doubts, *beat.flags)
     return MeasuredTrial(
         **vars(base),
         **vars(_split(spec.role, base)),
@@ -170,17 +171,6 @@ def _of_crank(
         return beat
     hz = turn.mean_hz(float(time_s[0]), float(time_s[-1]))
     return replace(beat, hz=hz, se_hz=hz * motor.clock.rate_se, beats=hz * float(np.ptp(time_s)))
-
-
-def _off_crank(beat: SwimFrequency, frequency: SwimFrequency) -> tuple[Flag, ...]:
-    """Whether the tail beats as the crank turns."""
-    if abs(beat.hz / frequency.hz - 1) <= BEAT_OFF_CRANK:
-        return ()
-    message = (
-        f"the tail beats at {beat.hz:.3f} Hz, {100 * (beat.hz / frequency.hz - 1):+.1f} % off the crank's "
-        f"{frequency.hz:.3f} turns a second in the motor log: is this its log, and is the frame rate right?"
-    )
-    return (Flag("beat_off_crank", message=message),)
 
 
 def _clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:

@@ -48,6 +48,7 @@ FLAG_KINDS: dict[str, str] = {
     "motor_slow": "the motor turned otherwise than commanded",
     "supply_sags": "the supply voltage of the motor sags",
     "beat_off_crank": "the tail beats at another frequency than the crank turns",
+    "other_command": "the motor was told another speed than the session says",
     "truncated_log": "the last row of a log is cut short",
     "not_used": "an experiment is not believed and was left out",
     "at_bound": "an estimate sits at the bound of its range",

@@ -18,12 +18,13 @@ _FEWEST_FRAMES = 12
 
 @dataclass(frozen=True, eq=False)
 class DryTrial:
-    """One dry run: head clamped in air, the crank turning steadily. Only the n frames after the warm-up.
+    """One dry run: head clamped in air, the crank turning steadily. Only the n frames after the warm-up; with a usable
+    motor log, those of its steady drive.
 
     Attributes:
         name, commanded_hz: as in the session.
         markers: names of the m markers.
-        time_s: (n,) from the first frame of the recording, s.
+        time_s: (n,) from the first frame of the recording, or of the drive where a motor log tells it, s.
         even_s: (n,) when the crank would be where it is if it turned evenly at its mean speed; `time_s` without a log.
         place_m: (n, m) x + i y on the pool, right-handed seen from above, m; nan where missing.
         head_m: (n, m) x + i y in the head frame (published normaliser), the nose starting at 0, m.
@@ -70,7 +71,7 @@ def measure_dry_run(
 
     Args:
         spec, tracks, camera, robot: the run, n frames of it, what filmed it and what was filmed.
-        warmup_s: left out of every comparison.
+        warmup_s: left out of every comparison, unless a usable log says when the drive is steady.
         motor: what the motor did (`fitting.motor_clock.read_motor`); only the frames of its steady drive are then
             used, and how unevenly it turned. Default: the crank turns evenly.
         crank_rad: (n,) unwrapped shaft angle at each frame, in the direction of increasing angle, in place of a log.
@@ -82,7 +83,7 @@ def measure_dry_run(
     first_frame = 0
     if motor is not None and motor.usable:
         first_frame, tracks = motor.driven(tracks, spec.name)
-        crank_rad = motor.turn.angle(tracks.time_s)
+        warmup_s = 0.0
     quality = check_tracks(tracks, robot)
     pool = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
     tail = tail_markers(robot, pool.markers)
@@ -98,6 +99,9 @@ def measure_dry_run(
     head = to_head_frame(pool.position_m[kept], pool.markers.index("nose"), pool.markers.index("neck"))
     lateral = head.shape_m[:, tail, 1]
     frequency = estimate_frequency(time_s, lateral, weight[:, tail], spec.commanded_hz)
+    motor = None if motor is None else motor.against(frequency, tracks.time_s[kept])
+    if motor is not None and motor.usable:
+        crank_rad = motor.turn.angle(tracks.time_s)
     of_frames = (*quality.flags, *frequency.flags, *_moving_head(pool.position_m[kept], pool.markers))
     trial = DryTrial(
         name=spec.name,

@@ -15,9 +15,12 @@ FoundBy = Literal["code", "start code", "end code", "given"]
 
 CODES = {"start_code": "start code", "end_code": "end code"}
 LEAST_EXPLAINED = 0.3  # of the tail's motion over a code, by the crank's
+OUTSIDE_S = 0.1  # of a code, that a log may leave out: the last reading falls somewhat short of the last command
 CLEARLY = 1.2  # times as well as at any other offset
 PLAUSIBLE_RATE = 1e-3  # relative; quartz clocks agree ten times better, 59.94 taken for 60 frames a second reaches it
-QUARTZ = 1e-4  # by how much two clocks may differ, where one code alone cannot tell
+QUARTZ = 1e-4  # relative standard error of two clocks against each other, before any code is seen
+LAG_SPREAD_S = 0.0035  # standard deviation of the tail's lag over where the crank stands, in water
+CONTRADICTS = 3.0  # standard errors, beyond which the codes overrule that
 
 
 @dataclass(frozen=True)
@@ -25,9 +28,10 @@ class MotorClock:
     """The clock of a motor log: motor time = rate * video time + offset.
 
     The moment of a code is when the tail follows the crank. It lags behind by about 2 ms in air and 9 ms in water
-    (the built-in robot), by the same at both codes: the rate does not notice, the offset is off by as much, and in a
-    fit the crank's phase takes it up. The standard errors are those of the tracking; of tracks as good as the published
-    ones they come to 5 to 7 ms and 5e-4. Where the crank stands across at a code the tail hardly moves: such a code is
+    (the built-in robot): the offset is off by as much, and in a fit the crank's phase takes it up. In water it is 3 to
+    12 ms, by where in its turn the crank stands; that it differs between the codes is in the standard errors
+    (`LAG_SPREAD_S`), beside the tracking and, for the rate, what is known of quartz. Of tracks as good as the published
+    ones that of the rate comes to 1e-4. Where the crank stands across at a code the tail hardly moves: such a code is
     worth less, and its error may then reach some 50 ms.
 
     Attributes:
@@ -64,14 +68,16 @@ def find_clock(
         zero_s: so that the numbers stay small: a host's clock may stand at days.
         given_s: motor clock minus video clock, from `session.toml`.
     """
-    codes = {part: span for part in CODES if commands and (span := commands.span_s(part)) is not None}
-    spans = [(begins - zero_s, ends - zero_s) for begins, ends in codes.values()]
+    told = {part: span for part in CODES if commands and (span := commands.span_s(part)) is not None}
+    codes = {part: (begins - zero_s, ends - zero_s) for part, (begins, ends) in told.items()}
+    codes = {part: span for part, span in codes.items() if _logged(span, turn)}
+    spans = list(codes.values())
     seen: dict[str, CodeDelay] = {}
     found = search(tail, turn, spans) if tail is not None and spans else None
     if tail is not None and found is not None and found.gain > CLEARLY * found.next_gain:
         delays = [code_delay(tail, turn, span, found.offset_s) for span in spans]
         seen = {p: d for p, d in zip(codes, delays, strict=True) if d is not None and d.explained >= LEAST_EXPLAINED}
-    flags = tuple(_not_seen(part) for part in codes if part not in seen)
+    flags = tuple(_not_seen(part, part in codes) for part in told if part not in seen)
     if not seen:
         message = f"offset {given_s:g} s as in session.toml, not found from a code; the rate is taken for 1"
         return MotorClock(given_s, np.nan, 1.0, np.nan, "given", (*flags, Flag("clock_given", message=message)))
@@ -81,23 +87,41 @@ def find_clock(
 
 
 def _joined(codes: list[CodeDelay]) -> tuple[float, float, float, float]:
-    """Offset at the video's time 0 and rate, each with its standard error."""
-    first, last = codes[0], codes[-1]
-    if len(codes) == 1:
-        return first.offset_s, float(np.hypot(first.se_s, QUARTZ * first.middle_s)), 1.0, QUARTZ
-    apart_s = last.middle_s - first.middle_s
-    drift = (last.offset_s - first.offset_s) / apart_s
-    drift_se = float(np.hypot(first.se_s, last.se_s)) / apart_s
-    offset_se_s = float(np.hypot(last.middle_s * first.se_s, first.middle_s * last.se_s)) / apart_s
-    return first.offset_s - drift * first.middle_s, offset_se_s, 1 + drift, drift_se
+    """Offset at the video's time 0 and rate, each with its standard error.
+
+    Codes far apart tell the rate better than what is known of quartz, codes close together worse: both count, unless
+    they contradict each other.
+    """
+    if len(codes) > 1:
+        alone = _regressed(codes, np.inf)
+        if abs(alone[2] - 1) > CONTRADICTS * float(np.hypot(alone[3], QUARTZ)):
+            return alone
+    return _regressed(codes, QUARTZ)
 
 
-def _not_seen(part: str) -> Flag:
-    message = (
-        f"the {CODES[part]} was commanded, but the tail's motion does not show it clearly in one place: "
-        "is the whole of it in the video?"
+def _regressed(codes: list[CodeDelay], drift_se: float) -> tuple[float, float, float, float]:
+    """The same, of clocks that are known beforehand to run alike with this standard error."""
+    columns = np.array([[1.0, code.middle_s] for code in codes] + [[0.0, 1.0]])  # offset, drift
+    found = np.array([code.offset_s for code in codes] + [0.0])
+    weight = 1 / np.array([np.hypot(code.se_s, LAG_SPREAD_S) for code in codes] + [drift_se])
+    covariance = np.linalg.inv((columns * weight[:, None] ** 2).T @ columns)
+    offset_s, drift = covariance @ (columns.T @ (weight**2 * found))
+    offset_se_s, rate_se = np.sqrt(np.diag(covariance))
+    return float(offset_s), float(offset_se_s), float(1 + drift), float(rate_se)
+
+
+def _logged(code: tuple[float, float], turn: CrankTurn) -> bool:
+    """Whether the log holds the whole code; beyond its ends the crank's angle is a guess."""
+    return code[0] > turn.start_s - OUTSIDE_S and code[1] < turn.end_s + OUTSIDE_S
+
+
+def _not_seen(part: str, logged: bool) -> Flag:
+    why = (
+        "the tail's motion does not show it clearly in one place: is the whole of it in the video?"
+        if logged
+        else "the log does not hold the whole of it"
     )
-    return Flag("code_not_seen", message=message)
+    return Flag("code_not_seen", message=f"the {CODES[part]} was commanded, but {why}")
 
 
 def _implausible(rate: float, rate_se: float) -> tuple[Flag, ...]:

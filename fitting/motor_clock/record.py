@@ -1,11 +1,15 @@
 """What the motor did in a trial, on the clock of the video."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fitting.frequency import SwimFrequency
 from fitting.motor_clock.clock import MotorClock, find_clock
 from fitting.motor_clock.log_flags import log_flags
+from fitting.motor_clock.steady_stretch import steady_stretch
 from fitting.motor_clock.tail_motion import TailMotion, tail_motion
 from session import (
     CameraSpec,
@@ -22,6 +26,8 @@ from swimmer import CrankTurn, RobotSpec
 
 RISE_S = 1.0  # after the command of the drive, in which the motor comes up to speed; as in `calib capture`
 COVERED = 0.5  # share of the frames that a log on a given clock must cover to be believed to belong to them
+BEAT_OFF_CRANK = 0.01  # relative, and three standard errors; every trial has the same codes, this tells whose log it is
+OTHER_COMMAND = 0.02  # relative; a servo's speeds come in steps of 0.004 turns a second
 FEWEST_FRAMES = 12
 _FEWEST_READINGS = 5
 
@@ -35,12 +41,12 @@ class MotorRecord:
         commands: what it was told, on the same clock; None where that is not known.
         clock: of the log, against the video's.
         turn: of the crank, on the clock of the video (time as in the tracks).
-        drive_s: the steady stretch on the clock of the video, from `RISE_S` after its command to its end, as far as
-            it was filmed; without commands, what of the log was filmed.
+        drive_s: the steady stretch on the clock of the video, from `RISE_S` after its command to its end; without
+            commands, the longest one by the log itself. As far as it was logged, and filmed where the clock is known.
         measured_hz: mean turns a second over it.
         commanded_hz: nan where not known.
         ripple: amplitude of a sine as large as the changes of the speed over it, relative to its mean.
-        usable: whether the clock is believed, so that the turn may drive the twin.
+        usable: whether clock and log are believed, so that the turn may drive the twin.
         flags: of log and clock.
     """
 
@@ -55,13 +61,36 @@ class MotorRecord:
     usable: bool
     flags: tuple[Flag, ...]
 
+    @property
+    def laid(self) -> bool:
+        """Whether it is known when in the video the motor drove: of an unusable log, too, whose code was seen."""
+        return self.usable or self.clock.found_by != "given"
+
+    def against(self, beat: SwimFrequency, time_s: np.ndarray) -> MotorRecord:
+        """The same, no longer usable where the tail beats otherwise than the crank turns: it is another trial's log.
+
+        Args:
+            beat: of the tail.
+            time_s: (n,) of the frames that show it, on the clock of the video.
+        """
+        if not self.usable:
+            return self
+        hz = self.turn.mean_hz(float(time_s[0]), float(time_s[-1]))
+        if abs(beat.hz - hz) <= np.fmax(BEAT_OFF_CRANK * hz, 3 * beat.se_hz):
+            return self
+        message = (
+            f"the tail beats at {beat.hz:.3f} Hz, but by its motor log the crank makes {hz:.3f} turns a second "
+            f"({100 * (hz / beat.hz - 1):+.1f} %): the log is not used. Is it this trial's, is the frame rate right?"
+        )
+        return replace(self, usable=False, flags=(*self.flags, Flag("beat_off_crank", message=message)))
+
     def driven(self, tracks: Tracks, name: str) -> tuple[int, Tracks]:
-        """The frames of the drive, and the number of the first; all frames where the clock is not believed.
+        """The frames of the drive, and the number of the first; all frames where it is not known when it was.
 
         Raises:
             NotEnoughData: the drive of the trial of this name was hardly filmed.
         """
-        if not self.usable:
+        if not self.laid:
             return 0, tracks
         inside = np.flatnonzero((tracks.time_s >= self.drive_s[0]) & (tracks.time_s <= self.drive_s[1]))
         if len(inside) < FEWEST_FRAMES:
@@ -121,33 +150,41 @@ def motor_record(
     turn = CrankTurn.measured(log.time_s[read] - zero_s, log.position_rad[read])
     clock = find_clock(tail, turn, commands, zero_s, spec.motor_offset_s)
     turn = turn.shifted(clock.offset_s - zero_s, clock.rate)
-    wanted_s = _wanted(clock, commands, time_s)
-    drive_s = max(wanted_s[0], float(time_s[0]), turn.start_s), min(wanted_s[1], float(time_s[-1]), turn.end_s)
-    driven_s = drive_s if drive_s[1] > drive_s[0] else wanted_s  # of a log that has nothing to do with the video
-    measured_hz, ripple = _speed(turn, driven_s)
-    commanded_hz = _commanded(commands, spec)
-    on_motor = clock.offset_s + clock.rate * driven_s[0], clock.offset_s + clock.rate * driven_s[1]
     covered = float(((time_s >= turn.start_s) & (time_s <= turn.end_s)).mean())
+    usable = clock.found_by != "given" or covered >= COVERED
+    wanted_s = _wanted(clock, commands, turn)
+    drive_s = _within(wanted_s, turn, time_s) if usable else _within(wanted_s, turn)
+    measured_hz, ripple = _speed(turn, drive_s)
+    commanded_hz = _commanded(commands, spec)
+    on_motor = clock.offset_s + clock.rate * drive_s[0], clock.offset_s + clock.rate * drive_s[1]
+    of_clock = (*clock.flags, *_short(wanted_s, turn)) if usable else _not_laid(clock, covered)
     return MotorRecord(
         log=log,
         commands=commands,
         clock=clock,
         turn=turn,
-        drive_s=driven_s,
+        drive_s=drive_s,
         measured_hz=measured_hz,
         commanded_hz=commanded_hz,
         ripple=ripple,
-        usable=clock.found_by != "given" or covered >= COVERED,
-        flags=(*clock.flags, *_short(wanted_s, turn), *log_flags(log, on_motor, measured_hz, commanded_hz)),
+        usable=usable,
+        flags=(*of_clock, *_other_command(commanded_hz, spec), *log_flags(log, on_motor, measured_hz, commanded_hz)),
     )
 
 
-def _wanted(clock: MotorClock, commands: MotorCommands | None, time_s: np.ndarray) -> tuple[float, float]:
-    """The steady drive as commanded, else the whole video; on the clock of the video."""
+def _wanted(clock: MotorClock, commands: MotorCommands | None, turn: CrankTurn) -> tuple[float, float]:
+    """The steady drive as commanded, else as logged; on the clock of the video."""
     told = commands.span_s("drive") if commands else None
     if told is None:
-        return float(time_s[0]), float(time_s[-1])
+        return steady_stretch(turn)
     return clock.video_s(told[0] + RISE_S), clock.video_s(told[1])
+
+
+def _within(wanted_s: tuple[float, float], turn: CrankTurn, time_s: np.ndarray | None = None) -> tuple[float, float]:
+    """As much of a stretch as was logged and, of the frames (n,) given, filmed; all of it where that is nothing."""
+    first_s, last_s = (-np.inf, np.inf) if time_s is None else (float(time_s[0]), float(time_s[-1]))
+    within_s = max(wanted_s[0], turn.start_s, first_s), min(wanted_s[1], turn.end_s, last_s)
+    return within_s if within_s[1] > within_s[0] else wanted_s
 
 
 def _speed(turn: CrankTurn, stretch_s: tuple[float, float]) -> tuple[float, float]:
@@ -162,6 +199,27 @@ def _commanded(commands: MotorCommands | None, spec: TrialSpec) -> float:
     if commands is not None and "drive" in commands.part:
         return abs(float(commands.velocity_rad_s[commands.part.index("drive")])) / (2 * np.pi)
     return spec.commanded_hz if spec.commanded_hz is not None else np.nan
+
+
+def _other_command(commanded_hz: float, spec: TrialSpec) -> tuple[Flag, ...]:
+    """Whether the motor was told another speed than the session says."""
+    if spec.commanded_hz is None or not abs(commanded_hz / spec.commanded_hz - 1) > OTHER_COMMAND:
+        return ()
+    message = (
+        f"the commands beside its motor log ask for {commanded_hz:.3g} turns a second, commanded_hz in session.toml is "
+        f"{spec.commanded_hz:g}: are log and commands this trial's?"
+    )
+    return (Flag("other_command", message=message),)
+
+
+def _not_laid(clock: MotorClock, covered: float) -> tuple[Flag, ...]:
+    """Why a log is not used whose clock was only given, and what to give."""
+    message = (
+        f"the motor log could not be laid on the video and is not used: no code was seen, and motor_offset_s = "
+        f"{clock.offset_s:g} puts it beside {100 * covered:.0f} % of the frames. Film the coded wiggles, or give "
+        "motor_offset_s, the motor's clock minus the video's"
+    )
+    return (*(flag for flag in clock.flags if flag.kind != "clock_given"), Flag("clock_given", message=message))
 
 
 def _short(wanted_s: tuple[float, float], turn: CrankTurn) -> tuple[Flag, ...]:

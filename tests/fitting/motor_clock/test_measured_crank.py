@@ -79,6 +79,17 @@ def test_a_tail_that_beats_otherwise_than_the_crank_turns_is_flagged() -> None:
     faster = replace(record, turn=record.turn.shifted(0.0, 1.03))
     trial = measure_trial(SWIM_SPEC, tracks_of(one), CAMERA, ROBOT, 1.0, replace(faster, drive_s=(7.5, 11.0)))
     assert "beat_off_crank" in {flag.kind for flag in trial.flags}
+    assert trial.turn is None
+    assert trial.frequency == trial.beat
+
+
+def test_a_dry_run_does_not_follow_the_log_of_another_trial() -> None:
+    one = filmed(2, seed=4)[0]
+    record = recorded(one)
+    other = replace(record, turn=record.turn.shifted(0.0, 1.5))
+    trial = measure_dry_run(SPEC, tracks_of(one), CAMERA, ROBOT, motor=replace(other, drive_s=record.drive_s))
+    assert "beat_off_crank" in {flag.kind for flag in trial.flags}
+    assert np.array_equal(trial.even_s, trial.time_s)
 
 
 def test_with_the_measured_turn_the_true_coefficients_fit_better() -> None:
@@ -123,7 +134,8 @@ def test_a_trial_without_a_log_swims_exactly_as_before() -> None:
 
 def test_a_log_whose_clock_is_not_believed_leaves_all_frames_and_an_even_turn() -> None:
     one, record, _ = swum()
-    trial = measure_trial(SWIM_SPEC, tracks_of(one), CAMERA, ROBOT, 1.0, replace(record, usable=False))
+    given = replace(record.clock, found_by="given")
+    trial = measure_trial(SWIM_SPEC, tracks_of(one), CAMERA, ROBOT, 1.0, replace(record, usable=False, clock=given))
     assert trial.turn is None
     assert trial.motor is not None
     assert len(trial.time_s) == len(one.time_s)
@@ -140,6 +152,7 @@ def test_a_dry_run_knows_how_unevenly_its_crank_turned() -> None:
     record = recorded(one)
     trial = measure_dry_run(SPEC, tracks_of(one), CAMERA, ROBOT, motor=record)
     assert trial.motor is record
+    assert trial.time_s[0] == 0.0  # the drive is steady from its first frame on
     assert trial.time_s[-1] < record.drive_s[1] - record.drive_s[0]
     ahead = 2 * np.pi * record.measured_hz * (trial.even_s - trial.time_s)
     assert 0.01 < ahead.std() < 0.05  # rad: 2 % once and 1.5 % twice a turn
