@@ -1,6 +1,7 @@
 """The dry runs: the crank arm, as published and from all runs together, and what each run says."""
 
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,13 +12,16 @@ from reports.figures.crank_surface import crank_surface_figure
 from reports.numbers import MISSING, in_mm, listed, percent, sentence, shown
 from reports.svg import inline_svg
 
+T = TypeVar("T")
+
 TITLE, ANCHOR = "Dry runs: crank arm", "dry-runs"
 NOT_USED = "The arm below is not used: the swims were fitted with the assumed one."
+OFF_COMMAND = Column("off command", "%")
 COLUMNS = (
     Column("dry run", numeric=False),
     Column("commanded", "Hz"),
     Column("speed", "Hz, ± standard error"),
-    Column("off command", "%"),
+    OFF_COMMAND,
     Column("phase", "°"),
     Column("distance", "mm"),
     Column("lowest alone", "mm"),
@@ -72,7 +76,15 @@ def _table(fit: CrankFit) -> Table:
         "mean marker distance over 4 s of the twin with the "
         "joint arm, and the lowest this run reaches alone, with its arm."
     )
-    return Table(caption, COLUMNS, tuple(map(_row, fit.trials)))
+    rows = tuple(map(_row, fit.trials))
+    if not any(trial.measured.motor for trial in fit.trials):
+        return Table(caption, COLUMNS, rows)
+    told = COLUMNS.index(OFF_COMMAND)  # better known from the log, over its whole drive: in the section on the motor
+    return Table(caption, _without(COLUMNS, told), tuple(_without(row, told) for row in rows))
+
+
+def _without(cells: tuple[T, ...], number: int) -> tuple[T, ...]:
+    return cells[:number] + cells[number + 1 :]
 
 
 def _row(trial: CrankTrial) -> tuple[str, ...]:
@@ -106,11 +118,12 @@ def _tendons(fit: CrankFit) -> str:
 def _caveats(fit: CrankFit) -> tuple[str, ...]:
     """The doubts about the arm, then those about runs; what all runs share is said once, by the first."""
     said, texts = set(), [sentence(flag.message) for flag in fit.flags]
+    others = " and the other run" if len(fit.trials) == 2 else " and all others"
     for trial in fit.trials:
         for flag in trial.flags:
             shared = len(fit.trials) > 1 and all(flag.kind in {f.kind for f in t.flags} for t in fit.trials)
             if shared and flag.kind in said:
                 continue
             said.add(flag.kind)
-            texts.append(sentence(f"{trial.name}{' and all others' if shared else ''}: {flag.message}"))
+            texts.append(sentence(f"{trial.name}{others if shared else ''}: {flag.message}"))
     return tuple(texts)

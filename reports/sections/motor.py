@@ -67,8 +67,8 @@ def _text(trials: tuple[LoggedTrial, ...]) -> str:
 def _followed(trials: tuple[LoggedTrial, ...]) -> str:
     doubted = [trial.name for trial in trials if not trial.motor.usable]
     if len(doubted) == len(trials):
-        return ", but no log could be laid on its video: every crank is taken to turn evenly"
-    but = f", but not in {listed(doubted)}, where its clock is not known" if doubted else ""
+        return ", but no log could be used: every crank is taken to turn evenly"
+    but = f", but not in {listed(doubted)}, where the log is not used: see below" if doubted else ""
     return f", and the twin’s crank follows the measured angle instead of an even turn{but}"
 
 
@@ -86,8 +86,8 @@ def _turning_row(trial: LoggedTrial) -> tuple[str, ...]:
         shown(motor.measured_hz, 4),
         shown(100 * trial.off_command, 2, signed=True),
         shown(100 * motor.ripple, 2),
-        _known(clock.offset_s, clock.offset_se_s, 3),
-        _known(MILLION * (clock.rate - 1), MILLION * clock.rate_se, 0),
+        _known(clock.offset_s, clock.offset_se_s, 3) if motor.laid else MISSING,
+        _known(MILLION * (clock.rate - 1), MILLION * clock.rate_se, 0) if motor.laid else MISSING,
         clock.found_by if motor.usable else f"{clock.found_by}, not used",
     )
 
@@ -155,8 +155,9 @@ def _turns(trials: tuple[LoggedTrial, ...]) -> Plot:
     return Plot(
         inline_svg(motor_turn_figure(trials), "motor-turn", "Speed of the crank through a turn"),
         "motor-turn",
-        "Speed through a turn of the shaft, about its mean: what an even turn would leave out. A pattern that all "
-        "trials share belongs to the mechanism, one that grows with the speed to the load.",
+        "Speed through a turn of the shaft, about its mean: what an even turn would leave out. Each grey line is one "
+        "turn, the dark one their mean; grey that spreads is no pattern of the shaft. A pattern that all trials share "
+        "belongs to the mechanism, one that grows with the speed to the load.",
         wide=motor_turn_layout(len(trials)).wide,
         tall=len(trials) > 8,
     )

@@ -14,6 +14,7 @@ from reports.blocks import Prose, Table
 from reports.figures.crank_surface import crank_surface_figure
 from reports.sections.dry_runs import dry_run_section
 from session import Flag
+from tests.reports.motors import made_logged
 
 SLACK = Flag("tendon_slack", message="for 83 % of the turn a tendon is shorter than at rest")
 
@@ -121,5 +122,14 @@ def test_a_doubt_that_all_runs_share_is_said_once() -> None:
 
     assert caveats == (
         "The arm is at the end of its range.",
-        "dry_slow and all others: for 83 % of the turn a tendon is shorter than at rest.",
+        "dry_slow and the other run: for 83 % of the turn a tendon is shorter than at rest.",
     )
+
+
+def test_what_a_log_tells_of_the_speed_is_told_once() -> None:
+    runs = made_crank().trials
+    logged = replace(runs[0], measured=replace(runs[0].measured, motor=made_logged().motor))
+    (table,) = [b for b in dry_run_section(made_crank(logged, *runs[1:])).blocks if isinstance(b, Table)]
+
+    assert "off command" not in [column.title for column in table.columns]
+    assert {len(row) for row in table.rows} == {len(table.columns)}

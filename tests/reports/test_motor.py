@@ -127,7 +127,7 @@ def test_a_log_whose_clock_is_not_known_is_shown_but_not_followed() -> None:
     lost = made_logged("lost", coded=False, usable=False)
     both, alone = motor_section((made_logged(), lost)), motor_section((lost,))
 
-    assert "but not in lost, where its clock is not known" in both.blocks[0].text  # type: ignore[union-attr]
+    assert "but not in lost, where the log is not used" in both.blocks[0].text  # type: ignore[union-attr]
     assert both.blocks[1].rows[1][-1] == "given, not used"  # type: ignore[union-attr]
     assert "every crank is taken to turn evenly" in alone.blocks[0].text  # type: ignore[union-attr]
 
