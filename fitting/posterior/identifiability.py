@@ -17,7 +17,7 @@ class Identifiability:
     """What the trials say of the coefficients and of their combinations.
 
     Attributes:
-        determined: (5,) whether each coefficient is.
+        determined: (5,) whether each coefficient is; none is that presses against a bound.
         at_bound: (5,) whether its posterior presses against a bound of the prior.
         narrowed: (5,) standard deviation over that of the prior.
         correlation: (5, 5).
@@ -35,22 +35,24 @@ class Identifiability:
     @property
     def sentence(self) -> str:
         """What is determined, what is not, and what only the prior's bound holds."""
-        pressed = [name.replace("_", " ") for name, yes in zip(NAMES, self.at_bound, strict=True) if yes]
-        told = [self._determined, *([f"{_verb(pressed, 'presses', 'press')} against a bound."] if pressed else [])]
+        pressed = self._named(self.at_bound)
+        against = [f"{_verb(pressed, 'presses', 'press')} against a bound of the prior."] if pressed else []
+        told = [self._determined, *against]
         return " ".join(sentence[0].upper() + sentence[1:] for sentence in told)
 
     @property
     def _determined(self) -> str:
-        names = [name.replace("_", " ") for name in NAMES]
-        held, loose = (
-            [name for name, yes in zip(names, self.determined, strict=True) if bool(yes) is wanted]
-            for wanted in (True, False)
-        )
-        if not loose:
+        held, loose = self._named(self.determined), self._named(~self.determined & ~self.at_bound)
+        if len(held) == len(NAMES):
             return "All five coefficients are determined by these trials."
         if not held:
             return "None of the five coefficients is determined by these trials."
+        if not loose:
+            return f"{_verb(held, 'is', 'are')} determined by these trials."
         return f"{_verb(loose, 'is', 'are')} not determined by these trials; {_verb(held, 'is', 'are')}."
+
+    def _named(self, chosen: np.ndarray) -> list[str]:
+        return [name.replace("_", " ") for name, yes in zip(NAMES, chosen, strict=True) if yes]
 
     def combination(self, row: int) -> str:
         """A direction in words, its large parts first: `0.9 magnus lift − 0.4 kutta lift`."""
@@ -68,11 +70,10 @@ def identifiability(posterior: Posterior) -> Identifiability:
     prior = (high - low) ** 2 / 12  # of the uniform prior, the same for all
     covariance = np.cov(posterior.coefficients.T)
     spread = np.sqrt(np.diag(covariance))
-    at_bound = [flag.message for flag in posterior.flags if flag.kind == "at_bound"]
     shares, directions = np.linalg.eigh(covariance / prior)
     return Identifiability(
         determined=np.array([marginal.determined for marginal in posterior.marginals.values()]),
-        at_bound=np.array([any(name in message for message in at_bound) for name in NAMES]),
+        at_bound=np.array([bool(marginal.at_bounds) for marginal in posterior.marginals.values()]),
         narrowed=spread / np.sqrt(prior),
         correlation=covariance / np.outer(spread, spread),
         directions=directions.T,

@@ -25,7 +25,7 @@ _START_PHASE_RAD = 1.0  # of the crank in simulations; gaits are put in step aft
 
 
 class Marginal(NamedTuple):
-    """The posterior of one coefficient."""
+    """The posterior of one coefficient; determined is none that presses against a bound, however narrow it is there."""
 
     mean: float
     sd: float
@@ -34,6 +34,11 @@ class Marginal(NamedTuple):
     ess_bulk: float
     r_hat: float
     determined: bool
+
+    @property
+    def at_bounds(self) -> tuple[float, ...]:
+        """The bounds of the prior that it presses against: its interval reaches them, and would reach further."""
+        return _pressed(self.q05, self.q95, self.sd)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,16 +82,24 @@ class Posterior:
 
     def _marginal(self, i: int) -> Marginal:
         values = self.coefficients[:, i]
-        low, high = np.quantile(values, [0.05, 0.95])
+        low, high = map(float, np.quantile(values, [0.05, 0.95]))
+        sd = float(values.std(ddof=1))
+        narrow = high <= _WIDE * low or high - low <= _WIDE_BY
         return Marginal(
             mean=float(values.mean()),
-            sd=float(values.std(ddof=1)),
-            q05=float(low),
-            q95=float(high),
+            sd=sd,
+            q05=low,
+            q95=high,
             ess_bulk=float(self.draws.ess_bulk[i]),
             r_hat=float(self.draws.r_hat[i]),
-            determined=bool(high <= _WIDE * low or high - low <= _WIDE_BY),
+            determined=narrow and not _pressed(low, high, sd),
         )
+
+
+def _pressed(low: float, high: float, sd: float) -> tuple[float, ...]:
+    reach = _NEAR_BOUND * (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0])
+    near = zip(COEFFICIENT_BOUNDS, (low, high), strict=True)
+    return tuple(float(bound) for bound, end in near if abs(end - bound) < reach < sd)
 
 
 def sample_posterior(
@@ -143,14 +156,12 @@ def _flags(posterior: Posterior) -> list[Flag]:
             "nuisances: the intervals allow for errors that change from trial to trial, not for those that all share"
         )
         flags.append(Flag("model_discrepancy", message=message))
-    low, high = COEFFICIENT_BOUNDS
     for name, marginal in posterior.marginals.items():
-        reach = _NEAR_BOUND * (high - low)
-        at = [bound for bound, end in ((low, marginal.q05), (high, marginal.q95)) if abs(end - bound) < reach]
-        if at and marginal.sd > reach:
-            message = f"the posterior of {name} reaches its bound {' and '.join(f'{b:g}' for b in at)}: it ends there"
+        interval = f"90 % interval {marginal.q05:.2g} to {marginal.q95:.2g}"
+        if at := marginal.at_bounds:
+            bounds = " and ".join(f"{bound:g}" for bound in at)
+            message = f"{name} presses against its bound {bounds}, which is not the trials' doing: {interval}"
             flags.append(Flag("at_bound", message=message))
-        if not marginal.determined:
-            message = f"{name} is not determined: 90 % interval {marginal.q05:.2g} to {marginal.q95:.2g}"
-            flags.append(Flag("unidentifiable", message=message))
+        elif not marginal.determined:
+            flags.append(Flag("unidentifiable", message=f"{name} is not determined: {interval}"))
     return flags

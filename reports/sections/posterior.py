@@ -127,12 +127,13 @@ def _table(found: Findings) -> Table:
                 f"{significant(marginal.mean)} ± {significant(marginal.sd, 2)}",
                 *spans,
                 significant(100 * found.identifiability.narrowed[i], 2),
-                "yes" if marginal.determined else "no",
+                "at a bound" if found.identifiability.at_bound[i] else "yes" if marginal.determined else "no",
             )
         )
     caption = (
         "The posterior of each coefficient beside other intervals. A coefficient counts as determined when the upper "
-        "end of its 90 % interval is at most 2.5 times the lower one, or the interval no wider than 0.5."
+        "end of its 90 % interval is at most 2.5 times the lower one, or the interval no wider than 0.5; not when it "
+        "presses against a bound of the prior, which then ends the interval in place of the trials."
     )
     return Table(caption, COLUMNS, tuple(rows))
 

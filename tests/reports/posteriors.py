@@ -28,7 +28,9 @@ def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Find
     draws = np.clip(middle + SPREAD * random.standard_normal((16, 60, 5)), 0.0, 10.0)
     low, high = np.quantile(draws.reshape(-1, 5), [0.05, 0.95], axis=0)
     marginals = {
-        name: Marginal(float(middle[i]), float(SPREAD[i]), float(low[i]), float(high[i]), 500.0 + i, 1.002, i != 4)
+        name: Marginal(
+            float(middle[i]), float(SPREAD[i]), float(low[i]), float(high[i]), 500.0 + i, 1.002, i not in (1, 4)
+        )
         for i, name in enumerate(FluidCoefficients._fields)
     }
     values: dict[str, Any] = {
@@ -59,7 +61,7 @@ def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Find
 
 def made_identifiability() -> Identifiability:
     return Identifiability(
-        determined=np.array([True, True, True, True, False]),
+        determined=np.array([True, False, True, True, False]),
         at_bound=np.array([False, True, False, False, False]),
         narrowed=SPREAD / 2.887,
         correlation=np.eye(5) + 0.3 * (1 - np.eye(5)),

@@ -30,8 +30,8 @@ def test_without_a_posterior_it_tells_how_to_sample_one() -> None:
 
 
 def test_the_sentence_names_what_is_not_determined(page: Page) -> None:
-    assert "Magnus lift is not determined by these trials; blunt drag, slender drag" in page.text
-    assert "Slender drag presses against a bound." in page.text
+    assert "Magnus lift is not determined by these trials; blunt drag, angular drag" in page.text
+    assert "Slender drag presses against a bound of the prior." in page.text
     assert "magnus_lift is not determined: 90 % interval 0.1 to 6." in page.text
 
 
@@ -39,6 +39,7 @@ def test_every_interval_stands_beside_the_others_and_missing_ones_are_dashes(pag
     row = re.search(r"magnus lift 3 ± 2 ([\d.]+ to [\d.]+) (–) (4\.8 to 5\.2) 69 no", page.text)
 
     assert row
+    assert re.search(r"slender drag [^–]* at a bound angular drag", page.text)
     assert not re.search(r"\bnan\b", page.text)
 
 

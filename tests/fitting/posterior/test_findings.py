@@ -16,7 +16,7 @@ from fitting.posterior.noise import GaitNoise
 from fitting.posterior.posterior import Marginal, Posterior
 from fitting.posterior.posterior_file import VARIABLES
 from fitting.posterior.whiteness import whiteness
-from session import Flag, Provenance, read_result_json, write_result_json
+from session import Provenance, read_result_json, write_result_json
 from tests.reports.posteriors import made_findings
 
 NAMES = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")
@@ -39,12 +39,14 @@ def drawn(
 ) -> Posterior:
     """Draws from that normal distribution, inside the prior."""
     draws = np.random.default_rng(0).multivariate_normal(MIDDLE, covariance, 4000)
-    marginals = {name: Marginal(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, yes) for name, yes in zip(NAMES, determined, strict=True)}
+    marginals = {
+        name: Marginal(9.0, 0.6, 7.9, 9.95 if name in at_bound else 9.5, 400.0, 1.0, yes and name not in at_bound)
+        for name, yes in zip(NAMES, determined, strict=True)
+    }
     made = SimpleNamespace(
         coefficients=np.clip(draws, 0.0, 10.0),
         discrepancy=np.full((len(draws), 2), 0.01),
         marginals=marginals,
-        flags=tuple(Flag("at_bound", message=f"the posterior of {name} reaches its bound 10") for name in at_bound),
         found=SimpleNamespace(likelihood=Normal(covariance)),
     )
     return cast(Posterior, made)
@@ -84,10 +86,18 @@ def test_the_sentence_says_which_coefficients_are_determined(determined: tuple[b
     assert identifiability(drawn(correlated(), determined)).sentence == sentence
 
 
-def test_what_only_the_bound_holds_is_said() -> None:
-    found = identifiability(drawn(correlated(), at_bound=("slender_drag", "kutta_lift")))
+def test_what_only_the_bound_holds_is_not_determined() -> None:
+    found = identifiability(drawn(correlated(), (True, True, True, True, False), ("slender_drag", "kutta_lift")))
 
-    assert found.sentence.endswith("by these trials. Slender drag and kutta lift press against a bound.")
+    assert found.determined.tolist() == [True, False, True, False, False]
+    assert found.sentence == (
+        "Magnus lift is not determined by these trials; blunt drag and angular drag are. "
+        "Slender drag and kutta lift press against a bound of the prior."
+    )
+    assert identifiability(drawn(correlated(), at_bound=NAMES[1:])).sentence == (
+        "Blunt drag is determined by these trials. "
+        "Slender drag, angular drag, kutta lift and magnus lift press against a bound of the prior."
+    )
 
 
 def test_laplace_of_a_normal_posterior_is_that_posterior() -> None:
