@@ -18,7 +18,7 @@ class Identifiability:
 
     Attributes:
         determined: (5,) whether each coefficient is; none is that presses against a bound.
-        at_bound: (5,) whether its posterior presses against a bound of the prior.
+        at_bound: (5,) whether its posterior would be narrow enough but presses against a bound of the prior.
         narrowed: (5,) standard deviation over that of the prior.
         correlation: (5, 5).
         directions: (5, 5) unit vectors of combinations, what the data see best first; the prior is the same in all.
@@ -73,7 +73,7 @@ def identifiability(posterior: Posterior) -> Identifiability:
     shares, directions = np.linalg.eigh(covariance / prior)
     return Identifiability(
         determined=np.array([marginal.determined for marginal in posterior.marginals.values()]),
-        at_bound=np.array([bool(marginal.at_bounds) for marginal in posterior.marginals.values()]),
+        at_bound=np.array([m.narrow and bool(m.at_bounds) for m in posterior.marginals.values()]),
         narrowed=spread / np.sqrt(prior),
         correlation=covariance / np.outer(spread, spread),
         directions=directions.T,

@@ -36,6 +36,11 @@ class Marginal(NamedTuple):
     determined: bool
 
     @property
+    def narrow(self) -> bool:
+        """Whether the 90 % interval is, be it by the trials or by a bound."""
+        return _narrow(self.q05, self.q95)
+
+    @property
     def at_bounds(self) -> tuple[float, ...]:
         """The bounds of the prior that it presses against: its interval reaches them, and would reach further."""
         return _pressed(self.q05, self.q95, self.sd)
@@ -84,7 +89,6 @@ class Posterior:
         values = self.coefficients[:, i]
         low, high = map(float, np.quantile(values, [0.05, 0.95]))
         sd = float(values.std(ddof=1))
-        narrow = high <= _WIDE * low or high - low <= _WIDE_BY
         return Marginal(
             mean=float(values.mean()),
             sd=sd,
@@ -92,8 +96,12 @@ class Posterior:
             q95=high,
             ess_bulk=float(self.draws.ess_bulk[i]),
             r_hat=float(self.draws.r_hat[i]),
-            determined=narrow and not _pressed(low, high, sd),
+            determined=_narrow(low, high) and not _pressed(low, high, sd),
         )
+
+
+def _narrow(low: float, high: float) -> bool:
+    return high <= _WIDE * low or high - low <= _WIDE_BY
 
 
 def _pressed(low: float, high: float, sd: float) -> tuple[float, ...]:
@@ -162,6 +170,6 @@ def _flags(posterior: Posterior) -> list[Flag]:
             bounds = " and ".join(f"{bound:g}" for bound in at)
             message = f"{name} presses against its bound {bounds}, which is not the trials' doing: {interval}"
             flags.append(Flag("at_bound", message=message))
-        elif not marginal.determined:
+        if not marginal.narrow:
             flags.append(Flag("unidentifiable", message=f"{name} is not determined: {interval}"))
     return flags

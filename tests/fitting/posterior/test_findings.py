@@ -100,6 +100,19 @@ def test_what_only_the_bound_holds_is_not_determined() -> None:
     )
 
 
+def test_one_that_a_bound_ends_is_not_determined_however_narrow() -> None:
+    def marginal(low: float, high: float, sd: float) -> Marginal:
+        return Marginal((low + high) / 2, sd, low, high, 400.0, 1.0, False)
+
+    pressed, inside, wide, small = (
+        marginal(*ends) for ends in ((7.3, 9.94, 0.8), (7.3, 9.6, 0.8), (0.19, 7.8, 2.4), (0.01, 0.1, 0.03))
+    )
+    assert (pressed.narrow, pressed.at_bounds) == (True, (10.0,))
+    assert (inside.narrow, inside.at_bounds) == (True, ())
+    assert (wide.narrow, wide.at_bounds) == (False, (0.0,))
+    assert (small.narrow, small.at_bounds) == (True, ())  # so near to zero that zero is what the trials say
+
+
 def test_laplace_of_a_normal_posterior_is_that_posterior() -> None:
     found = laplace(drawn(correlated()))
     half = 1.645 * np.sqrt(np.diag(correlated()))
