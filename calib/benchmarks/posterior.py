@@ -37,6 +37,7 @@ class PosteriorScore:
         q05, q50, q95, mean, sd: of the draws.
         exact_width: of the 90 % interval by the exact likelihood; nan where the box holds too little of it.
         r_hat, ess_bulk: of the draws.
+        box_sd_m: how far boxes were found to sit off their markers.
         discrepancy: posterior median of the twin's relative error in wave and speed.
         misfit_p: how often noise and nuisances alone would misfit as much.
         flags: kinds.
@@ -59,6 +60,7 @@ class PosteriorScore:
     exact_width: Five
     r_hat: Five
     ess_bulk: Five
+    box_sd_m: float
     discrepancy: tuple[float, ...]
     misfit_p: float
     flags: tuple[str, ...]
@@ -125,6 +127,7 @@ def _score(drawn: DrawnSession, posterior: Posterior, seconds: float) -> Posteri
         exact_width=_five(exact_widths(posterior.model, truth, NOISE, drawn.seed)),
         r_hat=_five(posterior.draws.r_hat[:5]),
         ess_bulk=_five(posterior.draws.ess_bulk[:5]),
+        box_sd_m=posterior.found.box_sd_m,
         discrepancy=_five(np.median(posterior.discrepancy, axis=0)),
         misfit_p=posterior.misfit_p,
         flags=tuple(flag.kind for flag in posterior.flags),

@@ -18,7 +18,7 @@ def exact_widths(model: SessionModel, truth: np.ndarray, noise: TrackingNoise, s
     """(5,) widths of 90 % intervals of a Gaussian at the truth, cut off by the box; nan where little is inside.
 
     Its precision is J' C^-1 J with the slopes J of the simulated gaits and the covariance C of the true noise and of
-    all nuisances: no emulator, no discrepancy, nothing estimated.
+    all nuisances, boxes as far off as they are: no emulator, no discrepancy, nothing estimated.
 
     Args:
         model: the session.
@@ -27,7 +27,9 @@ def exact_widths(model: SessionModel, truth: np.ndarray, noise: TrackingNoise, s
         seed: of the draws that find the quantiles.
     """
     slopes = _slopes(model, truth)
-    known = model.disturbances(truth) - model.noise + block_diag(*[_true_noise(trial, noise) for trial in model.trials])
+    box_sd_m = noise.placement_sd_px * float(np.mean([trial.trial.metres_per_px for trial in model.trials]))
+    nuisances = model.disturbances(truth).of(box_sd_m) - model.noise
+    known = nuisances + block_diag(*[_true_noise(trial, noise) for trial in model.trials])
     root = np.linalg.cholesky(np.linalg.inv(slopes.T @ np.linalg.solve(known, slopes)))
     drawn = truth + np.random.default_rng([seed, 7]).standard_normal((_DRAWS, 5)) @ root.T
     low, high = COEFFICIENT_BOUNDS

@@ -18,6 +18,7 @@ from fitting import posterior as inference
 from session import fingerprint_of, plain_json, sha256_of, write_whole
 
 _INFERENCE = (
+    "box_size",
     "emulator",
     "exploration",
     "gait",

@@ -1,6 +1,8 @@
 """Sessions drawn from the prior, with their truth: two swims of a robot, tracked with errors that last."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -20,6 +22,7 @@ SECONDS = 5.0
 CAMERA = SyntheticCamera(width_px=8000, height_px=8000)  # the scale of the published videos, and room for any course
 NOISE = TrackingNoise()
 STEP = 1 / 16  # of the twin's own time step
+_FITTED = 2  # trials
 _TRIES = 16  # coefficients that are tried at once
 
 
@@ -31,6 +34,7 @@ class DrawnSession:
         seed: it was drawn with.
         truth: the coefficients.
         trials: two swims as measured, by a session that believes every marker to be in its place.
+        held_out: further swims.
         twin: of the robot as the session believes it to be.
         effect: what the robot does that the twin leaves out.
         tried: how many sets of coefficients were drawn until one swam forward.
@@ -39,12 +43,15 @@ class DrawnSession:
     seed: int
     truth: FluidCoefficients
     trials: list[MeasuredTrial]
+    held_out: list[MeasuredTrial]
     twin: Twin
     effect: Effect
     tried: int
 
 
-def draw_session(seed: int, effect: Effect = "none", workers: int = 0, seconds: float = SECONDS) -> DrawnSession:
+def draw_session(
+    seed: int, effect: Effect = "none", workers: int = 0, seconds: float = SECONDS, held_out_hz: Sequence[float] = ()
+) -> DrawnSession:
     """Draws a session from the prior of the posterior and of its nuisances.
 
     Coefficients are uniform over the box, of those with which the robot swims forward from rest at both frequencies.
@@ -57,6 +64,7 @@ def draw_session(seed: int, effect: Effect = "none", workers: int = 0, seconds: 
         effect: that the twin leaves out.
         workers: threads; 0 for all cores.
         seconds: of each trial.
+        held_out_hz: of further swims.
     """
     random = np.random.default_rng([seed, 6])
     nominal = load_robot()
@@ -65,7 +73,7 @@ def draw_session(seed: int, effect: Effect = "none", workers: int = 0, seconds: 
     truth, tried = _forward_swimmer(twin, frequency_hz, random)
     unmodelled = with_effect(_reglued(nominal, random), effect, random)
     plan = SyntheticPlan(
-        trials=tuple(_trial(float(hz), seconds, random) for hz in frequency_hz),
+        trials=tuple(_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
         seed=seed,
         robot=unmodelled.robot,
         timestep_s=STEP * SWIM.timestep_s,
@@ -73,11 +81,12 @@ def draw_session(seed: int, effect: Effect = "none", workers: int = 0, seconds: 
         noise=NOISE,
         camera=CAMERA,
     )
-    return DrawnSession(seed, truth, _measured(plan, unmodelled.current_m_s, nominal), twin, effect, tried)
+    swims = _measured(plan, unmodelled.current_m_s, nominal)
+    return DrawnSession(seed, truth, swims[:_FITTED], swims[_FITTED:], twin, effect, tried)
 
 
 def _frequencies(random: np.random.Generator) -> np.ndarray:
-    """(2,) uniform over all pairs that are far enough apart, Hz."""
+    """(2,), one a fitted trial, uniform over all pairs that are far enough apart, Hz."""
     while True:
         pair = random.uniform(SLOWEST_HZ, FASTEST_HZ, 2)
         if abs(pair[1] - pair[0]) >= APART_HZ:
@@ -128,6 +137,7 @@ def _measured(plan: SyntheticPlan, current_m_s: np.ndarray, nominal: RobotSpec) 
         tracks, _ = tracked(
             swim.trial, swim.position_px + carried[:, None], plan, Stream.SWIM_TRACKER.of(plan.seed, number)
         )
-        trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz)
+        role: Literal["fit", "holdout"] = "fit" if number < _FITTED else "holdout"
+        trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz, role=role)
         trials.append(measure_trial(trial, tracks, spec, nominal, plan.warmup_s))
     return trials

@@ -13,9 +13,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.posterior.box_size import BOX_SD_M, box_size
 from fitting.posterior.emulator import fit_emulator
-from fitting.posterior.likelihood import DISCREPANCY, Likelihood
-from fitting.posterior.session_model import SessionModel
+from fitting.posterior.likelihood import LEAST_DISCREPANCY, MOST_SPEED, MOST_WAVE, Likelihood
+from fitting.posterior.session_model import Disturbances, SessionModel
 from fitting.posterior.step_shift import StepShift
 
 WALKERS = 64
@@ -29,7 +30,7 @@ _GOOD_ENOUGH = 0.5  # standard deviation of emulated minus simulated ln likeliho
 _STABLE_SD = 0.25  # by which means may still move from round to round, in standard deviations
 
 Tell = Callable[[str, float | None], None]
-LOG_DISCREPANCY = tuple(float(np.log(end)) for end in DISCREPANCY)
+LOG_LEAST, LOG_MOST = np.log(LEAST_DISCREPANCY), np.log([MOST_WAVE, MOST_SPEED])
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +41,7 @@ class Exploration:
         likelihood: by the emulator, with all that disturbs it.
         walkers: (w, 7) draws from the posterior to start from: coefficients, then ln discrepancy of wave and speed.
         simulations: of each trial.
+        box_sd_m: of a box from its marker, each way.
         step_shift: what a vanishing time step adds to simulated gaits; the likelihood is of gaits with it.
         emulator_error: standard deviation of emulated minus simulated ln likelihood at fresh draws.
         settled: whether the rounds ended because the emulator held.
@@ -48,6 +50,7 @@ class Exploration:
     likelihood: Likelihood
     walkers: np.ndarray
     simulations: int
+    box_sd_m: float
     step_shift: StepShift
     emulator_error: float
     settled: bool
@@ -60,7 +63,7 @@ def log_posterior(likelihood: Likelihood) -> Callable[[np.ndarray], np.ndarray]:
     def value(points: np.ndarray) -> np.ndarray:
         coefficients, log_discrepancy = points[:, :5], points[:, 5:]
         inside = ((coefficients >= low) & (coefficients <= high)).all(axis=1)
-        inside &= ((log_discrepancy >= LOG_DISCREPANCY[0]) & (log_discrepancy <= LOG_DISCREPANCY[1])).all(axis=1)
+        inside &= ((log_discrepancy >= LOG_LEAST) & (log_discrepancy <= LOG_MOST)).all(axis=1)
         result = np.full(len(points), -np.inf)
         result[inside] = likelihood(coefficients[inside], np.exp(log_discrepancy[inside]))
         return result
@@ -112,7 +115,8 @@ class _Search:
         ] = []  # points, gaits by whole and half steps
         self.step_shift = StepShift.none(k)
         self.relevance = np.zeros(0)
-        self.looks: list[np.ndarray] = []  # covariances of what disturbs the gaits, at one draw of each round
+        self.looks: list[Disturbances] = []  # at one draw of each round
+        self.box_sd_m = BOX_SD_M
         self.walkers: np.ndarray | None = None
         self.mean: np.ndarray | None = None  # (5,) of the last round
         self.error = np.inf
@@ -130,10 +134,16 @@ class _Search:
         """(s, k) the gaits so far, as if the time step had vanished."""
         return self.gaits + self.step_shift(self.points)
 
+    @property
+    def disturbances(self) -> Disturbances:
+        """The mean of the later looks."""
+        later = self.looks[len(self.looks) // 2 :]
+        return Disturbances(*(np.mean(parts, axis=0) for parts in zip(*later, strict=True)))
+
     def likelihood(self) -> Likelihood:
         """By an emulator of all simulations so far."""
         emulator = fit_emulator(self.points, self.shifted, self.relevance)
-        disturbances = np.mean(self.looks[len(self.looks) // 2 :], axis=0) if self.looks else self.model.noise
+        disturbances = self.disturbances.of(self.box_sd_m) if self.looks else self.model.noise
         return Likelihood(
             self.model.measured, disturbances + emulator.error + self.step_shift.error, self.model.discrepancy, emulator
         )
@@ -158,12 +168,16 @@ class _Search:
         self.mean = mean
         self._halve(slice(before, before + min(_HALVED, int(good.sum()))))
         self.looks.append(self.model.disturbances(drawn[0, :5]))
+        left = self.model.measured - likelihood.emulator(middle[None])[0]
+        self.box_sd_m = box_size(left, len(self.model.trials), self.disturbances)
         self._weigh(likelihood, np.exp(np.median(chain[:, 5:], axis=0)))
         return self.error < _GOOD_ENOUGH and float(moved.max()) < _STABLE_SD
 
     def result(self, likelihood: Likelihood, settled: bool) -> Exploration:
         assert self.walkers is not None
-        return Exploration(likelihood, self.walkers, len(self.points), self.step_shift, self.error, settled)
+        return Exploration(
+            likelihood, self.walkers, len(self.points), self.box_sd_m, self.step_shift, self.error, settled
+        )
 
     def _sampled(self, likelihood: Likelihood) -> np.ndarray:
         """(d, 7) draws by the emulator, from where the last walkers stood."""
@@ -182,7 +196,7 @@ class _Search:
         like = likelihood.of_gaits(self.shifted, np.full((len(self.gaits), 2), 0.3))
         first = self.points[np.argsort(-like)[:WALKERS]][self.random.permutation(WALKERS)[:count]]
         near = _reflected(first * (1 + _JITTER * self.random.standard_normal(first.shape)))
-        return np.column_stack([near, self.random.uniform(-3.0, -1.0, (count, 2))])
+        return np.column_stack([near, LOG_MOST - self.random.uniform(1.0, 3.0, (count, 2))])
 
     def _halve(self, rows: slice) -> None:
         """Simulates some points with half the time step too; those of the last rounds tell what it changes."""

@@ -90,6 +90,7 @@ class _Further:
         return np.asarray(
             self._noise().covariance(self.model.gait)
             + freedoms.own @ freedoms.own.T
+            + self.posterior.found.box_sd_m**2 * freedoms.boxes @ freedoms.boxes.T
             + freedoms.shared @ freedoms.shared.T
             + wave**2 * wave_discrepancy(gait, place_m)
             + speed**2 * np.outer(along, along)

@@ -10,12 +10,14 @@ import xarray
 
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED
+from fitting.posterior.likelihood import LEAST_DISCREPANCY, MOST_SPEED, MOST_WAVE
 from fitting.posterior.posterior import Posterior
 from fitting.posterior.sampling import VARIABLES
 
 PRIOR = (
     f"uniform from {COEFFICIENT_BOUNDS[0]:g} to {COEFFICIENT_BOUNDS[1]:g} in each coefficient, uniform in the "
-    "logarithms of the twin's relative discrepancies; normal in the nuisances, which are integrated out"
+    f"logarithms of the twin's relative discrepancies, {LEAST_DISCREPANCY:g} to {MOST_WAVE:g} of the wave and to "
+    f"{MOST_SPEED:g} of the speed; normal in the nuisances, which are integrated out"
 )
 _TERMS = ("mean", *(f"{wave}_{h}" for h in range(1, HARMONICS + 1) for wave in ("cos", "sin")))
 
@@ -62,6 +64,7 @@ def _statistics(posterior: Posterior) -> xarray.Dataset:
         "autocorrelation_steps": draws.autocorrelation,
         "steps": draws.steps,
         "simulations_of_each_trial": found.simulations,
+        "box_sd_m": found.box_sd_m,
         "emulator_error_ln_likelihood": found.emulator_error,
         "misfit_p": posterior.misfit_p,
     }

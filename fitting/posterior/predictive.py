@@ -137,8 +137,8 @@ def _predict(
     gaits, discrepancy = gaits[good], discrepancy[good]
     place_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
     freedoms = model.freedoms(np.array(posterior.median))
-    own, shared = freedoms.in_step, freedoms.shared
-    known = _root(model.noise_covariance + own @ own.T + shared @ shared.T)
+    columns = np.hstack([freedoms.in_step, posterior.found.box_sd_m * freedoms.boxes, freedoms.shared])
+    known = _root(model.noise_covariance + columns @ columns.T)
     wave = _root(wave_discrepancy(np.median(gaits, axis=0), place_m))
     around = [
         gait[None]

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -11,6 +12,17 @@ from fitting.posterior.likelihood import Discrepancy, wave_discrepancy
 from fitting.posterior.trial_model import TrialModel
 from fitting.trial import MeasuredTrial
 from swimmer import Twin
+
+
+class Disturbances(NamedTuple):
+    """(k, k) covariances of gaits: of noise and of all nuisances but boxes, and of boxes 1 m off their markers."""
+
+    fixed: np.ndarray
+    boxes: np.ndarray
+
+    def of(self, box_sd_m: float) -> np.ndarray:
+        """(k, k) with boxes that far off (standard deviation, each way)."""
+        return self.fixed + box_sd_m**2 * self.boxes
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +69,10 @@ class SessionModel:
         """(s, k) rows of coefficients (s, 5); nan where the twin diverged."""
         return np.hstack([model.simulated(coefficients) for model in self.trials])
 
-    def disturbances(self, coefficients: np.ndarray) -> np.ndarray:
-        """(k, k) covariance of noise and of all nuisances at coefficients (5,)."""
+    def disturbances(self, coefficients: np.ndarray) -> Disturbances:
+        """What noise and nuisances do at coefficients (5,)."""
         freedoms = [model.freedoms(coefficients) for model in self.trials]
         own = block_diag(*[freedom.own for freedom in freedoms])
+        boxes = block_diag(*[freedom.boxes for freedom in freedoms])
         shared = np.vstack([freedom.shared for freedom in freedoms])
-        return self.noise + own @ own.T + shared @ shared.T
+        return Disturbances(self.noise + own @ own.T + shared @ shared.T, boxes @ boxes.T)

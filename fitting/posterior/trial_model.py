@@ -13,7 +13,6 @@ from swimmer import MarkerKinematics, Runs, Trajectories, Twin
 
 START_SD = (0.01, 0.02, 0.2)  # of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
 PHASE_SD_RAD = 0.5  # of the crank's phase beside the one that puts the tail in step
-BOX_SD_M = 0.005  # of a box from its marker, each way in the picture: it does not turn with the body
 GLUED_SD_M = 0.001  # of a marker from its place on the body, each way: the same in all trials
 PLACE_SD_M = 0.05  # of the whole fish beside its smooth path
 LEAST_FREQUENCY_SE = 1e-4  # relative
@@ -62,9 +61,9 @@ class TrialModel:
     def freedoms(self, coefficients: np.ndarray) -> "Freedoms":
         """By how much the gait moves with one standard deviation of each nuisance, at coefficients (5,).
 
-        Of the trial: phase, frequency, velocity at time 0, where each box sits on its marker (with the scale and the
-        heading that go with the boxes of nose and neck), and where the fish is. Of the session: where each marker sits
-        on the body.
+        Of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each box
+        sits on its marker (with the scale and the heading that go with the boxes of nose and neck). Of the session:
+        where each marker sits on the body.
         """
         one = coefficients[None]
         trajectories = self._simulate(one)
@@ -73,14 +72,10 @@ class TrialModel:
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
         body = self._kept(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
-        own = [
-            *self._of_start(one),
-            *(BOX_SD_M * column for column in self._of_shifts(marker_m, pool, gait)),
-            PHASE_SD_RAD * _slope_of_phase(gait),
-            *_of_place(len(gait)),
-        ]
+        own = [*self._of_start(one), PHASE_SD_RAD * _slope_of_phase(gait), *_of_place(len(gait))]
+        boxes = self._of_shifts(marker_m, pool, gait)
         shared = [GLUED_SD_M * column for column in self._of_shifts(marker_m, body, gait)]
-        return Freedoms(np.column_stack(own), np.column_stack(shared))
+        return Freedoms(np.column_stack(own), np.column_stack(boxes), np.column_stack(shared))
 
     def _of_start(self, one: np.ndarray) -> list[np.ndarray]:
         moved = []
@@ -135,9 +130,10 @@ class TrialModel:
 
 
 class Freedoms(NamedTuple):
-    """(k, q) columns: what nuisances of the trial, and what those of the session do to its gait."""
+    """(k, q) columns: what nuisances of the trial do to its gait, boxes 1 m off their markers, those of the session."""
 
     own: np.ndarray
+    boxes: np.ndarray
     shared: np.ndarray
 
     @property

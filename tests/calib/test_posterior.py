@@ -102,6 +102,7 @@ def test_a_new_fit_removes_the_posterior_and_the_next_run_makes_it(calib: Front,
     assert calibration_of(sampled)["posterior"]
 
 
+@pytest.mark.long
 def test_stopped_while_sampling_it_goes_on(calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stop(*_: object) -> None:
         raise KeyboardInterrupt

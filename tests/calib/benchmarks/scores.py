@@ -30,6 +30,7 @@ def score(seed: int, narrow: float = 1.0, shift: float = 0.0, warns: bool = Fals
         exact_width=(2 * 1.645,) * 4 + (float("nan"),),
         r_hat=ones,
         ess_bulk=ones,
+        box_sd_m=0.002,
         discrepancy=(0.01, 0.01),
         misfit_p=0.001 if warns else 0.5,
         flags=(),

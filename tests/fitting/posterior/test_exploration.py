@@ -10,6 +10,7 @@ import pytest
 from fitting.posterior import explore, sample
 from fitting.posterior.likelihood import Discrepancy
 from fitting.posterior.sampling import R_HAT, Draws
+from fitting.posterior.session_model import Disturbances
 
 pytestmark = pytest.mark.long
 
@@ -41,8 +42,12 @@ class LinearSession:
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         return np.sqrt(coefficients) @ self.slopes.T
 
-    def disturbances(self, _coefficients: np.ndarray) -> np.ndarray:
-        return self.noise
+    @property
+    def trials(self) -> tuple[None]:
+        return (None,)
+
+    def disturbances(self, _coefficients: np.ndarray) -> Disturbances:
+        return Disturbances(self.noise, np.zeros_like(self.noise))
 
 
 @pytest.fixture(scope="module")
