@@ -153,6 +153,19 @@ class Pipeline:
             _ = self.structure
         return self.calibration_file
 
+    @property
+    def only_dry(self) -> bool:
+        """Whether experiments out of the water are all there is."""
+        return self.recordings.has_experiments and not self.recordings.has_swims
+
+    def structured(self) -> Path:
+        """`results/structure.json`, up to date: all that dry experiments alone can tell."""
+        self.recordings.tracks()
+        if not self.structures.is_current:
+            _ = self.structure
+        self.said.append(f"{self.session.name}: no swim to fit; what follows is from the dry experiments alone")
+        return self.structures.file
+
     def calibrated(self) -> Calibration:
         """The calibration: made when inputs, program, engine or effort changed, else read back."""
         current = is_current(self.calibration_file, self.fingerprint)
@@ -262,7 +275,7 @@ class Pipeline:
 
         tell = self.options.tell
         self._say_why_again()
-        trials, structure = self.trials, self.structure
+        structure, trials = self.structure, self.trials  # in this order: it stands even where there is no swim
         tell("fitting the coefficients", 0.0)
         calibration = calibrate(
             trials,

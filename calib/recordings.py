@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -52,6 +52,7 @@ class Recordings:
     def __init__(self, session: Session, robot: RobotSpec, options: Options, stamp: Provenance) -> None:
         self._session, self._robot, self._options, self._stamp = session, robot, options, stamp
         self.videos = VideoStage(session, robot, options)
+        self._unmeasured: tuple[tuple[TrialSpec, str], ...] = ()
 
     @cached_property
     def fingerprint(self) -> str:
@@ -81,7 +82,7 @@ class Recordings:
             InputError: videos or boxes cannot be used; all of them at once.
             NotEnoughData: no usable swim, or trials that cannot be measured; all of them at once.
         """
-        if not any(spec.kind == "swim" for spec in self._usable):
+        if not self.has_swims:
             found = ", ".join(f"{spec.name} ({spec.kind})" for spec in self._session.trials)
             raise NotEnoughData(
                 f'{self._session.name}: no swim with tracks. Expected at least one [[trial]] with kind = "swim" and a '
@@ -91,13 +92,22 @@ class Recordings:
 
     @property
     def experiments(self) -> DryExperiments:
-        """All usable free decays and dry runs of the session, measured.
+        """All usable free decays and dry runs of the session, measured, and why others could not be.
 
         Raises:
-            InputError, NotEnoughData: as `swims`, with what is wrong with those.
+            InputError, NotEnoughData: as `swims`; an experiment that cannot be measured stops nothing.
         """
         decays = [trial for trial in self._measured if isinstance(trial, DecayTrial)]
-        return DryExperiments(decays, [trial for trial in self._measured if isinstance(trial, DryTrial)])
+        runs = [trial for trial in self._measured if isinstance(trial, DryTrial)]
+        lost: dict[str, dict[str, str]] = {"free_decay": {}, "dry": {}}
+        for spec, why in self._unmeasured:
+            lost[spec.kind][spec.name] = why
+        return DryExperiments(decays, runs, lost["free_decay"], lost["dry"])
+
+    @property
+    def has_swims(self) -> bool:
+        """Whether there is a usable swim."""
+        return any(spec.kind == "swim" for spec in self._usable)
 
     @property
     def has_experiments(self) -> bool:
@@ -122,7 +132,7 @@ class Recordings:
 
     @cached_property
     def _measured(self) -> list[AnyTrial]:
-        """All usable trials, in the order of the session."""
+        """All usable trials that can be measured, in the order of the session; the swims all can."""
         measured, problems, faults = [], [], FaultCollector()
         for spec in self._usable:
             self._options.tell(f"reading {spec.name}", None)
@@ -130,10 +140,14 @@ class Recordings:
                 with faults.nested():
                     measured.append(self._measure(spec, self._recorded(spec)))
             except NotEnoughData as problem:
-                problems.append(str(problem) if spec.name in str(problem) else f"trial {spec.name}: {problem}")
+                problems.append((spec, str(problem).removeprefix(f"trial {spec.name}: ")))
         faults.raise_if_any()
-        if problems:
-            raise NotEnoughData("\n".join(problems))
+        if any(spec.kind == "swim" for spec, _ in problems) or (problems and not measured):
+            raise NotEnoughData("\n".join(f"trial {spec.name}: {why}" for spec, why in problems))
+        self._unmeasured = tuple(problems)
+        for spec, _ in problems:
+            tracks = self._recorded(spec).tracks
+            self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))
         return measured
 
     def _recorded(self, spec: TrialSpec) -> "_Recorded":

@@ -1,6 +1,6 @@
 """A `calibration.json` in a few lines for the terminal."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 
@@ -29,12 +29,29 @@ def calibration_lines(data: Mapping[str, Any]) -> list[str]:
                 f"{label}: markers {_shown(summary['marker_error_mm'], 0, 1)} mm, mean speed error "
                 f"{_shown(summary['speed_mae_twin'], 0, 4)} m/s (EBT {_shown(summary['speed_mae_ebt'], 0, 4)})"
             )
+    flags = {name: trial["flags"] for name, trial in (data["experiments"] | data["trials"]).items()}
+    return [*lines, *_doubts(flags), *(f"! {flag['message']}" for flag in data["flags"])]
+
+
+def structure_lines(data: Mapping[str, Any]) -> list[str]:
+    """A line a number of the structure, and every flag: of the experiments, each once, then of the whole.
+
+    Args:
+        data: the content of `structure.json`.
+    """
+    flags = {decay["name"]: decay["flags"] for decay in data["decays"]}
+    flags |= {run["measured"]: run["flags"] for run in (data["crank"] or {"trials": []})["trials"]}
+    lines = [source["sentence"] for source in data["sources"]]
+    return [*lines, *_doubts(flags), *(f"! {flag['message']}" for flag in data["flags"])]
+
+
+def _doubts(flags: Mapping[str, Iterable[Mapping[str, Any]]]) -> list[str]:
+    """A line for every flag that these trials raise."""
     doubts: dict[str, list[str]] = {}
-    for name, trial in (data["experiments"] | data["trials"]).items():
-        for flag in trial["flags"]:
+    for name, raised in flags.items():
+        for flag in raised:
             doubts.setdefault(f"{_place(flag)}{flag['message']}", []).append(name)
-    lines += [f"! {', '.join(dict.fromkeys(names))}: {doubt}" for doubt, names in doubts.items()]
-    return lines + [f"! {flag['message']}" for flag in data["flags"]]
+    return [f"! {', '.join(dict.fromkeys(names))}: {doubt}" for doubt, names in doubts.items()]
 
 
 def posterior_lines(marginals: Mapping[str, Any]) -> list[str]:

@@ -10,7 +10,7 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 
 from calib.options import Options, Tell
 from calib.pipeline import Pipeline, open_session
-from calib.summary import calibration_lines
+from calib.summary import calibration_lines, structure_lines
 from session import SESSION_FILE, read_result_json, session_lock
 
 
@@ -62,16 +62,17 @@ class Teller:
 
 
 def tell_outcome(pipeline: Pipeline, result: Path, as_json: bool) -> None:
-    """The calibration on standard output; the path of the main result comes last."""
-    data = read_result_json(pipeline.calibration_file)
+    """The calibration, or the structure alone, on standard output; the path of the main result comes last."""
+    alone = pipeline.only_dry
+    data = read_result_json(result if alone else pipeline.calibration_file)
     if as_json:
         made = {
             "result": str(result),
             "made": [str(path) for path in pipeline.made],
             "notes": list(pipeline.notes),
         }
-        print(json.dumps(made | {"calibration": data}, indent=1))
+        print(json.dumps(made | {"structure" if alone else "calibration": data}, indent=1))
         return
-    for line in (*pipeline.said, *pipeline.notes, *calibration_lines(data)):
+    for line in (*pipeline.said, *pipeline.notes, *(structure_lines(data) if alone else calibration_lines(data))):
         print(line)
     print(result)

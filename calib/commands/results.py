@@ -38,11 +38,11 @@ def fit(
     """Finds hinges and crank, swim frequencies and phases, the five fluid coefficients and EBT; writes the MJCF.
 
     Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not
-    recorded is assumed to be as the robot is described, and that is said.
+    recorded is assumed to be as the robot is described, and that is said. Without a swim it ends with hinges and crank.
     """
     with working(session, as_json, Options(effort, workers, method, objective)) as pipeline:
-        pipeline.fit()
-    tell_outcome(pipeline, pipeline.calibration_file, as_json)
+        result = pipeline.structured() if pipeline.only_dry else pipeline.fit()
+    tell_outcome(pipeline, result, as_json)
 
 
 def posterior(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:

@@ -1,7 +1,8 @@
 """The chain of the dry experiments: free decays -> hinges -> dry runs with these hinges -> crank arm."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -19,10 +20,17 @@ Tell = Callable[[str], None]
 
 
 class DryExperiments(NamedTuple):
-    """What was recorded out of the water, as measured."""
+    """What was recorded out of the water, as measured.
+
+    Attributes:
+        decays, runs: free decays and dry runs.
+        unmeasured_decays, unmeasured_runs: by name, why those could not be measured.
+    """
 
     decays: Sequence[DecayTrial] = ()
     runs: Sequence[DryTrial] = ()
+    unmeasured_decays: Mapping[str, str] = MappingProxyType({})
+    unmeasured_runs: Mapping[str, str] = MappingProxyType({})
 
 
 def identify_structure(
@@ -34,7 +42,7 @@ def identify_structure(
 ) -> Structure:
     """The structure of a robot from its dry experiments; what they do not tell is taken from its description.
 
-    An experiment that must not be believed (`fitting.structure.belief`) is reported and not used.
+    An experiment that could not be measured or must not be believed (`fitting.structure.belief`) is reported, not used.
 
     Args:
         experiments: as measured.
@@ -52,12 +60,12 @@ def identify_structure(
         tell(f"fitting the free decay {trial.name}")
         with _named(f"trial {trial.name}"):
             decays.append(fit_decay(trial, robot, workers=workers))
-    hinges = _hinges(decays, robot, origin)
+    hinges = _hinges(decays, experiments.unmeasured_decays, robot, origin)
     hinged = with_sources(robot, hinges.sources)
     if experiments.runs:
         tell(f"fitting the crank arm to {', '.join(trial.name for trial in experiments.runs)}")
     with _named(_listed("trial", [trial.name for trial in experiments.runs])):
-        crank = _crank(experiments.runs, hinged, origin, workers)
+        crank = _crank(experiments, hinged, origin, workers)
     return Structure(
         robot=with_sources(hinged, (crank.source,)),
         decays=tuple(decays),
@@ -85,8 +93,8 @@ class _Hinges(NamedTuple):
     flags: tuple[Flag, ...]
 
 
-def _hinges(fits: Sequence[DecayFit], robot: RobotSpec, origin: str) -> _Hinges:
-    doubts = {fit.name: doubt for fit in fits if (doubt := doubt_of_decay(fit))}
+def _hinges(fits: Sequence[DecayFit], unmeasured: Mapping[str, str], robot: RobotSpec, origin: str) -> _Hinges:
+    doubts = {**unmeasured} | {fit.name: doubt for fit in fits if (doubt := doubt_of_decay(fit))}
     flags = tuple(_not_used(f"free decay {name}", doubt) for name, doubt in doubts.items())
     believed = [fit for fit in fits if fit.name not in doubts]
     if believed:
@@ -105,11 +113,14 @@ class _Crank(NamedTuple):
     flags: tuple[Flag, ...]
 
 
-def _crank(runs: Sequence[DryTrial], robot: RobotSpec, origin: str, workers: int) -> _Crank:
+def _crank(experiments: DryExperiments, robot: RobotSpec, origin: str, workers: int) -> _Crank:
+    runs, unmeasured = experiments.runs, experiments.unmeasured_runs
+    flags = tuple(_not_used(f"dry run {name}", why) for name, why in unmeasured.items())
     if not runs:
-        return _Crank(None, assumed_arm(robot, origin, "no dry run"), ())
+        why = f"{_listed('dry run', list(unmeasured))} not used" if unmeasured else "no dry run"
+        return _Crank(None, assumed_arm(robot, origin, why), flags)
     fit, refused = _believed_fit(runs, robot, workers)
-    flags = tuple(_not_used(f"dry run {name}", doubt) for name, doubt in refused.items())
+    flags = (*flags, *(_not_used(f"dry run {name}", doubt) for name, doubt in refused.items()))
     whole = _listed("dry run", [trial.name for trial in fit.trials])
     doubt = doubt_of_arm(fit)
     if doubt is not None:

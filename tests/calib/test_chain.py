@@ -186,12 +186,44 @@ def test_without_experiments_there_is_no_structure_file(calib: Front, unfitted: 
     assert calibration_of(unfitted)["experiments"] == {}
 
 
-def test_a_session_without_a_swim_is_told_so_at_once(calib: Front, unfitted: Path) -> None:
+def test_a_session_without_a_swim_gives_the_structure_alone(calib: Front, unfitted: Path) -> None:
     only(unfitted, "dry_slow", "dry_fast", "pull")
 
     outcome = calib("fit", unfitted)
-    assert_told(outcome, "no swim with tracks", "found dry_slow (dry), dry_fast (dry), pull (free_decay)")
-    assert not STRUCTURE & results_of(unfitted).keys()
+    assert outcome.code == 0, outcome.err
+    assert "no swim to fit" in outcome.out
+    assert "(standard error) from dry runs dry_slow, dry_fast" in outcome.out
+    assert outcome.out.splitlines()[-1].endswith("structure.json")
+    assert results_of(unfitted).keys() == STRUCTURE | {
+        f"tracks/{name}.csv" for name in ("dry_slow", "dry_fast", "pull")
+    }
+    with remade(unfitted):
+        told = json.loads(calib("fit", unfitted, "--json").out)
+    assert [source["quantity"] for source in told["structure"]["sources"]] == list(KEYS)
+
+
+def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfitted: Path) -> None:
+    only(unfitted, "pull")
+
+    outcome = calib("run", unfitted, "--effort", "quick")
+    assert_told(outcome, "no swim with tracks", "found pull (free_decay)")
+    assert results_of(unfitted).keys() >= STRUCTURE
+
+
+def test_an_experiment_that_cannot_be_measured_is_left_out_and_said(calib: Front, unfitted: Path) -> None:
+    def stand_still(position_px: np.ndarray) -> None:
+        position_px[:] = position_px[:1]
+
+    change_tracks(only(unfitted, "slow", "pull", "dry_fast"), "pull", stand_still)
+    outcome = calib("fit", unfitted, "--effort", "quick")
+    data = calibration_of(unfitted)
+
+    assert outcome.code == 0, outcome.err
+    assert "! free decay pull is not used: its tail swings by 0.0 mm only" in outcome.out
+    assert "free decay pull not used: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out
+    assert data["structure"]["crank_arm"]["assumed"] is False  # type: ignore[index]
+    with remade(unfitted):
+        assert calib("fit", unfitted, "--effort", "quick").code == 0
 
 
 def test_what_is_wrong_with_any_trial_is_told_at_once(calib: Front, unfitted: Path) -> None:
