@@ -1,7 +1,7 @@
 """The usual posterior, beside the true one: every frame an independent sample, nothing unknown but the phase.
 
 Least squares over all samples with white noise of one unknown size. It takes errors that last for many new
-measurements, and offers no other explanation of a misfit than the coefficients: its intervals are far too narrow.
+measurements, and offers no other explanation of a misfit than the coefficients: it is too sure of where it lies.
 """
 
 from collections.abc import Callable
