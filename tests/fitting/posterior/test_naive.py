@@ -1,4 +1,4 @@
-"""White noise gives the posterior of least squares: right where noise is white, sure of something else where it lasts."""
+"""White noise gives least squares: right where noise is white, sure of something else where it lasts."""
 
 from __future__ import annotations
 
