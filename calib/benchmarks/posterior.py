@@ -14,10 +14,10 @@ from calib.benchmarks.posterior_effects import Effect, effect_of
 from calib.benchmarks.posterior_exact import exact_widths
 from calib.benchmarks.posterior_truth import NOISE, DrawnSession, draw_session
 from fitting.posterior import Posterior, sample_posterior
+from fitting.posterior.posterior import MISFIT_P
 
 RANKED = 99  # draws among which the truth has a rank: 100 ranks, ten to a bin
 EFFECTIVE = 100
-MISFIT_P = 0.01
 WARNINGS = ("model_discrepancy", "emulator_off", "not_converged")
 """Flags that tell a reader not to believe the intervals."""
 Five = tuple[float, ...]

@@ -19,6 +19,7 @@ from swimmer import FluidCoefficients, Twin
 
 EFFECTIVE = 400
 _WIDE, _WIDE_BY = 2.5, 0.5  # ratio and difference of the ends of a 90 % interval beyond which nothing is determined
+MISFIT_P = 0.01  # below which noise and nuisances alone do not explain a misfit
 _NEAR_BOUND = 0.02  # of the range
 _DISCREPANT = 0.02  # relative, from which the twin's own error is worth a flag
 _START_PHASE_RAD = 1.0  # of the crank in simulations; gaits are put in step afterwards
@@ -162,6 +163,12 @@ def _flags(posterior: Posterior) -> list[Flag]:
         message = (
             f"the twin's wave is off by {100 * wave:.0f} % and its speed by {100 * speed:.0f} % beyond noise and "
             "nuisances: the intervals allow for errors that change from trial to trial, not for those that all share"
+        )
+        flags.append(Flag("model_discrepancy", message=message))
+    elif posterior.misfit_p < MISFIT_P:
+        message = (
+            "noise and nuisances alone would put gaits as far from the twin less than once in a hundred sessions: "
+            "something that the twin leaves out moves them, and coefficients may be off by more than their intervals"
         )
         flags.append(Flag("model_discrepancy", message=message))
     for name, marginal in posterior.marginals.items():

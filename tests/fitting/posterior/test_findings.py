@@ -13,7 +13,7 @@ from fitting.posterior.findings_file import findings_payload, read_findings
 from fitting.posterior.identifiability import identifiability
 from fitting.posterior.laplace import laplace
 from fitting.posterior.noise import GaitNoise
-from fitting.posterior.posterior import Marginal, Posterior
+from fitting.posterior.posterior import Marginal, Posterior, _flags
 from fitting.posterior.posterior_file import VARIABLES
 from fitting.posterior.whiteness import whiteness
 from session import Provenance, read_result_json, write_result_json
@@ -111,6 +111,14 @@ def test_one_that_a_bound_ends_is_not_determined_however_narrow() -> None:
     assert (inside.narrow, inside.at_bounds) == (True, ())
     assert (wide.narrow, wide.at_bounds) == (False, (0.0,))
     assert (small.narrow, small.at_bounds) == (True, ())  # so near to zero that zero is what the trials say
+
+
+@pytest.mark.parametrize(("wave", "misfit_p", "warns"), [(0.005, 0.3, 0), (0.005, 0.001, 1), (0.05, 0.001, 1)])
+def test_a_misfit_beyond_noise_and_nuisances_is_flagged_once(wave: float, misfit_p: float, warns: int) -> None:
+    made = SimpleNamespace(
+        found=SimpleNamespace(settled=True), discrepancy=np.full((4, 2), wave), misfit_p=misfit_p, marginals={}
+    )
+    assert [flag.kind for flag in _flags(cast(Posterior, made))] == ["model_discrepancy"] * warns
 
 
 def test_laplace_of_a_normal_posterior_is_that_posterior() -> None:
