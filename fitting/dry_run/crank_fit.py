@@ -18,6 +18,8 @@ from session import Flag, NotEnoughData
 from swimmer import RobotSpec
 
 PUBLISHED_GRID = CrankGrid()
+_GLANCE = CrankGrid(speeds=21, phases=20)  # enough to start a joint fit from
+_WIDENINGS = 2  # of the grid of arms
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +109,7 @@ def fit_crank(
 
     Args:
         trials: from `measure_dry_run`.
-        robot: whose arm is sought; its own arm is the middle of the grid.
+        robot: whose arm is sought; its own arm is the middle of the grid, before it is widened.
         grid: of the published search, for each trial.
         response: its simulations, when they were made before (`crank_response`).
         workers: threads; 0 for all cores.
@@ -134,12 +136,40 @@ def crank_response(
 ) -> DryResponse:
     """What `fit_crank` simulates: the grid's arms, at the speeds of these trials.
 
+    Where the trials ask for an arm beyond the grid, it is widened by as much again, twice at most.
+
     Raises:
         NotEnoughData: no smooth motion of the tail over four neighbouring arms.
     """
-    smallest = max((1 - ARM_SPAN) * robot.crank.arm_m, 1.05 * robot.crank.anchor_inset_m)
-    arms = np.linspace(smallest, (1 + ARM_SPAN) * robot.crank.arm_m, grid.arms)
-    return simulate_response(robot, tuple(robot.markers), arms, speed_range(trials), workers=workers)
+    own = robot.crank.arm_m
+    step = 2 * ARM_SPAN * own / (grid.arms - 1)
+    arms = _on_the_crank((1 - ARM_SPAN) * own + step * np.arange(grid.arms), robot)
+    simulate = partial(simulate_response, robot, tuple(robot.markers), range_hz=speed_range(trials), workers=workers)
+    response = simulate(arm_m=arms)
+    for _ in range(_WIDENINGS):
+        beyond = step * np.arange(1, grid.arms // 2 + 1)
+        side = _asked_beyond(trials, response, workers)
+        more = response.arm_m[-1] + beyond if side > 0 else response.arm_m[0] - beyond[::-1]
+        arms = _on_the_crank(more, robot)
+        if not side or not len(arms):
+            break
+        response = simulate(arm_m=np.sort(np.concatenate([response.arm_m, arms])))
+    return response
+
+
+def _on_the_crank(arm_m: np.ndarray, robot: RobotSpec) -> np.ndarray:
+    """Those of these arms that are long enough to hold the anchors."""
+    return arm_m[arm_m > 1.05 * robot.crank.anchor_inset_m]
+
+
+def _asked_beyond(trials: Sequence[DryTrial], response: DryResponse, workers: int) -> int:
+    """-1 where the trials ask for an arm below those simulated, 1 above, 0 within; beyond a snap there is none."""
+    low, high = response.arm_m[[0, -1]]
+    with threadpool_limits(1, user_api="blas"):
+        starts = [error_surface(trial, response, _GLANCE, workers).valleys(1)[0] for trial in trials]
+        arm_m = fit_joint(trials, response, starts).arm_m
+    margin = (high - low) / len(response.arm_m)
+    return int(arm_m > high - margin) - int(arm_m < low + margin)
 
 
 def _check_speeds(response: DryResponse, needed_hz: tuple[float, float]) -> None:

@@ -18,6 +18,7 @@ from fitting.dry_run import (
     fit_crank,
     fit_joint,
     measure_dry_run,
+    with_arm,
 )
 from fitting.dry_run.crank_flags import Found, trial_flags
 from fitting.dry_run.joint import JointTrial
@@ -133,6 +134,20 @@ def test_an_arm_at_the_end_of_the_grid_is_flagged() -> None:
 
     (flag,) = [flag for flag in fit.flags if flag.kind == "at_bound"]
     assert "29.63 mm, is at the end of its range, the edge of the grid" in flag.message
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("described_m", "true_m"), [(0.0395, 0.0265), (0.0265, 0.0382)])
+def test_an_arm_far_from_the_described_one_is_found(described_m: float, true_m: float) -> None:
+    robot = with_arm(ROBOT, described_m)
+    fit = fit_crank(
+        [dry_trial(true_m, *SLOW, robot=robot), dry_trial(true_m, *FAST, seed=1, robot=robot)], robot, SMALL
+    )
+
+    print(f"\n{1000 * fit.arm_m:.3f} ± {1000 * fit.arm_se_m:.3f} mm of {1000 * true_m:.1f} mm")
+    assert fit.arm_m == pytest.approx(true_m, abs=3e-4)
+    assert abs(fit.arm_m - true_m) < 3 * fit.arm_se_m
+    assert "at_bound" not in {flag.kind for flag in fit.flags}
 
 
 def test_an_arm_before_the_snap_is_flagged() -> None:

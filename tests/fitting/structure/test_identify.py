@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from fitting.dry_run import CrankGrid, fit_crank
+from fitting.dry_run import CrankGrid, crank_response, fit_crank
 from fitting.free_decay import DecayTrial
 from fitting.structure import DryExperiments, Source, Structure, assumed, identify, identify_structure
 from session import Flag, SimulationDiverged
@@ -20,8 +20,10 @@ MOVES = Flag("head_moves", message="the head moves by 9 mm")
 
 @pytest.fixture
 def few_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A coarse grid of the published search, from which the joint fit begins."""
-    monkeypatch.setattr(identify, "fit_crank", partial(fit_crank, grid=CrankGrid(speeds=27, phases=30)))
+    """A coarse table and grid of the published search, from which the joint fit begins."""
+    grid = CrankGrid(arms=13, speeds=27, phases=30)
+    monkeypatch.setattr(identify, "crank_response", partial(crank_response, grid=grid))
+    monkeypatch.setattr(identify, "fit_crank", partial(fit_crank, grid=grid))
 
 
 @pytest.fixture(scope="module")
@@ -155,11 +157,11 @@ def test_where_no_dry_run_is_believed_the_arm_is_assumed() -> None:
 
 @pytest.mark.usefixtures("few_points")
 def test_an_arm_at_the_end_of_its_range_is_not_used() -> None:
-    far = robot_with({**TRUE, "crank_arm": 0.055})
+    far = robot_with({**TRUE, "crank_arm": 0.021})
     found = identify_structure(DryExperiments(runs=measured().runs[1:]), far)
 
     assert found.robot == far
-    assert "is not used: the arm, 41.29 mm, is at the end of its range" in found.flags[0].message
+    assert "is not used: the arm, 36.75 mm, is at the end of its range" in found.flags[0].message
 
 
 def test_a_decay_of_something_else_is_named() -> None:
