@@ -1,4 +1,4 @@
-"""The plan behind `calib new --synthetic` and `datasets/sample`: swims, dry runs, a free decay."""
+"""The plan behind `calib new --synthetic` and `datasets/sample`: swims, dry runs, free decays."""
 
 import numpy as np
 
@@ -14,14 +14,15 @@ SLIP_S = 0.02
 """The motor is slower than commanded by this share for each turn a second; as published, more so if fast."""
 FEWEST_S, FEWEST_BEATS = 5.0, 3.2
 
-
 DRY_HZ = (0.6, 0.9)
+BENT_RAD = ((0.18, 0.21, 0.21, 0.17, 0.08), (-0.2, -0.22, -0.18, -0.12, -0.05), (0.12, 0.17, 0.22, 0.2, 0.12))
+"""Of the hinges before each free decay: the tail rings for little over one period, so that one decay is too few."""
 BETWEEN_VIDEOS_S = 96.0
 """From the start of one dry run's video to that of the next."""
 
 
 def default_plan(seed: int = 0) -> SyntheticPlan:
-    """Five swims of the built-in fish, two dry runs with a motor log, a free decay.
+    """Five swims of the built-in fish, two dry runs with a motor log, three free decays.
 
     Two of the swims are to fit, three are held out; in the fastest tail_4 merges onto tail_5.
 
@@ -73,7 +74,8 @@ def _dry_experiments(
             motor=motor,
         )
         runs.append(run)
-    return tuple(runs), (SyntheticDecay(name="decay_1", heading_rad=heading_rad),)
+    bends = enumerate(BENT_RAD, start=1)
+    return tuple(runs), tuple(SyntheticDecay(name=f"decay_{n}", heading_rad=heading_rad, bent_rad=b) for n, b in bends)
 
 
 def _name(prefix: str, hz: float) -> str:

@@ -17,7 +17,7 @@ COMMAND = "python -m synthetic.sample datasets/sample"
 WHAT = """A synthetic session of the built-in 0.57 m fish: marker tracks at five speeds with the errors of a real
 tracker and one track fault, and one swim as a rendered video with the start boxes of its markers; what a perfect
 tracker would find in the video is in `truth/`. Two of the tracks are to fit; the others and the video are held out.
-Beside them the experiments in air: two dry runs with the log of the motor, and a free decay of the tail."""
+Beside them the experiments in air: two dry runs with the log of the motor, and three free decays of the tail."""
 
 FILMED = SyntheticTrial(
     name="f1_00_video",

@@ -100,12 +100,12 @@ def test_the_default_plan_has_five_speeds_both_roles_and_one_fault() -> None:
     assert all(0.95 < trial.frequency_hz / trial.commanded_hz < 1 for trial in plan.trials)
 
 
-def test_the_default_plan_has_dry_runs_on_one_computers_clock_and_a_free_decay() -> None:
+def test_the_default_plan_has_dry_runs_on_one_computers_clock_and_three_free_decays() -> None:
     plan = default_plan(3)
     motors = [run.motor for run in plan.dry_runs if run.motor is not None]
 
     assert [run.name for run in plan.dry_runs] == ["dry_0_60", "dry_0_90"]
-    assert [decay.name for decay in plan.free_decays] == ["decay_1"]
+    assert [decay.name for decay in plan.free_decays] == ["decay_1", "decay_2", "decay_3"]
     assert motors[1].clock_offset_s - motors[0].clock_offset_s > plan.dry_runs[0].seconds
     assert motors[0].clock_rate == motors[1].clock_rate
     assert 0 < abs(motors[0].clock_rate - 1) < 1e-4
