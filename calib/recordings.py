@@ -38,6 +38,8 @@ from tracking.lens import lens_flags
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
 T = TypeVar("T", bound=AnyTrial)
 
+HELD_OUT = 'its role in session.toml is "holdout"'
+
 
 class Recordings:
     """The recordings of a session.
@@ -92,16 +94,18 @@ class Recordings:
 
     @property
     def experiments(self) -> DryExperiments:
-        """All usable free decays and dry runs of the session, measured, and why others could not be.
+        """All usable free decays and dry runs of the session that may be fitted, measured, and why others are not used.
 
         Raises:
             InputError, NotEnoughData: as `swims`; an experiment that cannot be measured stops nothing.
         """
-        decays = [trial for trial in self._measured if isinstance(trial, DecayTrial)]
-        runs = [trial for trial in self._measured if isinstance(trial, DryTrial)]
+        measured = self._measured
+        held_out = {spec.name: spec for spec in self._usable if spec.kind != "swim" and spec.role == "holdout"}
         lost: dict[str, dict[str, str]] = {"free_decay": {}, "dry": {}}
-        for spec, why in self._unmeasured:
+        for spec, why in (*((spec, HELD_OUT) for spec in held_out.values()), *self._unmeasured):
             lost[spec.kind][spec.name] = why
+        decays = [trial for trial in measured if isinstance(trial, DecayTrial) and trial.name not in held_out]
+        runs = [trial for trial in measured if isinstance(trial, DryTrial) and trial.name not in held_out]
         return DryExperiments(decays, runs, lost["free_decay"], lost["dry"])
 
     @property

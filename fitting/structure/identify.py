@@ -24,7 +24,7 @@ class DryExperiments(NamedTuple):
 
     Attributes:
         decays, runs: free decays and dry runs.
-        unmeasured_decays, unmeasured_runs: by name, why those could not be measured.
+        unmeasured_decays, unmeasured_runs: by name, why others could not be measured, or must not be fitted.
     """
 
     decays: Sequence[DecayTrial] = ()

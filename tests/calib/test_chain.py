@@ -226,6 +226,15 @@ def test_an_experiment_that_cannot_be_measured_is_left_out_and_said(calib: Front
         assert calib("fit", unfitted, "--effort", "quick").code == 0
 
 
+def test_an_experiment_that_is_held_out_is_not_used(calib: Front, unfitted: Path) -> None:
+    edit(only(unfitted, "pull") / "session.toml", 'role = "fit"', 'role = "holdout"')
+    outcome = calib("fit", unfitted, "--effort", "quick")
+
+    assert outcome.code == 0, outcome.err
+    assert '! free decay pull is not used: its role in session.toml is "holdout"' in outcome.out
+    assert "free decay pull not used: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out
+
+
 def test_what_is_wrong_with_any_trial_is_told_at_once(calib: Front, unfitted: Path) -> None:
     def stand_still(position_px: np.ndarray) -> None:
         position_px[:] = position_px[:1]
