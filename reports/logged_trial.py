@@ -53,6 +53,11 @@ class LoggedTrial:
         return tuple((float(a), float(b)) for a, b in (self._on_video(np.array(span)) for span in spans if span))
 
     @property
+    def zero_s(self) -> float:
+        """What a time axis begins at, s: the video's time 0, or the first row of a log that cannot be laid on it."""
+        return 0.0 if self.motor.laid else float(self._on_video(self.motor.log.time_s)[0])
+
+    @property
     def steady(self) -> np.ndarray:
         """(n,) rows of the log within the steady stretch."""
         time_s, (start, end) = self._on_video(self.motor.log.time_s), self.motor.drive_s

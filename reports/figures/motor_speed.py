@@ -17,7 +17,7 @@ HEIGHT_IN = 1.25
 
 @styled
 def motor_speed_figure(trials: Sequence[LoggedTrial]) -> Figure:
-    """A panel a trial, all to one scale: the log's speed and the command over the clock of the video."""
+    """A panel a trial, all to one scale: the log's speed and the command over time."""
     columns = min(len(trials), 2)
     figure, drawn = panels(
         len(trials), Grid(columns, HEIGHT_IN, gap_in=(0.3, 0.5)), FULL_WIDTH_IN, Margins(top=0.5, right=0.14)
@@ -33,7 +33,7 @@ def motor_speed_figure(trials: Sequence[LoggedTrial]) -> Figure:
         else:
             axes.tick_params(axis="y", labelleft=False)
         if number >= len(trials) - columns:
-            axes.set_xlabel("time on the video’s clock (s)")
+            axes.set_xlabel("time (s)")
     legend_on_top(figure, _handles(trials), 4)
     return figure
 
@@ -49,12 +49,14 @@ def _limits(trials: Sequence[LoggedTrial]) -> tuple[float, float]:
 
 def _draw(axes: Axes, trial: LoggedTrial) -> None:
     time_s, speed = trial.speed
-    for start, end in trial.codes:
+    time_s = time_s - trial.zero_s
+    for start, end in np.array(trial.codes).reshape(-1, 2) - trial.zero_s:
         axes.axvspan(start, end, facecolor=SHADE, linewidth=0)
     told_s, told = _told(trial)
+    told_s = told_s - trial.zero_s
     axes.plot(told_s, told, color=EBT, linewidth=2.4, drawstyle="steps-post", solid_joinstyle="miter", alpha=0.8)
     axes.plot(time_s, speed, color=INK, linewidth=0.9)
-    start, end = trial.motor.drive_s
+    start, end = np.array(trial.motor.drive_s) - trial.zero_s
     axes.plot([start, end], [0.985, 0.985], color=MUTED, linewidth=2.5, transform=axes.get_xaxis_transform())
     axes.set_xlim(time_s[0], time_s[-1])
 

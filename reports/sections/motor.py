@@ -73,7 +73,10 @@ def _followed(trials: tuple[LoggedTrial, ...]) -> str:
 
 
 def _turning(trials: tuple[LoggedTrial, ...]) -> Table:
-    caption = "Speed over the steady stretch, and the clock of the log against the video’s, ± standard error."
+    caption = (
+        "Speed over the steady stretch beside the command as it was sent, in the motor’s steps, and the clock of the "
+        "log against the video’s, ± standard error."
+    )
     return Table(caption, TURNING, tuple(map(_turning_row, trials)))
 
 
@@ -134,11 +137,17 @@ def _speeds(trials: tuple[LoggedTrial, ...]) -> Plot:
         inline_svg(motor_speed_figure(trials), "motor-speed", "Speed of the crank over time beside its command"),
         "motor-speed",
         "Speed of the crank over each trial, as the motor measured it, beside what it was told. On grey ground the "
-        "coded wiggles; the bar on top marks the steady stretch, over which the numbers are taken.",
+        f"coded wiggles; the bar on top marks the steady stretch, over which the numbers are taken. {_times(trials)}",
         wide=True,
         scrolls=True,
         tall=len(trials) > 4,
     )
+
+
+def _times(trials: tuple[LoggedTrial, ...]) -> str:
+    apart = listed([trial.name for trial in trials if not trial.motor.laid])
+    own = f"; of {apart}, which could not be laid on the video, from the beginning of the log" if apart else ""
+    return f"Time is that of the video{own}."
 
 
 def _commands(trials: tuple[LoggedTrial, ...]) -> Plot:

@@ -9,6 +9,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from fitting.motor_clock import MotorClock
 from reports import render_report
 from reports.blocks import Plots, Table
 from reports.figures.motor_command import motor_command_figure
@@ -130,6 +131,20 @@ def test_a_log_whose_clock_is_not_known_is_shown_but_not_followed() -> None:
     assert "but not in lost, where the log is not used" in both.blocks[0].text  # type: ignore[union-attr]
     assert both.blocks[1].rows[1][-1] == "given, not used"  # type: ignore[union-attr]
     assert "every crank is taken to turn evenly" in alone.blocks[0].text  # type: ignore[union-attr]
+
+
+def test_a_log_that_cannot_be_laid_on_the_video_is_drawn_from_its_own_beginning() -> None:
+    trials = (
+        made_logged(),
+        made_logged("lost", coded=False, usable=False, clock=MotorClock(0, np.nan, 1, np.nan, "given")),
+    )
+    laid, lost = motor_speed_figure(trials).axes
+    plots = next(block for block in motor_section(trials).blocks if isinstance(block, Plots))
+
+    assert laid.get_xlim()[0] == pytest.approx(trials[0].speed[0][0])
+    assert trials[1].speed[0][0] == pytest.approx(OFFSET_S)
+    assert lost.get_xlim() == pytest.approx((0.0, np.ptp(trials[1].speed[0])))
+    assert "Time is that of the video; of lost, which could not be laid on the video" in plots.plots[0].caption
 
 
 def test_a_log_of_another_time_than_the_video_still_draws() -> None:
