@@ -12,6 +12,7 @@ from reports.style import HALF_WIDTH_IN, INK, MUTED, TWIN, Margins, legend_above
 
 LABEL_GAP = 0.074  # least distance between two names, of the height
 CLOSE = 0.24  # of the time, before 0, that is left for the names
+STEP_S = 0.1  # in which the end of the time axis is chosen, so that like decays are drawn alike
 FADED = 0.02  # of the first swing, below which nothing is to be seen
 
 
@@ -44,7 +45,8 @@ def decay_curve_figure(fit: DecayFit) -> Figure:
 def _end_s(time_s: np.ndarray, envelope: np.ndarray) -> float:
     """Up to when the curves are worth a look: until the envelope (n,) has faded, or to the end."""
     swinging = np.flatnonzero(envelope > FADED * envelope[0])
-    return float(time_s[min(int(swinging[-1]) + 1, len(time_s) - 1)])
+    faded_s = float(time_s[min(int(swinging[-1]) + 1, len(time_s) - 1)])
+    return min(STEP_S * float(np.ceil(faded_s / STEP_S)), float(time_s[-1]))
 
 
 def _name_curves(axes: Axes, fit: DecayFit) -> None:

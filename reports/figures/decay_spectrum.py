@@ -7,7 +7,7 @@ from fitting.free_decay import DecaySpectrum
 from reports.numbers import MM
 from reports.style import FAINT, HALF_WIDTH_IN, INK, MUTED, TWIN, Margins, legend_above, panel, styled
 
-SHOWN = 2.6  # times the frequency, up to where the spectrum is drawn
+SHOWN = 2.6  # times the frequency, up to where the spectrum is drawn, to a whole Hz
 
 
 @styled
@@ -18,7 +18,8 @@ def decay_spectrum_figure(spectrum: DecaySpectrum) -> Figure:
     95 % interval is shaded.
     """
     figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
-    shown = spectrum.bins_hz <= max(SHOWN * spectrum.frequency_hz, 8.0)
+    end_hz = min(max(round(SHOWN * spectrum.frequency_hz), 8), spectrum.bins_hz[-1])
+    shown = spectrum.bins_hz <= end_hz
     bins_hz = spectrum.bins_hz[shown]
     axes.plot(bins_hz, spectrum.amplitude_m[shown] * MM, color=MUTED, linewidth=0.6, alpha=0.7)
     axes.plot([], [], color=MUTED, linewidth=0.6, label="markers")
@@ -30,7 +31,7 @@ def decay_spectrum_figure(spectrum: DecaySpectrum) -> Figure:
         height = float(np.interp(spectrum.peak_hz, spectrum.bins_hz, spectrum.rms_m)) * MM
         label = f"peak at {spectrum.peak_hz:.2f} Hz"
         axes.plot(spectrum.peak_hz, height, "o", color=INK, markerfacecolor=FAINT, markersize=5, label=label)
-    axes.set_xlim(0.0, float(bins_hz[-1]))
+    axes.set_xlim(0.0, end_hz)
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("frequency (Hz)")
     axes.set_ylabel("lateral amplitude (mm)")

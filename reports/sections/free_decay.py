@@ -52,7 +52,8 @@ def _result(hinges: HingeEstimate | None) -> str:
         return "No free decay can be believed: stiffness and damping of the hinges are assumed."
     stiffness = with_error(hinges.stiffness_n_m, hinges.stiffness_se_n_m)
     damping = with_error(MILLI * hinges.damping_n_m_s, MILLI * hinges.damping_se_n_m_s)
-    source = "The free decay gives" if hinges.decays == 1 else f"{counted(hinges.decays, 'free decay')} together give"
+    several = f"The {counted(hinges.decays, 'free decay')} together give"
+    source = "The free decay gives" if hinges.decays == 1 else several
     return (
         f"{source} a stiffness of {stiffness} N m/rad and a damping of {damping} mN m s/rad for every hinge (± "
         "standard error)."
