@@ -5,7 +5,7 @@ PYTHON ?= $(shell for python in $(PYTHONS); do \
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 VENV := .venv
 BIN := $(VENV)/bin
-WORKERS ?= 0 # pytest processes; 0: none beside the main one
+WORKERS ?= auto # pytest processes, one for each core; 0: none beside the main one
 LOCK_ARGS ?= # e.g. --upgrade, or --upgrade-package numpy
 
 .PHONY: help demo test test-all check format lock
@@ -22,10 +22,10 @@ demo: $(VENV)/.installed
 	@$(BIN)/calib run --effort quick datasets/sample
 
 test: check
-	$(BIN)/python -m pytest -n $(WORKERS) -m "not long"
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m "not long"
 
 test-all: check
-	$(BIN)/python -m pytest -n $(WORKERS) -p tests.resume
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -p tests.resume
 
 check: $(VENV)/.installed
 	$(BIN)/ruff check .

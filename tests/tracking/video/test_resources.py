@@ -15,13 +15,15 @@ from tracking.video import Video
 
 @pytest.fixture
 def opened(monkeypatch: pytest.MonkeyPatch) -> list[av.container.InputContainer]:
-    """Every container that is opened from here on."""
+    """Every container that is opened for reading from here on; clips may still be written."""
     containers = []
     really_open = av.open
 
-    def watched(*arguments: object, **named: object) -> av.container.InputContainer:
-        containers.append(really_open(*arguments, **named))
-        return containers[-1]
+    def watched(*arguments: object, **named: object) -> object:
+        container = really_open(*arguments, **named)
+        if isinstance(container, av.container.InputContainer):
+            containers.append(container)
+        return container
 
     monkeypatch.setattr("tracking.video.opening.av.open", watched)
     return containers
