@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -16,13 +16,43 @@ _CLEAR = 0.6  # diameters around another marker in which an answer is not believ
 _TEMPLATE = 0.75  # half side of what is compared, in diameters
 
 
-@dataclass(frozen=True, eq=False)
 class _Memory:
-    """A marker as it was last seen well: the crop around it, and where in the picture crop and marker are."""
+    """A marker as it was last seen well.
 
-    crop: np.ndarray
-    corner: np.ndarray
-    position_px: np.ndarray
+    The crop around it is cut out only when it is needed: while the marker is seen in every frame, it never is.
+
+    Args:
+        luma: (h, w) uint8, the frame; held until the crop is cut.
+        position_px: (2,) of the marker.
+    """
+
+    def __init__(self, luma: np.ndarray, position_px: np.ndarray) -> None:
+        self.position_px = position_px
+        self._luma = luma
+
+    @cached_property
+    def crop(self) -> np.ndarray:
+        """(s, s) uint8 around the marker."""
+        column, row = (self.corner + CROP).tolist()
+        crop = window(self._luma, column, row, CROP).copy()
+        del self._luma
+        return crop
+
+    @cached_property
+    def corner(self) -> np.ndarray:
+        """(2,) int, where in the picture the crop begins."""
+        return np.rint(self.position_px).astype(int) - CROP
+
+    @classmethod
+    def restored(cls, crop: np.ndarray, corner: np.ndarray, position_px: np.ndarray) -> "_Memory":
+        """That of which these were kept."""
+        memory = cls(crop, position_px)
+        memory.crop, memory.corner = crop, corner
+        return memory
+
+    def let_go(self) -> None:
+        """Holds the frame no longer."""
+        _ = self.crop
 
 
 class SecondOpinion:
@@ -59,7 +89,7 @@ class SecondOpinion:
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Takes back what `state` gave."""
         rows = zip(state["kept"].tolist(), state["crops"], state["corners"], state["places"], strict=True)
-        self._memory = {marker: _Memory(crop, corner, place) for marker, crop, corner, place in rows}
+        self._memory = {marker: _Memory.restored(*kept) for marker, *kept in rows}
         asked = zip(state["kept"].tolist(), state["asked"].tolist(), strict=True)
         self._asked = {marker: times for marker, times in asked if times}
 
@@ -73,16 +103,16 @@ class SecondOpinion:
         """Keeps the picture of the markers that were seen well.
 
         Args:
-            luma: (h, w) uint8.
+            luma: (h, w) uint8, held until the next frame; it must not change.
             position_px: (m, 2).
             sure: (m,) bool.
         """
         for marker in np.flatnonzero(sure).tolist():
-            column, row = np.rint(position_px[marker]).astype(int).tolist()
-            crop = window(luma, column, row, CROP).copy()
-            self._memory[marker] = _Memory(crop, np.array([column - CROP, row - CROP]), position_px[marker])
-            self._trackers.pop(marker, None)
-            self._asked.pop(marker, None)
+            self._memory[marker] = _Memory(luma, position_px[marker])
+        for marker in np.flatnonzero(~sure).tolist():
+            if marker in self._memory:
+                self._memory[marker].let_go()
+        self.forget(sure)
 
     def ask(
         self,

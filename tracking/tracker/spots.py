@@ -1,6 +1,8 @@
 """Spots: places in a small window that look like a marker, and the sub-pixel centre of a marker."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from math import ceil
 
 import cv2
 import numpy as np
@@ -23,7 +25,6 @@ _REACH = 1.25  # radii and the px of the ring: within them light counts for the 
 _SLACK_PX = 4  # by which a window is larger than it need be
 # In the middle of a disc of contrast 1:
 _DISC_RESPONSE = float(np.exp(-1 / (8 * _WIDTHS[1] ** 2)) - np.exp(-1 / (8 * _WIDTHS[0] ** 2)))
-_APART_PX = 60.0  # beyond this a neighbour cannot disturb a centroid
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,42 +58,53 @@ def find_spots(luma: np.ndarray, centre_px: np.ndarray, reach_px: np.ndarray, lo
         reach_px: (k,) how far around.
         look: of the k markers.
     """
-    found = [
-        _in_window(luma, *item)
-        for item in zip(centre_px, reach_px, look.sign, look.diameter_px, look.contrast * look.answer, strict=True)
-    ]
-    position = np.concatenate([np.empty((0, 2)), *(spot[0] for spot in found)])
-    strength = np.concatenate([np.empty(0), *(spot[1] for spot in found)])
-    return _each_once(position, strength, float(np.min(look.diameter_px, initial=np.inf)) / 2)
+    places = np.rint(centre_px).astype(int).tolist()
+    looks = zip(
+        places, reach_px.tolist(), look.sign, look.diameter_px.tolist(), look.contrast * look.answer, strict=True
+    )
+    found = np.concatenate([np.empty((0, 3)), *(_in_window(luma, *item) for item in looks)])
+    position, strength = found[:, :2], found[:, 2]
+    inside = ((position >= 0) & (position < luma.shape[::-1])).all(axis=1)
+    return _each_once(position[inside], strength[inside], float(np.min(look.diameter_px, initial=np.inf)) / 2)
 
 
 def _in_window(
-    luma: np.ndarray, centre: np.ndarray, reach: float, sign: float, diameter: float, contrast: float
-) -> tuple[np.ndarray, np.ndarray]:
-    column, row = np.rint(centre).astype(int).tolist()
+    luma: np.ndarray, place: tuple[int, int], reach: float, sign: float, diameter: float, contrast: float
+) -> np.ndarray:
+    """(c, 3) x, y and strength of the spots around a pixel, the strongest at most."""
     step = 2 if diameter > _LARGE_PX else 1  # large markers are sought at half the resolution
-    margin = int(np.ceil(diameter / step))
-    half = int(np.ceil(reach / step)) + margin
-    patch = window(luma, column, row, step * half)
+    margin = ceil(diameter / step)
+    half = ceil(reach / step) + margin
+    patch = window(luma, *place, step * half)
     if step == 2:
         patch = half_size(np.ascontiguousarray(patch[:-1, :-1]))
-    response = _response(patch, sign, diameter / step) / contrast
+    response = _response(patch, sign / contrast, diameter / step)
     side = max(int(diameter / step / 2) | 1, 3)
-    crest = (response == cv2.dilate(response, np.ones((side, side), np.uint8))) & (response > _FAINTEST)
-    rows, columns = np.nonzero(crest[margin:-margin, margin:-margin])
-    strength = response[rows + margin, columns + margin]
-    strongest = np.argsort(-strength)[:_RIVALS]
-    corner = np.array([column, row]) - step * half + (step - 1) / 2
-    position = step * (np.column_stack([columns, rows])[strongest] + margin) + corner
-    inside = (position >= 0).all(axis=1) & (position < luma.shape[::-1]).all(axis=1)
-    return position[inside], strength[strongest][inside].astype(float)
+    inner = slice(margin, -margin)
+    sought = response[inner, inner]
+    highest = cv2.dilate(response, _square(side))[inner, inner]
+    rows, columns = np.nonzero((sought == highest) & (sought > _FAINTEST))
+    strength = sought[rows, columns]
+    if len(strength) > 1:
+        strongest = np.argsort(-strength)[:_RIVALS]
+        rows, columns, strength = rows[strongest], columns[strongest], strength[strongest]
+    spots = np.empty((len(strength), 3))
+    for axis, along in enumerate((columns, rows)):
+        spots[:, axis] = step * (along + (margin - half)) + (place[axis] + (step - 1) / 2)
+    spots[:, 2] = strength
+    return spots
 
 
-def _response(patch: np.ndarray, sign: float, diameter: float) -> np.ndarray:
-    """The two Gaussians' answer in every pixel of a patch, in units of luma: the contrast, in the middle of a disc."""
+@lru_cache
+def _square(side: int) -> np.ndarray:
+    return np.ones((side, side), np.uint8)
+
+
+def _response(patch: np.ndarray, gain: float, diameter: float) -> np.ndarray:
+    """The two Gaussians' answer in every pixel of a patch: `gain` times the contrast, in the middle of a disc."""
     plain = patch.astype(np.float32)
     inner, outer = (cv2.GaussianBlur(plain, _kernel(width * diameter), width * diameter) for width in _WIDTHS)
-    return (inner - outer) * np.float32(sign / _DISC_RESPONSE)
+    return cv2.subtract(inner, outer, dst=inner) * np.float32(gain / _DISC_RESPONSE)
 
 
 def strongest_answer(
@@ -108,7 +120,7 @@ def strongest_answer(
 
 def _kernel(sigma: float) -> tuple[int, int]:
     """Its size."""
-    side = 2 * int(np.ceil(_SIGMAS * sigma)) + 1
+    side = 2 * ceil(_SIGMAS * sigma) + 1
     return side, side
 
 
@@ -178,42 +190,44 @@ def _centres_of(
     """`measure_centres` for markers of about one size; the fields of `Centres`."""
     radius = (look.diameter_px / 2).astype(np.float32)[:, None, None]
     known = look.contrast.astype(np.float32)[:, None, None]
-    reach = int(np.ceil(_RING[1] * radius.max() + _RING[0])) + _SLACK_PX
+    reach = ceil(_RING[1] * float(radius.max()) + _RING[0]) + _SLACK_PX
     away = np.arange(-reach, reach + 1, dtype=np.float32)
     patch, middle = windows(luma, position_px, reach)
     offset = (position_px - middle).astype(np.float32)  # (k, 2)
-    x, y = _from(offset, away)
-    mine, distance = _own_side(position_px, others_px, x, y), np.sqrt(x * x + y * y)
+    x, y, distance = _from(offset, away)
+    mine = _own_side(position_px, others_px, x, y, reach)
     bright = patch if (look.sign > 0).all() else look.sign.astype(np.float32)[:, None, None] * patch
     ring = (distance > radius + _RING[0]) & (distance < _RING[1] * radius + _RING[0]) & mine
     light = (bright - _background(bright, ring)[:, None, None]) * mine
     counted = np.clip(light - _FLOOR * known, 0, _CEILING * known)
+    rim = radius + (_MARGIN_PX + 0.5)
     for _ in range(_ROUNDS):
-        weight = np.clip(radius + (_MARGIN_PX + 0.5) - distance, 0, 1)
+        weight = np.clip(rim - distance, 0, 1)
         weight *= counted
         columns, rows = weight.sum(axis=1), weight.sum(axis=2)  # (k, s)
         shift = np.stack([(columns * x[:, 0]).sum(axis=1), (rows * y[:, :, 0]).sum(axis=1)], axis=1)
         offset = offset + shift / np.maximum(columns.sum(axis=1), 1e-9)[:, None]
-        x, y = _from(offset, away)
-        distance = np.sqrt(x * x + y * y)
+        x, y, distance = _from(offset, away)
     peak = (light * (distance < 0.6 * radius + 1)).max(axis=(1, 2))
     share = np.clip(light / np.maximum(peak, 1.0)[:, None, None], 0, 1) * (distance < _REACH * radius + _RING[0])
     return middle + offset, 2 * np.sqrt(share.sum(axis=(1, 2)) / np.pi), peak
 
 
-def _from(offset: np.ndarray, away: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(k, 1, s) and (k, s, 1) x and y of the pixels of a window, from a place (k, 2) off its middle."""
-    return away[None, None, :] - offset[:, 0, None, None], away[None, :, None] - offset[:, 1, None, None]
+def _from(offset: np.ndarray, away: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k, 1, s), (k, s, 1) and (k, s, s) x, y and distance of a window's pixels from a place (k, 2) off its middle."""
+    x, y = away[None, None, :] - offset[:, 0, None, None], away[None, :, None] - offset[:, 1, None, None]
+    distance = x * x + y * y
+    return x, y, np.sqrt(distance, out=distance)
 
 
-def _own_side(centre: np.ndarray, others: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(k, s, s) pixels nearer to each centre than to any other marker."""
+def _own_side(centre: np.ndarray, others: np.ndarray, x: np.ndarray, y: np.ndarray, reach: int) -> np.ndarray:
+    """(k, s, s) pixels nearer to each centre than to any other marker, as far as they lie within reach."""
     mine = np.ones(np.broadcast_shapes(x.shape, y.shape), bool)
-    between = others[None] - centre[:, None]  # (k, o, 2)
-    gap = np.linalg.norm(between, axis=2)
-    for index, other in np.argwhere((gap > 3.0) & (gap < _APART_PX)).tolist():
-        ahead = between[index, other]
-        mine[index] &= x[index] * ahead[0] + y[index] * ahead[1] < 0.5 * (ahead @ ahead) - gap[index, other] / 20
+    between = (others[None] - centre[:, None]).astype(np.float32)  # (k, o, 2)
+    gap = np.sqrt((between**2).sum(axis=2))
+    for index, other in np.argwhere((gap > 3.0) & (gap < 2 * reach)).tolist():
+        ahead, far = between[index, other], gap[index, other]
+        mine[index] &= x[index] * ahead[0] + y[index] * ahead[1] < 0.5 * far * far - far / 20
     return mine
 
 
