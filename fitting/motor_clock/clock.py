@@ -8,7 +8,7 @@ import numpy as np
 from fitting.motor_clock.code_delay import CodeDelay, code_delay
 from fitting.motor_clock.code_search import search
 from fitting.motor_clock.tail_motion import TailMotion
-from session import Flag, MotorCommands
+from session import Flag, MotorCommands, TrialSpec
 from swimmer import CrankTurn
 
 FoundBy = Literal["code", "start code", "end code", "given"]
@@ -19,7 +19,7 @@ OUTSIDE_S = 0.1  # of a code, that a log may leave out: the last reading falls s
 CLEARLY = 1.2  # times as well as at any other offset
 PLAUSIBLE_RATE = 1e-3  # relative; quartz clocks agree ten times better, 59.94 taken for 60 frames a second reaches it
 QUARTZ = 1e-4  # relative standard error of two clocks against each other, before any code is seen
-LAG_SPREAD_S = 0.0035  # standard deviation of the tail's lag over where the crank stands, in water
+LAG_SPREAD_S = {"dry": 0.0003, "swim": 0.0035}  # standard deviation of the tail's lag over where the crank stands
 CONTRADICTS = 3.0  # standard errors, beyond which the codes overrule that
 
 
@@ -27,7 +27,7 @@ CONTRADICTS = 3.0  # standard errors, beyond which the codes overrule that
 class MotorClock:
     """The clock of a motor log: motor time = rate * video time + offset.
 
-    The moment of a code is when the tail follows the crank. It lags behind by about 2 ms in air and 9 ms in water
+    The moment of a code is when the tail follows the crank. It lags behind by about 1 ms in air and 9 ms in water
     (the built-in robot): the offset is off by as much, and in a fit the crank's phase takes it up. In water it is 3 to
     12 ms, by where in its turn the crank stands; that it differs between the codes is in the standard errors
     (`LAG_SPREAD_S`), beside the tracking and, for the rate, what is known of quartz. Of tracks as good as the published
@@ -57,7 +57,7 @@ class MotorClock:
 
 
 def find_clock(
-    tail: TailMotion | None, turn: CrankTurn, commands: MotorCommands | None, zero_s: float, given_s: float
+    tail: TailMotion | None, turn: CrankTurn, commands: MotorCommands | None, zero_s: float, spec: TrialSpec
 ) -> MotorClock:
     """Looks for the codes of a trial in its video.
 
@@ -66,7 +66,7 @@ def find_clock(
         turn: of the crank, on the motor's clock less `zero_s`.
         commands: on the motor's clock; None where it is not known what was commanded.
         zero_s: so that the numbers stay small: a host's clock may stand at days.
-        given_s: motor clock minus video clock, from `session.toml`.
+        spec: the trial, for its offset and whether it swims.
     """
     told = {part: span for part in CODES if commands and (span := commands.span_s(part)) is not None}
     codes = {part: (begins - zero_s, ends - zero_s) for part, (begins, ends) in told.items()}
@@ -77,8 +77,11 @@ def find_clock(
     if tail is not None and found is not None and found.gain > CLEARLY * found.next_gain:
         delays = [code_delay(tail, turn, span, found.offset_s) for span in spans]
         seen = {p: d for p, d in zip(codes, delays, strict=True) if d is not None and d.explained >= LEAST_EXPLAINED}
+        lag_s = LAG_SPREAD_S[spec.kind]
+        seen = {part: delay._replace(se_s=float(np.hypot(delay.se_s, lag_s))) for part, delay in seen.items()}
     flags = tuple(_not_seen(part, part in codes) for part in told if part not in seen)
     if not seen:
+        given_s = spec.motor_offset_s
         message = f"offset {given_s:g} s as in session.toml, not found from a code; the rate is taken for 1"
         return MotorClock(given_s, np.nan, 1.0, np.nan, "given", (*flags, Flag("clock_given", message=message)))
     offset_s, offset_se_s, rate, rate_se = _joined(list(seen.values()))
@@ -103,7 +106,7 @@ def _regressed(codes: list[CodeDelay], drift_se: float) -> tuple[float, float, f
     """The same, of clocks that are known beforehand to run alike with this standard error."""
     columns = np.array([[1.0, code.middle_s] for code in codes] + [[0.0, 1.0]])  # offset, drift
     found = np.array([code.offset_s for code in codes] + [0.0])
-    weight = 1 / np.array([np.hypot(code.se_s, LAG_SPREAD_S) for code in codes] + [drift_se])
+    weight = 1 / np.array([code.se_s for code in codes] + [drift_se])
     covariance = np.linalg.inv((columns * weight[:, None] ** 2).T @ columns)
     offset_s, drift = covariance @ (columns.T @ (weight**2 * found))
     offset_se_s, rate_se = np.sqrt(np.diag(covariance))

@@ -148,7 +148,7 @@ def motor_record(
         )
     zero_s = float(log.time_s[0])
     turn = CrankTurn.measured(log.time_s[read] - zero_s, log.position_rad[read])
-    clock = find_clock(tail, turn, commands, zero_s, spec.motor_offset_s)
+    clock = find_clock(tail, turn, commands, zero_s, spec)
     turn = turn.shifted(clock.offset_s - zero_s, clock.rate)
     covered = float(((time_s >= turn.start_s) & (time_s <= turn.end_s)).mean())
     usable = clock.found_by != "given" or covered >= COVERED

@@ -21,17 +21,19 @@ from tracking import to_head_frame
 FPS, HZ, PX_PER_M = 60.0, 0.9, 965.0
 NOISE = TrackingNoise()
 SPEC = TrialSpec("f0_90", "dry", commanded_hz=HZ)
+SWIM_SPEC = replace(SPEC, kind="swim")
 ROBOT = load_robot()
 
 
 class Filmed(NamedTuple):
-    """A drive: its true clock, what was logged and commanded, and where the markers are (n, m, 2), m."""
+    """A drive: its true clock, what was logged and commanded, where the markers are (n, m, 2), m, and the trial."""
 
     motor: SyntheticMotor
     log: MotorLog
     commands: MotorCommands
     time_s: np.ndarray
     marker_m: np.ndarray
+    spec: TrialSpec
 
     def offset_at(self, video_s: float) -> float:
         """Motor clock minus video clock, s."""
@@ -64,7 +66,7 @@ def filmed(count: int, in_water: bool = False, seed: int = 0) -> tuple[Filmed, .
     for motor, one, marker in zip(motors, drives, marker_m, strict=True):
         read_s = reading_times(motor, one, random)
         log = read_motor(one, read_s, one.turn.spline(read_s), random)
-        found.append(Filmed(motor, log, one.commands, time_s, marker))
+        found.append(Filmed(motor, log, one.commands, time_s, marker, SWIM_SPEC if in_water else SPEC))
     return tuple(found)
 
 
@@ -78,10 +80,10 @@ def tail_of(one: Filmed, noise: TrackingNoise | None = NOISE, seed: int = 0) -> 
     return TailMotion(one.time_s, lateral, np.ones(lateral.shape, bool))
 
 
-def recorded(one: Filmed, tail: TailMotion | None = None, spec: TrialSpec = SPEC) -> MotorRecord:
+def recorded(one: Filmed, tail: TailMotion | None = None, spec: TrialSpec | None = None) -> MotorRecord:
     """What is made of a drive."""
     tail = tail_of(one) if tail is None else tail
-    return motor_record(spec, one.log, one.commands, tail, tail.time_s)
+    return motor_record(spec or one.spec, one.log, one.commands, tail, tail.time_s)
 
 
 def between(tail: TailMotion, start_s: float, end_s: float) -> TailMotion:

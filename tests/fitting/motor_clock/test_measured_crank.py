@@ -16,10 +16,9 @@ from fitting.swim import head_frame, swim
 from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks
 from swimmer import Runs, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
-from tests.fitting.motor_clock.drives import FPS, PX_PER_M, ROBOT, SPEC, Filmed, filmed, recorded
+from tests.fitting.motor_clock.drives import FPS, PX_PER_M, ROBOT, SPEC, SWIM_SPEC, Filmed, filmed, recorded
 
 CAMERA = CameraSpec(FPS, ROBOT.scale_length_m)
-SWIM_SPEC = replace(SPEC, kind="swim")
 COEFFICIENTS = np.array([PLAUSIBLE_COEFFICIENTS], float)
 
 
