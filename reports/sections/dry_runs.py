@@ -44,10 +44,10 @@ def dry_run_section(fit: CrankFit) -> Section:
     surface = Plot(
         inline_svg(crank_surface_figure(fit), "crank-surface", "Error surface of the crank over arm, speed and phase"),
         "crank-surface",
-        "Mean marker distance of each dry run from the twin, lowest where it is darkest; the contours are labelled in "
-        "millimetres above the lowest point. Left over arm and speed with the best phase, right over arm and phase "
-        "with the best speed. A long, flat valley is an arm that the run alone hardly determines; a dot away from the "
-        "diamond is what misplaced boxes on nose and neck do to the published distance.",
+        "Mean marker distance of each dry run from the twin, lowest where the blue is strongest; the contours are "
+        "labelled in millimetres above the lowest point. Left over arm and speed with the best phase, right over arm "
+        "and phase with the best speed. A long, flat valley is an arm that the run alone hardly determines; a dot away "
+        "from the diamond is what misplaced boxes on nose and neck do to the published distance.",
         wide=True,
         scrolls=True,
         tall=len(fit.trials) > 2,

@@ -165,7 +165,7 @@ def _turns(trials: tuple[LoggedTrial, ...]) -> Plot:
         inline_svg(motor_turn_figure(trials), "motor-turn", "Speed of the crank through a turn"),
         "motor-turn",
         "Speed through a turn of the shaft, about its mean: what an even turn would leave out. Each grey line is one "
-        "turn, the dark one their mean; grey that spreads is no pattern of the shaft. A pattern that all trials share "
+        "turn, the heavy one their mean; grey that spreads is no pattern of the shaft. A pattern that all trials share "
         "belongs to the mechanism, one that grows with the speed to the load.",
         wide=motor_turn_layout(len(trials)).wide,
         tall=len(trials) > 8,
