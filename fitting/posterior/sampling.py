@@ -7,6 +7,7 @@ from pathlib import Path
 import arviz
 import emcee
 import numpy as np
+import xarray
 
 from fitting.coefficient_fit import NAMES
 from fitting.posterior.exploration import Exploration, sampler
@@ -94,9 +95,8 @@ def _judged(ensemble: emcee.EnsembleSampler, effective: int) -> Draws:
     longest = float(np.max(ensemble.get_autocorr_time(tol=0, discard=int(_BURN_IN * steps))))
     thin = max(int(longest / 4), 1)
     chains = ensemble.get_chain(discard=int(_BURN_IN * steps), thin=thin).transpose(1, 0, 2)  # (w, d, 7)
-    data = arviz.convert_to_dataset({name: chains[..., i] for i, name in enumerate(VARIABLES)})
-    ess = np.array([float(arviz.ess(data)[name]) for name in VARIABLES])
-    r_hat = np.array([float(arviz.rhat(data)[name]) for name in VARIABLES])
+    data = xarray.Dataset({name: (("chain", "draw"), chains[..., i]) for i, name in enumerate(VARIABLES)})
+    ess, r_hat = (np.array([float(told[name]) for name in VARIABLES]) for told in (arviz.ess(data), arviz.rhat(data)))
     enough = bool((ess[:5] >= effective).all() and (r_hat[:5] <= R_HAT).all())
     flags = () if enough else (_not_sampled(ess, r_hat, effective),)
     return Draws(chains, ess, r_hat, float(ensemble.acceptance_fraction.mean()), longest, steps, enough, flags)
