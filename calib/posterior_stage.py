@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Effective draws of every coefficient."""
 
-FORM = 2  # of the files and of what they rest on
+FORM = 3  # of the files and of what they rest on
 
 
 class PosteriorStage:
@@ -84,6 +84,7 @@ class PosteriorStage:
         from fitting.posterior.findings import find
         from fitting.posterior.findings_file import findings_payload
         from fitting.posterior.posterior_file import marginals_payload, save_draws
+        from fitting.posterior.robot_doubt import doubts_of
 
         chain = self._chain()
         starts = [calibration.coefficients, *(restart.coefficients for restart in calibration.fit.restarts)]
@@ -95,6 +96,7 @@ class PosteriorStage:
             self._session.seed,
             chain,
             self._options.tell,
+            doubts_of(calibration.structure.sources),
         )
         if not posterior.draws.enough:
             raise NotConverged(self._refusal(posterior.draws.flags[0].message, chain))

@@ -143,6 +143,10 @@ class Twin:
         """The same twin with another time step, s."""
         return Twin(self.robot, self.markers, replace(self.scene, timestep_s=timestep_s), self._workers)
 
+    def of_robot(self, robot: RobotSpec) -> "Twin":
+        """The same of another robot."""
+        return Twin(robot, self.markers, self.scene, self._workers)
+
     def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
         """Simulates every run from time 0 and reads the markers off at the given times.
 

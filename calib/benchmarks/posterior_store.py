@@ -25,6 +25,7 @@ _INFERENCE = (
     "likelihood",
     "noise",
     "posterior",
+    "robot_doubt",
     "sampling",
     "session_model",
     "step_shift",

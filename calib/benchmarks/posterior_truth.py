@@ -9,7 +9,9 @@ import numpy as np
 from calib.benchmarks.posterior_effects import Effect, with_effect
 from fitting.from_rest import speed_from_rest
 from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.posterior.robot_doubt import doubts_of
 from fitting.posterior.trial_model import GLUED_SD_M
+from fitting.structure import assumed
 from fitting.trial import MeasuredTrial, measure_trial
 from session import FISHSIM_MARKERS, CameraSpec, TrialSpec
 from swimmer import SWIM, FluidCoefficients, RobotSpec, Twin, load_robot
@@ -56,8 +58,9 @@ def draw_session(
 
     Coefficients are uniform over the box, of those with which the robot swims forward from rest at both frequencies.
     Two frequencies are uniform from 0.5 to 1.4 Hz, at least 0.3 Hz apart; phases and headings are uniform. Each marker
-    sits off its place on the body by 1 mm (standard deviation, each way). The swims are simulated with steps
-    so fine that they no longer matter.
+    sits off its place on the body by 1 mm (standard deviation, each way); hinges and crank arm are off by
+    what the posterior allows for where nobody measured them. The swims are simulated with steps so fine that they no
+    longer matter.
 
     Args:
         seed: of all draws.
@@ -71,7 +74,7 @@ def draw_session(
     twin = Twin(nominal, FISHSIM_MARKERS, workers=workers)
     frequency_hz = _frequencies(random)
     truth, tried = _forward_swimmer(twin, frequency_hz, random)
-    unmodelled = with_effect(_reglued(nominal, random), effect, random)
+    unmodelled = with_effect(_reglued(_built(nominal, effect, seed), random), effect, random)
     plan = SyntheticPlan(
         trials=tuple(_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
         seed=seed,
@@ -104,6 +107,15 @@ def _forward_swimmer(
         if len(forward):
             return FluidCoefficients(*map(float, drawn[forward[0]])), tried + int(forward[0]) + 1
         tried += _TRIES
+
+
+def _built(robot: RobotSpec, effect: Effect, seed: int) -> RobotSpec:
+    """The robot as it was built: off in what nobody measured, but for the one number that the effect sets."""
+    random = np.random.default_rng([seed, 9])
+    for doubt in doubts_of(assumed(robot).sources):
+        off = doubt.sd * float(random.standard_normal())
+        robot = robot if doubt.source.quantity == effect else doubt.robot(robot, off)
+    return robot
 
 
 def _reglued(robot: RobotSpec, random: np.random.Generator) -> RobotSpec:

@@ -24,7 +24,8 @@ def box_size(left: np.ndarray, trials: int, disturbances: Disturbances) -> float
         disturbances: of the row.
     """
     means = mean_places(len(left), trials)
-    off, fixed, boxes = left[means], *(part[np.ix_(means, means)] for part in disturbances)
+    among = np.ix_(means, means)
+    off, fixed, boxes = left[means], disturbances.fixed[among], disturbances.boxes[among]
 
     def deviance(ln_sd: float) -> float:
         covariance = fixed + np.exp(2 * ln_sd) * boxes

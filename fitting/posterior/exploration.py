@@ -21,13 +21,14 @@ from fitting.posterior.step_shift import StepShift
 
 WALKERS = 64
 DIMENSIONS = 7  # five coefficients and the logarithms of the discrepancies of wave and speed
-_WORLDWIDE, _ROUND, _STEPS = 256, 64, 400
+_WORLDWIDE, _ROUND, _STEPS = 256, 64, 600
 _ROUNDS = (3, 40)  # fewest, most
 _OUTWARD, _JITTER = 1.7, 0.02
-_HALVED, _HALVED_ROUNDS = 12, 4  # points of a round simulated with half the step; rounds that count
+_HALVED, _HALVED_ROUNDS = 8, 6  # points of a round simulated with half the step; rounds that count
+_FEWEST_HALVED = 12
 _NEIGHBOURS, _FALL_OFF = 90, 60.0  # points that count in full for the next emulator; how fast others count less
 _GOOD_ENOUGH = 0.5  # standard deviation of emulated minus simulated ln likelihood
-_STABLE_SD = 0.25  # by which means may still move from round to round, in standard deviations
+_STABLE_SD = 0.15  # by which means may still move from round to round, in standard deviations
 
 Tell = Callable[[str, float | None], None]
 LOG_LEAST, LOG_MOST = np.log(LEAST_DISCREPANCY), np.log([MOST_WAVE, MOST_SPEED])
@@ -42,6 +43,7 @@ class Exploration:
         walkers: (w, 7) draws from the posterior to start from: coefficients, then ln discrepancy of wave and speed.
         simulations: of each trial.
         box_sd_m: of a box from its marker, each way.
+        disturbances: of the row of gaits.
         step_shift: what a vanishing time step adds to simulated gaits; the likelihood is of gaits with it.
         emulator_error: standard deviation of emulated minus simulated ln likelihood at fresh draws.
         settled: whether the rounds ended because the emulator held.
@@ -51,6 +53,7 @@ class Exploration:
     walkers: np.ndarray
     simulations: int
     box_sd_m: float
+    disturbances: Disturbances
     step_shift: StepShift
     emulator_error: float
     settled: bool
@@ -89,8 +92,8 @@ def explore(
             tell(f"looking for the posterior, round {number + 1}", number / _ROUNDS[1])
         likelihood = search.likelihood()
         if search.round(likelihood) and number >= _ROUNDS[0]:
-            return search.result(likelihood, True)
-    return search.result(likelihood, False)
+            return search.result(True)
+    return search.result(False)
 
 
 def sampler(
@@ -173,23 +176,38 @@ class _Search:
         self._weigh(likelihood, np.exp(np.median(chain[:, 5:], axis=0)))
         return self.error < _GOOD_ENOUGH and float(moved.max()) < _STABLE_SD
 
-    def result(self, likelihood: Likelihood, settled: bool) -> Exploration:
-        assert self.walkers is not None
+    def result(self, settled: bool) -> Exploration:
+        """By all simulations, those of the last round too."""
+        likelihood = self.likelihood()
         return Exploration(
-            likelihood, self.walkers, len(self.points), self.box_sd_m, self.step_shift, self.error, settled
+            likelihood=likelihood,
+            walkers=self._placed(likelihood),
+            simulations=len(self.points),
+            box_sd_m=self.box_sd_m,
+            disturbances=self.disturbances,
+            step_shift=self.step_shift,
+            emulator_error=self.error,
+            settled=settled,
         )
 
     def _sampled(self, likelihood: Likelihood) -> np.ndarray:
         """(d, 7) draws by the emulator, from where the last walkers stood."""
-        if self.walkers is None:
-            self.walkers = self._best(likelihood, WALKERS)
-        lost = ~np.isfinite(log_posterior(likelihood)(self.walkers))
-        self.walkers[lost] = self._best(likelihood, int(lost.sum()))
         ensemble = sampler(likelihood)
         ensemble.random_state = np.random.RandomState(int(self.random.integers(2**31))).get_state()
-        ensemble.run_mcmc(self.walkers, _STEPS, skip_initial_state_check=True)
+        ensemble.run_mcmc(self._placed(likelihood), _STEPS, skip_initial_state_check=True)
         self.walkers = ensemble.get_last_sample().coords
         return ensemble.get_chain(discard=_STEPS // 2, flat=True)
+
+    def _placed(self, likelihood: Likelihood) -> np.ndarray:
+        """(w, 7) the walkers, those that stand where nothing is known put elsewhere."""
+        walkers = self._best(likelihood, WALKERS) if self.walkers is None else self.walkers.copy()
+        value = log_posterior(likelihood)
+        lost = ~np.isfinite(value(walkers))
+        walkers[lost] = self._best(likelihood, int(lost.sum()))
+        lost = ~np.isfinite(value(walkers))
+        if 0 < lost.sum() < WALKERS:  # copies part at their first moves
+            walkers[lost] = walkers[self.random.choice(np.flatnonzero(~lost), int(lost.sum()))]
+        return walkers
 
     def _best(self, likelihood: Likelihood, count: int) -> np.ndarray:
         """(c, 7) near the simulated points that were most like what was measured."""
@@ -204,7 +222,7 @@ class _Search:
         good = np.isfinite(halved).all(axis=1)
         self.at_half_steps.append((self.points[rows][good], self.gaits[rows][good], halved[good]))
         last = [np.concatenate(parts) for parts in zip(*self.at_half_steps[-_HALVED_ROUNDS:], strict=True)]
-        if len(last[0]) >= _HALVED:
+        if len(last[0]) >= _FEWEST_HALVED:
             self.step_shift = StepShift.fitted(*last)
 
     def _weigh(self, likelihood: Likelihood, discrepancy: np.ndarray) -> None:

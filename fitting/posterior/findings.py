@@ -13,6 +13,7 @@ from fitting.posterior.naive import naive_posterior
 from fitting.posterior.posterior import Marginal, Posterior
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
 from fitting.posterior.sampling import Progress
+from fitting.posterior.shared import RobotPart, robot_parts
 from fitting.posterior.whiteness import Whiteness, whiteness
 from fitting.sweep import sweep_frequencies
 from fitting.trial import MeasuredTrial
@@ -35,6 +36,7 @@ class Findings:
         emulator_error: of ln likelihood at fresh draws, standard deviation.
         misfit_p: see `Posterior`.
         discrepancy: (2,) median relative error of the twin's wave and speed.
+        robot: what it may be off by, before and after the swims.
         identifiability, further, sweep, trials, whiteness: see there.
         laplace, naive: intervals by other ways.
         flags: when not to believe it.
@@ -51,6 +53,7 @@ class Findings:
     emulator_error: float
     misfit_p: float
     discrepancy: np.ndarray
+    robot: tuple[RobotPart, ...]
     identifiability: Identifiability
     further: FurtherTrials
     sweep: PredictedSweep
@@ -102,6 +105,7 @@ def find(
         emulator_error=posterior.found.emulator_error,
         misfit_p=posterior.misfit_p,
         discrepancy=np.median(posterior.discrepancy, axis=0),
+        robot=robot_parts(posterior),
         identifiability=identifiability(posterior),
         further=further_trials(posterior, twin, seed),
         sweep=sweep,

@@ -14,6 +14,7 @@ from fitting.posterior.identifiability import Identifiability
 from fitting.posterior.posterior import Marginal
 from fitting.posterior.posterior_file import load_chains
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial
+from fitting.posterior.shared import RobotPart
 from fitting.posterior.whiteness import Whiteness
 from session import Flag
 
@@ -35,6 +36,7 @@ def read_findings(data: Mapping[str, Any], draws: Path) -> Findings:
             "marginals": {name: Marginal(**one) for name, one in data["marginals"].items()},
             "chains": load_chains(draws),
             "identifiability": _made(Identifiability, data["identifiability"]),
+            "robot": tuple(RobotPart(**one) for one in data["robot"]),
             "further": _made(FurtherTrials, data["further"]),
             "sweep": _made(PredictedSweep, data["sweep"]),
             "trials": tuple(_made(PredictedTrial, one) for one in data["trials"]),

@@ -13,6 +13,8 @@ from fitting.posterior.likelihood import wave_discrepancy
 from fitting.posterior.noise import GaitNoise
 from fitting.posterior.posterior import Posterior
 from fitting.posterior.predictive import some_draws
+from fitting.posterior.session_model import START_PHASE_RAD
+from fitting.posterior.shared import SharedNuisances
 from fitting.posterior.trial_model import TrialModel
 from fitting.sweep import START_SPEED_M_S
 from fitting.trial import MeasuredTrial, measure_trial
@@ -52,8 +54,8 @@ def further_trials(posterior: Posterior, twin: Twin, seed: int = 0) -> FurtherTr
     """Judges swims that could still be made, measured like those of the session."""
     random = np.random.default_rng([seed, 5])
     coefficients = some_draws(posterior, _DRAWS, random)[0]
-    covariance = np.cov(posterior.coefficients.T)
-    now = np.sqrt(np.diag(covariance))
+    covariance = SharedNuisances.of(posterior).with_coefficients()
+    now = np.sqrt(np.diag(covariance))[:5]
     known = [_Further(posterior, _measured(posterior, twin, float(hz)), twin) for hz in FREQUENCIES_HZ]
     sd = np.array([np.sqrt(np.diag(one.narrowed(covariance, coefficients))) for one in known])
     determined = np.array([marginal.determined for marginal in posterior.marginals.values()])
@@ -66,24 +68,29 @@ class _Further:
     """One more trial, not yet made."""
 
     def __init__(self, posterior: Posterior, trial: MeasuredTrial, twin: Twin) -> None:
-        self.posterior, self.model = posterior, TrialModel(twin, trial, 1.0)
+        doubted = posterior.model.trials[0].doubted
+        self.posterior, self.model = posterior, TrialModel(twin, trial, START_PHASE_RAD, doubted)
+        self.freedoms = self.model.freedoms(np.array(posterior.median))
 
     def narrowed(self, covariance: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        """(5, 5) covariance with the trial, from that without; slopes are those over draws (d, 5)."""
+        """(5, 5) covariance of coefficients with the trial, from that (5 + q, 5 + q) without; shared nuisances last.
+
+        Slopes are those over draws (d, 5).
+        """
         gaits = self.model.simulated(coefficients)  # (d, k)
         good = np.isfinite(gaits).all(axis=1)
         x = coefficients[good] - coefficients[good].mean(axis=0)
         y = gaits[good] - gaits[good].mean(axis=0)
         slope = np.linalg.lstsq(x, y, rcond=None)[0]  # (5, k)
         left = y - x @ slope
+        slope = np.vstack([slope, self.freedoms.shared.T])  # (5 + q, k)
         disturbed = self._disturbed() + left.T @ left / max(len(left) - 6, 1)
         cross = covariance @ slope
-        return np.asarray(covariance - cross @ np.linalg.solve(slope.T @ cross + disturbed, cross.T))
+        return np.asarray(covariance - cross @ np.linalg.solve(slope.T @ cross + disturbed, cross.T))[:5, :5]
 
     def _disturbed(self) -> np.ndarray:
-        """(k, k) of the session's typical noise, the trial's nuisances and the twin's discrepancy."""
-        freedoms = self.model.freedoms(np.array(self.posterior.median))
-        gait = self.model.measured
+        """(k, k) of the session's typical noise, the trial's own nuisances and the twin's discrepancy."""
+        gait, freedoms = self.model.measured, self.freedoms
         wave, speed = np.median(self.posterior.discrepancy, axis=0)
         place_m = self.model.twin.robot.marker_positions_m(self.model.trial.markers)[:, 0]
         along = np.eye(len(gait))[SPEED] * gait[SPEED]
@@ -91,7 +98,6 @@ class _Further:
             self._noise().covariance(self.model.gait)
             + freedoms.own @ freedoms.own.T
             + self.posterior.found.box_sd_m**2 * freedoms.boxes @ freedoms.boxes.T
-            + freedoms.shared @ freedoms.shared.T
             + wave**2 * wave_discrepancy(gait, place_m)
             + speed**2 * np.outer(along, along)
         )

@@ -80,7 +80,8 @@ class Likelihood:
         _, values, volume = self._spectrum
         spread = 1 + np.multiply.outer(discrepancy[:, 0] ** 2, values)  # (s, k)
         columns = self._speeds  # (t, k)
-        across = np.einsum("tk,sk,uk->stu", columns, 1 / spread, columns, optimize=True)
+        pairs = (columns[:, None] * columns).reshape(-1, columns.shape[1])  # (t t, k)
+        across = ((1 / spread) @ pairs.T).reshape(-1, len(columns), len(columns))
         seen = (white / spread) @ columns.T  # (s, t)
         inner = across + np.eye(len(columns)) / discrepancy[:, 1, None, None] ** 2
         taken = (seen * np.linalg.solve(inner, seen[..., None])[..., 0]).sum(axis=-1)

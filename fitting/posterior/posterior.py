@@ -1,5 +1,6 @@
 """The posterior of the five coefficients: how sure the trials make us, and when not to believe it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -11,6 +12,7 @@ from threadpoolctl import threadpool_limits
 from fitting.coefficient_fit import NAMES
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.exploration import Exploration, explore
+from fitting.posterior.robot_doubt import Doubt
 from fitting.posterior.sampling import Draws, Progress, sample
 from fitting.posterior.session_model import SessionModel
 from fitting.trial import MeasuredTrial
@@ -22,7 +24,6 @@ _WIDE, _WIDE_BY = 2.5, 0.5  # ratio and difference of the ends of a 90 % interva
 MISFIT_P = 0.01  # below which noise and nuisances alone do not explain a misfit
 _NEAR_BOUND = 0.02  # of the range
 _DISCREPANT = 0.02  # relative, from which the twin's own error is worth a flag
-_START_PHASE_RAD = 1.0  # of the crank in simulations; gaits are put in step afterwards
 
 
 class Marginal(NamedTuple):
@@ -119,6 +120,7 @@ def sample_posterior(
     seed: int = 0,
     backend: Path | None = None,
     tell: Progress | None = None,
+    doubts: Sequence[Doubt] | None = None,
 ) -> Posterior:
     """Finds the posterior of the coefficients given some trials, and draws from it.
 
@@ -132,8 +134,9 @@ def sample_posterior(
         seed: of all draws.
         backend: an HDF5 file that keeps every step of the sampler; sampling goes on from it.
         tell: of the progress.
+        doubts: of the robot; None where nobody measured its hinges and crank.
     """
-    model = SessionModel.of(twin, trials, np.full(len(trials), _START_PHASE_RAD))
+    model = SessionModel.of(twin, trials, doubts)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
         found = explore(model, start, seed, tell)
         draws = sample(found, effective, seed, backend, tell)

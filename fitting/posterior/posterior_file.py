@@ -17,7 +17,8 @@ from fitting.posterior.sampling import VARIABLES
 PRIOR = (
     f"uniform from {COEFFICIENT_BOUNDS[0]:g} to {COEFFICIENT_BOUNDS[1]:g} in each coefficient, uniform in the "
     f"logarithms of the twin's relative discrepancies, {LEAST_DISCREPANCY:g} to {MOST_WAVE:g} of the wave and to "
-    f"{MOST_SPEED:g} of the speed; normal in the nuisances, which are integrated out"
+    f"{MOST_SPEED:g} of the speed; normal in the nuisances, the robot's hinges and crank arm among them, "
+    "which are integrated out"
 )
 _TERMS = ("mean", *(f"{wave}_{h}" for h in range(1, HARMONICS + 1) for wave in ("cos", "sin")))
 

@@ -1,18 +1,24 @@
 """What the posterior predicts: speed over frequency, and speed and gait of each trial, with bands.
 
-Inner bands carry the coefficients' uncertainty alone; outer ones everything that stands between the twin and a trial:
-noise, nuisances, and the twin's own discrepancy. Held-out trials keep the contract: their frequency and start come
+Inner bands carry what is uncertain of the coefficients and, together with them, of the robot; outer ones everything
+that stands between the twin and a trial: noise, nuisances, and the twin's own discrepancy. Like the posterior itself,
+they are of a twin whose time step vanishes. Held-out trials keep the contract: their frequency and start come
 from their own first two beats. Gaits are compared in step, so the phase is not predicted.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from fitting.posterior.gait import OF_A_MARKER, SPEED, harmonics_of
 from fitting.posterior.likelihood import wave_discrepancy
 from fitting.posterior.posterior import Posterior
+from fitting.posterior.robot_doubt import DoubtedTwin
+from fitting.posterior.session_model import START_PHASE_RAD
+from fitting.posterior.shared import SharedNuisances
+from fitting.posterior.step_shift import at_vanishing_step
 from fitting.posterior.trial_model import TrialModel
 from fitting.speed import forward_speed
 from fitting.sweep import START_SPEED_M_S
@@ -32,7 +38,7 @@ class PredictedSweep:
 
     Attributes:
         frequency_hz: (f,).
-        inner: (5, f) quantiles 5, 25, 50, 75, 95 % by the coefficients alone, m/s; nan where all diverged.
+        inner: (5, f) quantiles 5, 25, 50, 75, 95 % by coefficients and robot alone, m/s; nan where all diverged.
         outer: (5, f) with the twin's own error in speed as well.
     """
 
@@ -84,7 +90,16 @@ def predict_sweep(posterior: Posterior, twin: Twin, frequency_hz: np.ndarray, se
     coefficients, discrepancy = some_draws(posterior, DRAWS, random)
     middle = np.array([posterior.median])
     start = steady_speed(twin, middle, frequency_hz, np.full(len(frequency_hz), START_SPEED_M_S))[0]
-    speed = steady_speed(twin, coefficients, frequency_hz, np.nan_to_num(start, nan=START_SPEED_M_S))  # (d, f)
+    start = np.nan_to_num(start, nan=START_SPEED_M_S)
+
+    def speeds(twin: Twin, coefficients: np.ndarray) -> np.ndarray:
+        return steady_speed(twin, coefficients, frequency_hz, start)
+
+    speed = at_vanishing_step(speeds, twin, coefficients)  # (d, f)
+    slopes = [each.per_sd * (speeds(each.more, middle) - speeds(each.less, middle))[0] for each in _doubted(posterior)]
+    if slopes:
+        robot = SharedNuisances.of(posterior).drawn(coefficients, random)[:, -len(slopes) :]  # (d, r)
+        speed = speed + robot @ np.array(slopes)
     off = 1 + discrepancy[:, None, 1:] * random.standard_normal((len(speed), 1, _NOISES))
     outer = (speed[..., None] * off).transpose(0, 2, 1).reshape(-1, len(frequency_hz))
     return PredictedSweep(frequency_hz, _quantiles(speed), _quantiles(outer))
@@ -115,29 +130,39 @@ def predict_trials(
     """Each trial beside draws from the posterior, fit and held-out ones."""
     random = np.random.default_rng([seed, 4])
     coefficients, discrepancy = some_draws(posterior, DRAWS, random)
+    drawn = _Drawn(coefficients, discrepancy, SharedNuisances.of(posterior).drawn(coefficients, random))
     fitted = {model.trial.name: model for model in posterior.model.trials}
-    models = [fitted.get(trial.name) or _held_out(trial, twin) for trial in trials]
-    return tuple(_predict(model, posterior, coefficients, discrepancy, random) for model in models)
+    models = [fitted.get(trial.name) or _held_out(trial, twin, _doubted(posterior)) for trial in trials]
+    return tuple(_predict(model, posterior, drawn, random) for model in models)
 
 
-def _held_out(trial: MeasuredTrial, twin: Twin) -> TrialModel:
+class _Drawn(NamedTuple):
+    """(d, 5) coefficients, (d, 2) discrepancies and (d, q) nuisances that all trials share, drawn together."""
+
+    coefficients: np.ndarray
+    discrepancy: np.ndarray
+    shared: np.ndarray
+
+
+def _doubted(posterior: Posterior) -> tuple[DoubtedTwin, ...]:
+    return posterior.model.trials[0].doubted
+
+
+def _held_out(trial: MeasuredTrial, twin: Twin, doubted: tuple[DoubtedTwin, ...]) -> TrialModel:
     """With the frequency of its own first beats, whose error is a nuisance like any other."""
-    return TrialModel(twin, replace(trial, frequency=trial.start_frequency), 1.0)
+    return TrialModel(twin, replace(trial, frequency=trial.start_frequency), START_PHASE_RAD, doubted)
 
 
-def _predict(
-    model: TrialModel,
-    posterior: Posterior,
-    coefficients: np.ndarray,
-    discrepancy: np.ndarray,
-    random: np.random.Generator,
-) -> PredictedTrial:
-    gaits = model.simulated(coefficients)  # (d, k)
-    good = np.isfinite(gaits).all(axis=1)
-    gaits, discrepancy = gaits[good], discrepancy[good]
-    place_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
+def _predict(model: TrialModel, posterior: Posterior, drawn: _Drawn, random: np.random.Generator) -> PredictedTrial:
+    gaits = at_vanishing_step(
+        lambda twin, coefficients: replace(model, twin=twin).simulated(coefficients), model.twin, drawn.coefficients
+    )  # (d, k)
     freedoms = model.freedoms(np.array(posterior.median))
-    columns = np.hstack([freedoms.in_step, posterior.found.box_sd_m * freedoms.boxes, freedoms.shared])
+    gaits = gaits + drawn.shared @ freedoms.shared.T
+    good = np.isfinite(gaits).all(axis=1)
+    gaits, discrepancy = gaits[good], drawn.discrepancy[good]
+    place_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
+    columns = np.hstack([freedoms.in_step, posterior.found.box_sd_m * freedoms.boxes])
     known = _root(model.noise_covariance + columns @ columns.T)
     wave = _root(wave_discrepancy(np.median(gaits, axis=0), place_m))
     around = [

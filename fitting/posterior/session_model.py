@@ -1,5 +1,6 @@
 """All trials of a session at once: their gaits in one row, and the covariance of what is known to disturb them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -9,16 +10,28 @@ from scipy.linalg import block_diag
 
 from fitting.posterior.gait import SPEED
 from fitting.posterior.likelihood import Discrepancy, wave_discrepancy
+from fitting.posterior.robot_doubt import Doubt, doubted_twins, doubts_of
 from fitting.posterior.trial_model import TrialModel
+from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
 from swimmer import Twin
 
+START_PHASE_RAD = 1.0  # of the crank in simulations; gaits are put in step afterwards
+
 
 class Disturbances(NamedTuple):
-    """(k, k) covariances of gaits: of noise and of all nuisances but boxes, and of boxes 1 m off their markers."""
+    """Of gaits of length k.
+
+    Attributes:
+        fixed: (k, k) covariance of noise and of all nuisances but boxes.
+        boxes: (k, k) of boxes 1 m off their markers.
+        shared: (k, q) columns of what all trials share: where markers are glued, and what is doubted of the robot.
+            They are part of `fixed`.
+    """
 
     fixed: np.ndarray
     boxes: np.ndarray
+    shared: np.ndarray
 
     def of(self, box_sd_m: float) -> np.ndarray:
         """(k, k) with boxes that far off (standard deviation, each way)."""
@@ -36,9 +49,11 @@ class SessionModel:
     trials: tuple[TrialModel, ...]
 
     @classmethod
-    def of(cls, twin: Twin, trials: list[MeasuredTrial], phase_rad: np.ndarray) -> "SessionModel":
-        """Of measured trials, with the crank phase (t,) that simulations of each start from."""
-        return cls(tuple(TrialModel(twin, trial, float(p)) for trial, p in zip(trials, phase_rad, strict=True)))
+    def of(cls, twin: Twin, trials: list[MeasuredTrial], doubts: Sequence[Doubt] | None = None) -> "SessionModel":
+        """Of measured trials, with what is doubted of the robot; by default, that nobody measured it."""
+        doubts = doubts_of(assumed(twin.robot).sources) if doubts is None else doubts
+        doubted = doubted_twins(twin, doubts)
+        return cls(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in trials))
 
     @cached_property
     def measured(self) -> np.ndarray:
@@ -75,4 +90,4 @@ class SessionModel:
         own = block_diag(*[freedom.own for freedom in freedoms])
         boxes = block_diag(*[freedom.boxes for freedom in freedoms])
         shared = np.vstack([freedom.shared for freedom in freedoms])
-        return Disturbances(self.noise + own @ own.T + shared @ shared.T, boxes @ boxes.T)
+        return Disturbances(self.noise + own @ own.T + shared @ shared.T, boxes @ boxes.T, shared)

@@ -5,13 +5,17 @@ moves Kutta lift by more than its interval. Twice the change from whole to half 
 1911); it is linear in the coefficients as far as a posterior reaches.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from fitting.posterior.emulator import exponents, terms
+from swimmer import Twin
 
 _TERMS = exponents(1)
+_HALVED = 16  # points that are simulated with half the step too
+_FEWEST = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,3 +49,21 @@ class StepShift:
     def __call__(self, coefficients: np.ndarray) -> np.ndarray:
         """(s, k) for coefficients (s, 5)."""
         return terms(coefficients, _TERMS) @ self.weights
+
+
+def at_vanishing_step(
+    simulate: Callable[[Twin, np.ndarray], np.ndarray], twin: Twin, coefficients: np.ndarray
+) -> np.ndarray:
+    """(s, k) what a twin would do at coefficients (s, 5) if its time step vanished; nan where it diverged.
+
+    Args:
+        simulate: (s, k) what a twin does at coefficients (s, 5).
+        twin: as it is; the first of the coefficients are simulated with half its step as well.
+        coefficients: (s, 5).
+    """
+    whole, first = simulate(twin, coefficients), coefficients[:_HALVED]
+    half = simulate(twin.at_step(twin.scene.timestep_s / 2), first)
+    good = np.isfinite(whole[: len(first)]).all(axis=1) & np.isfinite(half).all(axis=1)
+    if good.sum() < _FEWEST:
+        return whole
+    return whole + StepShift.fitted(first[good], whole[: len(first)][good], half[good])(coefficients)

@@ -1,6 +1,6 @@
 """The gait of one trial as a function of the coefficients, and what else may have moved it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.posterior.gait import HARMONICS, Gait, advanced, phase_between
 from fitting.posterior.noise import GaitNoise, noise_of
+from fitting.posterior.robot_doubt import DoubtedTwin
 from fitting.trial import MeasuredTrial
 from swimmer import MarkerKinematics, Runs, Trajectories, Twin
 
@@ -28,11 +29,13 @@ class TrialModel:
         twin: with the trial's markers.
         trial: as measured.
         phase_rad: crank phase that simulations start from; they are then put in step.
+        doubted: twins of robots that differ as the robot may.
     """
 
     twin: Twin
     trial: MeasuredTrial
     phase_rad: float
+    doubted: tuple[DoubtedTwin, ...] = ()
 
     @cached_property
     def gait(self) -> Gait:
@@ -63,31 +66,35 @@ class TrialModel:
 
         Of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each box
         sits on its marker (with the scale and the heading that go with the boxes of nose and neck). Of the session:
-        where each marker sits on the body.
+        where each marker sits on the body, and then what is doubted of the robot.
         """
-        one = coefficients[None]
-        trajectories = self._simulate(one)
+        trajectories = self._simulate(coefficients[None])
         marker_m = self._kept(trajectories.marker_m[0])  # (n, m, 2)
         gait = self._in_step(self.gait(marker_m))
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
         body = self._kept(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
-        own = [*self._of_start(one), PHASE_SD_RAD * _slope_of_phase(gait), *_of_place(len(gait))]
+        own = [*self._of_start(coefficients), PHASE_SD_RAD * _slope_of_phase(gait), *_of_place(len(gait))]
         boxes = self._of_shifts(marker_m, pool, gait)
         shared = [GLUED_SD_M * column for column in self._of_shifts(marker_m, body, gait)]
+        shared += [self._of_doubt(doubted, coefficients) for doubted in self.doubted]
         return Freedoms(np.column_stack(own), np.column_stack(boxes), np.column_stack(shared))
 
-    def _of_start(self, one: np.ndarray) -> list[np.ndarray]:
-        moved = []
-        for axis, step in enumerate(_START_STEP):
-            shift = np.zeros(3)
-            shift[axis] = step
-            up, down = (self._in_step(self.gait(self._positions(one, shift=sign * shift)))[0] for sign in (1, -1))
-            moved.append(START_SD[axis] * (up - down) / (2 * step))
-        up, down = (self._in_step(self.gait(self._positions(one, 1 + s * _FREQUENCY_STEP)))[0] for s in (1, -1))
+    def _of_start(self, coefficients: np.ndarray) -> np.ndarray:
+        """(4, k) of the velocity at time 0, and of the frequency."""
         frequency = self.trial.frequency
         relative = max(frequency.se_hz / frequency.hz, LEAST_FREQUENCY_SE) if np.isfinite(frequency.se_hz) else 0.01
-        return [*moved, relative * (up - down) / (2 * _FREQUENCY_STEP)]
+        step = np.array([*_START_STEP, _FREQUENCY_STEP])
+        steps = np.vstack([np.diag(step), -np.diag(step)])  # (8, 4)
+        positions = self._positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
+        up, down = np.split(self._in_step(self.gait(positions)), 2)
+        return (np.array([*START_SD, relative]) / (2 * step))[:, None] * (up - down)
+
+    def _of_doubt(self, doubted: DoubtedTwin, coefficients: np.ndarray) -> np.ndarray:
+        more, less = (
+            replace(self, twin=twin).simulated(coefficients[None])[0] for twin in (doubted.more, doubted.less)
+        )
+        return np.asarray(doubted.per_sd * (more - less))
 
     def _of_shifts(self, marker_m: np.ndarray, axes: np.ndarray, gait: np.ndarray) -> list[np.ndarray]:
         """The slope with each marker's shift along each of its axes (n, m, 2, 2), 1/m.
@@ -107,18 +114,24 @@ class TrialModel:
     def _in_step(self, gait: np.ndarray) -> np.ndarray:
         return advanced(gait, phase_between(gait, self.measured, list(self.trial.tail)))
 
-    def _positions(self, coefficients: np.ndarray, faster: float = 1.0, shift: np.ndarray | None = None) -> np.ndarray:
+    def _positions(
+        self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
+    ) -> np.ndarray:
         return self._kept(self._simulate(coefficients, faster, shift).marker_m)
 
-    def _simulate(self, coefficients: np.ndarray, faster: float = 1.0, shift: np.ndarray | None = None) -> Trajectories:
-        count, trial = len(coefficients), self.trial
-        velocity = trial.start_velocity + (0.0 if shift is None else shift)
+    def _simulate(
+        self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
+    ) -> Trajectories:
+        """Of coefficients (s, 5), with cranks faster by (s,) and a velocity at time 0 shifted by (s, 3)."""
+        count, trial, turn = len(coefficients), self.trial, self.trial.turn
+        faster = np.ones(count) if faster is None else faster
+        turned = {} if turn is None else {by: turn.shifted(0.0, by) for by in set(map(float, faster))}
         runs = Runs(
             coefficients=np.ascontiguousarray(coefficients),
-            frequency_hz=np.full(count, faster * trial.frequency.hz),
+            frequency_hz=faster * trial.frequency.hz,
             phase_rad=np.full(count, self.phase_rad),
-            velocity=np.tile(velocity, (count, 1)),
-            turns=None if trial.turn is None else (trial.turn.shifted(0.0, faster),) * count,
+            velocity=np.tile(trial.start_velocity, (count, 1)) + (0.0 if shift is None else shift),
+            turns=tuple(turned[float(by)] for by in faster) if turned else None,
         )
         last = int(np.flatnonzero(trial.kept)[-1]) + 1
         return self.twin.simulate(runs, trial.time_s[:last], allow_divergence=True)

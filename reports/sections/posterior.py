@@ -18,7 +18,8 @@ from reports.figures.posterior_sweep import posterior_sweep_figure
 from reports.figures.posterior_trials import posterior_trials_figure
 from reports.figures.posterior_whiteness import posterior_whiteness_figure
 from reports.figures.small_multiples import small_multiples
-from reports.numbers import MISSING, MM, counted, in_mm, listed, percent, sentence, shown, significant
+from reports.numbers import MISSING, MM, counted, in_mm, listed, percent, sentence, shown, significant, with_error
+from reports.sections.structure import WORDS
 from reports.svg import inline_svg
 
 if TYPE_CHECKING:
@@ -38,10 +39,16 @@ TRIALS = (
     Column("trial", numeric=False),
     Column("role", numeric=False),
     Column("measured", "mm/s"),
-    Column("coefficients alone, 90 %", "mm/s"),
+    Column("coefficients and robot, 90 %", "mm/s"),
     Column("all, 90 %", "mm/s"),
     Column("speed inside", numeric=False),
     Column("harmonics inside", "%"),
+)
+ROBOT = (
+    Column("number", numeric=False),
+    Column("known to", "± %"),
+    Column("from", numeric=False),
+    Column("with the swims off by", "%"),
 )
 NOISE = (
     Column("trial", numeric=False),
@@ -81,8 +88,9 @@ def _determined(found: Findings, context: ReportContext) -> tuple[Block, ...]:
     sweep = Plot(
         inline_svg(posterior_sweep_figure(found, context.calibration), "posterior-sweep", "Speed with its bands"),
         "posterior-sweep",
-        "Speed over frequency as the posterior has it. Dark: what the coefficients leave open. Light: with the twin’s "
-        "own error in speed, which the fit trials show. Below, all beside the median. Open points were held out.",
+        "Speed over frequency as the posterior has it. Dark: what coefficients and robot leave open. Light: with "
+        "the twin’s own error in speed, which the fit trials show. Below, all beside the median. Open points were held "
+        "out.",
     )
     corner = Plot(
         inline_svg(posterior_corner_figure(found, fit), "posterior-corner", "Posterior of each pair of coefficients"),
@@ -99,6 +107,7 @@ def _determined(found: Findings, context: ReportContext) -> tuple[Block, ...]:
         Prose(_how(found)),
         Plots((intervals, sweep)),
         _table(found),
+        _robot(found),
         Plots((corner,)),
         _directions(found),
     )
@@ -110,10 +119,28 @@ def _how(found: Findings) -> str:
     return (
         f"Prior: each coefficient uniform from {low:g} to {high:g}. Each trial counts by its gait: its forward speed, "
         "and mean and three harmonics of every marker. Noise lasts as long as it does in the tracks; phase, frequency, "
-        "start, places of boxes and of markers are unknown and integrated out; so is the twin’s own error, here "
+        "start, places of boxes and of markers, and what is not known of the robot, are unknown and integrated out; so "
+        "is the twin’s own error, here "
         f"{significant(100 * wave, 2)} % of the wave and {significant(100 * speed, 2)} % of the speed in the median. "
         f"{found.simulations} simulations of each fit trial."
     )
+
+
+def _robot(found: Findings) -> Table:
+    rows = tuple(
+        (
+            WORDS.get(part.quantity, part.quantity),
+            significant(100 * part.sd, 2),
+            "dry experiments" if part.measured else "assumed: not measured",
+            with_error(100 * part.mean_after, 100 * part.sd_after),
+        )
+        for part in found.robot
+    )
+    caption = (
+        "What the robot may be off by. It is free by as much as it is not known, and the intervals are as much wider: "
+        "other coefficients take the place of a stiffer hinge. Dry experiments narrow both."
+    )
+    return Table(caption, ROBOT, rows)
 
 
 def _table(found: Findings) -> Table:
@@ -152,8 +179,8 @@ def _predicted(found: Findings) -> tuple[Block, ...]:
     swings = Plot(
         inline_svg(posterior_trials_figure(found), "posterior-trials", "Lateral amplitude with its bands"),
         "posterior-trials",
-        "How far each marker swings at the beat of the crank, from nose to fin. Dark: what the coefficients leave "
-        "open; light: with noise, nuisances and the twin’s own error.",
+        "How far each marker swings at the beat of the crank, from nose to fin. Dark: what coefficients and robot "
+        "leave open; light: with noise, nuisances and the twin’s own error.",
         wide=small_multiples(len(found.trials)).wide,
         tall=True,
     )

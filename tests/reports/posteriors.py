@@ -12,6 +12,7 @@ from fitting.posterior.further_trial import FurtherTrials
 from fitting.posterior.identifiability import Identifiability
 from fitting.posterior.posterior import Marginal
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial
+from fitting.posterior.shared import RobotPart
 from fitting.posterior.whiteness import Whiteness
 from session import Flag
 from swimmer import FluidCoefficients
@@ -45,6 +46,11 @@ def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Find
         "emulator_error": 0.21,
         "misfit_p": 0.4,
         "discrepancy": np.array([0.012, 0.008]),
+        "robot": (
+            RobotPart("hinge_stiffness", True, 0.012, 0.003, 0.011),
+            RobotPart("hinge_damping", True, 0.05, 0.0, 0.05),
+            RobotPart("crank_arm", False, 0.02, -0.021, 0.008),
+        ),
         "identifiability": made_identifiability(),
         "further": FurtherTrials(
             np.array([0.5, 1.4, 0.9]), np.outer([0.5, 0.7, 0.8], SPREAD), SPREAD, np.array([False] * 4 + [True])

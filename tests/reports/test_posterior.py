@@ -43,6 +43,11 @@ def test_every_interval_stands_beside_the_others_and_missing_ones_are_dashes(pag
     assert not re.search(r"\bnan\b", page.text)
 
 
+def test_it_tells_what_of_the_robot_was_measured_and_what_is_free(page: Page) -> None:
+    assert "hinge stiffness 1.2 dry experiments 0 ± 1" in page.text
+    assert "crank arm 2 assumed: not measured −2.1 ± 0.8" in page.text
+
+
 def test_it_counts_what_lies_within_the_bands(page: Page) -> None:
     assert "0 of 1 held-out trial swam at a speed within its 90 % band, and 87.5 % of their harmonics" in page.text
     assert "2 of 2 fit trials swam" in page.text

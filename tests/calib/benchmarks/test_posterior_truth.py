@@ -36,7 +36,7 @@ def test_the_truth_lies_in_the_box_and_swims_forward(drawn: DrawnSession) -> Non
 
 def test_the_twin_has_its_markers_in_their_places(drawn: DrawnSession) -> None:
     assert drawn.twin.robot == load_robot()
-    model = SessionModel.of(drawn.twin, drawn.trials, np.ones(2))
+    model = SessionModel.of(drawn.twin, drawn.trials)
     off = model.measured - model.simulated(np.array(drawn.truth)[None])[0]
     assert 2e-3 < np.abs(off).max() < 0.05  # boxes are 2 mm off in the mean
 
@@ -68,7 +68,7 @@ def test_any_effect_is_each_in_turn() -> None:
 
 
 def test_exact_intervals_narrow_with_the_noise_and_stay_in_the_box(drawn: DrawnSession) -> None:
-    model, truth = SessionModel.of(drawn.twin, drawn.trials, np.ones(2)), np.array(drawn.truth)
+    model, truth = SessionModel.of(drawn.twin, drawn.trials), np.array(drawn.truth)
     as_it_is = exact_widths(model, truth, NOISE)
     quieter = exact_widths(model, truth, TrackingNoise(sd_px=0.2, half_pixel_grid=False))
     assert (quieter < as_it_is).all()

@@ -1,0 +1,104 @@
+"""What is doubted of the robot moves a gait as a robot made so does, and by as much as it is doubted."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from fitting.posterior import Posterior, SessionModel
+from fitting.posterior.robot_doubt import UNMEASURED_SD, doubts_of
+from fitting.posterior.shared import SharedNuisances
+from fitting.structure import Source, assumed
+from swimmer import RobotSpec
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
+
+TRUTH = np.array(PLAUSIBLE_COEFFICIENTS, float)
+QUANTITIES = tuple(UNMEASURED_SD)
+
+
+def measured(se: float) -> tuple[Source, ...]:
+    """As if dry experiments had given all numbers with this relative error."""
+    return tuple(source._replace(se=se * source.value, trials=("dry",)) for source in assumed(ROBOT).sources)
+
+
+def number(robot: RobotSpec, quantity: str) -> float:
+    return {
+        "hinge_stiffness": robot.tail.hinge_stiffness_n_m,
+        "hinge_damping": robot.tail.hinge_damping_n_m_s,
+        "crank_arm": robot.crank.arm_m,
+    }[quantity]
+
+
+@pytest.fixture(scope="module")
+def model() -> SessionModel:
+    return SessionModel.of(exact_twin(), exact_swims(hz=(1.0,), seconds=4.0))
+
+
+@pytest.fixture(scope="module")
+def shared(model: SessionModel) -> np.ndarray:
+    return model.trials[0].freedoms(TRUTH).shared
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_a_doubt_changes_its_own_number_and_no_other(quantity: str) -> None:
+    doubt = next(doubt for doubt in doubts_of(assumed(ROBOT).sources) if doubt.source.quantity == quantity)
+    other = doubt.robot(ROBOT, 0.07)
+    for each in QUANTITIES:
+        assert number(other, each) == pytest.approx((1.07 if each == quantity else 1.0) * number(ROBOT, each))
+
+
+def test_what_was_measured_is_free_by_its_standard_error_and_the_rest_by_the_stated_share() -> None:
+    assert [doubt.sd for doubt in doubts_of(measured(0.004))] == pytest.approx([0.004] * 3)
+    assert {doubt.source.quantity: doubt.sd for doubt in doubts_of(assumed(ROBOT).sources)} == UNMEASURED_SD
+
+
+def test_a_robot_without_damping_is_not_doubted_to_have_less() -> None:
+    stiffness, damping, arm = measured(0.01)
+    assert len(doubts_of((stiffness, damping._replace(value=0.0, se=1e-5), arm))) == 2
+
+
+@pytest.mark.parametrize("which", range(3))
+def test_it_moves_a_gait_as_a_robot_made_so(model: SessionModel, shared: np.ndarray, which: int) -> None:
+    doubt = doubts_of(assumed(ROBOT).sources)[which]
+    twins = [exact_twin().of_robot(doubt.robot(ROBOT, sign * doubt.sd / 2)) for sign in (1, -1)]
+    more, less = (SessionModel.of(twin, [model.trials[0].trial]).simulated(TRUTH[None])[0] for twin in twins)
+    column = shared[:, which - 3]
+    expected = more - less
+    assert column[1:] == pytest.approx(expected[1:], abs=0.1 * np.abs(expected[1:]).max())
+    assert column[0] == pytest.approx(expected[0], abs=3e-4)  # m/s; the twin is a little rough
+
+
+def test_what_was_measured_ten_times_as_well_moves_it_a_tenth(model: SessionModel, shared: np.ndarray) -> None:
+    known = doubts_of(source._replace(se=0.1 * UNMEASURED_SD[source.quantity] * source.value) for source in measured(1))
+    trial = SessionModel.of(exact_twin(), [model.trials[0].trial], known).trials[0]
+    assert trial.freedoms(TRUTH).shared[:, -3:] == pytest.approx(0.1 * shared[:, -3:])
+
+
+def test_what_trials_share_is_found_together_with_the_coefficients() -> None:
+    """A row of numbers that is the sum of a coefficient and a nuisance, and one that is the nuisance, with noise."""
+    columns, noise = np.array([[1.0], [1.0]]), 0.1**2
+    likelihood = SimpleNamespace(
+        emulator=lambda c: np.column_stack([c[:, 0], np.zeros(len(c))]),
+        covariance=lambda _: columns @ columns.T + noise * np.eye(2),
+    )
+    random = np.random.default_rng(0)
+    measured_row = np.array([3.5, 0.5])
+    coefficients = np.zeros((20000, 5))
+    coefficients[:, 0] = 3.0 + np.sqrt(2 * noise) * random.standard_normal(20000)
+    posterior = SimpleNamespace(
+        model=SimpleNamespace(measured=measured_row),
+        found=SimpleNamespace(likelihood=likelihood, disturbances=SimpleNamespace(shared=columns)),
+        discrepancy=np.full((20000, 2), 0.01),
+        coefficients=coefficients,
+    )
+    found = SharedNuisances.of(cast(Posterior, posterior))
+    drawn = found.drawn(coefficients, random)[:, 0]
+
+    assert drawn.mean() == pytest.approx(0.5, abs=0.01)
+    assert drawn.std() == pytest.approx(0.1, rel=0.05)
+    assert np.corrcoef(drawn, coefficients[:, 0])[0, 1] == pytest.approx(-np.sqrt(0.5), abs=0.03)
+    assert found.with_coefficients()[5, 5] == pytest.approx(drawn.var(), rel=0.05)
