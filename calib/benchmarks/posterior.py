@@ -18,7 +18,7 @@ from fitting.posterior.posterior import MISFIT_P
 
 RANKED = 99  # draws among which the truth has a rank: 100 ranks, ten to a bin
 EFFECTIVE = 100
-WARNINGS = ("model_discrepancy", "emulator_off", "not_converged")
+WARNINGS = ("model_discrepancy", "robot_off", "emulator_off", "not_converged")
 """Flags that tell a reader not to believe the intervals."""
 Five = tuple[float, ...]
 

@@ -28,6 +28,7 @@ _INFERENCE = (
     "robot_doubt",
     "sampling",
     "session_model",
+    "shared",
     "step_shift",
     "trial_model",
 )

@@ -38,6 +38,7 @@ class DrawnSession:
         trials: two swims as measured, by a session that believes every marker to be in its place.
         held_out: further swims.
         twin: of the robot as the session believes it to be.
+        robot: that swam.
         effect: what the robot does that the twin leaves out.
         tried: how many sets of coefficients were drawn until one swam forward.
     """
@@ -47,6 +48,7 @@ class DrawnSession:
     trials: list[MeasuredTrial]
     held_out: list[MeasuredTrial]
     twin: Twin
+    robot: RobotSpec
     effect: Effect
     tried: int
 
@@ -85,7 +87,7 @@ def draw_session(
         camera=CAMERA,
     )
     swims = _measured(plan, unmodelled.current_m_s, nominal)
-    return DrawnSession(seed, truth, swims[:_FITTED], swims[_FITTED:], twin, effect, tried)
+    return DrawnSession(seed, truth, swims[:_FITTED], swims[_FITTED:], twin, unmodelled.robot, effect, tried)
 
 
 def _frequencies(random: np.random.Generator) -> np.ndarray:

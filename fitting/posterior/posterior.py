@@ -1,7 +1,7 @@
 """The posterior of the five coefficients: how sure the trials make us, and when not to believe it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from fitting.posterior.exploration import Exploration, explore
 from fitting.posterior.robot_doubt import Doubt
 from fitting.posterior.sampling import Draws, Progress, sample
 from fitting.posterior.session_model import SessionModel
+from fitting.posterior.shared import robot_flags
 from fitting.trial import MeasuredTrial
 from session import Flag
 from swimmer import FluidCoefficients, Twin
@@ -142,7 +143,7 @@ def sample_posterior(
         draws = sample(found, effective, seed, backend, tell)
         misfit_p = _misfit_p(model, found, draws)
     result = Posterior(model, found, draws, misfit_p, ())
-    return Posterior(model, found, draws, misfit_p, (*draws.flags, *_flags(result)))
+    return replace(result, flags=(*draws.flags, *_flags(result), *robot_flags(result)))
 
 
 def _misfit_p(model: SessionModel, found: Exploration, draws: Draws) -> float:

@@ -4,12 +4,19 @@ Given coefficients, these nuisances are normal, for gaits are linear in them. Wh
 together: coefficients that make up for a stiff hinge belong to a robot with a stiff hinge.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from fitting.posterior.posterior import Posterior
+from session import Flag
+
+if TYPE_CHECKING:
+    from fitting.posterior.posterior import Posterior
+
+_ASKED_SD = 2.0  # beyond which a robot that the swims ask for is worth a flag
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +34,7 @@ class SharedNuisances:
     covariance: np.ndarray
 
     @classmethod
-    def of(cls, posterior: Posterior) -> "SharedNuisances":
+    def of(cls, posterior: Posterior) -> SharedNuisances:
         """Of the trials that a posterior rests on."""
         columns = posterior.found.disturbances.shared  # (k, q)
         known = posterior.found.likelihood.covariance(np.median(posterior.discrepancy, axis=0))
@@ -79,3 +86,16 @@ def robot_parts(posterior: Posterior) -> tuple[RobotPart, ...]:
         RobotPart(doubt.source.quantity, not doubt.source.assumed, doubt.sd, doubt.sd * float(m), doubt.sd * float(s))
         for (doubt, *_), m, s in zip(doubted, mean[first:], sd[first:], strict=True)
     )
+
+
+def robot_flags(posterior: Posterior) -> list[Flag]:
+    """Of each number of the robot that the swims ask to be far off what it is taken to be."""
+    return [
+        Flag(
+            "robot_off",
+            message=f"the swims ask for a {part.quantity.replace('_', ' ')} {100 * part.mean_after:+.0f} % off, beyond "
+            f"twice the {100 * part.sd:.2g} % to which it is known: measure it, for coefficients may be off with it",
+        )
+        for part in robot_parts(posterior)
+        if abs(part.mean_after) > _ASKED_SD * part.sd
+    ]

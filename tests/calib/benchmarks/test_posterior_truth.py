@@ -41,6 +41,18 @@ def test_the_twin_has_its_markers_in_their_places(drawn: DrawnSession) -> None:
     assert 2e-3 < np.abs(off).max() < 0.05  # boxes are 2 mm off in the mean
 
 
+def test_what_nobody_measured_of_the_robot_is_off(drawn: DrawnSession) -> None:
+    known, swam = drawn.twin.robot, drawn.robot
+    assert 0 < abs(swam.tail.hinge_stiffness_n_m / known.tail.hinge_stiffness_n_m - 1) < 0.4
+    assert 0 < abs(swam.tail.hinge_damping_n_m_s / known.tail.hinge_damping_n_m_s - 1) < 0.8
+    assert 0 < abs(swam.crank.arm_m / known.crank.arm_m - 1) < 0.08
+
+
+def test_an_effect_sets_the_one_number_that_it_is_about() -> None:
+    stiffer = draw_session(3, "hinge_stiffness", seconds=3.0)
+    assert stiffer.robot.tail.hinge_stiffness_n_m == pytest.approx(1.15 * load_robot().tail.hinge_stiffness_n_m)
+
+
 @pytest.mark.parametrize(
     "effect", [each if each == "current" else pytest.param(each, marks=pytest.mark.long) for each in EFFECTS]
 )
