@@ -8,7 +8,7 @@ from tracking.records.fishsim import save_fishsim
 from tracking.records.formats import FORMATS, export_tracks, import_tracks
 from tracking.records.gaps import GapLimits, fill_gaps
 from tracking.records.movement import load_movement, save_movement, to_movement
-from tracking.records.only_csrt import ONLY_CSRT, alone_too_long, only_csrt_flags, seen_only_by_csrt
+from tracking.records.only_csrt import ONLY_CSRT, only_csrt_flags, seen_only_by_csrt
 from tracking.records.storage import TrackedFiles, load_tracked, save_tracked
 from tracking.records.tracked import SEEN, STATE_WORDS, SampleState, TrackedTrial
 
@@ -31,7 +31,6 @@ __all__ = [
     "TrackedFiles",
     "TrackedTrial",
     "Undo",
-    "alone_too_long",
     "apply_edits",
     "export_tracks",
     "fill_gaps",

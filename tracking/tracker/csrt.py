@@ -23,11 +23,20 @@ class CropTracker:
     """
 
     def __init__(self, crop: np.ndarray, centre_px: np.ndarray, diameter_px: float) -> None:
-        self._side = max(round(_BOX * diameter_px), _SMALLEST_BOX_PX)
-        corner = np.rint(centre_px - (self._side - 1) / 2).astype(int)
-        self._offset = centre_px - (corner + (self._side - 1) / 2)
+        self._start(crop, centre_px, max(round(_BOX * diameter_px), _SMALLEST_BOX_PX))
+
+    @classmethod
+    def in_box(cls, crop: np.ndarray, centre_px: np.ndarray, side_px: float) -> "CropTracker":
+        """The same in a box that was drawn, of that side."""
+        tracker = cls.__new__(cls)
+        tracker._start(crop, centre_px, round(side_px))
+        return tracker
+
+    def _start(self, crop: np.ndarray, centre_px: np.ndarray, side: int) -> None:
+        corner = np.rint(centre_px - (side - 1) / 2).astype(int)
+        self._offset = centre_px - (corner + (side - 1) / 2)
         self._tracker = cv2.TrackerCSRT.create()
-        self._tracker.init(_colour(crop), (*corner.tolist(), self._side, self._side))
+        self._tracker.init(_colour(crop), (*corner.tolist(), side, side))
 
     def update(self, crop: np.ndarray) -> np.ndarray:
         """(2,) where it believes the marker to be in the next crop of the same place; nan when it gives up."""

@@ -1,38 +1,45 @@
 """Markers too faint for the spots: CSRT follows each of them all along, in a crop that moves with it.
 
-OpenCV cannot write down what CSRT has learned, and starting it anew loses markers. What is kept is therefore the
-picture it was last started with; taken up again, it is shown the frames since then once more.
+Started anew, CSRT often takes up something else. So it is started once, on the box as it was drawn, and its crop moves
+by no more than the marker does: to CSRT the marker then hardly moves at all. OpenCV cannot write down what CSRT has
+learned; what is kept is the picture it was started with, and taken up again it is shown all frames once more.
 """
 
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
 
 import numpy as np
 
 from tracking.tracker.csrt import CROP, CropTracker
 from tracking.tracker.windows import window
 
-_NEAR = CROP // 2  # pixels from the middle of its crop beyond which a marker gets a new one
+_FASTEST_PX = CROP // 4  # by which a crop moves in a frame at most
 
 
-class _Followed(NamedTuple):
+class _Followed:
     """A marker in its crop.
 
-    Attributes:
-        tracker: CSRT on it.
-        crop: (s, s) picture that CSRT was started with.
-        corner: (2,) of the crop.
-        start_px, place_px: (2,) where the marker was then, and where it was last seen.
-        age: frames since then.
+    Args:
+        crop: (s, s) picture that CSRT is started with.
+        corner: (2,) int, of the crop in the picture.
+        place_px: (2,) of the marker.
+        side_px: of its box.
     """
 
-    tracker: CropTracker
-    crop: np.ndarray
-    corner: np.ndarray
-    start_px: np.ndarray
-    place_px: np.ndarray
-    age: int
+    def __init__(self, crop: np.ndarray, corner: np.ndarray, place_px: np.ndarray, side_px: float) -> None:
+        self.start = crop, corner, place_px
+        self._corner = corner
+        self._tracker = CropTracker.in_box(crop, place_px - corner, side_px)
+
+    def step(self, luma: np.ndarray) -> np.ndarray:
+        """(2,) where CSRT sees the marker in the next frame; nan where it does not."""
+        height, width = luma.shape
+        column, row = (self._corner + CROP).tolist()
+        place = self._tracker.update(window(luma, column, row, CROP)) + self._corner
+        if np.isfinite(place).all():
+            ahead = np.clip(np.rint(place - self._corner - CROP).astype(int), -_FASTEST_PX, _FASTEST_PX)
+            self._corner = np.clip(self._corner + ahead, -CROP, np.array([width, height]) - 1 - CROP)
+        return place
 
 
 class FaintMarkers:
@@ -41,82 +48,56 @@ class FaintMarkers:
     Args:
         luma: (h, w) uint8, the frame of the boxes.
         position_px: (m, 2) of all markers.
-        diameter_px: (m,).
+        box_px: (m,) sides of their boxes.
         which: (m,) bool, the faint ones.
         threads: on which the crops are updated side by side; 0 for all cores.
     """
 
     def __init__(
-        self, luma: np.ndarray, position_px: np.ndarray, diameter_px: np.ndarray, which: np.ndarray, threads: int = 0
+        self, luma: np.ndarray, position_px: np.ndarray, box_px: np.ndarray, which: np.ndarray, threads: int = 0
     ) -> None:
-        self.which = which
-        self._diameter_px, self._threads = diameter_px, threads
-        markers = np.flatnonzero(which).tolist()
-        self._followed = {marker: self._started(luma, marker, position_px[marker]) for marker in markers}
-
-    @property
-    def behind(self) -> int:
-        """How many of the last frames CSRT was shown on the marker that it was started on first."""
-        return max((each.age for each in self._followed.values()), default=0)
+        self.which, self.behind = which, 0
+        self._box_px, self._threads = box_px, threads
+        self._followed: dict[int, _Followed] = {}
+        for marker in np.flatnonzero(which).tolist():
+            column, row = np.rint(position_px[marker]).astype(int).tolist()
+            crop, corner = window(luma, column, row, CROP).copy(), np.array([column - CROP, row - CROP])
+            self._followed[marker] = _Followed(crop, corner, position_px[marker], float(box_px[marker]))
 
     def state(self) -> dict[str, np.ndarray]:
-        """What CSRT was last started with, as arrays; of k faint markers."""
-        kept, side = list(self._followed.values()), 2 * CROP + 1
+        """What CSRT was started with, as arrays; of k faint markers."""
+        starts, side = [each.start for each in self._followed.values()], 2 * CROP + 1
         return {
             "faint": self.which,
-            "faint_diameters": self._diameter_px,
-            "faint_crops": np.array([each.crop for each in kept], np.uint8).reshape(-1, side, side),
-            "faint_corners": np.array([each.corner for each in kept], int).reshape(-1, 2),
-            "faint_starts": np.array([each.start_px for each in kept], float).reshape(-1, 2),
-            "faint_places": np.array([each.place_px for each in kept], float).reshape(-1, 2),
-            "faint_ages": np.array([each.age for each in kept], int),
+            "faint_boxes": self._box_px,
+            "faint_crops": np.array([crop for crop, _, _ in starts], np.uint8).reshape(-1, side, side),
+            "faint_corners": np.array([corner for _, corner, _ in starts], int).reshape(-1, 2),
+            "faint_places": np.array([place for _, _, place in starts], float).reshape(-1, 2),
+            "faint_behind": np.array(self.behind),
         }
 
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray], threads: int = 0) -> "FaintMarkers":
         """The markers whose `state` this was; `replay` must follow."""
-        nobody, no_picture = np.zeros_like(state["faint"]), np.empty((0, 0), np.uint8)
-        faint = cls(no_picture, np.empty((0, 2)), state["faint_diameters"], nobody, threads)
-        faint.which = state["faint"]
-        columns = (state[f"faint_{name}"] for name in ("crops", "corners", "starts", "places", "ages"))
-        for marker, crop, corner, start, place, age in zip(np.flatnonzero(faint.which).tolist(), *columns, strict=True):
-            one = faint._in_crop(marker, crop, corner, start)
-            faint._followed[marker] = one._replace(place_px=place, age=int(age))
+        which, box_px = state["faint"], state["faint_boxes"]
+        faint = cls(np.empty((0, 0), np.uint8), np.empty((0, 2)), box_px, np.zeros_like(which), threads)
+        faint.which, faint.behind = which, int(state["faint_behind"])
+        starts = zip(state["faint_crops"], state["faint_corners"], state["faint_places"], strict=True)
+        for marker, start in zip(np.flatnonzero(which).tolist(), starts, strict=True):
+            faint._followed[marker] = _Followed(*start, float(box_px[marker]))
         return faint
 
     def replay(self, frames: Iterable[np.ndarray]) -> bool:
         """Shows CSRT the last `behind` frames (h, w) once more; False if there are not as many."""
-        left = self.behind
+        wanted, self.behind = self.behind, 0
         for luma in frames:
-            for one in self._followed.values():
-                if one.age >= left > 0:
-                    _updated(luma, one)
-            left -= 1
-        return left == 0
+            self.step(luma)
+        return self.behind == wanted
 
     def step(self, luma: np.ndarray) -> dict[int, np.ndarray]:
         """Where CSRT sees each of them in the next frame."""
+        self.behind += 1
         with ThreadPoolExecutor(self._threads or None) as pool:
-            places = list(pool.map(lambda one: _updated(luma, one), self._followed.values()))
-        found: dict[int, np.ndarray] = {}
-        for (marker, one), place in zip(list(self._followed.items()), places, strict=True):
-            if np.isfinite(place).all():
-                found[marker] = place
-            one = one._replace(place_px=found.get(marker, one.place_px), age=one.age + 1)
-            far = np.abs(one.place_px - one.corner - CROP).max() > _NEAR
-            self._followed[marker] = self._started(luma, marker, one.place_px) if far else one
-        return found
-
-    def _started(self, luma: np.ndarray, marker: int, place_px: np.ndarray) -> _Followed:
-        column, row = np.rint(place_px).astype(int).tolist()
-        crop = window(luma, column, row, CROP).copy()
-        return self._in_crop(marker, crop, np.array([column - CROP, row - CROP]), place_px)
-
-    def _in_crop(self, marker: int, crop: np.ndarray, corner: np.ndarray, place_px: np.ndarray) -> _Followed:
-        tracker = CropTracker(crop, place_px - corner, float(self._diameter_px[marker]))
-        return _Followed(tracker, crop, corner, place_px, place_px, 0)
-
-
-def _updated(luma: np.ndarray, one: _Followed) -> np.ndarray:
-    column, row = (one.corner + CROP).tolist()
-    return one.tracker.update(window(luma, column, row, CROP)) + one.corner
+            places = list(pool.map(lambda one: one.step(luma), self._followed.values()))
+        seen = zip(self._followed, places, strict=True)
+        return {marker: place for marker, place in seen if np.isfinite(place).all()}

@@ -98,7 +98,7 @@ class MarkerTracker:
         faint = ~first.seen | (start.answer * start.contrast < _FAINT)
         if use_csrt and faint.any():
             place = np.where(faint[:, None], centre_px, first.position_px)
-            tracker.faint = FaintMarkers(luma, place, start.diameter_px, faint, threads)
+            tracker.faint = FaintMarkers(luma, place, box_px, faint, threads)
             first = _followed(first, dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
             tracker.motion = Motion(place, start.diameter_px)
         tracker.spacing = Spacing(first.position_px, one_body)

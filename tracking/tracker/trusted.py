@@ -7,11 +7,11 @@ import numpy as np
 from session import Flag, Tracks
 from swimmer import RobotSpec
 from tracking.quality import check_tracks
-from tracking.records import TrackedTrial, alone_too_long
+from tracking.records import TrackedTrial
 from tracking.tracker.judgement import judge
 
 UNTRUSTED = ("lost_marker", "drift", "size", "swap")
-"""Flags of the tracker's own judgement whose samples count nowhere; `only_csrt` is another where it lasts."""
+"""Flags of the tracker's own judgement whose samples count nowhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ def trusted(tracked: TrackedTrial, layout: RobotSpec) -> TrustedTracks:
     own = [flag for flag in (*tracked.flags, *judge(tracked, layout)) if flag.kind != "gap"]
     counts = tracked.seen.copy()
     for flag in own:
-        if (flag.kind in UNTRUSTED or alone_too_long(flag)) and flag.frames is not None:
+        if flag.kind in UNTRUSTED and flag.frames is not None:
             counts[flag.frames[0] : flag.frames[1] + 1, [names.index(name) for name in flag.markers]] = False
     counting = replace(tracked.tracks, confidence=np.where(counts, tracked.tracks.confidence, 0.0))
     first = int(np.argmax(tracked.seen.any(axis=1)))
