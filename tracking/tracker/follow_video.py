@@ -1,7 +1,7 @@
 """From a video and its start boxes to tracks: one pass over the frames, which can be interrupted and taken up again."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,7 +15,7 @@ from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.tracker import MarkerTracker, Sighting
 from tracking.tracker.without_marker import LEAST_CONTRAST, without_marker
-from tracking.video import Video
+from tracking.video import Frame, Video
 
 TrackerName = Literal["hybrid", "spots", "csrt"]
 TRACKERS: tuple[TrackerName, ...] = get_args(TrackerName)
@@ -99,16 +99,13 @@ def follow_video(
         raise ValueError(f"no tracker {method!r}; choices: {', '.join(TRACKERS)}")
     record = _Record(video.info.frames, len(markers))
     with opencv_on_one_thread():
-        if method == "csrt":
-            baseline, first = _begun_plain(video, boxes, tuple(markers))
-            record.add(boxes.frame, first)
-            _follow(video, baseline, record, None, progress)
+        tracker: MarkerTracker | PlainCsrt | None = None if method == "csrt" else _taken_up(video, record, partial)
+        if tracker is not None:
+            onwards = video.frames(record.end)
         else:
-            tracker = _taken_up(video, record, partial)
-            if tracker is None:
-                tracker, first = _begun(video, boxes, tuple(markers), method)
-                record.add(boxes.frame, first)
-            _follow(video, tracker, record, partial, progress)
+            tracker, first, onwards = _begun(video, boxes, tuple(markers), method)
+            record.add(boxes.frame, first)
+        _follow(video, onwards, tracker, record, partial, progress)
     return _result(video, tuple(markers), record)
 
 
@@ -125,14 +122,33 @@ def _taken_up(video: Video, record: _Record, partial: Partial | None) -> MarkerT
     return tracker
 
 
+def _from_boxes(video: Video, number: int) -> tuple[Frame, Iterator[Frame]]:
+    """The frame of the boxes and those after it, decoded in one go.
+
+    Raises:
+        InputError: there is no such frame, or it cannot be decoded.
+    """
+    if number < video.info.frames:
+        onwards = video.frames(number)
+        first = next(onwards, None)
+        if first is not None and first.number == number:
+            return first, onwards
+    return video.frame(number), video.frames(number + 1)
+
+
 def _begun(
     video: Video, boxes: StartBoxes, markers: tuple[str, ...], method: TrackerName
-) -> tuple[MarkerTracker, Sighting]:
+) -> tuple[MarkerTracker | PlainCsrt, Sighting, Iterator[Frame]]:
+    """A tracker in the frame of the boxes, what it sees there, and the frames after it."""
+    frame, onwards = _from_boxes(video, boxes.frame)
+    if method == "csrt":
+        corners = np.array([boxes.boxes[name] for name in markers])  # (m, 4)
+        baseline = PlainCsrt(frame.luma, corners[:, :2], corners[:, 2:], video.threads)
+        return baseline, baseline.first, onwards
     chosen = [boxes.boxes[name] for name in markers]
     centre = np.array([box.centre_px for box in chosen])
     side = np.array([(box.width + box.height) / 2 for box in chosen])
-    luma, use_csrt = video.frame(boxes.frame).luma, method == "hybrid"
-    tracker, first = MarkerTracker.begin(luma, centre, side, use_csrt, threads=video.threads)
+    tracker, first = MarkerTracker.begin(frame.luma, centre, side, method == "hybrid", threads=video.threads)
     empty = without_marker(tracker, first)
     if empty.any():
         names = ", ".join(np.array(markers)[empty].tolist())
@@ -140,17 +156,12 @@ def _begun(
         step = "Look at the preview of the boxes, or click them: `calib track SESSION --click`."
         file, where = str(video.info.file), f"frame {boxes.frame}"
         raise InputError([Fault(file, where, "boxes without a marker", names, expected, next_step=step)])
-    return tracker, first
-
-
-def _begun_plain(video: Video, boxes: StartBoxes, markers: tuple[str, ...]) -> tuple[PlainCsrt, Sighting]:
-    chosen = np.array([boxes.boxes[name] for name in markers])  # (m, 4)
-    tracker = PlainCsrt(video.frame(boxes.frame).luma, chosen[:, :2], chosen[:, 2:], video.threads)
-    return tracker, tracker.first
+    return tracker, first, onwards
 
 
 def _follow(
     video: Video,
+    frames: Iterable[Frame],
     tracker: MarkerTracker | PlainCsrt,
     record: _Record,
     partial: Partial | None,
@@ -163,7 +174,7 @@ def _follow(
     snapshot: dict[str, np.ndarray] = {}
     taken = written = first  # the last snapshot, and the last one written
     try:
-        for frame in video.frames(first):
+        for frame in frames:
             elapsed = float(since[last + 1 : frame.number + 1].sum())
             record.add(frame.number, tracker.step(frame.luma, frames=elapsed))
             last = frame.number
