@@ -51,6 +51,7 @@ FLAG_KINDS: dict[str, str] = {
     "other_command": "the motor was told another speed than the session says",
     "truncated_log": "the last row of a log is cut short",
     "not_used": "an experiment is not believed and was left out",
+    "robot_off": "the swims ask for another robot than it is taken to be",
     "at_bound": "an estimate sits at the bound of its range",
     "not_converged": "the optimiser stopped before it converged",
     "restarts_disagree": "different starts end at different estimates",

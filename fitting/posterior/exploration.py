@@ -21,14 +21,14 @@ from fitting.posterior.step_shift import StepShift
 
 WALKERS = 64
 DIMENSIONS = 7  # five coefficients and the logarithms of the discrepancies of wave and speed
-_WORLDWIDE, _ROUND, _STEPS = 256, 64, 600
+_WORLDWIDE, _ROUND, _STEPS = 256, 64, 400
 _ROUNDS = (3, 40)  # fewest, most
 _OUTWARD, _JITTER = 1.7, 0.02
 _HALVED, _HALVED_ROUNDS = 8, 6  # points of a round simulated with half the step; rounds that count
 _FEWEST_HALVED = 12
 _NEIGHBOURS, _FALL_OFF = 90, 60.0  # points that count in full for the next emulator; how fast others count less
 _GOOD_ENOUGH = 0.5  # standard deviation of emulated minus simulated ln likelihood
-_STABLE_SD = 0.15  # by which means may still move from round to round, in standard deviations
+_STABLE_SD = 0.25  # by which means may still move from round to round, in standard deviations
 
 Tell = Callable[[str, float | None], None]
 LOG_LEAST, LOG_MOST = np.log(LEAST_DISCREPANCY), np.log([MOST_WAVE, MOST_SPEED])
