@@ -49,6 +49,7 @@ class VideoTracks:
         boxes: they began with.
         picture_px: width and height of the video.
         counting: the tracks with confidence 0 where a sample was not seen, or is flagged by the tracker's judgement.
+        weight: (n, m) in [0, 1], what each sample counts in a fit.
         flags: all there are, see `tracking.tracker.trusted`.
     """
 
@@ -56,6 +57,7 @@ class VideoTracks:
     boxes: StartBoxes
     picture_px: tuple[int, int]
     counting: Tracks
+    weight: np.ndarray
     flags: tuple[Flag, ...]
 
 
@@ -99,7 +101,7 @@ class VideoStage:
         raw = self._raw(spec, video, boxes)
         tracked = self._corrected(spec, video, raw, boxes)
         judged = trusted(tracked, self._robot)
-        return VideoTracks(tracked, boxes, _size_px(video), judged.counting, judged.flags)
+        return VideoTracks(tracked, boxes, _size_px(video), judged.counting, judged.weight, judged.flags)
 
     def boxes(self, spec: TrialSpec) -> StartBoxes:
         """The start boxes of one trial: those of the session, else found in the first frames; always with a picture.

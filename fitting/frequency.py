@@ -69,7 +69,7 @@ def estimate_frequency(
     if (weight.sum(axis=1) > 0).sum() < 12:
         raise NotEnoughData(
             "fewer than 12 frames with a usable tail marker; a frequency needs at least one beat. "
-            "Track it again, or leave the trial out"
+            "See the flags of its markers, set better start boxes and track it again, or leave the trial out"
         )
     if _range(lateral_m, weight) < STILL_M:
         raise NotEnoughData("the tail does not move: a robot at rest, or a video that stands")

@@ -63,7 +63,8 @@ def track(
         told = {name: line.to_json() | more[name] for name, line in lines.items()}
         print(json.dumps(plain_json(told), indent=1))
         return
-    print(f"{'trial':12} {'frames':>7} {'seen':>7} {'filled':>7} {'missing':>8} {'confidence':>11}  flags")
+    shares = f"{'seen':>7} {'counts':>7} {'filled':>7} {'missing':>8}"
+    print(f"{'trial':12} {'frames':>7} {shares} {'confidence':>11}  flags")
     for name, line in lines.items():
         print(f"{name:12} {line.text()}")
     for name, found in tracks.items():
@@ -161,10 +162,14 @@ def _log(session: Session, spec: TrialSpec) -> EditLog:
 
 @dataclass(frozen=True)
 class TrackLine:
-    """What is said of one tracked video: shares of its samples from the frame of the boxes on."""
+    """What is said of one tracked video: shares of its samples from the frame of the boxes on.
+
+    Not all that is seen counts in a fit: see `docs/tracking.md`, "What it says of each sample".
+    """
 
     frames: int
     seen: float
+    counts: float
     filled: float
     missing: float
     confidence: float
@@ -179,6 +184,7 @@ class TrackLine:
         return cls(
             frames=len(tracked.state),
             seen=float(seen.mean()),
+            counts=float((found.weight[since] > 0).mean()),
             filled=float((present & ~seen).mean()),
             missing=float((~present).mean()),
             confidence=float(np.average(tracked.tracks.confidence[since], weights=seen)) if seen.any() else 0.0,
@@ -189,7 +195,7 @@ class TrackLine:
     def text(self) -> str:
         """For a terminal."""
         flags = ", ".join(f"{count} {kind}" for kind, count in self.flags.items()) or "none"
-        shares = f"{self.seen:7.2%} {self.filled:7.2%} {self.missing:8.2%}"
+        shares = f"{self.seen:7.2%} {self.counts:7.2%} {self.filled:7.2%} {self.missing:8.2%}"
         return f"{self.frames:7d} {shares} {self.confidence:11.2f}  {flags}"
 
     def to_json(self) -> dict[str, Any]:

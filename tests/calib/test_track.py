@@ -48,7 +48,7 @@ def test_the_markers_are_found_where_they_are(calib: Front, filmed: Path) -> Non
     assert (outcome.code, outcome.err) == (0, "")
     assert outcome.out.splitlines()[-1] == str(filmed / "results" / "tracking")
     for name in NAMES:
-        assert re.search(rf"^{name} +{FRAMES[name]} +100.00% +0.00% +0.00%", outcome.out, re.MULTILINE)
+        assert re.search(rf"^{name} +{FRAMES[name]} +100.00% +100.00% +0.00% +0.00%", outcome.out, re.MULTILINE)
         assert farthest_px(filmed, name) < 0.5
         assert shades(filmed / "results" / "tracking" / f"{name}.boxes.png") == b"\x89PNG\r\n\x1a\n"
 
@@ -279,6 +279,7 @@ def test_json_is_all_that_stands_on_standard_output(calib: Front, filmed: Path) 
     assert told["slow"] | {"confidence": None, "boxes": None} == {
         "frames": 85,
         "seen": 1.0,
+        "counts": 1.0,
         "filled": 0.0,
         "missing": 0.0,
         "confidence": None,

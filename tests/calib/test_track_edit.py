@@ -60,6 +60,14 @@ def test_a_swap_that_makes_it_worse_is_doubted_and_counts_nowhere(calib: Front, 
     assert used.confidence[40:, [A, B]].min() > 0
 
 
+def test_what_is_seen_and_does_not_count_is_told(calib: Front, tracked: Path) -> None:
+    calib("edit", tracked, "slow", SWAP)
+    told = json.loads(calib("track", tracked, "--json").out)["slow"]
+
+    used = read(tracked / "results" / "tracks" / "slow.csv")
+    assert told["counts"] == np.mean(used.confidence > 0) < told["seen"] == 1.0
+
+
 def test_dropped_samples_are_missing_and_long_gaps_stay_open(calib: Front, tracked: Path) -> None:
     calib("edit", tracked, "slow", DROP)
 

@@ -179,6 +179,8 @@ def _fault(file: str, where: str, kind: type[Edit], details: ErrorDetails) -> Fa
         case "extra_forbidden":
             keys = tuple(kind.model_fields)
             return Fault(file, where, "unknown key", repr(key), "a known key", keys, did_you_mean(key, keys))
+        case "missing" if isinstance(last := details["loc"][-1], int):  # of a list
+            return Fault(file, where.removesuffix(f".{last}"), "too few values", found, f"at least {last + 1}")
         case "missing":
             return Fault(file, where, "key is missing", "", "a value for it")
         case _:
