@@ -155,6 +155,7 @@ def test_where_no_dry_run_is_believed_the_arm_is_assumed() -> None:
     assert by_quantity(found)["crank_arm"].sentence.startswith("dry run dry_fast not used: crank arm 39.5 mm as in")
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few_points")
 def test_an_arm_at_the_end_of_its_range_is_not_used() -> None:
     far = robot_with({**TRUE, "crank_arm": 0.021})
