@@ -95,6 +95,8 @@ def test_phase_and_amplitude_are_those_of_the_last_marker() -> None:
     assert found.amplitude_m == pytest.approx(0.06, rel=1e-3)
     expected = found.amplitude_m * np.cos(2 * np.pi * clean.time_s + found.phase_rad)
     np.testing.assert_allclose(clean.lateral_m[:, 4], expected, atol=1e-4)
+
+
 @pytest.mark.long
 def test_its_95_percent_interval_holds_the_truth_about_as_often() -> None:
     """Every other frame of noise with a correlation of 0.9 a frame."""
