@@ -19,24 +19,14 @@ class CropTracker:
     Args:
         crop: (s, s) uint8, with the marker in it.
         centre_px: (2,) of the marker within the crop.
-        diameter_px: of the marker.
+        side_px: of the box around it, whole pixels.
     """
 
-    def __init__(self, crop: np.ndarray, centre_px: np.ndarray, diameter_px: float) -> None:
-        self._start(crop, centre_px, max(round(_BOX * diameter_px), _SMALLEST_BOX_PX))
-
-    @classmethod
-    def in_box(cls, crop: np.ndarray, centre_px: np.ndarray, side_px: float) -> "CropTracker":
-        """The same in a box that was drawn, of that side."""
-        tracker = cls.__new__(cls)
-        tracker._start(crop, centre_px, round(side_px))
-        return tracker
-
-    def _start(self, crop: np.ndarray, centre_px: np.ndarray, side: int) -> None:
-        corner = np.rint(centre_px - (side - 1) / 2).astype(int)
-        self._offset = centre_px - (corner + (side - 1) / 2)
+    def __init__(self, crop: np.ndarray, centre_px: np.ndarray, side_px: int) -> None:
+        corner = np.rint(centre_px - (side_px - 1) / 2).astype(int)
+        self._offset = centre_px - (corner + (side_px - 1) / 2)
         self._tracker = cv2.TrackerCSRT.create()
-        self._tracker.init(_colour(crop), (*corner.tolist(), side, side))
+        self._tracker.init(_colour(crop), (*corner.tolist(), side_px, side_px))
 
     def update(self, crop: np.ndarray) -> np.ndarray:
         """(2,) where it believes the marker to be in the next crop of the same place; nan when it gives up."""
@@ -44,6 +34,11 @@ class CropTracker:
         if not found:
             return np.full(2, np.nan)
         return np.array([x + (width - 1) / 2, y + (height - 1) / 2]) + self._offset
+
+
+def box_side(diameter_px: float) -> int:
+    """Side in whole pixels of a box around a marker of that diameter, for one that nobody drew."""
+    return max(round(_BOX * diameter_px), _SMALLEST_BOX_PX)
 
 
 def _colour(crop: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ class _Followed:
     def __init__(self, crop: np.ndarray, corner: np.ndarray, place_px: np.ndarray, side_px: float) -> None:
         self.start = crop, corner, place_px
         self._corner = corner
-        self._tracker = CropTracker.in_box(crop, place_px - corner, side_px)
+        self._tracker = CropTracker(crop, place_px - corner, round(side_px))
 
     def step(self, luma: np.ndarray) -> np.ndarray:
         """(2,) where CSRT sees the marker in the next frame; nan where it does not."""

@@ -7,7 +7,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from tracking.tracker.csrt import CROP, CropTracker
+from tracking.tracker.csrt import CROP, CropTracker, box_side
 from tracking.tracker.windows import window
 
 _FRAMES = 4  # after a loss in which CSRT is asked; then the marker counts as hidden
@@ -156,7 +156,7 @@ class SecondOpinion:
             return False
         if marker not in self._trackers:
             memory = self._memory[marker]
-            tracker = CropTracker(memory.crop, memory.position_px - memory.corner, float(diameter_px))
+            tracker = CropTracker(memory.crop, memory.position_px - memory.corner, box_side(float(diameter_px)))
             self._trackers[marker] = (tracker, memory)
         return True
 
