@@ -5,7 +5,7 @@ of the model, with its covariance (a nugget; Gramacy and Lee 2012), so that a sa
 mistakes it for knowledge.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -43,6 +43,10 @@ class Emulator:
     def __call__(self, coefficients: np.ndarray) -> np.ndarray:
         """(s, k) for coefficients (s, 5)."""
         return terms(coefficients, self.powers) @ self.weights
+
+    def moved(self, by: np.ndarray) -> "Emulator":
+        """The same with weights (u, k) added to its first u terms, which are those of lower degrees."""
+        return replace(self, weights=np.vstack([self.weights[: len(by)] + by, self.weights[len(by) :]]))
 
 
 def fit_emulator(coefficients: np.ndarray, gaits: np.ndarray, relevance: np.ndarray) -> Emulator:

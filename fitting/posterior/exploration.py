@@ -14,7 +14,7 @@ from scipy.stats import qmc
 
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.box_size import BOX_SD_M, box_size
-from fitting.posterior.emulator import fit_emulator
+from fitting.posterior.emulator import Emulator, fit_emulator
 from fitting.posterior.likelihood import LEAST_DISCREPANCY, MOST_SPEED, MOST_WAVE, Likelihood
 from fitting.posterior.session_model import Disturbances, SessionModel
 from fitting.posterior.step_shift import StepShift
@@ -23,15 +23,19 @@ WALKERS = 64
 DIMENSIONS = 7  # five coefficients and the logarithms of the discrepancies of wave and speed
 _WORLDWIDE, _ROUND, _STEPS = 256, 64, 400
 _ROUNDS = (3, 40)  # fewest, most
-_OUTWARD, _JITTER = 1.7, 0.02
+_OUTWARD, _ONWARD, _JITTER = 1.7, 3.0, 0.02  # _ONWARD: of the last move, at most
 _HALVED, _HALVED_ROUNDS = 8, 6  # points of a round simulated with half the step; rounds that count
+_FINALLY_HALVED, _FINALLY_LOOKED = 128, 8  # draws at the end with half the step; looks there at nuisances
 _FEWEST_HALVED = 12
+_LATER = 8  # looks that count
+_LOOKED = 8  # points of a round at most at which nuisances are looked at until none of their twins diverges
 _NEIGHBOURS, _FALL_OFF = 90, 60.0  # points that count in full for the next emulator; how fast others count less
+_LEAST_LOOKING = 1e-3  # discrepancy while the posterior is looked for: with less, walkers stay where first guesses were
 _GOOD_ENOUGH = 0.5  # standard deviation of emulated minus simulated ln likelihood
 _STABLE_SD = 0.25  # by which means may still move from round to round, in standard deviations
 
 Tell = Callable[[str, float | None], None]
-LOG_LEAST, LOG_MOST = np.log(LEAST_DISCREPANCY), np.log([MOST_WAVE, MOST_SPEED])
+LOG_MOST = np.log([MOST_WAVE, MOST_SPEED])
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,14 +63,16 @@ class Exploration:
     settled: bool
 
 
-def log_posterior(likelihood: Likelihood) -> Callable[[np.ndarray], np.ndarray]:
+def log_posterior(
+    likelihood: Likelihood, least_discrepancy: float = LEAST_DISCREPANCY
+) -> Callable[[np.ndarray], np.ndarray]:
     """ln posterior of points (s, 7): uniform in the coefficients and in the logarithms of the discrepancies."""
     low, high = COEFFICIENT_BOUNDS
 
     def value(points: np.ndarray) -> np.ndarray:
         coefficients, log_discrepancy = points[:, :5], points[:, 5:]
         inside = ((coefficients >= low) & (coefficients <= high)).all(axis=1)
-        inside &= ((log_discrepancy >= LOG_LEAST) & (log_discrepancy <= LOG_MOST)).all(axis=1)
+        inside &= ((log_discrepancy >= np.log(least_discrepancy)) & (log_discrepancy <= LOG_MOST)).all(axis=1)
         result = np.full(len(points), -np.inf)
         result[inside] = likelihood(coefficients[inside], np.exp(log_discrepancy[inside]))
         return result
@@ -97,12 +103,19 @@ def explore(
 
 
 def sampler(
-    likelihood: Likelihood, backend: emcee.backends.Backend | None = None, walkers: int = WALKERS
+    likelihood: Likelihood,
+    backend: emcee.backends.Backend | None = None,
+    least_discrepancy: float = LEAST_DISCREPANCY,
 ) -> emcee.EnsembleSampler:
     """An ensemble (Foreman-Mackey et al. 2013) that moves by differential evolution (ter Braak and Vrugt 2008)."""
     moves = [(emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.2), (emcee.moves.KDEMove(), 0.2)]
     return emcee.EnsembleSampler(
-        walkers, DIMENSIONS, log_posterior(likelihood), vectorize=True, moves=moves, backend=backend
+        WALKERS,
+        DIMENSIONS,
+        log_posterior(likelihood, least_discrepancy),
+        vectorize=True,
+        moves=moves,
+        backend=backend,
     )
 
 
@@ -140,12 +153,13 @@ class _Search:
     @property
     def disturbances(self) -> Disturbances:
         """The mean of the later looks."""
-        later = self.looks[len(self.looks) // 2 :]
-        return Disturbances(*(np.mean(parts, axis=0) for parts in zip(*later, strict=True)))
+        return Disturbances.mean(self.looks[-_LATER:])
 
     def likelihood(self) -> Likelihood:
         """By an emulator of all simulations so far."""
-        emulator = fit_emulator(self.points, self.shifted, self.relevance)
+        whole = fit_emulator(self.points, self.gaits, self.relevance)
+        self.step_shift = self._step_shift(whole)
+        emulator = whole.moved(self.step_shift.weights)
         disturbances = self.disturbances.of(self.box_sd_m) if self.looks else self.model.noise
         return Likelihood(
             self.model.measured, disturbances + emulator.error + self.step_shift.error, self.model.discrepancy, emulator
@@ -156,9 +170,9 @@ class _Search:
         chain = self._sampled(likelihood)
         count = min(_ROUND * (1 + len(self.points) // 1000), 4 * _ROUND)
         drawn = chain[self.random.choice(len(chain), count, replace=False)]
-        middle, half = drawn[:, :5].mean(axis=0), count // 2
+        half = count // 2
         points = drawn[:, :5].copy()
-        points[half:] = _reflected(middle + _OUTWARD * (points[half:] - middle))
+        points[half:] = self._ahead(points[half:], chain[:, :5].mean(axis=0))
         before = len(self.gaits)
         good = self.simulate(points)[:half]
         fresh = self.shifted[before : before + int(good.sum())]
@@ -166,18 +180,29 @@ class _Search:
         told = likelihood(points[:half][good], discrepancy)
         missed = (likelihood.of_gaits(fresh, discrepancy) - told)[np.isfinite(told)]
         self.error = float(missed.std()) if len(missed) > 1 else np.inf
-        mean, spread = chain[:, :5].mean(axis=0), chain[:, :5].std(axis=0)
-        moved = np.full(5, np.inf) if self.mean is None else np.abs(mean - self.mean) / spread
-        self.mean = mean
+        middle, spread = chain[:, :5].mean(axis=0), chain[:, :5].std(axis=0)
+        moved = np.full(5, np.inf) if self.mean is None else np.abs(middle - self.mean) / spread
+        self.mean = middle
         self._halve(slice(before, before + min(_HALVED, int(good.sum()))))
-        self.looks.append(self.model.disturbances(drawn[0, :5]))
+        self._look(drawn[:half, :5][good])
         left = self.model.measured - likelihood.emulator(middle[None])[0]
-        self.box_sd_m = box_size(left, len(self.model.trials), self.disturbances)
+        if self.looks:
+            self.box_sd_m = box_size(left, len(self.model.trials), self.disturbances)
         self._weigh(likelihood, np.exp(np.median(chain[:, 5:], axis=0)))
         return self.error < _GOOD_ENOUGH and float(moved.max()) < _STABLE_SD
 
     def result(self, settled: bool) -> Exploration:
-        """By all simulations, those of the last round too."""
+        """By all simulations, those of the last round too, and by a closer look at nuisances and step where it ended."""
+        likelihood = self.likelihood()
+        drawn = self._sampled(likelihood)
+        points = drawn[self.random.choice(len(drawn), _FINALLY_HALVED, replace=False), :5]
+        before = len(self.gaits)
+        self.simulate(points)
+        self._halve(slice(before, len(self.gaits)))
+        earlier, self.looks = self.looks, []
+        for few in np.array_split(self.points[before:], _FINALLY_LOOKED):
+            self._look(few)
+        self.looks = self.looks or earlier
         likelihood = self.likelihood()
         return Exploration(
             likelihood=likelihood,
@@ -192,7 +217,7 @@ class _Search:
 
     def _sampled(self, likelihood: Likelihood) -> np.ndarray:
         """(d, 7) draws by the emulator, from where the last walkers stood."""
-        ensemble = sampler(likelihood)
+        ensemble = sampler(likelihood, least_discrepancy=_LEAST_LOOKING)
         ensemble.random_state = np.random.RandomState(int(self.random.integers(2**31))).get_state()
         ensemble.run_mcmc(self._placed(likelihood), _STEPS, skip_initial_state_check=True)
         self.walkers = ensemble.get_last_sample().coords
@@ -201,7 +226,7 @@ class _Search:
     def _placed(self, likelihood: Likelihood) -> np.ndarray:
         """(w, 7) the walkers, those that stand where nothing is known put elsewhere."""
         walkers = self._best(likelihood, WALKERS) if self.walkers is None else self.walkers.copy()
-        value = log_posterior(likelihood)
+        value = log_posterior(likelihood, _LEAST_LOOKING)
         lost = ~np.isfinite(value(walkers))
         walkers[lost] = self._best(likelihood, int(lost.sum()))
         lost = ~np.isfinite(value(walkers))
@@ -217,13 +242,33 @@ class _Search:
         return np.column_stack([near, LOG_MOST - self.random.uniform(1.0, 3.0, (count, 2))])
 
     def _halve(self, rows: slice) -> None:
-        """Simulates some points with half the time step too; those of the last rounds tell what it changes."""
+        """Simulates some points with half the time step too."""
         halved = self.model.at_half_steps.simulated(self.points[rows])
         good = np.isfinite(halved).all(axis=1)
         self.at_half_steps.append((self.points[rows][good], self.gaits[rows][good], halved[good]))
-        last = [np.concatenate(parts) for parts in zip(*self.at_half_steps[-_HALVED_ROUNDS:], strict=True)]
-        if len(last[0]) >= _FEWEST_HALVED:
-            self.step_shift = StepShift.fitted(*last)
+
+    def _step_shift(self, emulator: Emulator) -> StepShift:
+        """From the points of the last rounds; once the emulator is good, it smooths the roughness of whole steps away."""
+        last = self.at_half_steps[-_HALVED_ROUNDS:]
+        if sum(len(points) for points, *_ in last) < _FEWEST_HALVED:
+            return StepShift.none(len(self.model.measured))
+        points, whole, halved = map(np.concatenate, zip(*last, strict=True))
+        shifts = (StepShift.fitted(points, by, halved) for by in (whole, emulator(points)))
+        return min(shifts, key=lambda shift: float(np.trace(shift.error)))
+
+    def _ahead(self, points: np.ndarray, middle: np.ndarray) -> np.ndarray:
+        """(s, 5) draws moved outward from their middle, and on in the direction in which that has moved."""
+        moved = np.zeros(5) if self.mean is None else middle - self.mean
+        onward = self.random.uniform(0.0, _ONWARD, (len(points), 1))
+        return _reflected(middle + _OUTWARD * (points - middle) + onward * moved)
+
+    def _look(self, points: np.ndarray) -> None:
+        """At the first of some points (s, 5) where none of the twins that differ from this one diverges."""
+        for point in points[:_LOOKED]:
+            look = self.model.disturbances(point)
+            if look.finite:
+                self.looks.append(look)
+                return
 
     def _weigh(self, likelihood: Likelihood, discrepancy: np.ndarray) -> None:
         """The less a point's gait is like the measured one, the less it counts."""

@@ -9,7 +9,7 @@ import numpy as np
 from fitting.posterior.emulator import Emulator, terms
 from fitting.posterior.gait import HARMONICS, harmonics_of
 
-LEAST_DISCREPANCY, MOST_WAVE, MOST_SPEED = 1e-3, 1.0, 0.1  # of the twin, relative; uniform in its logarithm
+LEAST_DISCREPANCY, MOST_WAVE, MOST_SPEED = 1e-5, 1.0, 0.1  # of the twin, relative; uniform in its logarithm
 _LENGTH_M = 0.12  # over which discrepancies along the body are alike
 _OF_ITS_OWN = 0.2  # share of a discrepancy's variance that each marker has to itself
 _OF_HARMONIC = 0.5  # discrepancy of each harmonic over that of the one before

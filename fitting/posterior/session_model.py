@@ -20,22 +20,43 @@ START_PHASE_RAD = 1.0  # of the crank in simulations; gaits are put in step afte
 
 
 class Disturbances(NamedTuple):
-    """Of gaits of length k.
+    """Of gaits of length k: noise, and columns by which a standard deviation of each nuisance moves them.
 
     Attributes:
-        fixed: (k, k) covariance of noise and of all nuisances but boxes.
-        boxes: (k, k) of boxes 1 m off their markers.
-        shared: (k, q) columns of what all trials share: where markers are glued, and what is doubted of the robot.
-            They are part of `fixed`.
+        noise: (k, k) covariance.
+        own: (k, p) of the nuisances that each trial has to itself, but boxes.
+        per_box: (k, b) of boxes 1 m off their markers.
+        shared: (k, q) of what all trials share: where markers are glued, and what is doubted of the robot.
     """
 
-    fixed: np.ndarray
-    boxes: np.ndarray
+    noise: np.ndarray
+    own: np.ndarray
+    per_box: np.ndarray
     shared: np.ndarray
+
+    @classmethod
+    def mean(cls, looks: Sequence["Disturbances"]) -> "Disturbances":
+        """Of the columns, not of their squares: the twin's roughness moves each look's by chance."""
+        return cls(*(np.mean(parts, axis=0) for parts in zip(*looks, strict=True)))
+
+    @property
+    def finite(self) -> bool:
+        """Whether no twin diverged."""
+        return all(bool(np.isfinite(part).all()) for part in self)
+
+    @property
+    def fixed(self) -> np.ndarray:
+        """(k, k) covariance of noise and of all nuisances but boxes."""
+        return np.asarray(self.noise + self.own @ self.own.T + self.shared @ self.shared.T)
+
+    @property
+    def boxes(self) -> np.ndarray:
+        """(k, k) covariance of boxes 1 m off their markers."""
+        return np.asarray(self.per_box @ self.per_box.T)
 
     def of(self, box_sd_m: float) -> np.ndarray:
         """(k, k) with boxes that far off (standard deviation, each way)."""
-        return self.fixed + box_sd_m**2 * self.boxes
+        return np.asarray(self.fixed + box_sd_m**2 * self.boxes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,4 +111,4 @@ class SessionModel:
         own = block_diag(*[freedom.own for freedom in freedoms])
         boxes = block_diag(*[freedom.boxes for freedom in freedoms])
         shared = np.vstack([freedom.shared for freedom in freedoms])
-        return Disturbances(self.noise + own @ own.T + shared @ shared.T, boxes @ boxes.T, shared)
+        return Disturbances(self.noise, own, boxes, shared)

@@ -37,7 +37,7 @@ class StepShift:
 
     @classmethod
     def fitted(cls, coefficients: np.ndarray, whole: np.ndarray, half: np.ndarray) -> "StepShift":
-        """From gaits (s, k) at coefficients (s, 5) with whole and with half steps."""
+        """From gaits (s, k) at coefficients (s, 5) with whole and with half steps, each simulated or emulated."""
         columns, shift = terms(coefficients, _TERMS), 2 * (half - whole)
         ridge = 1e-6 * np.trace(columns.T @ columns) / len(_TERMS) * np.eye(len(_TERMS))
         inverse = np.linalg.inv(columns.T @ columns + ridge)

@@ -16,12 +16,11 @@ MEANS = mean_places(LENGTH, TRIALS)
 @pytest.fixture(scope="module")
 def disturbed() -> Disturbances:
     """Boxes move their own means; the fish may be anywhere, and noise is small."""
-    boxes = np.zeros((LENGTH, LENGTH))
-    boxes[MEANS, MEANS] = 1.0
+    boxes = np.eye(LENGTH)[:, MEANS]
     place = np.zeros((LENGTH, 2 * TRIALS))
     for number in range(2 * TRIALS):
         place[MEANS.reshape(TRIALS, MARKERS, 2)[number // 2, :, number % 2], number] = 0.05
-    return Disturbances(1e-8 * np.eye(LENGTH) + place @ place.T, boxes, np.zeros((LENGTH, 0)))
+    return Disturbances(1e-8 * np.eye(LENGTH), place, boxes, np.zeros((LENGTH, 0)))
 
 
 def drawn(box_sd_m: float, seed: int) -> np.ndarray:
@@ -47,7 +46,7 @@ def test_a_beat_that_the_twin_misses_does_not_pass_for_boxes(disturbed: Disturba
 
 
 def test_with_nothing_to_tell_it_by_the_size_is_that_of_the_prior(disturbed: Disturbances) -> None:
-    silent = Disturbances(disturbed.fixed, np.zeros((LENGTH, LENGTH)), disturbed.shared)
+    silent = disturbed._replace(per_box=np.zeros((LENGTH, 0)))
     assert box_size(np.zeros(LENGTH), TRIALS, silent) == pytest.approx(BOX_SD_M, rel=0.02)
 
 

@@ -47,7 +47,7 @@ class LinearSession:
         return (None,)
 
     def disturbances(self, _coefficients: np.ndarray) -> Disturbances:
-        return Disturbances(self.noise, np.zeros_like(self.noise), np.zeros((LENGTH, 0)))
+        return Disturbances(self.noise, *[np.zeros((LENGTH, 0))] * 3)
 
 
 @pytest.fixture(scope="module")
