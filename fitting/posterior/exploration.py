@@ -192,7 +192,7 @@ class _Search:
         return self.error < _GOOD_ENOUGH and float(moved.max()) < _STABLE_SD
 
     def result(self, settled: bool) -> Exploration:
-        """By all simulations, those of the last round too, and by a closer look at nuisances and step where it ended."""
+        """By all simulations, and by a closer look at nuisances and step where the search ended."""
         likelihood = self.likelihood()
         drawn = self._sampled(likelihood)
         points = drawn[self.random.choice(len(drawn), _FINALLY_HALVED, replace=False), :5]
@@ -248,7 +248,7 @@ class _Search:
         self.at_half_steps.append((self.points[rows][good], self.gaits[rows][good], halved[good]))
 
     def _step_shift(self, emulator: Emulator) -> StepShift:
-        """From the points of the last rounds; once the emulator is good, it smooths the roughness of whole steps away."""
+        """From points of the last rounds; a good emulator of whole steps smooths their roughness away."""
         last = self.at_half_steps[-_HALVED_ROUNDS:]
         if sum(len(points) for points, *_ in last) < _FEWEST_HALVED:
             return StepShift.none(len(self.model.measured))
