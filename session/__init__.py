@@ -31,6 +31,7 @@ from session.results import (
     write_whole,
     writing_whole,
 )
+from session.session_file import TrialKind
 from session.stamps import fingerprint_of, is_current, mark_current
 from session.toml_source import Table, TomlSource, key_error, load_toml, read_toml
 from session.tracks import Tracks, load_tracks, save_tracks
@@ -61,6 +62,7 @@ __all__ = [
     "Table",
     "TomlSource",
     "Tracks",
+    "TrialKind",
     "TrialSpec",
     "did_you_mean",
     "file_hashes",

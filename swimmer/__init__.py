@@ -1,6 +1,6 @@
 """The robot and its models: description, MJCF, twin, elongated body theory. Imports `session` only."""
 
-from swimmer.crank_turn import CrankTurn
+from swimmer.crank_turn import CrankTurn, Turn
 from swimmer.ebt import TailMotion, added_mass_per_length, drag, mean_thrust, steady_speed
 from swimmer.engine import ENGINE, check_engine, model_sha256
 from swimmer.fluid import PUBLISHED_COEFFICIENTS, FluidCoefficients
@@ -8,7 +8,8 @@ from swimmer.kinematics import MarkerKinematics
 from swimmer.large_amplitude import TipMotion, mean_thrust_large, steady_speed_large
 from swimmer.mjcf import DRY, FREE_DECAY, SWIM, TIMESTEP_S, Scene, build_mjcf
 from swimmer.robot import RobotSpec, load_robot
-from swimmer.twin import Runs, Trajectories, Twin
+from swimmer.runs import Runs, Trajectories
+from swimmer.twin import Twin
 
 __all__ = [
     "DRY",
@@ -26,6 +27,7 @@ __all__ = [
     "TailMotion",
     "TipMotion",
     "Trajectories",
+    "Turn",
     "Twin",
     "added_mass_per_length",
     "build_mjcf",

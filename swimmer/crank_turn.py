@@ -1,6 +1,7 @@
 """How the crank turned in a trial: a measured angle over time, in place of an even turn."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,6 +10,18 @@ from scipy.interpolate import BSpline, make_smoothing_spline
 RESOLUTION_S = 0.02
 """Changes of speed faster than about this are taken for the encoder's steps and the host's uneven reading."""
 _FEWEST = 5  # readings that a smoothing spline needs
+
+
+class Turn(Protocol):
+    """How a crank turns from time 0 on."""
+
+    def angle(self, time_s: ArrayLike) -> np.ndarray:
+        """(f,) angle since time 0, rad."""
+        ...
+
+    def speed(self, time_s: ArrayLike) -> np.ndarray:
+        """(f,) speed, rad/s."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)

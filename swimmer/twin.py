@@ -4,8 +4,7 @@ Everything that differs between simulations (coefficients, frequency, phase, any
 one `mujoco.batch.Batch`, so nothing is compiled inside a fit and all cores are used.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cached_property
 
 import mujoco
@@ -14,100 +13,19 @@ from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
 
 from session import SimulationDiverged
-from swimmer.crank_turn import CrankTurn
 from swimmer.engine_log import quiet_engine
 from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import DRY, SWIM, Scene, build_mjcf
 from swimmer.robot import RobotSpec
+from swimmer.runs import Runs, Trajectories
 
 FORCE_FIELDS = slice(1, 6)  # of geom_fluid: blunt, slender, angular drag, Kutta and Magnus lift
 PLAUSIBLE_HINGE_RAD = np.pi / 2  # the published model stops its hinges at 80 degrees; beyond 90 nothing is physical
 PLAUSIBLE_SPEED_M_S = 5.0
 _PHASES, _SLOW_TURN_S = 48, 4.0  # of the table of quasi-static tail poses
-_FOLLOWING_N_M_S = 1e5  # speed gain of a crank that follows a measured turn, whatever pulls at it
-_CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
+FOLLOWING_N_M_S = 1e5  # speed gain of a crank that follows a measured turn, whatever pulls at it
+CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 _CHUNK = 512  # simulations whose trajectories are held in memory at once
-
-
-@dataclass(frozen=True, eq=False)
-class Runs:
-    """What differs between n simulations.
-
-    Attributes:
-        coefficients: (n, 5) blunt, slender and angular drag, Kutta and Magnus lift.
-        frequency_hz: (n,) turns of the crank a second.
-        phase_rad: (n,) crank angle at time 0; the tail is straight at 0 and pulled to the left at pi / 2.
-        turns: n measured turns that the cranks make from there on; None where one turns evenly at its frequency.
-            None for all: every crank turns evenly.
-        velocity: (n, 3) of the head at time 0 in its own axes: along +x (backward), along +y (right), m/s; yaw, rad/s.
-        fields: further fields of the model by name, each (n, ...), for instance `jnt_stiffness`.
-    """
-
-    coefficients: np.ndarray
-    frequency_hz: np.ndarray
-    phase_rad: np.ndarray
-    velocity: np.ndarray | None = None
-    fields: Mapping[str, np.ndarray] = field(default_factory=dict)
-    turns: tuple[CrankTurn | None, ...] | None = None
-
-    def __len__(self) -> int:
-        return len(self.frequency_hz)
-
-    def __post_init__(self) -> None:
-        n = len(self.frequency_hz)
-        shapes = {"coefficients": (n, 5), "phase_rad": (n,)} | ({} if self.velocity is None else {"velocity": (n, 3)})
-        for name, expected in shapes.items():
-            if (found := np.shape(getattr(self, name))) != expected:
-                raise ValueError(f"{name}: found shape {found}, expected {expected} for {n} simulations")
-        for name, values in self.fields.items():
-            if (found := np.shape(values))[:1] != (n,):
-                raise ValueError(f"fields[{name!r}]: found shape {found}, expected ({n}, ...) for {n} simulations")
-        if self.turns is not None and len(self.turns) != n:
-            raise ValueError(f"turns: found {len(self.turns)}, expected {n}, one for each simulation")
-
-    @property
-    def start_speed_rad_s(self) -> np.ndarray:
-        """(n,) of the crank at time 0, rad/s."""
-        even = 2 * np.pi * np.asarray(self.frequency_hz, float)
-        if self.turns is None:
-            return even
-        return np.array(
-            [speed if turn is None else turn.speed(0.0) for turn, speed in zip(self.turns, even, strict=True)]
-        )
-
-    def crank_speeds(self, steps: int, timestep_s: float) -> np.ndarray | None:
-        """(n, steps, 1) mean speed over each step, rad/s; None where all cranks turn evenly."""
-        if self.turns is None or not any(self.turns):
-            return None
-        speeds = np.repeat(2 * np.pi * np.asarray(self.frequency_hz, float)[:, None], steps, axis=1)
-        known: dict[int, np.ndarray] = {}
-        for row, turn in enumerate(self.turns):
-            if turn is not None:
-                if id(turn) not in known:
-                    known[id(turn)] = np.diff(turn.angle(np.arange(steps + 1) * timestep_s)) / timestep_s
-                speeds[row] = known[id(turn)]
-        return speeds[..., None]
-
-
-@dataclass(frozen=True, eq=False)
-class Trajectories:
-    """What n simulations give at f times.
-
-    Attributes:
-        time_s: (f,) or (n, f).
-        marker_m: (n, f, m, 2) in the pool: the head's frame starts at the origin, heading along -x, m.
-        head: (n, f, 3) x, y (m) and yaw (rad) of the head's frame.
-        hinges_rad: (n, f, h).
-        crank_rad: (n, f).
-        diverged: (n,) True where the simulation blew up; its arrays then hold nan alone.
-    """
-
-    time_s: np.ndarray
-    marker_m: np.ndarray
-    head: np.ndarray
-    hinges_rad: np.ndarray
-    crank_rad: np.ndarray
-    diverged: np.ndarray
 
 
 class Twin:
@@ -131,7 +49,7 @@ class Twin:
         self.markers = tuple(robot.markers) if markers is None else markers
         self.scene = scene
         self.model = build_mjcf(robot, scene=scene).compile()
-        self._workers = workers
+        self.workers = workers
         self._kinematics = MarkerKinematics(robot, self.markers)
         self._batches: dict[tuple[int, frozenset[str]], Batch] = {}
         joint = {self.model.joint(i).name: i for i in range(self.model.njnt)}
@@ -141,11 +59,11 @@ class Twin:
 
     def at_step(self, timestep_s: float) -> "Twin":
         """The same twin with another time step, s."""
-        return Twin(self.robot, self.markers, replace(self.scene, timestep_s=timestep_s), self._workers)
+        return Twin(self.robot, self.markers, replace(self.scene, timestep_s=timestep_s), self.workers)
 
     def of_robot(self, robot: RobotSpec) -> "Twin":
         """The same of another robot."""
-        return Twin(robot, self.markers, self.scene, self._workers)
+        return Twin(robot, self.markers, self.scene, self.workers)
 
     def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
         """Simulates every run from time 0 and reads the markers off at the given times.
@@ -166,7 +84,7 @@ class Twin:
         if np.min(time_s) < 0:
             raise ValueError(f"time_s: found {np.min(time_s):g} s, expected times from 0, where the runs start")
         parts = [
-            self._simulate_chunk(_part(runs, rows), time_s[rows] if time_s.ndim == 2 else time_s)
+            self._simulate_chunk(runs.part(rows), time_s[rows] if time_s.ndim == 2 else time_s)
             for rows in _chunks(len(runs))
         ]
         head, hinges, crank, diverged = (np.concatenate(part) for part in zip(*parts, strict=True))
@@ -181,15 +99,19 @@ class Twin:
         batch.bind("qpos")[:], batch.bind("qvel")[:] = start, velocity
         batch.bind("ctrl")[:, 0] = 2 * np.pi * runs.frequency_hz
         steps = int(np.ceil(time_s.max() / self.scene.timestep_s)) + 2
-        speeds = runs.crank_speeds(steps, self.scene.timestep_s)
         with quiet_engine():
-            rolled = batch.rollout(steps, speeds, _CONTROL, record=("qpos",))["qpos"]  # (n, steps, q)
+            rolled = self._rolled(batch, runs, steps)
         states = np.concatenate([start[:, None], rolled], axis=1)
         diverged = self._diverged(states, runs)
         states[diverged] = np.nan
         at = _interpolate(states, time_s / self.scene.timestep_s)  # (n, f, q)
         head = np.zeros((*at.shape[:2], 3)) if self.scene.head_clamped else at[..., :3]
         return head, at[..., self._hinges], at[..., self._crank], diverged
+
+    def _rolled(self, batch: Batch, runs: Runs, steps: int) -> np.ndarray:
+        """(n, steps, q) positions after each step."""
+        speeds = runs.crank_speeds(steps, self.scene.timestep_s)
+        return np.asarray(batch.rollout(steps, speeds, CONTROL, record=("qpos",))["qpos"])
 
     def _batch(self, runs: Runs) -> Batch:
         """A batch of the right size that expands just the fields these runs set."""
@@ -198,7 +120,7 @@ class Twin:
         if key not in self._batches:
             if len(self._batches) > 8:
                 self._batches.clear()
-            self._batches[key] = Batch(self.model, len(runs), self._workers)
+            self._batches[key] = Batch(self.model, len(runs), self.workers)
         batch = self._batches[key]
         batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
         fluid = batch.expand("geom_fluid")
@@ -206,7 +128,7 @@ class Twin:
         for name, values in runs.fields.items():
             batch.expand(name)[:] = values
         if runs.turns is not None:
-            gain = np.where([turn is None for turn in runs.turns], self.robot.crank.speed_gain_n_m_s, _FOLLOWING_N_M_S)
+            gain = np.where([turn is None for turn in runs.turns], self.robot.crank.speed_gain_n_m_s, FOLLOWING_N_M_S)
             batch.expand("actuator_gainprm")[:, 0, 0] = gain
             batch.expand("actuator_biasprm")[:, 0, 2] = -gain
         return batch
@@ -264,19 +186,6 @@ class Twin:
 
 def _chunks(n: int) -> list[slice]:
     return [slice(i, min(i + _CHUNK, n)) for i in range(0, n, _CHUNK)]
-
-
-def _part(runs: Runs, rows: slice) -> Runs:
-    if rows == slice(0, len(runs)):
-        return runs
-    return Runs(
-        runs.coefficients[rows],
-        runs.frequency_hz[rows],
-        runs.phase_rad[rows],
-        None if runs.velocity is None else runs.velocity[rows],
-        {name: values[rows] for name, values in runs.fields.items()},
-        None if runs.turns is None else runs.turns[rows],
-    )
 
 
 def _interpolate(states: np.ndarray, where: np.ndarray) -> np.ndarray:

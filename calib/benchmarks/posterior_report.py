@@ -113,7 +113,7 @@ class Asked:
     Attributes:
         first, count: seeds.
         effect: that the twin leaves out.
-        workers: threads of each session; 0 for all cores.
+        workers: sessions at a time; 0 for one on each core.
         scheduler: address of a dask scheduler; None for this process alone.
     """
 

@@ -1,18 +1,16 @@
-"""Scores the sessions that are missing, here one after the other or on the workers of a scheduler."""
+"""Scores the sessions that are missing, side by side here or on the workers of a scheduler."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
-
-from distributed import Client, as_completed
 
 from calib.benchmarks.posterior import PosteriorScore, score_session
 from calib.benchmarks.posterior_effects import Effect
 from calib.benchmarks.posterior_store import ScoreStore
-from session import FaultCollector, SwimcalError
+from calib.benchmarks.spread import spread
+from session import SwimcalError
 
 Tell = Callable[[str, float | None], None]
-_PATIENCE_S = 10.0
 
 
 class Failure(NamedTuple):
@@ -30,8 +28,8 @@ def run_sessions(
     Args:
         store: for the scores.
         seeds: of the sessions.
-        workers: threads of each session; 0 for all cores.
-        scheduler: address of a dask scheduler whose workers score them; None for one after the other in this process.
+        workers: sessions at a time, each in a process of its own with one thread; 0 for one on each core.
+        scheduler: address of a dask scheduler whose workers score them instead.
         tell: of the progress.
 
     Returns:
@@ -42,9 +40,7 @@ def run_sessions(
         ResultsNotWritable: the folder of the store is not writable.
     """
     todo, failures = store.missing(seeds), []
-    attempt = partial(_attempt, store.effect, workers)
-    done = map(attempt, todo) if scheduler is None else _distributed(attempt, todo, scheduler)
-    for number, outcome in enumerate(done):
+    for number, outcome in enumerate(spread(partial(_attempt, store.effect), todo, workers, scheduler)):
         if isinstance(outcome, Failure):
             failures.append(outcome)
         else:
@@ -54,32 +50,8 @@ def run_sessions(
     return tuple(failures)
 
 
-def _attempt(effect: Effect, workers: int, seed: int) -> PosteriorScore | Failure:
+def _attempt(effect: Effect, seed: int) -> PosteriorScore | Failure:
     try:
-        return score_session(seed, effect, workers)
+        return score_session(seed, effect, workers=1)
     except (SwimcalError, ValueError, ArithmeticError) as error:
         return Failure(seed, f"{type(error).__name__}: {error}")
-
-
-def _distributed(
-    attempt: Callable[[int], PosteriorScore | Failure], seeds: Sequence[int], scheduler: str
-) -> Iterator[PosteriorScore | Failure]:
-    with _client(scheduler) as client:
-        for future in as_completed(client.map(attempt, seeds, pure=False)):
-            yield future.result()
-
-
-def _client(scheduler: str) -> Client:
-    try:
-        return Client(scheduler, timeout=_PATIENCE_S)
-    except (OSError, ValueError) as error:
-        faults = FaultCollector("--scheduler")
-        faults.add(
-            "",
-            "no scheduler answers there",
-            found=f"{scheduler!r} ({error})",
-            expected="the address of a running dask scheduler, such as tcp://127.0.0.1:8786",
-            next_step="Start `dask scheduler` and some `dask worker ADDRESS`, or leave the option out.",
-        )
-        faults.raise_if_any()
-        raise

@@ -20,6 +20,7 @@ from session import fingerprint_of, plain_json, sha256_of, write_whole
 _INFERENCE = (
     "box_size",
     "emulator",
+    "ensemble",
     "exploration",
     "gait",
     "likelihood",

@@ -76,10 +76,8 @@ def posterior(
     first: Annotated[int, typer.Option(min=0, help="first session of this shard")] = 0,
     count: Annotated[int, typer.Option(min=0, help="sessions of this shard; 0: only the table of what is there")] = 300,
     effect: Annotated[Effect, typer.Option(help="what the robot does and the twin leaves out")] = "none",
-    workers: Workers = 0,
-    scheduler: Annotated[
-        str | None, typer.Option(help="address of a dask scheduler; default: one by one, here")
-    ] = None,
+    workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
+    scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Draws sessions from the prior; tells how often the posterior holds the truth (simulation-based calibration)."""

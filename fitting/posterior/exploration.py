@@ -8,19 +8,17 @@ until it predicts fresh draws. What it misses counts as an error of the model, s
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import emcee
 import numpy as np
 from scipy.stats import qmc
 
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.box_size import BOX_SD_M, box_size
 from fitting.posterior.emulator import Emulator, fit_emulator
-from fitting.posterior.likelihood import LEAST_DISCREPANCY, MOST_SPEED, MOST_WAVE, Likelihood
+from fitting.posterior.ensemble import LOG_MOST, WALKERS, log_posterior, sampler
+from fitting.posterior.likelihood import Likelihood
 from fitting.posterior.session_model import Disturbances, SessionModel
 from fitting.posterior.step_shift import StepShift
 
-WALKERS = 64
-DIMENSIONS = 7  # five coefficients and the logarithms of the discrepancies of wave and speed
 _WORLDWIDE, _ROUND, _STEPS = 256, 64, 400
 _ROUNDS = (3, 40)  # fewest, most
 _OUTWARD, _ONWARD, _JITTER = 1.7, 3.0, 0.02  # _ONWARD: of the last move, at most
@@ -35,7 +33,6 @@ _GOOD_ENOUGH = 0.5  # standard deviation of emulated minus simulated ln likeliho
 _STABLE_SD = 0.25  # by which means may still move from round to round, in standard deviations
 
 Tell = Callable[[str, float | None], None]
-LOG_MOST = np.log([MOST_WAVE, MOST_SPEED])
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,23 +60,6 @@ class Exploration:
     settled: bool
 
 
-def log_posterior(
-    likelihood: Likelihood, least_discrepancy: float = LEAST_DISCREPANCY
-) -> Callable[[np.ndarray], np.ndarray]:
-    """ln posterior of points (s, 7): uniform in the coefficients and in the logarithms of the discrepancies."""
-    low, high = COEFFICIENT_BOUNDS
-
-    def value(points: np.ndarray) -> np.ndarray:
-        coefficients, log_discrepancy = points[:, :5], points[:, 5:]
-        inside = ((coefficients >= low) & (coefficients <= high)).all(axis=1)
-        inside &= ((log_discrepancy >= np.log(least_discrepancy)) & (log_discrepancy <= LOG_MOST)).all(axis=1)
-        result = np.full(len(points), -np.inf)
-        result[inside] = likelihood(coefficients[inside], np.exp(log_discrepancy[inside]))
-        return result
-
-    return value
-
-
 def explore(
     model: SessionModel, start: np.ndarray | None = None, seed: int = 0, tell: Tell | None = None
 ) -> Exploration:
@@ -100,23 +80,6 @@ def explore(
         if search.round(likelihood) and number >= _ROUNDS[0]:
             return search.result(True)
     return search.result(False)
-
-
-def sampler(
-    likelihood: Likelihood,
-    backend: emcee.backends.Backend | None = None,
-    least_discrepancy: float = LEAST_DISCREPANCY,
-) -> emcee.EnsembleSampler:
-    """An ensemble (Foreman-Mackey et al. 2013) that moves by differential evolution (ter Braak and Vrugt 2008)."""
-    moves = [(emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.2), (emcee.moves.KDEMove(), 0.2)]
-    return emcee.EnsembleSampler(
-        WALKERS,
-        DIMENSIONS,
-        log_posterior(likelihood, least_discrepancy),
-        vectorize=True,
-        moves=moves,
-        backend=backend,
-    )
 
 
 class _Search:

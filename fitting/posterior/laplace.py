@@ -8,7 +8,7 @@ from scipy.stats import norm
 
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.approximate import Approximate
-from fitting.posterior.exploration import log_posterior
+from fitting.posterior.ensemble import log_posterior
 from fitting.posterior.posterior import Posterior
 
 _STEP = 0.2  # of the curvature, in standard deviations of the posterior

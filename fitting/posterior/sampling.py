@@ -10,7 +10,8 @@ import numpy as np
 import xarray
 
 from fitting.coefficient_fit import NAMES
-from fitting.posterior.exploration import Exploration, sampler
+from fitting.posterior.ensemble import sampler
+from fitting.posterior.exploration import Exploration
 from session import Flag
 
 R_HAT = 1.01

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from distributed import LocalCluster
 
-from calib.benchmarks import posterior_run, posterior_store
+from calib.benchmarks import posterior_run, posterior_store, spread
 from calib.benchmarks.posterior import PosteriorScore
 from calib.benchmarks.posterior_effects import Effect
 from calib.benchmarks.posterior_report import Asked, measure_posterior
@@ -24,7 +24,8 @@ def scored(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Seeds that were scored, without a simulation; session 13 fails."""
     seeds: list[int] = []
 
-    def measure(seed: int, _effect: Effect, _workers: int) -> PosteriorScore:
+    def measure(seed: int, _effect: Effect, workers: int) -> PosteriorScore:
+        assert workers == 1
         seeds.append(seed)
         if seed == 13:
             raise NotEnoughData("too short")
@@ -35,8 +36,8 @@ def scored(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def test_what_is_there_is_not_scored_again_and_shards_add_up(tmp_path: Path, scored: list[int]) -> None:
-    measure_posterior(tmp_path, Asked(first=0, count=3))
-    outcome = measure_posterior(tmp_path, Asked(first=2, count=10))
+    measure_posterior(tmp_path, Asked(first=0, count=3, workers=1))
+    outcome = measure_posterior(tmp_path, Asked(first=2, count=10, workers=1))
     assert scored == list(range(12))
     assert [each.seed for each in outcome.scores] == list(range(12))
     np.testing.assert_equal(vars(outcome.scores[1]), vars(score(1)))
@@ -44,7 +45,7 @@ def test_what_is_there_is_not_scored_again_and_shards_add_up(tmp_path: Path, sco
 
 @pytest.mark.usefixtures("scored")
 def test_a_file_is_one_line_of_json(tmp_path: Path) -> None:
-    measure_posterior(tmp_path, Asked(count=1))
+    measure_posterior(tmp_path, Asked(count=1, workers=1))
     text = (tmp_path / "sessions" / "0.json").read_text()
     assert text.count("\n") == 1
     assert json.loads(text)["exact_width"][4] is None
@@ -53,25 +54,25 @@ def test_a_file_is_one_line_of_json(tmp_path: Path) -> None:
 def test_scores_of_other_code_are_left_out_and_made_anew(
     tmp_path: Path, scored: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    measure_posterior(tmp_path, Asked(count=2))
+    measure_posterior(tmp_path, Asked(count=2, workers=1))
     (tmp_path / "sessions" / "1.json").write_text("{")
     monkeypatch.setattr(posterior_store, "_code", lambda: {"gait.py": "changed"})
-    outcome = measure_posterior(tmp_path, Asked(count=0))
+    outcome = measure_posterior(tmp_path, Asked(count=0, workers=1))
     assert (outcome.scores, outcome.others) == ((), 2)
-    measure_posterior(tmp_path, Asked(count=2))
+    measure_posterior(tmp_path, Asked(count=2, workers=1))
     assert scored == [0, 1, 0, 1]
 
 
 @pytest.mark.usefixtures("scored")
 def test_an_unmodelled_effect_has_a_folder_of_its_own(tmp_path: Path) -> None:
-    measure_posterior(tmp_path, Asked(count=1))
-    measure_posterior(tmp_path, Asked(count=1, effect="current"))
+    measure_posterior(tmp_path, Asked(count=1, workers=1))
+    measure_posterior(tmp_path, Asked(count=1, effect="current", workers=1))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["sessions", "sessions-current"]
 
 
 def test_a_session_that_fails_is_told_and_tried_again(tmp_path: Path, scored: list[int]) -> None:
     for _ in range(2):
-        outcome = measure_posterior(tmp_path, Asked(first=12, count=3))
+        outcome = measure_posterior(tmp_path, Asked(first=12, count=3, workers=1))
         assert [each.seed for each in outcome.scores] == [12, 14]
         assert outcome.failures == ((13, "NotEnoughData: too short"),)
     assert scored == [12, 13, 14, 13]
@@ -86,6 +87,6 @@ def test_the_workers_of_a_scheduler_score_as_well(tmp_path: Path, scored: list[i
 
 
 def test_a_scheduler_that_does_not_answer_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(posterior_run, "_PATIENCE_S", 0.2)
+    monkeypatch.setattr(spread, "_PATIENCE_S", 0.2)
     with pytest.raises(InputError, match=r"--scheduler: no scheduler answers there.*tcp://127\.0\.0\.1:1.*dask worker"):
         run_sessions(ScoreStore(tmp_path, "none"), range(2), scheduler="tcp://127.0.0.1:1")

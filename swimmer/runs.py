@@ -1,0 +1,104 @@
+"""What differs between simulations, and what they give."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+
+from swimmer.crank_turn import Turn
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """What differs between n simulations.
+
+    Attributes:
+        coefficients: (n, 5) blunt, slender and angular drag, Kutta and Magnus lift.
+        frequency_hz: (n,) turns of the crank a second.
+        phase_rad: (n,) crank angle at time 0; the tail is straight at 0 and pulled to the left at pi / 2.
+        turns: n measured turns that the cranks make from there on; None where one turns evenly at its frequency.
+            None for all: every crank turns evenly.
+        velocity: (n, 3) of the head at time 0 in its own axes: along +x (backward), along +y (right), m/s; yaw, rad/s.
+        fields: further fields of the model by name, each (n, ...), for instance `jnt_stiffness`.
+    """
+
+    coefficients: np.ndarray
+    frequency_hz: np.ndarray
+    phase_rad: np.ndarray
+    velocity: np.ndarray | None = None
+    fields: Mapping[str, np.ndarray] = field(default_factory=dict)
+    turns: tuple[Turn | None, ...] | None = None
+
+    def __len__(self) -> int:
+        return len(self.frequency_hz)
+
+    def __post_init__(self) -> None:
+        n = len(self.frequency_hz)
+        shapes = {"coefficients": (n, 5), "phase_rad": (n,)} | ({} if self.velocity is None else {"velocity": (n, 3)})
+        for name, expected in shapes.items():
+            if (found := np.shape(getattr(self, name))) != expected:
+                raise ValueError(f"{name}: found shape {found}, expected {expected} for {n} simulations")
+        for name, values in self.fields.items():
+            if (found := np.shape(values))[:1] != (n,):
+                raise ValueError(f"fields[{name!r}]: found shape {found}, expected ({n}, ...) for {n} simulations")
+        if self.turns is not None and len(self.turns) != n:
+            raise ValueError(f"turns: found {len(self.turns)}, expected {n}, one for each simulation")
+
+    def part(self, rows: slice) -> Self:
+        """Some of them."""
+        if rows == slice(0, len(self)):
+            return self
+        return replace(
+            self,
+            coefficients=self.coefficients[rows],
+            frequency_hz=self.frequency_hz[rows],
+            phase_rad=self.phase_rad[rows],
+            velocity=None if self.velocity is None else self.velocity[rows],
+            fields={name: values[rows] for name, values in self.fields.items()},
+            turns=None if self.turns is None else self.turns[rows],
+        )
+
+    @property
+    def start_speed_rad_s(self) -> np.ndarray:
+        """(n,) of the crank at time 0, rad/s."""
+        even = 2 * np.pi * np.asarray(self.frequency_hz, float)
+        if self.turns is None:
+            return even
+        return np.array(
+            [speed if turn is None else turn.speed(0.0) for turn, speed in zip(self.turns, even, strict=True)]
+        )
+
+    def crank_speeds(self, steps: int, timestep_s: float) -> np.ndarray | None:
+        """(n, steps, 1) mean speed over each step, rad/s; None where all cranks turn evenly."""
+        if self.turns is None or not any(self.turns):
+            return None
+        speeds = np.repeat(2 * np.pi * np.asarray(self.frequency_hz, float)[:, None], steps, axis=1)
+        known: dict[int, np.ndarray] = {}
+        for row, turn in enumerate(self.turns):
+            if turn is not None:
+                if id(turn) not in known:
+                    known[id(turn)] = np.diff(turn.angle(np.arange(steps + 1) * timestep_s)) / timestep_s
+                speeds[row] = known[id(turn)]
+        return speeds[..., None]
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectories:
+    """What n simulations give at f times.
+
+    Attributes:
+        time_s: (f,) or (n, f).
+        marker_m: (n, f, m, 2) in the pool: the head's frame starts at the origin, heading along -x, m.
+        head: (n, f, 3) x, y (m) and yaw (rad) of the head's frame.
+        hinges_rad: (n, f, h).
+        crank_rad: (n, f).
+        diverged: (n,) True where the simulation blew up; its arrays then hold nan alone.
+    """
+
+    time_s: np.ndarray
+    marker_m: np.ndarray
+    head: np.ndarray
+    hinges_rad: np.ndarray
+    crank_rad: np.ndarray
+    diverged: np.ndarray
