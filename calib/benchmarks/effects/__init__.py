@@ -1,0 +1,1 @@
+"""`calib benchmark effects`: sessions whose effect is withheld from what diagnoses them, and scores of that."""

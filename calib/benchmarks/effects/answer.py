@@ -1,0 +1,92 @@
+"""What is true of a withheld session, sealed apart from it until every diagnosis is written."""
+
+import base64
+import json
+import zlib
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Literal
+
+from session import FaultCollector, plain_json, write_whole
+
+Kind = Literal["null", "single", "double", "outside"]
+_PER_LINE = 120
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Of one session.
+
+    Attributes:
+        session: its name.
+        kind: no effect, one or two of the catalogue, or one that the catalogue does not hold.
+        effects: names of the catalogue that are present.
+        outside: name of what is present and not in the catalogue; None where all is.
+        alike: for each of the effects, those that these data cannot tell from it (two-way error above 5 %).
+        detectability: whitened distance from the nearest rival, each refitted; of the weaker effect of two, 0 of null.
+        stage: where the effect acts; None for null and for two effects at two stages.
+        oracle_shrinkage: share by which the true effects, refitted on the fit trials, shrink the gap of the held-out
+            ones; None for null and outside.
+        noise_free_shrinkage: the same held against trials without noise: what an interval should hold.
+    """
+
+    session: str
+    kind: Kind
+    effects: tuple[str, ...] = ()
+    outside: str | None = None
+    alike: tuple[tuple[str, ...], ...] = ()
+    detectability: float = 0.0
+    stage: str | None = None
+    oracle_shrinkage: float | None = None
+    noise_free_shrinkage: float | None = None
+
+    def present(self, name: str) -> bool:
+        """Whether an effect of this name is."""
+        return name in self.effects
+
+
+def seal(answers: Iterable[Answer], path: Path) -> str:
+    """Writes answers so that nobody reads them by chance; returns the sha256 of the file, to be published beside it.
+
+    Sealed is not secret: it keeps an eye, a search or a classifier off, not somebody who wants to know.
+
+    Raises:
+        ResultsNotWritable: the folder is not writable.
+    """
+    plain = json.dumps([plain_json(asdict(answer)) for answer in answers]).encode()
+    text = base64.b64encode(zlib.compress(plain, 9)).decode()
+    lines = [text[i : i + _PER_LINE] for i in range(0, len(text), _PER_LINE)]
+    write_whole(path, "\n".join(lines) + "\n")
+    return checksum(path)
+
+
+def unseal(path: Path, expected: str) -> tuple[Answer, ...]:
+    """Answers whose file has the checksum that was published.
+
+    Raises:
+        InputError: it has another, or holds no answers.
+    """
+    faults = FaultCollector(str(path))
+    if (found := checksum(path)) != expected:
+        faults.add(
+            "",
+            "not the answers of these sessions: another checksum",
+            found=found,
+            expected=expected,
+            next_step="Take sessions and answers from the same suite.",
+        )
+    faults.raise_if_any()
+    stands: list[dict[str, Any]] = json.loads(zlib.decompress(base64.b64decode(path.read_text())))
+    return tuple(_answer(each) for each in stands)
+
+
+def checksum(path: Path) -> str:
+    """Of a file."""
+    return sha256(path.read_bytes()).hexdigest()
+
+
+def _answer(stands: dict[str, Any]) -> Answer:
+    alike = tuple(tuple(names) for names in stands.pop("alike"))
+    return Answer(**stands | {"effects": tuple(stands["effects"]), "alike": alike})

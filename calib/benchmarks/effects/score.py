@@ -1,0 +1,218 @@
+"""How right diagnoses are of sessions whose effect was withheld from what wrote them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.stats import binomtest
+
+from calib.benchmarks.effects.answer import Answer
+from calib.benchmarks.effects.told import Told
+
+CONFIDENT = 0.9
+CLEAR = 5.0  # detectability from which a name is asked for
+_SET = 3
+_BINS = np.linspace(0.0, 1.0, 11)
+_WORTH_TELLING = 0.01  # probabilities below do not count for calibration: there are thirty of them in each session
+OTHER = "(none)"
+
+
+class Share(NamedTuple):
+    """How many of how many, with a 95 % interval (Wilson 1927)."""
+
+    hits: int
+    of: int
+
+    @property
+    def value(self) -> float:
+        """nan of none."""
+        return self.hits / self.of if self.of else float("nan")
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """nan of none."""
+        if not self.of:
+            return float("nan"), float("nan")
+        found = binomtest(self.hits, self.of).proportion_ci(0.95, method="wilson")
+        return float(found.low), float(found.high)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain numbers."""
+        return {"hits": self.hits, "of": self.of, "share": self.value, "ci95": self.interval}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A session: what is true of it and what was told."""
+
+    answer: Answer
+    told: Told
+
+    @property
+    def named_right(self) -> bool:
+        """Whether the likeliest name is that of an effect that is present."""
+        return self.told.first is not None and self.answer.present(self.told.first)
+
+    @property
+    def in_set(self) -> bool:
+        """Whether at most three names are told, all present effects among them."""
+        return len(self.told.names) <= _SET and set(self.answer.effects) <= self.told.names
+
+    @property
+    def in_groups(self) -> bool:
+        """Whether each present effect is in a group of its own."""
+        return len(self.answer.effects) <= len(self.told.groups) and set(self.answer.effects) <= self.told.names
+
+    @property
+    def confidently_wrong(self) -> bool:
+        """Whether an effect that is not present is told with a probability above 0.9."""
+        return any(p > CONFIDENT and not self.answer.present(name) for name, p in self.told.chances.items())
+
+
+@dataclass(frozen=True)
+class Score:
+    """Of all sessions of a suite."""
+
+    cases: tuple[Case, ...]
+
+    def share(self, right: Callable[[Case], bool], among: Callable[[Case], bool] = lambda _: True) -> Share:
+        """Of some sessions, those of which something holds."""
+        chosen = [case for case in self.cases if among(case)]
+        return Share(sum(right(case) for case in chosen), len(chosen))
+
+    @property
+    def headline(self) -> dict[str, Share]:
+        """What the toolkit's goals are about."""
+        return {
+            "false_alarms": self.share(lambda c: c.told.verdict != "no_gap", _of("null")),
+            "right_first": self.share(lambda c: c.named_right, _clear),
+            "right_in_three": self.share(lambda c: c.in_set, _clear),
+            "confident_wrong": self.share(lambda c: c.confidently_wrong),
+            "unexplained_outside": self.share(lambda c: c.told.verdict == "unexplained", _of("outside")),
+            "confident_outside": self.share(lambda c: c.confidently_wrong, _of("outside")),
+            "doubles_in_groups": self.share(lambda c: c.in_groups, _of("double")),
+            "stage_right": self.share(lambda c: c.told.stage == c.answer.stage, lambda c: c.answer.stage is not None),
+            "interval_holds": self.share(_holds, lambda c: _holds_applies(c)),
+        }
+
+    @property
+    def by_detectability(self) -> dict[float, Share]:
+        """The right name first, of single effects, by how detectable they are."""
+        levels = sorted({case.answer.detectability for case in self.cases if case.answer.kind == "single"})
+        return {level: self.share(lambda c: c.named_right, _at(level)) for level in levels}
+
+    @property
+    def by_effect(self) -> dict[str, Share]:
+        """The right name first, of clear single effects, by name."""
+        names = sorted({case.answer.effects[0] for case in self.cases if _clear(case)})
+        return {name: self.share(lambda c: c.named_right, _is(name)) for name in names}
+
+    @property
+    def confusion(self) -> dict[str, dict[str, int]]:
+        """Of clear single effects: how often each was first named what."""
+        table: dict[str, dict[str, int]] = {}
+        for case in filter(_clear, self.cases):
+            row = table.setdefault(case.answer.effects[0], {})
+            first = case.told.first or OTHER
+            row[first] = row.get(first, 0) + 1
+        return table
+
+    @property
+    def reliability(self) -> "Reliability":
+        """Of all probabilities from 1 % on."""
+        told = [
+            (p, case.answer.present(name))
+            for case in self.cases
+            for name, p in case.told.chances.items()
+            if p >= _WORTH_TELLING
+        ]
+        return Reliability.of(np.array([p for p, _ in told]), np.array([present for _, present in told], bool))
+
+    @property
+    def shrinkage_of_oracle(self) -> float:
+        """Median over sessions whose effects are all told, nan of none: shrinkage over that of the true effects."""
+        ratios = [
+            case.told.shrinkage / case.answer.oracle_shrinkage
+            for case in self.cases
+            if case.answer.oracle_shrinkage and case.told.shrinkage is not None and case.in_set
+        ]
+        return float(np.median(ratios)) if ratios else float("nan")
+
+    @property
+    def seconds(self) -> float:
+        """Median a session; nan where none tells."""
+        told = [case.told.seconds for case in self.cases if case.told.seconds is not None]
+        return float(np.median(told)) if told else float("nan")
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain numbers."""
+        return {
+            "sessions": len(self.cases),
+            "headline": {name: share.to_json() for name, share in self.headline.items()},
+            "by_detectability": {f"{level:g}": share.to_json() for level, share in self.by_detectability.items()},
+            "by_effect": {name: share.to_json() for name, share in self.by_effect.items()},
+            "confusion": self.confusion,
+            "reliability": self.reliability._asdict(),
+            "shrinkage_of_oracle": self.shrinkage_of_oracle,
+            "seconds": self.seconds,
+        }
+
+
+class Reliability(NamedTuple):
+    """Probabilities against how often they came true.
+
+    Attributes:
+        told: mean probability in each bin that holds any.
+        true: how often it came true there.
+        number: how many were told there.
+        error: mean difference between both, by number (expected calibration error; Naeini et al. 2015).
+    """
+
+    told: tuple[float, ...]
+    true: tuple[float, ...]
+    number: tuple[int, ...]
+    error: float
+
+    @classmethod
+    def of(cls, told: np.ndarray, true: np.ndarray) -> "Reliability":
+        """Of probabilities (k,) and whether each came true (k,)."""
+        which = np.clip(np.digitize(told, _BINS) - 1, 0, len(_BINS) - 2)
+        rows = [(told[which == b], true[which == b]) for b in sorted(set(which))]
+        means = [(float(p.mean()), float(t.mean()), len(p)) for p, t in rows]
+        if not means:
+            return cls((), (), (), float("nan"))
+        mean_told, mean_true, number = zip(*means, strict=True)
+        error = float(np.average(np.abs(np.subtract(mean_told, mean_true)), weights=number))
+        return cls(mean_told, mean_true, number, error)
+
+
+def scored(answers: Sequence[Answer], told: Sequence[Told]) -> Score:
+    """Of sessions in one order."""
+    return Score(tuple(Case(answer, each) for answer, each in zip(answers, told, strict=True)))
+
+
+def _of(kind: str) -> Callable[[Case], bool]:
+    return lambda case: case.answer.kind == kind
+
+
+def _at(level: float) -> Callable[[Case], bool]:
+    return lambda case: case.answer.kind == "single" and case.answer.detectability == level
+
+
+def _is(name: str) -> Callable[[Case], bool]:
+    return lambda case: _clear(case) and case.answer.effects[0] == name
+
+
+def _clear(case: Case) -> bool:
+    return case.answer.kind == "single" and case.answer.detectability >= CLEAR
+
+
+def _holds_applies(case: Case) -> bool:
+    right = bool(case.answer.effects) and set(case.answer.effects) == set(case.told.names)
+    return right and case.answer.noise_free_shrinkage is not None and case.told.interval is not None
+
+
+def _holds(case: Case) -> bool:
+    (low, high), true = case.told.interval or (np.nan, np.nan), case.answer.noise_free_shrinkage
+    return true is not None and bool(low <= true <= high)

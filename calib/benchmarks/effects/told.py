@@ -1,0 +1,114 @@
+"""What a program says of a session: its `diagnosis.json`, whoever wrote it, as far as scores need it."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from session import FaultCollector
+
+NONE = "none_of_these"
+VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
+_CAUSES = ("camera", "drive", "body", "tail")  # stages that an effect can act at
+
+
+@dataclass(frozen=True)
+class Told:
+    """A diagnosis by the public contract.
+
+    Attributes:
+        verdict: one of four.
+        groups: alternatives (inner) that act together (outer).
+        probabilities: that an effect is present, by name.
+        by_stage: shares of the gap.
+        shrinkage: of the gap on held-out trials; None where it does not apply.
+        interval: its 95 % interval.
+        seconds: that it took; None where it is not told.
+    """
+
+    verdict: str
+    groups: tuple[tuple[str, ...], ...]
+    probabilities: dict[str, float]
+    by_stage: dict[str, float]
+    shrinkage: float | None
+    interval: tuple[float, float] | None
+    seconds: float | None
+
+    @property
+    def names(self) -> frozenset[str]:
+        """All that it names."""
+        return frozenset(name for group in self.groups for name in group)
+
+    @property
+    def first(self) -> str | None:
+        """The likeliest of what it names."""
+        return max(sorted(self.names), key=lambda name: self.probabilities.get(name, 0.0), default=None)
+
+    @property
+    def chances(self) -> dict[str, float]:
+        """Probabilities of effects."""
+        return {name: p for name, p in self.probabilities.items() if name != NONE}
+
+    @property
+    def stage(self) -> str | None:
+        """The stage that it puts most of the gap on."""
+        shares = {stage: self.by_stage[stage] for stage in _CAUSES if stage in self.by_stage}
+        return max(shares, key=lambda stage: shares[stage]) if shares else None
+
+
+def read_told(path: Path) -> Told:
+    """Reads a diagnosis.
+
+    Raises:
+        InputError: it is not there, or not by the contract; all faults at once.
+    """
+    faults = FaultCollector(str(path))
+    try:
+        stands = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        faults.add("", "cannot be read", found=str(error), expected="a diagnosis.json", next_step="Diagnose it again.")
+        faults.raise_if_any()
+        raise
+    _check(stands, faults)
+    faults.raise_if_any()
+    gap = stands["gap"] or {}
+    interval = gap.get("shrinkage_ci95")
+    return Told(
+        verdict=stands["verdict"],
+        groups=tuple(tuple(group) for group in stands["groups"]) if _names_any(stands) else (),
+        probabilities=stands["probabilities"],
+        by_stage=(stands["where"] or {}).get("by_stage") or {},
+        shrinkage=gap.get("shrinkage"),
+        interval=None if interval is None or None in interval else (interval[0], interval[1]),
+        seconds=stands.get("seconds"),
+    )
+
+
+def _names_any(stands: dict[str, Any]) -> bool:
+    return stands["verdict"] in ("named", "inseparable")
+
+
+def _check(stands: Any, faults: FaultCollector) -> None:
+    present = stands if isinstance(stands, dict) else {}
+    missing = [key for key in ("verdict", "groups", "probabilities", "where", "gap") if key not in present]
+    for key in missing:
+        faults.add(key, "missing", found="nothing", expected="a key of the contract", next_step="Diagnose it again.")
+    if missing:
+        return
+    if stands["verdict"] not in VERDICTS:
+        faults.add(
+            "verdict",
+            "not a verdict",
+            found=repr(stands["verdict"]),
+            expected=" or ".join(VERDICTS),
+            next_step="Diagnose it again.",
+        )
+    for name, p in stands["probabilities"].items():
+        if not 0 <= p <= 1:
+            faults.add(
+                f"probabilities.{name}",
+                "not a probability",
+                found=repr(p),
+                expected="from 0 to 1",
+                next_step="Diagnose it again.",
+            )

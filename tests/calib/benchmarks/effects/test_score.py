@@ -1,0 +1,119 @@
+"""Scores of made-up diagnoses, counted by hand."""
+
+import json
+
+import numpy as np
+import pytest
+
+from calib.benchmarks.effects.answer import Answer
+from calib.benchmarks.effects.score import Reliability, Score, Share, scored
+from calib.benchmarks.effects.told import Told
+
+NULL = Answer("n", "null")
+SLACK = Answer("s", "single", ("tendon_slack",), None, (("tendon_friction",),), 5.0, "tail", 0.8, 0.75)
+WEAK = Answer("w", "single", ("scale_error",), None, ((),), 2.0, "camera", 0.4, 0.4)
+BOTH = Answer("b", "double", ("tendon_slack", "scale_error"), None, ((), ()), 5.0, None, 0.9, 0.9)
+TETHER = Answer("t", "outside", outside="tether", detectability=10.0, stage="body")
+
+
+def told(
+    verdict: str, *groups: tuple[str, ...], shrinkage: float | None = None, stage: str = "tail", **p: float
+) -> Told:
+    interval = None if shrinkage is None else (shrinkage - 0.1, shrinkage + 0.1)
+    return Told(verdict, groups, {"none_of_these": 0.0, **p}, {stage: 0.6, "floor": 0.4}, shrinkage, interval, 10.0)
+
+
+def headline(*cases: tuple[Answer, Told]) -> dict[str, tuple[int, int]]:
+    answers, diagnoses = zip(*cases, strict=True)
+    return {name: (share.hits, share.of) for name, share in scored(answers, diagnoses).headline.items()}
+
+
+def test_a_false_alarm_is_whatever_is_not_no_gap() -> None:
+    quiet, named, unexplained = told("no_gap"), told("named", ("scale_error",), scale_error=0.6), told("unexplained")
+    counted = headline((NULL, quiet), (NULL, named), (NULL, unexplained), (NULL, quiet))
+    assert counted["false_alarms"] == (2, 4)
+    assert counted["right_first"] == (0, 0)
+
+
+def test_the_right_name_counts_first_and_in_a_set_where_it_is_clear() -> None:
+    first = told("inseparable", ("tendon_slack", "tendon_friction"), tendon_slack=0.6, tendon_friction=0.3)
+    second = told("inseparable", ("tendon_slack", "tendon_friction"), tendon_slack=0.3, tendon_friction=0.6)
+    wrong = told("named", ("tendon_friction",), tendon_friction=0.95)
+    counted = headline((SLACK, first), (SLACK, second), (SLACK, wrong), (WEAK, told("no_gap")))
+    assert counted["right_first"] == (1, 3)
+    assert counted["right_in_three"] == (2, 3)
+    assert counted["confident_wrong"] == (1, 4)
+
+
+def test_a_set_of_four_is_no_answer() -> None:
+    wide = told("named", ("tendon_slack", "a", "b"), ("c",), tendon_slack=0.9)
+    assert headline((SLACK, wide))["right_in_three"] == (0, 1)
+
+
+def test_both_of_two_must_be_in_groups_of_their_own() -> None:
+    right = told("named", ("tendon_slack", "tendon_friction"), ("scale_error",), tendon_slack=0.9, scale_error=0.9)
+    as_alternatives = told("inseparable", ("tendon_slack", "scale_error"), tendon_slack=0.5, scale_error=0.5)
+    one = told("named", ("tendon_slack",), tendon_slack=0.99)
+    assert headline((BOTH, right), (BOTH, as_alternatives), (BOTH, one))["doubles_in_groups"] == (1, 3)
+
+
+def test_outside_the_catalogue_unexplained_is_right_and_a_sure_name_is_worse_than_a_guess() -> None:
+    counted = headline(
+        (TETHER, told("unexplained")),
+        (TETHER, told("named", ("wave_drag",), wave_drag=0.95)),
+        (TETHER, told("named", ("wave_drag",), wave_drag=0.6)),
+    )
+    assert counted["unexplained_outside"] == (1, 3)
+    assert counted["confident_outside"] == (1, 3)
+    assert counted["confident_wrong"] == (1, 3)
+
+
+def test_the_stage_and_the_interval() -> None:
+    right = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.7)
+    off = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.5, stage="camera")
+    counted = headline((SLACK, right), (SLACK, off), (WEAK, told("unexplained", shrinkage=0.4)), (NULL, told("no_gap")))
+    assert counted["stage_right"] == (1, 3)
+    assert counted["interval_holds"] == (1, 2)
+
+
+def score(*cases: tuple[Answer, Told]) -> Score:
+    answers, diagnoses = zip(*cases, strict=True)
+    return scored(answers, diagnoses)
+
+
+def test_tables_by_detectability_by_effect_and_of_confusion() -> None:
+    right = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.6)
+    wrong = told("named", ("tendon_friction",), tendon_friction=0.7)
+    found = score((SLACK, right), (SLACK, wrong), (SLACK, told("unexplained")), (WEAK, told("no_gap")))
+    assert {level: (s.hits, s.of) for level, s in found.by_detectability.items()} == {2.0: (0, 1), 5.0: (1, 3)}
+    assert found.by_effect == {"tendon_slack": Share(1, 3)}
+    assert found.confusion == {"tendon_slack": {"tendon_slack": 1, "tendon_friction": 1, "(none)": 1}}
+    assert found.shrinkage_of_oracle == pytest.approx(0.75)
+    assert found.seconds == 10.0
+
+
+def test_probabilities_that_come_true_as_often_as_they_say_have_no_error() -> None:
+    random = np.random.default_rng(0)
+    p = random.uniform(0, 1, 40_000)
+    fair, sure = (
+        Reliability.of(p, random.uniform(0, 1, len(p)) < p),
+        Reliability.of(p, random.uniform(0, 1, len(p)) < p**2),
+    )
+    assert fair.error < 0.01
+    assert sure.error == pytest.approx(1 / 6, abs=0.01)  # mean of p - p^2
+    assert sum(sure.number) == len(p)
+
+
+def test_small_probabilities_do_not_water_the_error_down() -> None:
+    found = score((SLACK, told("named", ("tendon_slack",), tendon_slack=0.5, **{f"e{i}": 0.001 for i in range(30)})))
+    assert found.reliability.number == (1,)
+    assert found.reliability.error == pytest.approx(0.5)
+
+
+def test_a_share_has_wilsons_interval() -> None:
+    assert Share(0, 300).interval == pytest.approx((0.0, 0.01264), abs=1e-4)
+    assert np.isnan(Share(0, 0).value)
+
+
+def test_it_is_plain_json() -> None:
+    json.dumps(score((NULL, told("no_gap")), (SLACK, told("unexplained")), (TETHER, told("unexplained"))).to_json())

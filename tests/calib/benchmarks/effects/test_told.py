@@ -1,0 +1,56 @@
+"""A diagnosis is read by the contract, whoever wrote it."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from calib.benchmarks.effects.told import read_told
+from session import InputError
+
+DIAGNOSIS: dict[str, Any] = {
+    "verdict": "inseparable",
+    "groups": [["tendon_slack", "tendon_friction"], ["scale_error"]],
+    "effects": ["tendon_slack", "tendon_friction", "scale_error"],
+    "probabilities": {"tendon_slack": 0.5, "tendon_friction": 0.4, "scale_error": 0.97, "none_of_these": 0.01},
+    "where": {"by_stage": {"camera": 0.2, "drive": -0.1, "body": 0.1, "tail": 0.3, "floor": 0.5}},
+    "gap": {"shrinkage": 0.7, "shrinkage_ci95": [0.6, 0.8]},
+    "seconds": 41.0,
+}
+
+
+def written(folder: Path, **changes: Any) -> Path:
+    path = folder / "diagnosis.json"
+    path.write_text(json.dumps(DIAGNOSIS | changes))
+    return path
+
+
+def test_it_is_read(tmp_path: Path) -> None:
+    told = read_told(written(tmp_path))
+    assert told.first == "scale_error"
+    assert told.names == {"tendon_slack", "tendon_friction", "scale_error"}
+    assert told.stage == "tail"  # floor is no stage that an effect acts at
+    assert (told.shrinkage, told.interval, told.seconds) == (0.7, (0.6, 0.8), 41.0)
+
+
+def test_what_does_not_apply_is_none(tmp_path: Path) -> None:
+    told = read_told(written(tmp_path, verdict="no_gap", groups=[], gap=None, where=None, seconds=None))
+    assert (told.first, told.stage, told.shrinkage, told.interval, told.seconds) == (None,) * 5
+
+
+def test_a_verdict_without_a_name_names_nothing(tmp_path: Path) -> None:
+    assert read_told(written(tmp_path, verdict="unexplained")).names == frozenset()
+
+
+def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"(?s)verdict.*perhaps.*probabilities\.x.*1\.5"):
+        read_told(written(tmp_path, verdict="perhaps", probabilities={"x": 1.5, "none_of_these": 0.0}))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '"named"'])
+def test_what_is_no_diagnosis_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "diagnosis.json"
+    path.write_text(text)
+    with pytest.raises(InputError):
+        read_told(path)
