@@ -59,7 +59,7 @@ class TrialModel:
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         """(s, k) gaits of coefficients (s, 5), in step with the measured tail; nan where the twin diverged."""
-        return self._in_step(self.gait(self._positions(coefficients)))
+        return self.in_step(self.gait(self._positions(coefficients)))
 
     def freedoms(self, coefficients: np.ndarray) -> "Freedoms":
         """By how much the gait moves with one standard deviation of each nuisance, at coefficients (5,).
@@ -70,7 +70,7 @@ class TrialModel:
         """
         trajectories = self._simulate(coefficients[None])
         marker_m = self._kept(trajectories.marker_m[0])  # (n, m, 2)
-        gait = self._in_step(self.gait(marker_m))
+        gait = self.in_step(self.gait(marker_m))
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
         body = self._kept(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
@@ -87,7 +87,7 @@ class TrialModel:
         step = np.array([*_START_STEP, _FREQUENCY_STEP])
         steps = np.vstack([np.diag(step), -np.diag(step)])  # (8, 4)
         positions = self._positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
-        up, down = np.split(self._in_step(self.gait(positions)), 2)
+        up, down = np.split(self.in_step(self.gait(positions)), 2)
         return (np.array([*START_SD, relative]) / (2 * step))[:, None] * (up - down)
 
     def _of_doubt(self, doubted: DoubtedTwin, coefficients: np.ndarray) -> np.ndarray:
@@ -108,10 +108,11 @@ class TrialModel:
                 shifted = np.array(marker_m)
                 shifted[:, marker] += _SHIFT_M * axes[:, marker, axis]
                 shifted *= length / np.linalg.norm(shifted[:, nose] - shifted[:, neck], axis=-1).mean()
-                slopes.append((self._in_step(self.gait(shifted)) - gait) / _SHIFT_M)
+                slopes.append((self.in_step(self.gait(shifted)) - gait) / _SHIFT_M)
         return slopes
 
-    def _in_step(self, gait: np.ndarray) -> np.ndarray:
+    def in_step(self, gait: np.ndarray) -> np.ndarray:
+        """(..., k) gaits with their tails in step with the measured one."""
         return advanced(gait, phase_between(gait, self.measured, list(self.trial.tail)))
 
     def _positions(

@@ -1,0 +1,7 @@
+"""What effects do to gaits: how a trial would look if the robot or the camera did what the plain twin leaves out."""
+
+from fitting.signatures.affected_trial import AffectedTrial
+from fitting.signatures.signature import Signature, signature_of
+from fitting.signatures.view_of import view_of
+
+__all__ = ["AffectedTrial", "Signature", "signature_of", "view_of"]

@@ -1,0 +1,77 @@
+"""By how much an effect of some strength moves what a session measured."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.posterior.session_model import SessionModel
+from fitting.signatures.affected_trial import AffectedTrial
+from fitting.signatures.view_of import view_of
+from session import CameraSpec
+from swimmer.effects import AffectedTwin, Effect
+
+STRENGTHS = (-3.0, -1.0, 1.0, 3.0)  # standard deviations of a parameter's prior
+
+
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """Of one effect on t trials, whose gaits stand in one row of length k.
+
+    Attributes:
+        effect: with the parameters that these trials' markers give it.
+        values: (q, p) strengths that were tried.
+        gaits: (q, k) change of the row of gaits; nan where the twin diverged.
+        hertz: (q, t) change of the frequency that each trial's command leads to; 0 where nobody knows the command.
+    """
+
+    effect: Effect
+    values: np.ndarray
+    gaits: np.ndarray
+    hertz: np.ndarray
+
+
+def signature_of(
+    effect: Effect, model: SessionModel, camera: CameraSpec, coefficients: np.ndarray, values: np.ndarray | None = None
+) -> Signature:
+    """What an effect does to the trials of a session at coefficients (5,).
+
+    Args:
+        effect: of the catalogue or of a user.
+        model: the trials beside the plain twin.
+        camera: that filmed them.
+        coefficients: (5,) at which.
+        values: (q, p) strengths; by default each parameter alone, one and three standard deviations either way as far
+            as its bounds allow.
+    """
+    trials = affected_trials(effect, model, camera)
+    suited = trials[0].twin.effects[0]
+    values = strengths(suited) if values is None else values
+    tried = np.vstack([np.zeros((1, values.shape[1])), values])
+    rows = np.hstack([trial.gaits(np.tile(coefficients, (len(tried), 1)), tried) for trial in trials])
+    return Signature(suited, values, rows[1:] - rows[0], _hertz(suited, values, trials))
+
+
+def affected_trials(effect: Effect, model: SessionModel, camera: CameraSpec) -> tuple[AffectedTrial, ...]:
+    """The trials of a session beside a twin with an effect."""
+    twin = model.trials[0].twin
+    affected = AffectedTwin(twin, [effect])
+    return tuple(AffectedTrial(each, affected, view_of(each.trial, twin.robot, camera)) for each in model.trials)
+
+
+def strengths(effect: Effect) -> np.ndarray:
+    """(q, p) each parameter alone, one and three standard deviations either way as far as its bounds allow."""
+    rows = []
+    for number, parameter in enumerate(effect.parameters):
+        for strength in STRENGTHS:
+            value = float(np.clip(strength * parameter.sd, parameter.low, parameter.high))
+            if value != 0.0:
+                rows.append(value * np.eye(len(effect.parameters))[number])
+    return np.unique(rows, axis=0)
+
+
+def _hertz(effect: Effect, values: np.ndarray, trials: Sequence[AffectedTrial]) -> np.ndarray:
+    commanded = [each.model.trial.commanded_hz for each in trials]
+    return np.array(
+        [[0.0 if hz is None else effect.measured_hz(hz, value) - hz for hz in commanded] for value in values]
+    )

@@ -1,0 +1,80 @@
+"""What an effect is told to do to a session is what a session does in which it is present."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
+from fitting.posterior.trial_model import GLUED_SD_M, TrialModel
+from fitting.signatures import signature_of, view_of
+from fitting.signatures.signature import strengths
+from session import FISHSIM_MARKERS, CameraCalibration, CameraSpec
+from swimmer.effects.measurement.marker_offset import MarkerOffset
+from swimmer.effects.measurement.rolling_shutter import RollingShutter
+from swimmer.effects.measurement.scale_error import ScaleError
+from swimmer.effects.measurement.time_base_error import TimeBaseError
+from swimmer.effects.tendons.crank_arm_error import CrankArmError
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
+
+TRUTH = np.array(PLAUSIBLE_COEFFICIENTS, float)
+CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)
+
+
+@pytest.fixture(scope="module")
+def model() -> SessionModel:
+    trials = exact_swims(hz=(0.7, 1.1), seconds=3.5)
+    return SessionModel(tuple(TrialModel(exact_twin(workers=1), trial, START_PHASE_RAD) for trial in trials))
+
+
+def test_a_marker_glued_elsewhere_is_the_column_that_the_posterior_knows(model: SessionModel) -> None:
+    marker = FISHSIM_MARKERS.index("tail_3")
+    effect = MarkerOffset(FISHSIM_MARKERS)
+    values = np.zeros((1, len(effect.parameters)))
+    values[0, [p.name for p in effect.parameters].index("tail_3_across")] = GLUED_SD_M
+    found = signature_of(effect, model, CAMERA, TRUTH, values).gaits[0]
+    column = np.concatenate([trial.freedoms(TRUTH).shared[:, 2 * marker + 1] for trial in model.trials])
+    assert found == pytest.approx(column, abs=0.02 * np.abs(column).max())
+
+
+def test_a_longer_arm_moves_gaits_as_another_robot_does(model: SessionModel) -> None:
+    found = signature_of(CrankArmError(), model, CAMERA, TRUTH, np.array([[0.02]])).gaits[0]
+    longer = ROBOT.model_copy(update={"crank": ROBOT.crank.model_copy(update={"arm_m": 1.02 * ROBOT.crank.arm_m})})
+    twin = model.trials[0].twin.of_robot(longer)
+    other = SessionModel(tuple(TrialModel(twin, each.trial, START_PHASE_RAD) for each in model.trials))
+    moved = (other.simulated(TRUTH[None]) - model.simulated(TRUTH[None]))[0]
+    assert found == pytest.approx(moved, abs=0.05 * np.abs(moved).max())
+
+
+def test_with_a_wrong_scale_the_whole_fish_swims_slower_and_beats_less(model: SessionModel) -> None:
+    found = signature_of(ScaleError(), model, CAMERA, TRUTH, np.array([[0.01]])).gaits[0]
+    plain = model.simulated(TRUTH[None])[0]
+    speed, fin = 0, slice(-7 + 1, -7 + 3)  # the first harmonic of the fin across, the last marker of the last trial
+    assert found[speed] == pytest.approx(-plain[speed] / 101, rel=0.02)
+    assert found[fin] == pytest.approx(-plain[fin] / 101, rel=0.05)
+
+
+def test_a_wrong_clock_is_seen_in_the_frequency_that_a_command_leads_to(model: SessionModel) -> None:
+    signature = signature_of(TimeBaseError(), model, CAMERA, TRUTH, np.array([[0.02], [-0.01]]))
+    assert signature.hertz == pytest.approx(np.array([[0.014, 0.022], [-0.007, -0.011]]))
+
+
+def test_each_parameter_is_tried_either_way_within_its_bounds() -> None:
+    assert strengths(TimeBaseError()).ravel() == pytest.approx([-0.06, -0.02, 0.02, 0.06])
+    assert strengths(RollingShutter()).ravel() == pytest.approx([0.01, 0.03])
+    assert strengths(MarkerOffset(("nose", "neck", "tail_1"))).shape == (8, 2)
+
+
+def test_the_view_stands_over_the_same_point_of_the_pool_wherever_the_fish_swims(model: SessionModel) -> None:
+    trial = model.trials[0].trial
+    lens = CameraCalibration(width_px=1000, height_px=800, fx_px=900.0, fy_px=900.0, cx_px=500.0, cy_px=400.0)
+    camera = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m, calibration=lens)
+    view, heading = view_of(trial, ROBOT, camera), trial.head.heading_rad[0]
+    to_pool = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
+    nose = trial.markers.index("nose")
+    origin = trial.position_m[0, nose] - to_pool @ ROBOT.marker_positions_m(("nose",))[0, :2]
+    assert origin + to_pool @ view.axis_m == pytest.approx(np.array([500.0, -400.0]) * trial.metres_per_px)
+    assert to_pool @ view.down == pytest.approx([0.0, -1.0])
+    assert view.half_height_m == pytest.approx(400 * trial.metres_per_px)
+    assert view.frame_s == pytest.approx(1 / 60)
