@@ -1,0 +1,92 @@
+"""How far what an effect does lies from what its rivals could do, in standard deviations of all that disturbs it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
+
+from fitting.signatures.signature import Signature
+
+
+class Rival(NamedTuple):
+    """Another effect at its best: what it would have to be, and how far it stays.
+
+    Attributes:
+        name: of the effect.
+        values: (p,) of its parameters.
+        distance: whitened, coefficients refitted with it; d in the two-way error Phi(-d / 2).
+    """
+
+    name: str
+    values: np.ndarray
+    distance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """A space in which all that disturbs a session's row has unit size and coefficients are free.
+
+    Attributes:
+        root: (k, k) lower Cholesky factor of the covariance of noise, nuisances and the twin's own discrepancy.
+        slopes: (k, 5) of the row with the coefficients.
+        precision: (5,) of the prior of the coefficients.
+    """
+
+    root: np.ndarray
+    slopes: np.ndarray
+    precision: np.ndarray
+
+    @classmethod
+    def of(cls, covariance: np.ndarray, slopes: np.ndarray, prior_sd: np.ndarray) -> "Whitened":
+        """From a covariance (k, k), slopes (k, 5) and the prior's standard deviations (5,)."""
+        return cls(np.linalg.cholesky(covariance), slopes, prior_sd**-2.0)
+
+    def freed(self, rows: np.ndarray) -> np.ndarray:
+        """(..., k + 5) rows (..., k), whitened, with what coefficients can take away taken; lengths are distances."""
+        white = solve_triangular(self.root, rows.reshape(-1, rows.shape[-1]).T, lower=True)  # (k, q)
+        slopes = np.vstack([solve_triangular(self.root, self.slopes, lower=True), np.diag(np.sqrt(self.precision))])
+        white = np.vstack([white, np.zeros((len(self.precision), white.shape[1]))])
+        left = white - slopes @ np.linalg.lstsq(slopes, white, rcond=None)[0]
+        return left.T.reshape(*rows.shape[:-1], -1)
+
+    def length(self, row: np.ndarray) -> float:
+        """From the plain twin, refitted, of a change (k,)."""
+        return float(np.linalg.norm(self.freed(row)))
+
+    def rival(self, row: np.ndarray, signature: Signature) -> Rival:
+        """The nearest that another effect comes to a change (k,), within its bounds.
+
+        It is linear in its parameters, with the slopes of weak or of strong signatures, whichever comes nearer.
+        """
+        target, parameters = self.freed(row), signature.effect.parameters
+        bounds = ([p.low for p in parameters], [p.high for p in parameters])
+        best = Rival(signature.effect.name, np.zeros(len(parameters)), float(np.linalg.norm(target)))
+        for slopes in _slopes(signature):
+            found = lsq_linear(self.freed(slopes).T, target, bounds)
+            distance = float(np.sqrt(2 * found.cost))
+            if distance < best.distance:
+                best = best._replace(values=found.x, distance=distance)
+        return best
+
+    def rivals(self, row: np.ndarray, signatures: Sequence[Signature]) -> list[Rival]:
+        """All, the nearest first."""
+        return sorted((self.rival(row, signature) for signature in signatures), key=lambda rival: rival.distance)
+
+
+def _slopes(signature: Signature) -> list[np.ndarray]:
+    """(p, k) with each parameter, once from the weakest and once from the strongest that was tried of it."""
+    order = np.argsort(np.abs(signature.values).sum(axis=1))
+    found = []
+    for chosen in (order, order[::-1]):
+        slopes = np.zeros((signature.values.shape[1], signature.gaits.shape[1]))
+        seen: set[int] = set()
+        for row in chosen:
+            number = int(np.argmax(np.abs(signature.values[row])))
+            if number not in seen and np.isfinite(signature.gaits[row]).all():
+                slopes[number] = signature.gaits[row] / signature.values[row, number]
+                seen.add(number)
+        found.append(slopes)
+    return found
