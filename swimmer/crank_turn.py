@@ -13,7 +13,10 @@ _FEWEST = 5  # readings that a smoothing spline needs
 
 
 class Turn(Protocol):
-    """How a crank turns from time 0 on."""
+    """How a crank turns from time 0 on; `logged` where a log tells, so that it turns like that whatever pulls at it."""
+
+    @property
+    def logged(self) -> bool: ...  # noqa: D102
 
     def angle(self, time_s: ArrayLike) -> np.ndarray:
         """(f,) angle since time 0, rad."""
@@ -36,6 +39,7 @@ class CrankTurn:
     spline: BSpline
     start_s: float
     end_s: float
+    logged: bool = True
 
     @classmethod
     def measured(cls, time_s: np.ndarray, angle_rad: np.ndarray) -> "CrankTurn":

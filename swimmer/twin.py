@@ -128,7 +128,8 @@ class Twin:
         for name, values in runs.fields.items():
             batch.expand(name)[:] = values
         if runs.turns is not None:
-            gain = np.where([turn is None for turn in runs.turns], self.robot.crank.speed_gain_n_m_s, FOLLOWING_N_M_S)
+            logged = [turn is not None and turn.logged for turn in runs.turns]
+            gain = np.where(logged, FOLLOWING_N_M_S, self.robot.crank.speed_gain_n_m_s)
             batch.expand("actuator_gainprm")[:, 0, 0] = gain
             batch.expand("actuator_biasprm")[:, 0, 2] = -gain
         return batch

@@ -24,7 +24,7 @@ class AffectedTrial:
     view: View
 
     def gaits(self, coefficients: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """(s, k) gaits of coefficients (s, 5) and values (s, p), in step with the measured tail; nan where diverged."""
+        """(s, k) gaits of coefficients (s, 5) and values (s, p) of the session; nan where the twin diverged."""
         trial, count = self.model.trial, len(values)
         runs = AffectedRuns(
             coefficients=np.ascontiguousarray(coefficients),
@@ -32,7 +32,7 @@ class AffectedTrial:
             phase_rad=np.full(count, self.model.phase_rad),
             velocity=np.tile(trial.start_velocity, (count, 1)),
             turns=None if trial.turn is None else (trial.turn.shifted(0.0, 1.0),) * count,
-            values=values,
+            values=np.array([self.twin.in_trial(self.view, value) for value in values]),
         )
         return self.model.in_step(self.model.gait(self._seen(runs)))
 

@@ -27,7 +27,9 @@ class Rival(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Whitened:
-    """A space in which all that disturbs a session's row has unit size and coefficients are free.
+    """A space in which all that disturbs a session's row of k numbers has unit size and coefficients are free.
+
+    The row holds the gaits of t trials, and then the frequencies that their commands lead to.
 
     Attributes:
         root: (k, k) lower Cholesky factor of the covariance of noise, nuisances and the twin's own discrepancy.
@@ -52,24 +54,36 @@ class Whitened:
         left = white - slopes @ np.linalg.lstsq(slopes, white, rcond=None)[0]
         return left.T.reshape(*rows.shape[:-1], -1)
 
+    def coefficients(self, row: np.ndarray) -> np.ndarray:
+        """(5,) by how much coefficients, held back by their prior, best make up for a change (k,)."""
+        white, slopes = (solve_triangular(self.root, part, lower=True) for part in (row, self.slopes))
+        return np.linalg.solve(slopes.T @ slopes + np.diag(self.precision), slopes.T @ white)
+
     def length(self, row: np.ndarray) -> float:
         """From the plain twin, refitted, of a change (k,)."""
         return float(np.linalg.norm(self.freed(row)))
 
     def rival(self, row: np.ndarray, signature: Signature) -> Rival:
-        """The nearest that another effect comes to a change (k,), within its bounds.
+        """The nearest that another effect comes to a change (k,), within its bounds."""
+        (values,), distance = self.together(row, [signature])
+        return Rival(signature.effect.name, values, distance)
 
-        It is linear in its parameters, with the slopes of weak or of strong signatures, whichever comes nearer.
+    def together(self, row: np.ndarray, signatures: Sequence[Signature]) -> tuple[list[np.ndarray], float]:
+        """Parameters of effects that together come nearest to a change (k,), within their bounds, and how near.
+
+        Each is linear in its parameters, all with the slopes of weak or all with those of strong signatures, whichever
+        come nearer.
         """
-        target, parameters = self.freed(row), signature.effect.parameters
+        target, parameters = self.freed(row), [p for signature in signatures for p in signature.effect.parameters]
         bounds = ([p.low for p in parameters], [p.high for p in parameters])
-        best = Rival(signature.effect.name, np.zeros(len(parameters)), float(np.linalg.norm(target)))
-        for slopes in _slopes(signature):
-            found = lsq_linear(self.freed(slopes).T, target, bounds)
+        best, nearest = np.zeros(len(parameters)), float(np.linalg.norm(target))
+        for slopes in zip(*map(_slopes, signatures), strict=True):
+            found = lsq_linear(self.freed(np.vstack(slopes)).T, target, bounds)
             distance = float(np.sqrt(2 * found.cost))
-            if distance < best.distance:
-                best = best._replace(values=found.x, distance=distance)
-        return best
+            if distance < nearest:
+                best, nearest = found.x, distance
+        ends = np.cumsum([len(signature.effect.parameters) for signature in signatures])
+        return np.split(best, ends[:-1]), nearest
 
     def rivals(self, row: np.ndarray, signatures: Sequence[Signature]) -> list[Rival]:
         """All, the nearest first."""
@@ -78,15 +92,15 @@ class Whitened:
 
 def _slopes(signature: Signature) -> list[np.ndarray]:
     """(p, k) with each parameter, once from the weakest and once from the strongest that was tried of it."""
-    order = np.argsort(np.abs(signature.values).sum(axis=1))
+    order, rows = np.argsort(np.abs(signature.values).sum(axis=1)), signature.rows
     found = []
     for chosen in (order, order[::-1]):
-        slopes = np.zeros((signature.values.shape[1], signature.gaits.shape[1]))
+        slopes = np.zeros((signature.values.shape[1], rows.shape[1]))
         seen: set[int] = set()
         for row in chosen:
             number = int(np.argmax(np.abs(signature.values[row])))
-            if number not in seen and np.isfinite(signature.gaits[row]).all():
-                slopes[number] = signature.gaits[row] / signature.values[row, number]
+            if number not in seen and np.isfinite(rows[row]).all():
+                slopes[number] = rows[row] / signature.values[row, number]
                 seen.add(number)
         found.append(slopes)
     return found

@@ -30,6 +30,11 @@ class Signature:
     gaits: np.ndarray
     hertz: np.ndarray
 
+    @property
+    def rows(self) -> np.ndarray:
+        """(q, k + t) both, side by side."""
+        return np.hstack([self.gaits, self.hertz])
+
 
 def signature_of(
     effect: Effect, model: SessionModel, camera: CameraSpec, coefficients: np.ndarray, values: np.ndarray | None = None

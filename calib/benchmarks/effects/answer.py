@@ -27,9 +27,9 @@ class Answer:
         alike: for each of the effects, those that these data cannot tell from it (two-way error above 5 %).
         detectability: whitened distance from the nearest rival, each refitted; of the weaker effect of two, 0 of null.
         stage: where the effect acts; None for null and for two effects at two stages.
-        oracle_shrinkage: share by which the true effects, refitted on the fit trials, shrink the gap of the held-out
-            ones; None for null and outside.
-        noise_free_shrinkage: the same held against trials without noise: what an interval should hold.
+        oracle_shrinkage: share by which the twin's own form of the true effects, refitted on the fit trials, shrinks
+            the gap of the held-out ones, both without noise: what can be reached, and what an interval should hold;
+            None for null and outside.
     """
 
     session: str
@@ -40,7 +40,6 @@ class Answer:
     detectability: float = 0.0
     stage: str | None = None
     oracle_shrinkage: float | None = None
-    noise_free_shrinkage: float | None = None
 
     def present(self, name: str) -> bool:
         """Whether an effect of this name is."""

@@ -210,9 +210,9 @@ def _clear(case: Case) -> bool:
 
 def _holds_applies(case: Case) -> bool:
     right = bool(case.answer.effects) and set(case.answer.effects) == set(case.told.names)
-    return right and case.answer.noise_free_shrinkage is not None and case.told.interval is not None
+    return right and case.answer.oracle_shrinkage is not None and case.told.interval is not None
 
 
 def _holds(case: Case) -> bool:
-    (low, high), true = case.told.interval or (np.nan, np.nan), case.answer.noise_free_shrinkage
+    (low, high), true = case.told.interval or (np.nan, np.nan), case.answer.oracle_shrinkage
     return true is not None and bool(low <= true <= high)

@@ -20,7 +20,7 @@ class Made(Effect):
 def signature(name: str, rows: np.ndarray, *bounds: tuple[float, float]) -> Signature:
     """Linear: (p, k) rows per unit of each parameter."""
     values = np.vstack([np.eye(len(rows)), 3 * np.eye(len(rows))])
-    return Signature(Made(name, *bounds), values, values @ rows, np.zeros((len(values), 1)))
+    return Signature(Made(name, *bounds), values, values @ rows, np.zeros((len(values), 0)))
 
 
 @pytest.fixture

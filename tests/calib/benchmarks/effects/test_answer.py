@@ -9,7 +9,7 @@ from session import InputError
 
 ANSWERS = (
     Answer("a7", "null"),
-    Answer("b2", "single", ("tendon_slack",), None, (("tendon_friction",),), 3.3, "tail", 0.8, 0.82),
+    Answer("b2", "single", ("tendon_slack",), None, (("tendon_friction",),), 3.3, "tail", 0.8),
     Answer("c9", "outside", outside="tether", detectability=5.0, stage="body"),
 )
 

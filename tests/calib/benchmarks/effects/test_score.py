@@ -10,9 +10,9 @@ from calib.benchmarks.effects.score import Reliability, Score, Share, scored
 from calib.benchmarks.effects.told import Told
 
 NULL = Answer("n", "null")
-SLACK = Answer("s", "single", ("tendon_slack",), None, (("tendon_friction",),), 5.0, "tail", 0.8, 0.75)
-WEAK = Answer("w", "single", ("scale_error",), None, ((),), 2.0, "camera", 0.4, 0.4)
-BOTH = Answer("b", "double", ("tendon_slack", "scale_error"), None, ((), ()), 5.0, None, 0.9, 0.9)
+SLACK = Answer("s", "single", ("tendon_slack",), None, (("tendon_friction",),), 5.0, "tail", 0.8)
+WEAK = Answer("w", "single", ("scale_error",), None, ((),), 2.0, "camera", 0.4)
+BOTH = Answer("b", "double", ("tendon_slack", "scale_error"), None, ((), ()), 5.0, None, 0.9)
 TETHER = Answer("t", "outside", outside="tether", detectability=10.0, stage="body")
 
 
@@ -69,7 +69,7 @@ def test_outside_the_catalogue_unexplained_is_right_and_a_sure_name_is_worse_tha
 
 
 def test_the_stage_and_the_interval() -> None:
-    right = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.7)
+    right = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.75)
     off = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.5, stage="camera")
     counted = headline((SLACK, right), (SLACK, off), (WEAK, told("unexplained", shrinkage=0.4)), (NULL, told("no_gap")))
     assert counted["stage_right"] == (1, 3)

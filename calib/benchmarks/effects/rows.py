@@ -1,0 +1,147 @@
+"""A withheld session without noise, as a diagnosis would see it: rows of gaits, and all that disturbs them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from calib.benchmarks.effects.drawn import KNOWN_TO, DrawnWorld
+from fitting.posterior.noise import GaitNoise
+from fitting.posterior.robot_doubt import Doubt, doubted_twins
+from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
+from fitting.posterior.trial_model import TrialModel
+from fitting.signatures import Signature, Whitened, signature_of
+from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes
+from fitting.structure import assumed
+from fitting.trial import MeasuredTrial, measure_trial
+from reality import PixelNoise, Recording
+from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
+from swimmer import Twin, load_robot
+from swimmer.effects import Effect
+
+WARMUP_S = 1.0
+_ARM_SD = 0.005
+
+
+@dataclass(frozen=True, eq=False)
+class SessionRows:
+    """The swims of one role of a session in its base state beside the twin.
+
+    Attributes:
+        drawn: the session.
+        role: of the swims that are in the rows.
+        model: these swims, without noise, beside the plain twin.
+        discrepancy: (127, 127) covariance of what the refitted twin leaves of one gait in the base state.
+        given: (5,) coefficients that other swims gave; None where these give them.
+    """
+
+    drawn: DrawnWorld
+    role: str
+    model: SessionModel
+    discrepancy: np.ndarray
+    given: np.ndarray | None = None
+
+    @classmethod
+    def of(
+        cls,
+        drawn: DrawnWorld,
+        base: Sequence[Recording],
+        discrepancy: np.ndarray,
+        role: str = "fit",
+        given: np.ndarray | None = None,
+    ) -> "SessionRows":
+        """From recordings of the base state of all trials, without noise."""
+        twin = Twin(load_robot(), FISHSIM_MARKERS, workers=1)
+        sd = {"crank_arm": _ARM_SD, **KNOWN_TO}
+        doubts = [Doubt(source, sd[source.quantity]) for source in assumed(twin.robot).sources]
+        doubted = doubted_twins(twin, doubts)
+        trials = (TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in measured(drawn, base, role))
+        return cls(drawn, role, SessionModel(tuple(trials)), discrepancy, given)
+
+    @cached_property
+    def coefficients(self) -> np.ndarray:
+        """(5,) of the twin that comes nearest to the base state, by Gauss and Newton."""
+        if self.given is not None:
+            return self.given
+        start = np.array(self.drawn.world.coefficients, float)
+        covariance = self._covariance(start)
+        return nearest(self.model, start, lambda _: covariance)
+
+    @cached_property
+    def left(self) -> np.ndarray:
+        """(k,) what the refitted twin leaves of the base state."""
+        return left_row(self.model, self.coefficients)
+
+    @property
+    def left_of_gaits(self) -> np.ndarray:
+        """(t, 127) what it leaves of each swim's gait."""
+        count = len(self.model.trials)
+        return self.left[:-count].reshape(count, -1)
+
+    @cached_property
+    def space(self) -> Whitened:
+        """In which all that disturbs the row has unit size."""
+        at = self.coefficients
+        return Whitened.of(self._covariance(at), row_slopes(self.model, at), PRIOR_SD)
+
+    def change(self, recordings: Sequence[Recording]) -> np.ndarray:
+        """(k,) what the refitted twin leaves of other recordings of the same trials, less what it leaves of these.
+
+        The twin beats at the frequency of either; how far that is from the base state stands behind the gaits.
+        """
+        others = measured(self.drawn, recordings, self.role)
+        models = tuple(replace(model, trial=trial) for model, trial in zip(self.model.trials, others, strict=True))
+        return left_row(SessionModel(models), self.coefficients) - self.left
+
+    def signatures(self, catalogue: Mapping[str, Effect]) -> list[Signature]:
+        """What every effect does to the refitted twin."""
+        camera = camera_of(self.drawn)
+        return [signature_of(effect, self.model, camera, self.coefficients) for effect in catalogue.values()]
+
+    def _covariance(self, at: np.ndarray) -> np.ndarray:
+        """(k, k) of tracking noise, boxes, nuisances and the discrepancy of the base state."""
+        noise = self.drawn.world.noise
+        scale = float(np.mean([model.trial.metres_per_px for model in self.model.trials]))
+        disturbances = self.model.disturbances(at)
+        known = disturbances.of(noise.placement_sd_px * scale) - disturbances.noise
+        tracking = block_diag(*[_noise(model, noise) for model in self.model.trials])
+        return row_covariance(self.model, known + tracking, self.discrepancy)
+
+
+def measured(drawn: DrawnWorld, recordings: Sequence[Recording], role: str) -> list[MeasuredTrial]:
+    """The swims of a role, from recordings of all trials of a session, as they are, without noise."""
+    camera = camera_of(drawn)
+    return [
+        measure_trial(
+            TrialSpec(name=each.name, kind="swim", commanded_hz=each.commanded_hz, role=each.role),  # type: ignore[arg-type]
+            tracks_of(recording, recording.position_px),
+            camera,
+            load_robot(),
+            WARMUP_S,
+        )
+        for each, recording in zip(drawn.trials, recordings, strict=True)
+        if each.kind == "swim" and each.role == role
+    ]
+
+
+def tracks_of(recording: Recording, position_px: np.ndarray) -> Tracks:
+    """Tracks with every marker seen."""
+    return Tracks(recording.markers, recording.time_s, position_px, np.ones(position_px.shape[:2]))
+
+
+def camera_of(drawn: DrawnWorld) -> CameraSpec:
+    """What the session says of its camera."""
+    fps = drawn.trials[0].trial.fps
+    return CameraSpec(fps=fps, scale_length_m=load_robot().scale_length_m)
+
+
+def _noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
+    """(127, 127) covariance of a gait with the noise of the tracker as it is; rounding counts as white."""
+    lasting, rounding = noise.sd_px**2, noise.grid_px**2 / 12
+    white = rounding / (lasting + rounding)
+    lag_s = np.abs(model.gait.time_s[:, None] - model.gait.time_s)
+    correlation = (1 - white) * np.exp(-lag_s / noise.correlation_s) + white * np.eye(len(lag_s))
+    sd_m = np.full(model.gait.usable.shape[1], np.sqrt(lasting + rounding) * model.trial.metres_per_px)
+    return GaitNoise(sd_m, noise.correlation_s, white, correlation).covariance(model.gait)

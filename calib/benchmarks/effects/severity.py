@@ -1,0 +1,110 @@
+"""How strong an effect must be to be as detectable as is asked, every rival refitted."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.benchmarks.effects.drawn import DrawnWorld
+from calib.benchmarks.effects.rows import SessionRows
+from fitting.signatures import Rival, Signature
+from reality import Mechanism, Recording
+from session import NotEnoughData, SimulationDiverged
+
+SEPARATE = 3.3  # distance from which two effects are confused in at most 5 % of cases
+Strong = Callable[[float], tuple[Mechanism, ...]]
+_FIRST, _MOST, _ROUNDS = 1.0, 30.0, 5
+_CLOSE = 0.05  # relative, of the distance that is asked
+
+
+@dataclass(frozen=True, eq=False)
+class Strength:
+    """An effect in a session.
+
+    Attributes:
+        value: that its mechanism is made with.
+        mechanisms: at that strength.
+        detectability: distance of the nearest rival, the plain twin among them.
+        rivals: all others, the nearest first.
+        change: (k,) of the session's row.
+    """
+
+    value: float
+    mechanisms: tuple[Mechanism, ...]
+    detectability: float
+    rivals: tuple[Rival, ...]
+    change: np.ndarray
+
+    @property
+    def alike(self) -> tuple[str, ...]:
+        """Rivals that these data cannot tell from it."""
+        return tuple(rival.name for rival in self.rivals if rival.distance < SEPARATE)
+
+
+def strength_for(
+    asked: float, strong: Strong, own: str | None, drawn: DrawnWorld, rows: SessionRows, signatures: Sequence[Signature]
+) -> Strength:
+    """The strength at which the nearest rival is as far as asked, as near as it gets.
+
+    Some effects never get there: a rival follows them however strong they are.
+
+    Args:
+        asked: distance.
+        strong: makes the mechanisms at a strength.
+        own: name of the effect, which is no rival of itself; None for one outside the catalogue.
+        drawn: the session.
+        rows: of its base state.
+        signatures: of the whole catalogue.
+
+    Raises:
+        SimulationDiverged: at every strength that was tried.
+    """
+    rivals = [signature for signature in signatures if signature.effect.name != own]
+    value, best = _FIRST, None
+    for _ in range(_ROUNDS):
+        found = _tried(value, strong(value), drawn, rows, rivals)
+        if found is None:
+            value /= 2
+            continue
+        if best is None or abs(found.detectability - asked) < abs(best.detectability - asked):
+            best = found
+        if abs(found.detectability / asked - 1) < _CLOSE or (value == _MOST and found.detectability < asked):
+            break
+        value = float(np.clip(value * asked / max(found.detectability, 1e-3), value / 10, min(10 * value, _MOST)))
+    if best is None:
+        raise SimulationDiverged(f"{own or 'an effect'}: no strength could be simulated, down to {value:g}")
+    return best
+
+
+def _tried(
+    value: float,
+    mechanisms: tuple[Mechanism, ...],
+    drawn: DrawnWorld,
+    rows: SessionRows,
+    rivals: Sequence[Signature],
+) -> Strength | None:
+    """What the mechanisms do to the fitted swims; None where they cannot be simulated or measured."""
+    try:
+        change = rows.change(recorded(drawn, mechanisms))
+    except (SimulationDiverged, NotEnoughData):
+        return None
+    if not np.isfinite(change).all():
+        return None
+    nearest = rows.space.rivals(change, rivals)
+    plain = rows.space.length(change)
+    return Strength(value, mechanisms, min([plain, *(r.distance for r in nearest)]), tuple(nearest), change)
+
+
+def recorded(drawn: DrawnWorld, mechanisms: tuple[Mechanism, ...]) -> list[Recording]:
+    """The fitted swims alone."""
+    fitted = tuple(each for each in drawn.trials if each.kind == "swim" and each.role == "fit")
+    return replace(drawn, trials=fitted).recorded(mechanisms)
+
+
+def distances(signatures: Sequence[Signature], rows: SessionRows) -> Mapping[str, float]:
+    """How far each effect of the catalogue, one standard deviation strong, lies from the plain twin."""
+    found = {}
+    for signature in signatures:
+        weakest = np.argmin(np.abs(signature.values).sum(axis=1))
+        found[signature.effect.name] = rows.space.length(signature.rows[weakest])
+    return found

@@ -1,0 +1,53 @@
+"""A session as one row: gaits of its swims, then how far each beats from its command; and the nearest twin."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.posterior.session_model import SessionModel
+from fitting.signatures.separation import Whitened
+
+PRIOR_SD = np.full(5, (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0))
+TOLD_TO = 0.002  # relative standard deviation of a measured frequency about the commanded one
+_STEP = 0.02  # of the root of a coefficient, either way
+_ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
+
+
+def left_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
+    """(k + t,) what the twin at coefficients (5,) leaves of the gaits, and measured less commanded frequencies, Hz."""
+    left = model.measured - model.simulated(at[None])[0]
+    trials = [each.trial for each in model.trials]
+    hertz = [0.0 if trial.commanded_hz is None else trial.frequency.hz - trial.commanded_hz for trial in trials]
+    return np.append(left, hertz)
+
+
+def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
+    """(k + t, 5) of the row with the coefficients, on which no frequency depends; even steps in their roots."""
+    roots = np.sqrt(at) + _STEP * np.vstack([np.eye(5), -np.eye(5)])
+    points = np.clip(roots, 0.0, np.sqrt(COEFFICIENT_BOUNDS[1])) ** 2
+    gaits = model.simulated(points)
+    slopes = (gaits[:5] - gaits[5:]) / np.diag(points[:5] - points[5:])[:, None]
+    return np.vstack([slopes.T, np.zeros((len(model.trials), 5))])
+
+
+def row_covariance(model: SessionModel, gaits: np.ndarray, discrepancy: np.ndarray) -> np.ndarray:
+    """(k + t, k + t) from that of the gaits (k, k) and of what a twin leaves of each by itself (127, 127)."""
+    hertz = [TOLD_TO * each.trial.frequency.hz for each in model.trials]
+    return block_diag(gaits + block_diag(*[discrepancy] * len(model.trials)), np.diag(np.square(hertz)))
+
+
+def nearest(model: SessionModel, start: np.ndarray, covariance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """(5,) coefficients whose twin comes nearest, by steps of Gauss and Newton.
+
+    Args:
+        model: the swims.
+        start: (5,).
+        covariance: (k + t, k + t) of the row at coefficients (5,).
+    """
+    at = np.array(start, float)
+    for _ in range(_ROUNDS):
+        space = Whitened.of(covariance(at), row_slopes(model, at), PRIOR_SD)
+        at = np.clip(at + _GAIN * space.coefficients(left_row(model, at)), *COEFFICIENT_BOUNDS)
+    return at

@@ -1,0 +1,234 @@
+"""The twin with effects: a model of its own for every simulation, all in one batch."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, Self, TypeVar
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+from swimmer.effects.effect import MODEL_WAYS, Drive, Effect, StepDamper, StepForce, StepState
+from swimmer.effects.seen import Seen, View
+from swimmer.engine_log import quiet_engine
+from swimmer.fluid import FluidCoefficients
+from swimmer.mjcf import DRY, Scene, build_mjcf
+from swimmer.robot import RobotSpec
+from swimmer.runs import Runs, Trajectories
+from swimmer.twin import FOLLOWING_N_M_S, Twin
+
+T = TypeVar("T")
+_LEAD_RAD, _ASIDE_RAD, _SLOW_RAD_S = 0.8, 0.05, 1.6  # of the slow turn that brings a tail into its pose
+
+
+@dataclass(frozen=True, eq=False)
+class AffectedRuns(Runs):
+    """Simulations with effects.
+
+    Attributes:
+        values: (n, p) parameters of all effects, one after the other.
+    """
+
+    values: np.ndarray = field(kw_only=True)
+
+    def part(self, rows: slice) -> Self:
+        """Some of them."""
+        return replace(super().part(rows), values=self.values[rows])
+
+
+class _Own(NamedTuple):
+    """An effect and which of the values are its own."""
+
+    effect: Effect
+    columns: slice
+
+
+class AffectedTwin(Twin):
+    """A twin with effects; at zero values it is the plain twin to the bit.
+
+    Args:
+        twin: the plain one.
+        effects: in the order in which they act.
+    """
+
+    def __init__(self, twin: Twin, effects: Sequence[Effect]) -> None:
+        super().__init__(twin.robot, twin.markers, twin.scene, twin.workers)
+        self.plain = twin
+        self.effects = tuple(effect.suited(twin.robot, twin.markers) for effect in effects)
+        ends = np.cumsum([0, *(len(effect.parameters) for effect in self.effects)])
+        self._own = [_Own(e, slice(a, b)) for e, a, b in zip(self.effects, ends[:-1], ends[1:], strict=True)]
+        self.size = int(ends[-1])  # number of values
+
+    def at_step(self, timestep_s: float) -> "AffectedTwin":
+        """The same with another time step, s."""
+        return AffectedTwin(self.plain.at_step(timestep_s), self.effects)
+
+    def of_robot(self, robot: RobotSpec) -> "AffectedTwin":
+        """The same of another robot."""
+        return AffectedTwin(self.plain.of_robot(robot), self.effects)
+
+    def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
+        """As the plain twin, with runs that are `AffectedRuns`; times are those that the camera stamps.
+
+        Raises:
+            ValueError: the values are not those of the effects.
+        """
+        values = self._values(runs)
+        stamped = np.broadcast_to(time_s, (len(runs), time_s.shape[-1]))
+        true_s = np.array([self._folded("clock", t, v) for t, v in zip(stamped, values, strict=True)])
+        told = super().simulate(self._driven(runs, values), np.maximum(true_s, 0.0), allow_divergence=allow_divergence)
+        return replace(told, time_s=time_s)
+
+    def observed(self, runs: Runs, told: Trajectories, views: Sequence[View]) -> np.ndarray:
+        """(n, f, m, 2) where cameras find the markers of simulations, m.
+
+        Args:
+            runs: the simulations.
+            told: what they gave.
+            views: n, one a simulation.
+        """
+        robot, markers = self.robot, self.markers
+        heights = robot.marker_positions_m(markers)[:, 2]
+        above = heights - robot.marker_positions_m(("nose", "neck"))[:, 2].mean()
+        axes = self._kinematics.axes(told.head, told.hinges_rad)
+        times = np.broadcast_to(told.time_s, told.marker_m.shape[:2])
+        seen = np.empty_like(told.marker_m)
+        for i, (values, view) in enumerate(zip(self._values(runs), views, strict=True)):
+            seen[i] = told.marker_m[i]
+            for effect, columns in self._own:
+                one = Seen(times[i], seen[i], axes[i], told.crank_rad[i], markers, above, view)
+                seen[i] = effect.observe(one, values[columns])
+        return seen
+
+    def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
+        """(p,) values in the frame of one trial, of those of a session (p,)."""
+        return np.concatenate([effect.in_trial(view, values[columns]) for effect, columns in self._own])
+
+    def measured_hz(self, commanded_hz: float, values: np.ndarray) -> float:
+        """The frequency that a command leads to with values (p,), Hz."""
+        return float(self._folded("measured_hz", commanded_hz, values))
+
+    def spec(self, coefficients: FluidCoefficients, values: np.ndarray, scene: Scene | None = None) -> mujoco.MjSpec:
+        """The MJCF of the robot with as much of the effects (p,) as a model can hold."""
+        scene = scene or self.scene
+        robot: RobotSpec = self._folded("robot", self.robot, values)
+        spec = build_mjcf(robot, coefficients, scene)
+        for effect, columns in self._own:
+            effect.mjcf(spec, robot, scene, values[columns])
+        return spec
+
+    def start(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+        """As the plain twin's, moved by as much as models with the effects settle elsewhere."""
+        position, velocity = super().start(runs)
+        if self._changes_models and self.scene.with_tendons:
+            by, slope = self._settled_elsewhere(runs)
+            position[:, self._hinges] += by
+            velocity[:, self._hinges] += slope * runs.start_speed_rad_s[:, None]
+        return position, velocity
+
+    @property
+    def _changes_models(self) -> bool:
+        return any(way in effect.enters() for effect in self.effects for way in MODEL_WAYS)
+
+    def _settled_elsewhere(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+        """(n, h) by how much the pose at each run's phase differs from the plain robot's, and its slope with phase."""
+        scene, values = replace(DRY, timestep_s=self.scene.timestep_s), self._values(runs)
+        some = FluidCoefficients(*runs.coefficients[0])
+        models = [
+            self.spec(some, v, scene).compile() for v in np.vstack([values, np.zeros((len(runs), values.shape[1]))])
+        ]
+        batch = Batch(models[0], len(models), self.workers)
+        batch.set_models(models)
+        batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+        first = np.tile(runs.phase_rad - _LEAD_RAD, 2)
+        batch.bind("qpos")[:, 0], batch.bind("qpos")[:, 1:] = first, self._pose(first)
+        batch.bind("qvel")[:, 0] = batch.bind("ctrl")[:, 0] = _SLOW_RAD_S
+        turned = np.array([_LEAD_RAD - _ASIDE_RAD, _LEAD_RAD, _LEAD_RAD + _ASIDE_RAD])
+        at = np.round(turned / (_SLOW_RAD_S * scene.timestep_s)).astype(int)
+        with quiet_engine():
+            rolled = batch.rollout(int(at[-1]) + 1, record=("qpos",))["qpos"]
+        off = np.subtract(*np.split(rolled[:, at, 1:], 2))  # (n, 3, h)
+        slope = (off[:, 2] - off[:, 0]) / (_SLOW_RAD_S * scene.timestep_s * (at[2] - at[0]))
+        return off[:, 1], slope
+
+    def _batch(self, runs: Runs) -> Batch:
+        values = self._values(runs)
+        models = [self.spec(FluidCoefficients(*c), v).compile() for c, v in zip(runs.coefficients, values, strict=True)]
+        for row, model in enumerate(models):
+            turn = None if runs.turns is None else runs.turns[row]
+            if turn is not None and turn.logged:
+                model.actuator_gainprm[0, 0], model.actuator_biasprm[0, 2] = FOLLOWING_N_M_S, -FOLLOWING_N_M_S
+            for name, fields in runs.fields.items():
+                getattr(model, name)[:] = fields[row]
+        batch = Batch(models[0], len(models), self.workers)
+        batch.set_models(models)
+        batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+        return batch
+
+    def _rolled(self, batch: Batch, runs: Runs, steps: int) -> np.ndarray:
+        forces, dampers = self._forces(runs), self._dampers(runs, batch.models)
+        if not forces and not dampers:
+            return super()._rolled(batch, runs, steps)
+        speeds, dt = runs.crank_speeds(steps, self.scene.timestep_s), self.scene.timestep_s
+        position, velocity, fluid = (batch.bind(name) for name in ("qpos", "qvel", "qfrc_fluid"))
+        applied, control = batch.bind("qfrc_applied"), batch.bind("ctrl")
+        rolled, before = np.empty((len(runs), steps, position.shape[1])), velocity.copy()
+        acceleration = np.zeros_like(before)
+        joints, tendons = ([getattr(m, name) for m in batch.models] for name in ("dof_damping", "tendon_damping"))
+        joint_base, tendon_base = np.array(joints), np.array(tendons)
+        for k in range(steps):
+            state = StepState(k * dt, position, velocity, acceleration, fluid)
+            if forces:
+                applied[:] = sum(force(state) for force in forces)
+            if dampers:
+                added = [damper(state) for damper in dampers]
+                _write(joints, joint_base + sum(a.joints for a in added))
+                _write(tendons, tendon_base + sum(a.tendons for a in added))
+            if speeds is not None:
+                control[:, 0] = speeds[:, k, 0]
+            batch.step()
+            acceleration = (velocity - before) / dt
+            before, rolled[:, k] = velocity.copy(), position
+        return rolled
+
+    def _forces(self, runs: Runs) -> list[StepForce]:
+        values = self._values(runs)
+        made = (effect.force(self.robot, self.scene, values[:, columns]) for effect, columns in self._own)
+        return [force for force in made if force is not None]
+
+    def _dampers(self, runs: Runs, models: Sequence[mujoco.MjModel]) -> list[StepDamper]:
+        values = self._values(runs)
+        made = (e.damping(self.robot, self.scene, models, values[:, columns]) for e, columns in self._own)
+        return [damper for damper in made if damper is not None]
+
+    def _driven(self, runs: Runs, values: np.ndarray) -> Runs:
+        """With cranks that turn as the effects make them."""
+        turns = runs.turns or (None,) * len(runs)
+        told = [Drive(float(f), float(p), t) for f, p, t in zip(runs.frequency_hz, runs.phase_rad, turns, strict=True)]
+        done: list[Drive] = [self._folded("drive", drive, v) for drive, v in zip(told, values, strict=True)]
+        frequency_hz, phase_rad, turned = zip(*done, strict=True)
+        return replace(
+            runs,
+            frequency_hz=np.array(frequency_hz),
+            phase_rad=np.array(phase_rad),
+            turns=turned if any(turned) else None,
+        )
+
+    def _folded(self, way: str, told: T, values: np.ndarray) -> T:
+        """Through all effects, one after the other."""
+        for effect, columns in self._own:
+            act: Callable[[T, np.ndarray], T] = getattr(effect, way)
+            told = act(told, values[columns])
+        return told
+
+    def _values(self, runs: Runs) -> np.ndarray:
+        values = runs.values if isinstance(runs, AffectedRuns) else np.zeros((len(runs), self.size))
+        if values.shape != (len(runs), self.size):
+            raise ValueError(f"values: found shape {values.shape}, expected {(len(runs), self.size)}")
+        return values
+
+
+def _write(fields: Sequence[np.ndarray], values: np.ndarray) -> None:
+    """Into fields of models, which the batch reads anew in every step."""
+    for own, row in zip(fields, values, strict=True):
+        own[:] = row

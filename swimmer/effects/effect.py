@@ -1,0 +1,158 @@
+"""What the plain twin leaves out: one small class each, exactly the plain twin at zero strength."""
+
+from abc import ABC
+from collections.abc import Callable, Sequence
+from typing import ClassVar, Literal, NamedTuple
+
+import mujoco
+import numpy as np
+
+from session import TrialKind
+from swimmer.crank_turn import Turn
+from swimmer.effects.seen import Seen, View
+from swimmer.effects.step_damping import StepDamping
+from swimmer.mjcf import Scene
+from swimmer.robot import RobotSpec
+
+Family = Literal["measurement", "drive", "tendons", "structure", "fluid"]
+Stage = Literal["camera", "drive", "body", "tail"]
+"""Where along the way from command to picture an effect makes its gap, as `where.by_stage` of a diagnosis names it."""
+
+
+class Parameter(NamedTuple):
+    """One number of an effect; zero is the plain twin.
+
+    Attributes:
+        name: unique within its effect.
+        unit: SI, "1" for a ratio.
+        low, high: bounds; an effect of one sign starts at 0.
+        sd: of its prior, normal about 0 and cut off at the bounds: how large it is on robots as they are built.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    sd: float
+
+
+class Drive(NamedTuple):
+    """What a crank is told.
+
+    Attributes:
+        frequency_hz: turns a second where it turns evenly.
+        phase_rad: at time 0.
+        turn: from time 0 on; None where it turns evenly.
+    """
+
+    frequency_hz: float
+    phase_rad: float
+    turn: Turn | None
+
+
+class StepState(NamedTuple):
+    """Of n simulations before a step, in the order of the joints.
+
+    Attributes:
+        time_s: since the start.
+        position: (n, q) surge, sway (m), yaw, crank and hinges (rad).
+        velocity: (n, v).
+        acceleration: (n, v) over the last step.
+        fluid: (n, v) generalised force of the water in the last step, N and N m.
+    """
+
+    time_s: float
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    fluid: np.ndarray
+
+
+StepForce = Callable[[StepState], np.ndarray]
+"""(n, v) generalised force on n simulations over the next step; may remember."""
+StepDamper = Callable[[StepState], StepDamping]
+"""What is added to the damping of n simulations over the next step; may remember."""
+
+
+class Effect(ABC):
+    """Something that real robots do and the plain twin does not.
+
+    An effect says what it is in class attributes, and enters by whichever of the methods below it overrides. Each is
+    given its own parameters as values (p,) and must change nothing at all where they are zero. A user's own effects are
+    found through the entry point group ``swimcal.effects``.
+
+    Attributes:
+        name: as in a diagnosis.
+        family, stage: where it belongs.
+        physics: one line.
+        source: paper, equation or law.
+        seen_in: kinds of trials that can show it.
+        parameters: of which at least one is not zero where the effect is present.
+    """
+
+    name: ClassVar[str]
+    family: ClassVar[Family]
+    stage: ClassVar[Stage]
+    physics: ClassVar[str]
+    source: ClassVar[str]
+    seen_in: ClassVar[frozenset[TrialKind]]
+    parameters: tuple[Parameter, ...]
+
+    def suited(self, robot: RobotSpec, markers: tuple[str, ...]) -> "Effect":
+        """The same with the parameters that a robot with these markers has."""
+        return self
+
+    def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
+        """(p,) values in the frame of one trial; those of a session have the axes of the picture."""
+        return values
+
+    def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
+        """The robot as it is; hinges and markers stay in their places."""
+        return robot
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """Changes the model of a robot in a scene; the five coefficients are those of each of its fluid geoms."""
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """A force that no model holds, for simulations with values (n, p), which must be zero where they are."""
+        return None
+
+    def damping(
+        self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
+    ) -> StepDamper | None:
+        """Damping that no model holds, for n simulations with these models, all effects in them, and values (n, p)."""
+        return None
+
+    def drive(self, drive: Drive, values: np.ndarray) -> Drive:
+        """What the crank does when it is told this."""
+        return drive
+
+    def measured_hz(self, commanded_hz: float, values: np.ndarray) -> float:
+        """The frequency that a command leads to, Hz."""
+        return commanded_hz
+
+    def clock(self, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """(f,) true times of frames that the camera stamps with times (f,), s."""
+        return time_s
+
+    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+        """(f, m, 2) where a camera and a tracker find the markers, m; ``seen.marker_m`` where nothing is wrong."""
+        return seen.marker_m
+
+    @classmethod
+    def enters(cls) -> tuple[str, ...]:
+        """The ways in which it enters: names of the methods it overrides."""
+        return tuple(way for way in WAYS if getattr(cls, way) is not getattr(Effect, way))
+
+    @classmethod
+    def in_mjcf(cls) -> bool:
+        """Whether a model in plain MJCF holds all of it."""
+        return set(cls.enters()) <= {"in_trial", *MODEL_WAYS}
+
+    def __repr__(self) -> str:
+        return f"<effect {self.name}>"
+
+
+WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "measured_hz", "clock", "observe")
+MODEL_WAYS = ("robot", "mjcf")
+"""Ways that make another model."""

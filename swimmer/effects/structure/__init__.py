@@ -1,0 +1,1 @@
+"""Effects of hinges and masses."""

@@ -1,0 +1,1 @@
+"""Effects of crank and tendons."""

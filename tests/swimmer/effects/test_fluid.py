@@ -1,0 +1,325 @@
+"""What the effects of the water do, against closed forms, the engine's Jacobians, conservation and symmetry."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from swimmer import SWIM, FluidCoefficients, RobotSpec, Runs, Scene, TailMotion, Twin, build_mjcf, mean_thrust
+from swimmer.effects.affected_twin import AffectedRuns, AffectedTwin
+from swimmer.effects.effect import Effect, StepState
+from swimmer.effects.fluid.added_mass_reaction import EFFECT as REACTION
+from swimmer.effects.fluid.background_current import EFFECT as CURRENT
+from swimmer.effects.fluid.fluid_memory import EFFECT as MEMORY
+from swimmer.effects.fluid.plates import Plates
+from swimmer.effects.fluid.segment_coefficients import EFFECT as SEGMENTS
+from swimmer.effects.fluid.surface_motion import EFFECT as SURFACE
+from swimmer.effects.fluid.wall_proximity import EFFECT as WALL
+from swimmer.effects.fluid.wave_drag import EFFECT as WAVES
+from swimmer.effects.seen import Seen, View
+from swimmer.fluid import added_mass
+from tests.swimmer.effects.swims import PLAIN
+from tests.swimmer.engine_state import random_state
+from tests.swimmer.robots import FISH, changed, every_robot
+
+RHO = 1000.0
+NO_DRAG = FluidCoefficients(0.0, 0.0, 0.0, 0.0, 0.0)
+IDEAL = changed(FISH, water={"viscosity_pa_s": 0.0}, tail={"hinge_damping_n_m_s": 0.0})  # nothing takes energy
+SURGE, SWAY, YAW = range(3)
+
+
+def model_with(effect: Effect, values: np.ndarray, robot: RobotSpec, scene: Scene = SWIM) -> mujoco.MjModel:
+    spec = build_mjcf(robot, NO_DRAG, scene)
+    effect.mjcf(spec, robot, scene, values)
+    return spec.compile()
+
+
+def state_of(data: mujoco.MjData) -> StepState:
+    return StepState(data.time, data.qpos[None], data.qvel[None], data.qacc[None], data.qfrc_fluid[None])
+
+
+def straight(**velocity: float) -> StepState:
+    """The straight robot at the origin, with joints that move at the given rates."""
+    data = mujoco.MjData(PLAIN.model)
+    for joint, rate in velocity.items():
+        data.joint(joint).qvel[0] = rate
+    return state_of(data)
+
+
+def force_of(effect: Effect, value: float, state: StepState, robot: RobotSpec = FISH) -> np.ndarray:
+    """(v,) on the first step."""
+    force = effect.force(robot, SWIM, np.array([[value]]))
+    assert force is not None
+    return force(state)[0]
+
+
+def jacobians(model: mujoco.MjModel, data: mujoco.MjData, plate: str) -> tuple[np.ndarray, np.ndarray]:
+    """(3, v) of the velocity of a plate's centre and of its turning, in its own axes."""
+    linear, angular = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+    geom = model.geom(plate).id
+    mujoco.mj_jac(model, data, linear, angular, data.geom_xpos[geom], model.geom_bodyid[geom])
+    own = data.geom_xmat[geom].reshape(3, 3).T
+    return own @ linear, own @ angular
+
+
+def water_inertia(robot: RobotSpec, model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """(v, v) of the water that plates carry across themselves: slender body theory, and the fin's ellipsoid."""
+    inertia = np.zeros((model.nv, model.nv))
+    for plate in Plates(robot, SWIM).names:
+        length, thickness, depth = 2 * model.geom(plate).size
+        mass = robot.water.density_kg_m3 * (
+            added_mass(model.geom(plate).size)[0][1] if plate == "caudal_fin" else np.pi / 4 * depth**2 * length
+        )
+        linear, angular = jacobians(model, data, plate)
+        turning = mass * (length**2 + thickness**2) / 12
+        inertia += mass * np.outer(linear[1], linear[1]) + turning * np.outer(angular[2], angular[2])
+    return inertia
+
+
+def body_inertia(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    inertia = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, inertia)
+    return inertia
+
+
+# ---- the plates ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("head_clamped", [False, True])
+@every_robot
+def test_plates_move_and_push_as_in_the_engine(robot: RobotSpec, head_clamped: bool) -> None:
+    scene = replace(SWIM, head_clamped=head_clamped)
+    model, plates = build_mjcf(robot, scene=scene).compile(), Plates(robot, scene)
+    data = random_state(model, 1)
+    motion = plates.motion(state_of(data))
+    force = np.random.default_rng(0).normal(size=(len(plates.names), 2)) @ [1, 1j]
+    expected = np.zeros(model.nv)
+    for p, plate in enumerate(plates.names):
+        place, axes = data.geom(plate).xpos, data.geom(plate).xmat.reshape(3, 3)
+        linear, angular = jacobians(model, data, plate)
+        assert model.geom(plate).size == pytest.approx(plates.half_m[p])
+        assert motion.place[0, p] == pytest.approx(place[0] + 1j * place[1])
+        assert motion.velocity[0, p] == pytest.approx((axes @ linear @ data.qvel)[:2] @ [1, 1j])
+        assert motion.along[0, p] == pytest.approx(axes[:2, 0] @ [1, 1j])
+        assert motion.turning[0, p] == pytest.approx((angular @ data.qvel)[2])
+        expected += (axes @ linear).T @ [force[p].real, force[p].imag, 0.0]
+    np.testing.assert_allclose(plates.generalised(force[None], motion)[0], expected, atol=1e-12)
+
+
+# ---- added mass ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("joint", ["sway", "yaw", "tail_1", "tail_3"])
+@every_robot
+def test_a_push_across_a_straight_robot_accelerates_body_and_water(robot: RobotSpec, joint: str) -> None:
+    scale = 0.7
+    model, plain = model_with(REACTION, np.array([scale]), robot), build_mjcf(robot, NO_DRAG).compile()
+    data, bare = mujoco.MjData(model), mujoco.MjData(plain)
+    data.joint(joint).qfrc_applied[0] = 1.0
+    mujoco.mj_forward(model, data), mujoco.mj_forward(plain, bare)
+    both = body_inertia(plain, bare) + scale * water_inertia(robot, plain, bare)
+    expected = np.linalg.solve(both, data.qfrc_applied)
+    np.testing.assert_allclose(data.qacc, expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_a_pull_along_a_straight_robot_accelerates_the_body_alone() -> None:
+    model = model_with(REACTION, np.ones(1), IDEAL, replace(SWIM, with_tendons=False))
+    force, data = REACTION.force(IDEAL, SWIM, np.ones((1, 1))), mujoco.MjData(model)
+    assert force is not None
+    for _ in range(200):
+        data.qfrc_applied[:] = force(state_of(data))[0]
+        data.qfrc_applied[SURGE] += 0.1
+        mujoco.mj_step(model, data)
+    assert data.qvel[SURGE] == pytest.approx(0.1 * data.time / build_mjcf(IDEAL).compile().body_mass.sum(), rel=0.01)
+
+
+def energy_lost(scale: float, timestep_s: float) -> float:
+    """Share of the energy of a robot in motion that is gone after a second without drag or damping."""
+    scene = replace(SWIM, with_tendons=False, timestep_s=timestep_s)
+    model, plain = model_with(REACTION, np.array([scale]), IDEAL, scene), build_mjcf(IDEAL, NO_DRAG, scene).compile()
+    force, data, bare = REACTION.force(IDEAL, scene, np.array([[scale]])), mujoco.MjData(model), mujoco.MjData(plain)
+    data.qvel[:] = [-0.3, 0.1, 0.5, 0.0, 2.0, -1.0, 3.0, -2.0, 1.0]
+    steps, energy = round(1.0 / timestep_s), []
+    for step in range(steps + 1):
+        if step in (0, steps):
+            bare.qpos[:], bare.qvel[:] = data.qpos, data.qvel
+            mujoco.mj_forward(plain, bare)
+            inertia = body_inertia(plain, bare) + scale * water_inertia(IDEAL, plain, bare)
+            spring = IDEAL.tail.hinge_stiffness_n_m * (data.qpos[4:] ** 2).sum()
+            energy.append((data.qvel @ inertia @ data.qvel + spring) / 2)
+        if force is not None:
+            data.qfrc_applied[:] = force(state_of(data))[0]
+        mujoco.mj_step(model, data)
+    return 1 - energy[1] / energy[0]
+
+
+@pytest.mark.parametrize("scale", [0.4, 1.5])
+def test_body_and_water_keep_their_energy(scale: float) -> None:
+    coarse, fine = (energy_lost(scale, step) for step in (1e-3, 2.5e-4))
+    assert abs(fine) < 0.01
+    assert fine == pytest.approx(coarse / 4, abs=0.2 * abs(coarse))  # what is lost is the integrator's, of first order
+
+
+def test_a_small_wave_of_the_tail_gives_the_thrust_of_elongated_body_theory() -> None:
+    """At rest, head still: T = 1/2 m <h_t^2> at the tail's end, and the fin's own m <h_t theta_t>."""
+    segments = tuple(s.model_copy(update={"half_height_m": 0.05}) for s in FISH.tail.segment)
+    robot = FISH.model_copy(update={"tail": FISH.tail.model_copy(update={"segment": segments})})
+    steps, turn = 500, 2 * np.pi * 1.0
+    scene = replace(SWIM, with_tendons=False, timestep_s=1 / steps)
+    model, plain = model_with(REACTION, np.ones(1), robot, scene), build_mjcf(robot, NO_DRAG, scene).compile()
+    force, hinges = REACTION.force(robot, scene, np.ones((1, 1))), np.arange(4, 9)
+    assert force is not None
+    data, bare, pushed = mujoco.MjData(model), mujoco.MjData(plain), np.zeros(2 * steps)
+    for step in range(2 * steps):
+        wave = 0.02 * np.exp(1j * (turn * step / steps - 0.8 * np.arange(5)))
+        for each in (data, bare):
+            each.qpos[hinges], each.qvel[hinges] = wave.real, (1j * turn * wave).real
+            each.qacc[hinges] = (-(turn**2) * wave).real
+        mujoco.mj_inverse(model, data), mujoco.mj_inverse(plain, bare)
+        pushed[step] = force(state_of(data))[0, SURGE] - (data.qfrc_inverse - bare.qfrc_inverse)[SURGE]
+    heading = 0.02 * np.cumsum(np.exp(-0.8j * np.arange(5)))  # complex amplitudes
+    ends = np.diff(np.append(robot.hinge_x_m, robot.fin_root_x_m))
+    root, fin = heading @ ends, heading @ ends + heading[-1] * robot.caudal_fin.centre_m
+    tip = TailMotion(np.array(turn**2 * abs(root) ** 2 / 2), np.array(0.0))
+    per_length = RHO * np.pi / 4 * 0.1**2
+    fin_mass = RHO * added_mass(np.array([0.01875, 0.001, 0.1015]))[0][1]
+    expected = mean_thrust(tip, np.array(0.0), per_length) + fin_mass * turn**2 * (fin * heading[-1].conj()).real / 2
+    assert -pushed[steps:].mean() == pytest.approx(expected, rel=0.02)
+
+
+def test_a_swim_with_added_mass_converges_as_the_plain_one_does() -> None:
+    once = AffectedRuns(
+        np.tile([0.4, 2.0, 6.0, 4.0, 1.0], (3, 1)),
+        np.ones(3),
+        np.zeros(3),
+        velocity=np.tile([-0.15, 0.0, 0.0], (3, 1)),
+        values=np.array([[0.0], [1.0], [1.5]]),
+    )
+    twin, time_s = AffectedTwin(PLAIN, [REACTION]), np.linspace(0.5, 2.0, 46)
+    coarse, half, fine = (twin.at_step(step).simulate(once, time_s).marker_m for step in (4.5e-3, 2.25e-3, 1.125e-3))
+    off, halved = (np.linalg.norm(one - fine, axis=-1).mean((1, 2)) for one in (coarse, half))
+    assert (off < 1.5e-3).all()
+    assert (halved < 0.6 * off).all()
+
+
+# ---- coefficients, memory, current -----------------------------------------------------------------------------
+
+
+def test_head_and_fin_alone_have_other_coefficients() -> None:
+    own = FluidCoefficients(1.0, 2.0, 3.0, 4.0, 5.0)
+    changed_, plain = (
+        AffectedTwin(PLAIN, [SEGMENTS]).spec(own, np.array(values)).compile()
+        for values in ([np.log(2), -np.log(2)], [0, 0])
+    )
+    ratio = changed_.geom_fluid[:, 1:6] / np.where(plain.geom_fluid[:, :1] > 0, plain.geom_fluid[:, 1:6], np.nan)
+    for geom in np.flatnonzero(plain.geom_fluid[:, 0] > 0):
+        factor = {"head_fluid": 2.0, "caudal_fin": 0.5}.get(plain.geom(geom).name, 1.0)
+        assert ratio[geom] == pytest.approx(np.full(5, factor))
+
+
+def test_half_of_a_force_comes_at_once_and_the_rest_with_the_lag() -> None:
+    lag, dt = 0.1, SWIM.timestep_s
+    force, still = MEMORY.force(FISH, SWIM, np.array([[lag], [0.0]])), np.zeros((2, 9))
+    assert force is not None
+    held = [force(StepState(k * dt, still, still, still, still + 2.0))[:, SWAY] for k in range(100)]
+    since = dt * np.arange(1, 101)
+    assert 2.0 + np.array(held)[:, 0] == pytest.approx(2.0 * (1 - 0.5 * np.exp(-since / lag)))
+    assert np.abs(np.array(held)[:, 1]).max() == 0
+
+
+@pytest.mark.parametrize("stiffness", [0.1, 1.0, 30.0, 1e4])
+@pytest.mark.parametrize("lag", [1e-4, 0.05, 0.5])
+def test_no_drag_is_so_strong_that_holding_it_back_runs_away(stiffness: float, lag: float) -> None:
+    """One mass, drag implicit in the engine's way; stiffness is drag over inertia, times the step."""
+    force, speed, state = MEMORY.force(FISH, SWIM, np.array([[lag]])), np.ones((1, 9)), np.zeros((1, 9))
+    assert force is not None
+    drag = state
+    for k in range(2000):
+        late = force(StepState(k * SWIM.timestep_s, state, speed, state, drag))
+        drag = -stiffness * speed
+        speed = (speed + late) / (1 + stiffness)
+        assert np.abs(speed).max() <= 1.0
+    assert np.abs(speed).max() < 1e-3
+
+
+def test_a_swim_in_a_current_is_the_same_swim_carried_along() -> None:
+    drift, time_s = np.array([0.1, -0.05]), np.linspace(0, 1.5, 16)
+    own = np.tile([0.4, 2.0, 6.0, 4.0, 1.0], (1, 1))
+    still = PLAIN.simulate(Runs(own, np.ones(1), np.ones(1), velocity=np.array([[-0.1, 0.0, 0.0]])), time_s)
+    carried = AffectedRuns(own, np.ones(1), np.ones(1), velocity=np.array([[0.0, -0.05, 0.0]]), values=drift[None])
+    found = AffectedTwin(PLAIN, [CURRENT]).simulate(carried, time_s)
+    moved = still.marker_m + (time_s[:, None] * drift)[:, None]
+    np.testing.assert_allclose(found.marker_m, moved, atol=1e-9)
+
+
+# ---- wall and waves --------------------------------------------------------------------------------------------
+
+
+def wetted() -> tuple[np.ndarray, np.ndarray]:
+    """(p,) side areas and half depths of the plates."""
+    half = Plates(FISH, SWIM).half_m
+    return 4 * half[:, 0] * half[:, 2], half[:, 2]
+
+
+def test_a_wall_resists_motion_across_it_by_the_square_of_depth_over_clearance() -> None:
+    area, depth = wetted()
+    share = depth**2 / (depth**2 + 0.25**2)
+    for sign in (-1, 1):
+        found = force_of(WALL, sign * 4.0, straight(sway=-0.3))
+        assert found[SWAY] == pytest.approx(0.5 * RHO * 1.2 * 0.3**2 * (area * share).sum())
+    far, farther = (force_of(WALL, nearness, straight(sway=-0.3))[SWAY] for nearness in (0.2, 0.1))
+    assert far / farther == pytest.approx(4.0, rel=1e-3)
+
+
+def test_a_wall_draws_what_passes_along_it_more_the_nearer_it_is() -> None:
+    left, right = (force_of(WALL, nearness, straight(surge=-0.3))[SWAY] for nearness in (4.0, -4.0))
+    area, depth = wetted()
+    assert left == pytest.approx(-0.5 * RHO * 0.3**2 * (area * depth**2 * 0.25 / (depth**2 + 0.25**2) ** 1.5).sum())
+    assert right == -left  # left is -y
+    near = straight(surge=-0.3)
+    near.position[0, SWAY] = -0.1  # towards the wall on the left
+    assert force_of(WALL, 4.0, near)[SWAY] < 2 * left
+    assert force_of(WALL, 4.0, near)[SWAY] == pytest.approx(force_of(WALL, 1 / 0.15, straight(surge=-0.3))[SWAY])
+
+
+def test_waves_resist_along_the_head_with_a_hump_at_froude_one_half() -> None:
+    hull_speed = np.sqrt(9.81 * 0.355)
+    on_hump = 0.5 * RHO * 0.1 * 0.3 * (0.5 * hull_speed) ** 2
+    assert force_of(WAVES, 0.3, straight(surge=-0.5 * hull_speed))[SURGE] == pytest.approx(on_hump)
+    slow = force_of(WAVES, 0.3, straight(surge=0.05 * hull_speed))[SURGE]
+    assert slow == pytest.approx(-2 * 0.1**6 * on_hump, rel=1e-3)
+    faster = [force_of(WAVES, 0.3, straight(surge=-f * hull_speed))[SURGE] / f**2 for f in (0.3, 0.49, 0.51, 0.8)]
+    assert faster[0] < faster[1] > faster[3]
+    assert faster[1] == pytest.approx(4 * on_hump, rel=0.01)
+    turned = straight(surge=-0.5 * hull_speed * np.cos(0.6), sway=-0.5 * hull_speed * np.sin(0.6))
+    turned.position[0, YAW] = 0.6
+    assert force_of(WAVES, 0.3, turned)[:3] == pytest.approx([on_hump * np.cos(0.6), on_hump * np.sin(0.6), 0.0])
+
+
+def test_the_water_does_nothing_in_air() -> None:
+    air = replace(SWIM, in_water=False)
+    for effect in (REACTION, MEMORY, WALL, WAVES):
+        assert effect.force(FISH, air, np.ones((1, 1))) is None
+    twin = Twin(FISH, scene=air, workers=1)
+    plain = twin.model
+    for effect in (REACTION, CURRENT):
+        strong = AffectedTwin(twin, [effect]).spec(NO_DRAG, np.ones(len(effect.parameters))).compile()
+        assert np.array_equal(strong.body_mass, plain.body_mass)
+        assert not strong.opt.wind.any()
+
+
+# ---- roll and pitch --------------------------------------------------------------------------------------------
+
+
+def test_raised_markers_lean_over_with_roll_and_twice_a_turn_with_pitch() -> None:
+    crank = np.array([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])
+    names, above = ("nose", "neck", "caudal_fin"), np.array([0.0, 0.0, 0.05])
+    axes = np.broadcast_to(np.array([[0.0, 1.0], [-1.0, 0.0]]), (4, 3, 2, 2))  # backward is +y, right is -x
+    view = View(np.zeros(2), np.array([0.0, 1.0]), 1.0, 0.1)
+    marker_m = np.random.default_rng(0).normal(size=(4, 3, 2))
+    seen = Seen(np.arange(4) / 10, marker_m, axes, crank, names, above, view)
+    rolled, pitched = (SURFACE.observe(seen, np.array(v)) - marker_m for v in ([0.2, 0, 0, 0], [0, 0, 0.2, 0]))
+    assert np.abs(rolled[:, :2]).max() == 0
+    assert rolled[:, 2] == pytest.approx(0.01 * np.array([[1, 0], [0, 0], [-1, 0], [0, 0]]))
+    assert pitched[:, 2] == pytest.approx(0.01 * np.array([[0, 1], [0, -1], [0, 1], [0, -1]]))

@@ -1,0 +1,135 @@
+"""What the effects of the tendons do to the tail."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from swimmer import DRY, FREE_DECAY, RobotSpec, build_mjcf
+from swimmer.effects.tendons.crank_arm_error import EFFECT as ARM
+from swimmer.effects.tendons.path import TendonPath
+from swimmer.effects.tendons.tendon_asymmetry import EFFECT as ASYMMETRY
+from swimmer.effects.tendons.tendon_compliance import EFFECT as COMPLIANCE
+from swimmer.effects.tendons.tendon_friction import EFFECT as FRICTION
+from swimmer.effects.tendons.tendon_slack import EFFECT as SLACK
+from tests.swimmer.effects.models import model_with, moved, plain_model, settled, still
+from tests.swimmer.engine_state import at_pose, random_state
+from tests.swimmer.robots import FISH, every_robot
+
+TURN = np.linspace(-np.pi / 2, np.pi / 2, 41)
+
+
+def crank_torque(model: mujoco.MjModel, crank_rad: float) -> float:
+    """With which the springs of the tendons turn the crank back when the tail is held straight, N m."""
+    return float(at_pose(model, {"crank": crank_rad}).qfrc_spring[0])
+
+
+def lengthening(crank_rad: float) -> tuple[np.ndarray, np.ndarray]:
+    """(2,) m, of the tendons on the straight tail; and (2,) m/rad, how fast it grows."""
+    path = TendonPath(FISH)
+    spans = path(np.array([crank_rad]), np.zeros((1, 5)))
+    return (spans.length_m - path.straight().length_m).sum(axis=-1)[0], spans.per_crank[0]
+
+
+@every_robot
+def test_the_path_is_the_engines(robot: RobotSpec) -> None:
+    """Lengths, and by virtual work the torques of a spring: minus force times arm, on the crank and each hinge."""
+    model = build_mjcf(robot, scene=DRY).compile()
+    model.jnt_stiffness[:] = 0.0
+    data = random_state(model, seed=3)
+    spans = TendonPath(robot)(data.qpos[:1], data.qpos[None, 1:])
+    np.testing.assert_allclose(spans.length_m.sum(axis=-1)[0], data.ten_length, rtol=1e-12)
+    force = model.tendon_stiffness * (data.ten_length - model.tendon_lengthspring[:, 0])
+    expected = -np.concatenate([[force @ spans.per_crank[0]], force @ spans.per_hinge[0]])
+    np.testing.assert_allclose(data.qfrc_spring, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_longer_arm_pulls_further_in_proportion() -> None:
+    longer = FISH.crank.arm_m * 1.1 - FISH.crank.anchor_inset_m
+    assert model_with(ARM, 0.1, DRY).site("anchor_right").pos[2] == pytest.approx(longer)
+
+
+def test_compliance_softens_spring_and_damper() -> None:
+    plain, soft = plain_model(DRY), model_with(COMPLIANCE, 3.0, DRY)
+    assert crank_torque(soft, 1.0) == pytest.approx(crank_torque(plain, 1.0) / 4)
+    np.testing.assert_allclose(soft.tendon_damping, plain.tendon_damping / 4)
+
+
+def test_slack_leaves_a_dead_band_of_twice_its_length() -> None:
+    slack, torques, expected = 0.004, [], []
+    model = model_with(SLACK, slack, DRY)
+    for crank_rad in TURN:
+        longer, per_rad = lengthening(crank_rad)
+        pull = np.sign(longer) * np.maximum(np.abs(longer) - slack, 0.0) * FISH.tendons.stiffness_n_m
+        torques.append(crank_torque(model, crank_rad))
+        expected.append(-pull @ per_rad)
+    np.testing.assert_allclose(torques, expected, atol=1e-8)
+    assert 0 < sum(torque == 0.0 for torque in torques) < len(TURN) / 2
+
+
+def test_a_tail_between_loose_tendons_swings_as_without_any() -> None:
+    """Released within the dead band, with the crank held; the plain twin's dampers would let it creep."""
+    slack, seconds, bend = 0.01, 0.1, np.array([0.02, 0.02, 0.01, 0.0, 0.0])
+    loose, free = model_with(SLACK, slack, DRY), plain_model(FREE_DECAY)
+    damper = SLACK.damping(FISH, DRY, [loose], np.array([[slack]]))
+    ends = [
+        moved(model, started(model, bend), seconds, damping).qpos[1:4]
+        for model, damping in ((free, None), (loose, damper), (model_with(SLACK, slack, DRY), None))
+    ]
+    swung = np.abs(ends[0] - bend[:3]).max()
+    assert np.abs(ends[1] - ends[0]).max() < 0.05 * swung
+    assert np.abs(ends[2] - ends[0]).max() > 0.5 * swung
+
+
+def started(model: mujoco.MjModel, bend: np.ndarray) -> mujoco.MjData:
+    data = mujoco.MjData(model)
+    data.qpos[1:] = bend
+    return data
+
+
+def test_slack_takes_all_damping_from_loose_tendons_and_none_from_taut_ones() -> None:
+    """In the second model there is no slack at all."""
+    models = [model_with(SLACK, 0.002, DRY), plain_model(DRY)]
+    damper = SLACK.damping(FISH, DRY, models, np.array([[0.002], [0.0]]))
+    assert damper is not None
+    straight = still(np.zeros((2, 6)), np.zeros((2, 6)))
+    pulled = straight._replace(position=np.array([[1.5, 0, 0, 0, 0, 0]] * 2))
+    np.testing.assert_array_equal(damper(straight).tendons, [[-FISH.tendons.damping_n_s_m] * 2, [0.0, 0.0]])
+    assert not np.any(damper(pulled).tendons)
+
+
+def test_the_tail_of_a_pulled_crank_lags_by_the_slack() -> None:
+    """Its own springs keep it at the near end of the dead band."""
+    slack = 0.004
+    model = model_with(SLACK, slack, DRY)
+    damper = SLACK.damping(FISH, DRY, [model], np.array([[slack]]))
+    rest = TendonPath(FISH).straight().length_m.sum(axis=-1)[0]
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 1.0
+    moved(model, data, 1.0, damper)
+    data.ctrl[0] = 0.0
+    moved(model, data, 0.5, damper)
+    assert np.abs(data.ten_length - rest).max() == pytest.approx(slack, abs=5e-4)
+
+
+def test_friction_takes_the_power_that_sliding_through_each_guide_costs() -> None:
+    """Force times how fast the way behind each guide of each line changes, in an S-bend as the lines make it."""
+    force, step = 2.0, 1e-6
+    path, zero = TendonPath(FISH), np.zeros(1)
+    left = path.straight().per_hinge[0, 0]
+    speed = 3.0 * np.sign(left) * [1.0, 1.2, 0.8, 1.1, 0.9]
+    after, before = (path(zero, sign * step * speed[None]).length_m[0] for sign in (1, -1))
+    per_span = (after - before) / (2 * step)  # (2, h) m/s
+    sliding = [np.abs(per_span[:, guide:].sum(axis=1)).sum() for guide in range(1, 5)]
+    damper = FRICTION.damping(FISH, DRY, [plain_model(DRY)], np.array([[force]]))
+    assert damper is not None
+    added = damper(still(np.zeros((1, 6)), np.concatenate([zero, speed])[None])).joints
+    assert np.asarray(added)[0, 1:] @ speed**2 == pytest.approx(force * sum(sliding), rel=2e-3)
+
+
+def test_an_asymmetry_bends_the_resting_tail_until_the_tendons_fit() -> None:
+    shift = 0.003
+    bent, mirrored = (settled(model_with(ASYMMETRY, sign * shift, DRY)) for sign in (1, -1))
+    rest = plain_model(DRY).tendon_lengthspring[:, 0]
+    np.testing.assert_allclose(bent.ten_length - rest, [-shift, shift], rtol=0.1)
+    np.testing.assert_allclose(mirrored.qpos[1:], -bent.qpos[1:], atol=1e-4)
+    assert bent.site("marker_caudal_fin").xpos[1] < -0.01  # to the left
