@@ -38,6 +38,7 @@ benchmark.command()(benchmarks.speed)
 benchmark.command()(benchmarks.search)
 benchmark.command()(benchmarks.tracking)
 benchmark.command()(benchmarks.posterior)
+benchmark.command()(benchmarks.effects)
 
 INTERRUPTED = 130  # what typer makes of Ctrl-C
 

@@ -87,3 +87,38 @@ def posterior(
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
         outcome = measure_posterior(Path(place), asked, tell)
     print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome.text())
+
+
+def effects(
+    folder: Annotated[Path, typer.Argument(help="of the suite")],
+    part: Annotated[
+        Literal["make", "rules", "score"],
+        typer.Option(help="make the sessions; score trivial rules; score the diagnoses in the sessions' folders"),
+    ] = "make",
+    suite: Annotated[Literal["small", "large"], typer.Option(help="24 sessions, or 700")] = "small",
+    seed: Annotated[int, typer.Option(min=0, help="of the suite")] = 0,
+    workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
+    scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Makes sessions whose effect is withheld from what diagnoses them, and scores diagnoses and trivial rules."""
+    from calib.benchmarks.effects.report import score_text
+    from calib.benchmarks.effects.run import SuiteFolder, make_suite, score_rules, score_suite
+    from calib.benchmarks.effects.suite import LARGE, SMALL
+
+    where = SuiteFolder(folder)
+    if part == "make":
+        with progress_bar(as_json) as tell:
+            failures = make_suite(where, seed, SMALL if suite == "small" else LARGE, workers, scheduler, tell)
+        told = {"failed": [failure._asdict() for failure in failures]}
+        print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all made")
+        for failure in [] if as_json else failures:
+            print(f"{failure.name}: {failure.message}")
+        return
+    if part == "rules":
+        with progress_bar(as_json) as tell:
+            scores = score_rules(where, workers, scheduler, tell)
+    else:
+        scores = {"diagnosis": score_suite(where)}
+    plain = {name: score.to_json() for name, score in scores.items()}
+    print(json.dumps(plain_json(plain), indent=1) if as_json else score_text(scores))

@@ -1,5 +1,6 @@
 """A withheld session before anything acts in it: a robot, its water, a camera, and the trials that were made."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,14 +62,25 @@ class DrawnWorld:
         """The world with something in it."""
         return replace(self.world, mechanisms=mechanisms)
 
-    def recorded(self, mechanisms: tuple[Mechanism, ...] = ()) -> list[Recording]:
-        """All trials, without any error of a tracker.
+    def swims(self, role: str) -> tuple[DrawnTrial, ...]:
+        """Those that are fitted, or held out."""
+        return tuple(each for each in self.trials if each.kind == "swim" and each.role == role)
+
+    def recorded(
+        self, mechanisms: tuple[Mechanism, ...] = (), trials: Sequence[DrawnTrial] | None = None
+    ) -> dict[str, Recording]:
+        """Trials by name, without any error of a tracker.
+
+        Args:
+            mechanisms: that act.
+            trials: some of them; default all.
 
         Raises:
             SimulationDiverged: the mechanisms are too strong.
         """
-        world = self.with_mechanisms(mechanisms)
-        return simulate([(world, each.trial) for each in self.trials], FISHSIM_MARKERS)
+        world, trials = self.with_mechanisms(mechanisms), self.trials if trials is None else trials
+        recordings = simulate([(world, each.trial) for each in trials], FISHSIM_MARKERS)
+        return {each.name: recording for each, recording in zip(trials, recordings, strict=True)}
 
 
 def draw_world(plan: SessionPlan) -> DrawnWorld:

@@ -103,7 +103,7 @@ class Making:
 
 
 def write_session(
-    folder: Path, drawn: DrawnWorld, recordings: Sequence[Recording], present: tuple[Mechanism, ...]
+    folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Recording], present: tuple[Mechanism, ...]
 ) -> None:
     """Writes what a user would have of these recordings: tracks with a tracker's errors, motor logs, the description.
 
@@ -114,7 +114,8 @@ def write_session(
     world = drawn.with_mechanisms(present)
     with new_folder(folder) as part:
         tables = []
-        for number, (each, recording) in enumerate(zip(drawn.trials, recordings, strict=True)):
+        for number, each in enumerate(drawn.trials):
+            recording = recordings[each.name]
             random = np.random.default_rng([drawn.plan.seed, 4, number])
             tracks = tracks_of(recording, recording.tracked_px(world, random))
             plain = part / "trials" / f"{each.name}.csv"

@@ -1,6 +1,6 @@
 """A withheld session without noise, as a diagnosis would see it: rows of gaits, and all that disturbs them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -47,7 +47,7 @@ class SessionRows:
     def of(
         cls,
         drawn: DrawnWorld,
-        base: Sequence[Recording],
+        base: Mapping[str, Recording],
         discrepancy: np.ndarray,
         role: str = "fit",
         given: np.ndarray | None = None,
@@ -86,7 +86,7 @@ class SessionRows:
         at = self.coefficients
         return Whitened.of(self._covariance(at), row_slopes(self.model, at), PRIOR_SD)
 
-    def change(self, recordings: Sequence[Recording]) -> np.ndarray:
+    def change(self, recordings: Mapping[str, Recording]) -> np.ndarray:
         """(k,) what the refitted twin leaves of other recordings of the same trials, less what it leaves of these.
 
         The twin beats at the frequency of either; how far that is from the base state stands behind the gaits.
@@ -110,20 +110,14 @@ class SessionRows:
         return row_covariance(self.model, known + tracking, self.discrepancy)
 
 
-def measured(drawn: DrawnWorld, recordings: Sequence[Recording], role: str) -> list[MeasuredTrial]:
-    """The swims of a role, from recordings of all trials of a session, as they are, without noise."""
-    camera = camera_of(drawn)
-    return [
-        measure_trial(
-            TrialSpec(name=each.name, kind="swim", commanded_hz=each.commanded_hz, role=each.role),  # type: ignore[arg-type]
-            tracks_of(recording, recording.position_px),
-            camera,
-            load_robot(),
-            WARMUP_S,
-        )
-        for each, recording in zip(drawn.trials, recordings, strict=True)
-        if each.kind == "swim" and each.role == role
-    ]
+def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) -> list[MeasuredTrial]:
+    """The swims of a role, from recordings by name, as they are, without noise."""
+    camera, measured_trials = camera_of(drawn), []
+    for each in drawn.swims(role):
+        spec = TrialSpec(name=each.name, kind="swim", commanded_hz=each.commanded_hz, role=each.role)  # type: ignore[arg-type]
+        tracks = tracks_of(recordings[each.name], recordings[each.name].position_px)
+        measured_trials.append(measure_trial(spec, tracks, camera, load_robot(), WARMUP_S))
+    return measured_trials
 
 
 def tracks_of(recording: Recording, position_px: np.ndarray) -> Tracks:

@@ -6,9 +6,13 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from calib.benchmarks.effects.answer import Answer, checksum, seal, unseal
 from calib.benchmarks.effects.discrepancy import load_discrepancy
+from calib.benchmarks.effects.evidence import evidence_of
 from calib.benchmarks.effects.making import Making
+from calib.benchmarks.effects.rules import RULES
 from calib.benchmarks.effects.score import Score, scored
 from calib.benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
 from calib.benchmarks.effects.told import Told, read_told
@@ -125,6 +129,30 @@ def score_suite(suite: SuiteFolder, told: Callable[[str], Told] | None = None) -
     faults.raise_if_any()
     answers = [answer for name, expected in sums.items() for answer in unseal(suite.answer(name), expected)]
     return scored(answers, diagnoses)
+
+
+def score_rules(
+    suite: SuiteFolder, workers: int = 0, scheduler: str | None = None, tell: Tell | None = None
+) -> dict[str, Score]:
+    """Scores the trivial rules on the sessions as they are.
+
+    Args:
+        suite: that was made.
+        workers, scheduler: as of `make_suite`.
+        tell: of the progress.
+    """
+    names = sorted(json.loads(suite.checksums.read_text()))
+    told: dict[str, dict[str, Told]] = {}
+    for number, (name, by_rule) in enumerate(spread(partial(_by_rules, suite), names, workers, scheduler)):
+        told[name] = by_rule
+        if tell is not None:
+            tell(f"{number + 1} of {len(names)} sessions", (number + 1) / len(names))
+    return {rule: score_suite(suite, lambda name, rule=rule: told[name][rule]) for rule in RULES}  # type: ignore[misc]
+
+
+def _by_rules(suite: SuiteFolder, name: str) -> tuple[str, dict[str, Told]]:
+    evidence = evidence_of(suite.sessions / name, load_discrepancy(suite.discrepancy), catalogue())
+    return name, {rule: judge(evidence, np.random.default_rng(int(name[1:], 16))) for rule, judge in RULES.items()}
 
 
 def _made(suite: SuiteFolder, plan: SessionPlan) -> Failure | None:

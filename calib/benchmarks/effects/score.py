@@ -8,11 +8,13 @@ import numpy as np
 from scipy.stats import binomtest
 
 from calib.benchmarks.effects.answer import Answer
+from calib.benchmarks.effects.suite import DETECTABILITIES
 from calib.benchmarks.effects.told import Told
 
 CONFIDENT = 0.9
 CLEAR = 5.0  # detectability from which a name is asked for
 _SET = 3
+_ALMOST = 0.9  # of a level that counts as reached
 _BINS = np.linspace(0.0, 1.0, 11)
 _WORTH_TELLING = 0.01  # probabilities below do not count for calibration: there are thirty of them in each session
 OTHER = "(none)"
@@ -99,7 +101,7 @@ class Score:
     @property
     def by_detectability(self) -> dict[float, Share]:
         """The right name first, of single effects, by how detectable they are."""
-        levels = sorted({case.answer.detectability for case in self.cases if case.answer.kind == "single"})
+        levels = sorted({_level(case.answer) for case in self.cases if case.answer.kind == "single"})
         return {level: self.share(lambda c: c.named_right, _at(level)) for level in levels}
 
     @property
@@ -192,12 +194,17 @@ def scored(answers: Sequence[Answer], told: Sequence[Told]) -> Score:
     return Score(tuple(Case(answer, each) for answer, each in zip(answers, told, strict=True)))
 
 
+def _level(answer: Answer) -> float:
+    """The level that an effect was made for, as far as it reached it; 0 below the lowest."""
+    return max((level for level in DETECTABILITIES if answer.detectability >= _ALMOST * level), default=0.0)
+
+
 def _of(kind: str) -> Callable[[Case], bool]:
     return lambda case: case.answer.kind == kind
 
 
 def _at(level: float) -> Callable[[Case], bool]:
-    return lambda case: case.answer.kind == "single" and case.answer.detectability == level
+    return lambda case: case.answer.kind == "single" and _level(case.answer) == level
 
 
 def _is(name: str) -> Callable[[Case], bool]:
@@ -205,7 +212,7 @@ def _is(name: str) -> Callable[[Case], bool]:
 
 
 def _clear(case: Case) -> bool:
-    return case.answer.kind == "single" and case.answer.detectability >= CLEAR
+    return case.answer.kind == "single" and _level(case.answer) >= CLEAR
 
 
 def _holds_applies(case: Case) -> bool:

@@ -1,14 +1,14 @@
 """How strong an effect must be to be as detectable as is asked, every rival refitted."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from calib.benchmarks.effects.drawn import DrawnWorld
 from calib.benchmarks.effects.rows import SessionRows
 from fitting.signatures import Rival, Signature
-from reality import Mechanism, Recording
+from reality import Mechanism
 from session import NotEnoughData, SimulationDiverged
 
 SEPARATE = 3.3  # distance from which two effects are confused in at most 5 % of cases
@@ -85,7 +85,7 @@ def _tried(
 ) -> Strength | None:
     """What the mechanisms do to the fitted swims; None where they cannot be simulated or measured."""
     try:
-        change = rows.change(recorded(drawn, mechanisms))
+        change = rows.change(drawn.recorded(mechanisms, drawn.swims(rows.role)))
     except (SimulationDiverged, NotEnoughData):
         return None
     if not np.isfinite(change).all():
@@ -93,12 +93,6 @@ def _tried(
     nearest = rows.space.rivals(change, rivals)
     plain = rows.space.length(change)
     return Strength(value, mechanisms, min([plain, *(r.distance for r in nearest)]), tuple(nearest), change)
-
-
-def recorded(drawn: DrawnWorld, mechanisms: tuple[Mechanism, ...]) -> list[Recording]:
-    """The fitted swims alone."""
-    fitted = tuple(each for each in drawn.trials if each.kind == "swim" and each.role == "fit")
-    return replace(drawn, trials=fitted).recorded(mechanisms)
 
 
 def distances(signatures: Sequence[Signature], rows: SessionRows) -> Mapping[str, float]:
