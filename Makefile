@@ -22,6 +22,9 @@ help:
 demo: $(VENV)/.installed
 	@$(BIN)/calib run --effort quick datasets/sample
 
+# A thread for each process: threads of one test would wait for those of another.
+test test-all: export SWIMCAL_WORKERS = 1
+
 # A motor on a pseudo-terminal answers within milliseconds or not at all: its tests get the machine for themselves.
 test: check
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m "not long" $(IN_REAL_TIME:%=--ignore=%)

@@ -10,6 +10,7 @@ from swimmer.mjcf import DRY, FREE_DECAY, SWIM, TIMESTEP_S, Scene, build_mjcf
 from swimmer.robot import RobotSpec, load_robot
 from swimmer.runs import Runs, Trajectories
 from swimmer.twin import Twin
+from swimmer.workers import workers_of
 
 __all__ = [
     "DRY",
@@ -39,4 +40,5 @@ __all__ = [
     "model_sha256",
     "steady_speed",
     "steady_speed_large",
+    "workers_of",
 ]

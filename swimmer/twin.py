@@ -18,6 +18,7 @@ from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import DRY, SWIM, Scene, build_mjcf
 from swimmer.robot import RobotSpec
 from swimmer.runs import Runs, Trajectories
+from swimmer.workers import workers_of
 
 FORCE_FIELDS = slice(1, 6)  # of geom_fluid: blunt, slender, angular drag, Kutta and Magnus lift
 PLAUSIBLE_HINGE_RAD = np.pi / 2  # the published model stops its hinges at 80 degrees; beyond 90 nothing is physical
@@ -49,7 +50,7 @@ class Twin:
         self.markers = tuple(robot.markers) if markers is None else markers
         self.scene = scene
         self.model = build_mjcf(robot, scene=scene).compile()
-        self.workers = workers
+        self.workers = workers_of(workers)
         self._kinematics = MarkerKinematics(robot, self.markers)
         self._batches: dict[tuple[int, frozenset[str]], Batch] = {}
         joint = {self.model.joint(i).name: i for i in range(self.model.njnt)}

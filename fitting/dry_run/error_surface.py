@@ -16,6 +16,7 @@ import numpy as np
 
 from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import ANGLES, DryResponse
+from swimmer import workers_of
 
 ARM_SPAN, SPEED_SPAN = 0.25, 0.15  # either side of the robot's own arm and of the command, relative
 FAR_FROM_BEAT = 0.3
@@ -116,7 +117,7 @@ def error_surface(trial: DryTrial, response: DryResponse, grid: CrankGrid, worke
         turns = np.tensordot(np.array([own.speed_weights(f) for f in hz]), own.marker_m[i], 1)  # (s, angles, m)
         return np.stack([measured.over_phases(turn, f, grid.phases) for turn, f in zip(turns, hz, strict=True)])
 
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+    with ThreadPoolExecutor(workers_of(workers) or os.cpu_count()) as pool:
         distance = np.stack(list(pool.map(of_arm, range(len(own.arm_m)))))
     return ErrorSurface(own.arm_m, hz, 2 * np.pi * np.arange(grid.phases) / grid.phases, distance)
 

@@ -7,7 +7,7 @@ import numpy as np
 from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
 
-from swimmer import FREE_DECAY, MarkerKinematics, RobotSpec, Scene, build_mjcf
+from swimmer import FREE_DECAY, MarkerKinematics, RobotSpec, Scene, build_mjcf, workers_of
 from swimmer.engine_log import quiet_engine
 from swimmer.twin import PLAUSIBLE_HINGE_RAD
 
@@ -41,7 +41,7 @@ class DecayTwin:
 
     def __init__(self, robot: RobotSpec, markers: tuple[str, ...], scene: Scene = DECAY, workers: int = 0) -> None:
         self.hinges = len(robot.hinges)
-        self._step_s, self._workers = scene.timestep_s, workers
+        self._step_s, self._workers = scene.timestep_s, workers_of(workers)
         halved = replace(scene, timestep_s=scene.timestep_s / 2)
         self._models = [build_mjcf(robot, scene=each).compile() for each in (scene, halved)]
         self._kinematics = MarkerKinematics(robot, markers)

@@ -17,7 +17,7 @@ from calib.benchmarks.effects.rows import WARMUP_S, SessionRows, camera_of, trac
 from calib.benchmarks.effects.severity import Strength, Strong, strength_for
 from calib.benchmarks.effects.suite import SessionPlan
 from fitting.signatures import Signature
-from reality import Mechanism, Recording
+from reality import Drive, Mechanism, Recording
 from session import FISHSIM_MARKERS, MotorLog, load_session, new_folder, save_tracks, write_session_toml, write_whole
 from swimmer.effects import Effect, catalogue
 from synthetic.motor_log import CURRENT_A, PULSE_RAD, SPEED_RAD_S, VOLTAGE_V, save_motor_log
@@ -25,7 +25,7 @@ from synthetic.motor_log import CURRENT_A, PULSE_RAD, SPEED_RAD_S, VOLTAGE_V, sa
 Maker = Callable[[np.random.Generator], Strong]
 _READING_S, _CLOCK_S = 0.02, 1000.0  # between readings of the motor; where its clock may stand
 _FILED = 946_684_800  # seconds since 1970: every file has the time stamp of 2000-01-01
-_CURRENT_A, _VOLT, _WARM_C = 0.25, 12.1, 31.0
+_CURRENT_A, _AMPERE_PER_N_M, _VOLT, _WARM_C = 0.25, 0.6, 12.1, 31.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ def write_session(
             save_tracks(plain, tracks)
             write_whole(plain.with_suffix(".csv.gz"), gzip.compress(plain.read_bytes(), mtime=0))
             plain.unlink()
-            tables.append(_table(each) | _logged(part, drawn, each, recording, present, random))
+            tables.append(_table(each) | _logged(part, drawn, each, recording, random))
         camera = camera_of(drawn)
         write_session_toml(
             part,
@@ -148,35 +148,23 @@ def _table(each: DrawnTrial) -> dict[str, Any]:
 
 
 def _logged(
-    folder: Path,
-    drawn: DrawnWorld,
-    each: DrawnTrial,
-    recording: Recording,
-    present: tuple[Mechanism, ...],
-    random: np.random.Generator,
+    folder: Path, drawn: DrawnWorld, each: DrawnTrial, recording: Recording, random: np.random.Generator
 ) -> dict[str, Any]:
     """Writes the log of a motor, where there is one; its clock is told by hand."""
     if not drawn.plan.recorded.logged or each.kind == "free_decay":
         return {}
     offset_s = float(np.round(random.uniform(0.0, _CLOCK_S), 3))
     file = f"trials/{each.name}.motor.csv"
-    save_motor_log(folder / file, _log(recording, _exposed(recording, present), offset_s, random))
+    save_motor_log(folder / file, _log(recording.drive, offset_s, random))
     return {"motor": file, "motor_offset_s": offset_s}
 
 
-def _exposed(recording: Recording, present: tuple[Mechanism, ...]) -> np.ndarray:
-    """(f,) when light fell on the frames, s."""
-    exposed_s = recording.trial.time_s
-    for mechanism in present:
-        exposed_s = mechanism.expose(exposed_s)
-    return exposed_s
-
-
-def _log(recording: Recording, exposed_s: np.ndarray, offset_s: float, random: np.random.Generator) -> MotorLog:
-    """What the motor says at even times, in its own steps."""
-    time_s = np.arange(exposed_s[0], exposed_s[-1], _READING_S)
-    crank = CubicSpline(exposed_s, recording.crank_rad)
-    current_a = _CURRENT_A + CURRENT_A * random.standard_normal(len(time_s))
+def _log(drive: Drive, offset_s: float, random: np.random.Generator) -> MotorLog:
+    """What the motor says at even times on a clock of its own, in its own steps."""
+    time_s = np.arange(0.0, drive.time_s[-1], _READING_S)
+    crank = CubicSpline(drive.time_s, drive.angle_rad)
+    load_a = _AMPERE_PER_N_M * np.interp(time_s, drive.time_s, drive.torque_n_m)
+    current_a = _CURRENT_A + load_a + CURRENT_A * random.standard_normal(len(time_s))
     zero_rad = 2 * np.pi * random.random()
     return MotorLog(
         time_s=time_s + offset_s,

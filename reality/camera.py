@@ -1,0 +1,73 @@
+"""A pinhole camera above the pool: places in metres become pixels, x to the right and y down."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera whose foot is the pool's origin, the pool's x to the right and its y up in the picture.
+
+    Attributes:
+        height_m: of the lens above the plane of the picture's scale.
+        focal_px: focal length.
+        tilt_rad: turn of the optical axis from the vertical, towards the pool's +y.
+        width_px, height_px: of the picture; the principal point is its centre.
+    """
+
+    height_m: float = 2.5
+    focal_px: float = 2700.0
+    tilt_rad: float = 0.0
+    width_px: int = 3840
+    height_px: int = 2160
+
+    @property
+    def centre_px(self) -> np.ndarray:
+        """(2,) the principal point, the centre of the top left pixel at (0, 0)."""
+        return (np.array([self.width_px, self.height_px]) - 1) / 2
+
+    def project(self, place_m: np.ndarray, height_m: np.ndarray) -> np.ndarray:
+        """(..., 2) pixels of places (...) in the pool, complex, m, at heights (...) above the plane of the scale, m."""
+        cos, sin = np.cos(self.tilt_rad), np.sin(self.tilt_rad)
+        below = self.height_m - height_m
+        depth = below * cos + place_m.imag * sin
+        up = place_m.imag * cos - below * sin
+        ray = np.stack([place_m.real / depth, -up / depth], axis=-1)
+        return self.centre_px + self.focal_px * ray
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """One simulation at the moments its frames were exposed (f frames, m markers).
+
+    Attributes:
+        names: of the markers.
+        time_s: (f,) the moments, s.
+        marker_m: (f, m) places in the pool, complex, m.
+        axis: (f, m) unit vectors along the links that carry the markers, complex.
+        height_m: (f, m) above the plane of the scale.
+    """
+
+    names: tuple[str, ...]
+    time_s: np.ndarray
+    marker_m: np.ndarray
+    axis: np.ndarray
+    height_m: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """What a camera made of a sight, before any error of a tracker.
+
+    Attributes:
+        names: of the markers.
+        time_s: (f,) times the frames are said to be of, s.
+        position_px: (f, m, 2) x to the right and y down.
+        camera: that looked.
+    """
+
+    names: tuple[str, ...]
+    time_s: np.ndarray
+    position_px: np.ndarray
+    camera: Camera

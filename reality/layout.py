@@ -1,0 +1,177 @@
+"""The straight fish cut into links and strips: what does not differ between simulations of one robot.
+
+Planar vectors are complex numbers throughout the package, x + i y; a link's own axes are x along it, tailwards, and y
+across it. Every flexible gap of the tail bends at several hinges, evenly spread over its middle, each stiffer in
+proportion, so that the gap as a whole bends as the robot's description says.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from swimmer.robot import RobotSpec
+
+HINGES_PER_GAP = 2
+FLEXIBLE_SHARE = 0.4
+"""Of every gap the middle part that bends; its ends are held stiff by the segments they are glued into. (Bending spread
+over whole gaps lets the pulled tendon fold the second one at once.)"""
+_HEAD_STRIPS = 10
+_TAIL_STRIP_M = 0.008  # longest strip of tail and fin
+
+
+@dataclass(frozen=True, eq=False)
+class Strips:
+    """The wetted surface cut across: keel, tail, caudal fin, from nose to tail.
+
+    Attributes:
+        link: (s,) index of the link that carries the strip.
+        plate: (s,) index of the rigid plate that it is part of: of one link, and of keel, tail or fin.
+        place_m: (s,) of its middle, from the link's origin, m.
+        length_m: (s,) along the link, m.
+        half_height_m: (s,) m.
+        half_thickness_m: (s,) m.
+        half_chord_m: (s,) half the length of the plate that the strip is part of, m.
+    """
+
+    link: np.ndarray
+    plate: np.ndarray
+    place_m: np.ndarray
+    length_m: np.ndarray
+    half_height_m: np.ndarray
+    half_thickness_m: np.ndarray
+    half_chord_m: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Links (l: the head, then one behind every hinge), strips (s) and tendon guides (g) of the straight fish.
+
+    Attributes:
+        robot: that is cut.
+        hinges_per_gap: hinges that stand for one of the robot's.
+        origin_m: (l,) x of each link's origin, the head's at 0, the others' at their hinge, m.
+        reach_m: (l,) from each link's origin to the next one's, m; 0 for the last.
+        mass_kg, moment_kg_m, inertia_kg_m2: (l,) of each link, moment and inertia about its origin.
+        strips: of the surface.
+        guide_link: (g,) link of each pair of tendon guides.
+        guide_place_m: (g,) their distance behind the link's origin, m.
+        guide_offset_m: (2, g) of either tendon's guide across the link, m.
+    """
+
+    robot: RobotSpec
+    hinges_per_gap: int
+    origin_m: np.ndarray
+    reach_m: np.ndarray
+    mass_kg: np.ndarray
+    moment_kg_m: np.ndarray
+    inertia_kg_m2: np.ndarray
+    strips: Strips
+    guide_link: np.ndarray
+    guide_place_m: np.ndarray
+    guide_offset_m: np.ndarray
+
+    @property
+    def hinges(self) -> int:
+        """How many."""
+        return len(self.origin_m) - 1
+
+    @property
+    def gap_of_hinge(self) -> np.ndarray:
+        """(h,) which of the robot's hinges each one belongs to."""
+        return np.arange(self.hinges) // self.hinges_per_gap
+
+    def link_of(self, body: str) -> int:
+        """Index of the link that stands for one of the robot's rigid bodies."""
+        return self.robot.links.index(body) * self.hinges_per_gap
+
+
+def lay_out(robot: RobotSpec, hinges_per_gap: int = HINGES_PER_GAP) -> Layout:
+    """Cuts a robot into links and strips."""
+    tail = robot.tail
+    gaps = np.array([segment.gap_m for segment in tail.segment])
+    spread = FLEXIBLE_SHARE * ((np.arange(hinges_per_gap) + 0.5) / hinges_per_gap - 0.5)
+    origin = np.concatenate([[0.0], (robot.hinge_x_m[:, None] + gaps[:, None] * spread).ravel()])
+    guide_link = hinges_per_gap * (1 + np.arange(len(gaps)))
+    guide_x = robot.segment_x_m[:, 1] - tail.guide_inset_m
+    offset = np.array([s.guide_offset_m * (-1 if s.tendon_crosses else 1) for s in tail.segment])
+    mass, moment, inertia = _masses(robot, origin)
+    return Layout(
+        robot=robot,
+        hinges_per_gap=hinges_per_gap,
+        origin_m=origin,
+        reach_m=np.append(np.diff(origin), 0.0),
+        mass_kg=mass,
+        moment_kg_m=moment,
+        inertia_kg_m2=inertia,
+        strips=_strips(robot, origin),
+        guide_link=guide_link,
+        guide_place_m=guide_x - origin[guide_link],
+        guide_offset_m=np.stack([-offset, offset]),
+    )
+
+
+def _masses(robot: RobotSpec, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(l,) mass, first and second moment of each link about its origin.
+
+    A segment's mass is spread evenly from the middle of the gap before it to the middle of the one behind.
+    """
+    mass, moment, inertia = np.zeros((3, len(origin)))
+
+    def add(link: int, kg: float, x: float, own: float) -> None:
+        mass[link] += kg
+        moment[link] += kg * (x - origin[link])
+        inertia[link] += own + kg * (x - origin[link]) ** 2
+
+    for part in robot.head.part:
+        (x, y, _), (half_x, half_y, _) = part.centre_m, part.half_size_m
+        add(0, part.mass_kg, x, part.mass_kg * ((half_x**2 + half_y**2) / 3 + y**2))
+    ends = np.append(robot.hinge_x_m, robot.fin_root_x_m)
+    edges = np.unique(np.concatenate([ends, origin[1:]]))
+    edges = edges[(edges >= ends[0]) & (edges <= ends[-1])]
+    for start, end in pairwise(edges):
+        middle = (start + end) / 2
+        i = int(np.searchsorted(ends, middle)) - 1
+        segment = robot.tail.segment[i]
+        volume = segment.length_m * segment.thickness_m * 2 * segment.half_height_m
+        kg = volume * robot.tail.density_kg_m3 * (end - start) / (ends[i + 1] - ends[i])
+        add(_link_at(origin, middle), kg, middle, kg * ((end - start) ** 2 + segment.thickness_m**2) / 12)
+    fin = robot.caudal_fin
+    own = fin.mass_kg * (fin.chord_m**2 + fin.thickness_m**2) / 12
+    add(len(origin) - 1, fin.mass_kg, robot.fin_root_x_m + fin.centre_m, own)
+    return mass, moment, inertia
+
+
+def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
+    """Keel and fin as plates of their own; of the tail, each piece between the middles of two gaps."""
+    rows: list[tuple[float, ...]] = []
+    plates = 0
+
+    def cut(start: float, end: float, longest: float, plate: tuple[float, float, float]) -> None:
+        nonlocal plates
+        inner = origin[1:][(origin[1:] > start) & (origin[1:] < end)]
+        knots = np.concatenate([[start], inner, [end]])
+        for low, high in pairwise(knots):
+            edges = np.linspace(low, high, max(int(np.ceil((high - low) / longest - 1e-9)), 1) + 1)
+            for a, b in pairwise(edges):
+                link = _link_at(origin, (a + b) / 2)
+                rows.append((link, plates, (a + b) / 2 - origin[link], b - a, *plate))
+            plates += 1
+
+    x, (half_x, half_y, half_z) = robot.head.fluid_centre_m[0], robot.head.fluid_half_size_m
+    cut(x - half_x, x + half_x, 2 * half_x / _HEAD_STRIPS, (half_z, half_y, half_x))
+    ends = np.concatenate([robot.hinge_x_m, [robot.fin_root_x_m]])
+    starts = np.concatenate([[robot.tail.start_m], robot.hinge_x_m[1:]])
+    for i, segment in enumerate(robot.tail.segment):
+        plate = (segment.half_height_m, segment.thickness_m / 2, (ends[i + 1] - ends[i]) / 2)
+        cut(starts[i], ends[i + 1], _TAIL_STRIP_M, plate)
+    fin, middle = robot.caudal_fin, robot.fin_root_x_m + robot.caudal_fin.centre_m
+    plate = (fin.span_m / 2, fin.thickness_m / 2, fin.chord_m / 2)
+    cut(middle - fin.chord_m / 2, middle + fin.chord_m / 2, _TAIL_STRIP_M, plate)
+    link, number, *columns = np.array(rows).T
+    return Strips(link.astype(int), number.astype(int), *columns)
+
+
+def _link_at(origin: np.ndarray, x: float) -> int:
+    """The link that holds a place x on the straight fish; whatever lies before the first hinge is the head's."""
+    return 0 if x < origin[1] else int(np.searchsorted(origin, x, side="right")) - 1

@@ -1,0 +1,1 @@
+"""Crank and motor."""

@@ -1,0 +1,32 @@
+"""The inertia of the water that the body accelerates across itself."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reality.layout import Layout
+from reality.mechanism import Mechanism
+from reality.mechanisms import AtStrength
+from reality.parameters import Parameters
+
+_KEPT = 0.3
+
+
+@dataclass(frozen=True)
+class AddedMassReaction(Mechanism):
+    """Elongated body theory's reactive force, of strips with pi rho h^2 a length; see `reality.reactive`.
+
+    Attributes:
+        share: of the theory, 0 to 1.
+    """
+
+    share: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+        """Another share."""
+        return replace(parameters, added_mass_reaction=np.full_like(parameters.added_mass_reaction, self.share))
+
+
+def drawn(random: np.random.Generator) -> AtStrength:  # noqa: ARG001
+    """A share of 0.7 at strength 1; saturates at 1, the whole theory. Nothing is drawn."""
+    return lambda strength: (AddedMassReaction(1 - _KEPT**strength),) if strength else ()

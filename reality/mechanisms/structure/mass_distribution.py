@@ -1,0 +1,45 @@
+"""Mass that sits further back than described."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reality.layout import Layout
+from reality.mechanism import Mechanism
+from reality.mechanisms import AtStrength
+from reality.parameters import Parameters
+
+_SHARE = 0.01
+
+
+@dataclass(frozen=True)
+class MassDistribution(Mechanism):
+    """Lumps at the tendon guides, of glue and markers, that were weighed with the head; the total stays.
+
+    Attributes:
+        share: of the head's mass.
+        at_guide: (g,) how the lumps share it, from the first guide to the last; they add up to 1.
+    """
+
+    share: float
+    at_guide: tuple[float, ...]
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
+        """Masses and their moments."""
+        head = np.where(np.arange(layout.hinges + 1) == 0, 1 - self.share, 1.0)
+        lump = self.share * parameters.link_mass_kg[0, 0] * np.array(self.at_guide)
+        added = np.zeros((3, layout.hinges + 1))
+        for order in (0, 1, 2):
+            np.add.at(added[order], layout.guide_link, lump * layout.guide_place_m**order)
+        return replace(
+            parameters,
+            link_mass_kg=parameters.link_mass_kg * head + added[0],
+            link_moment_kg_m=parameters.link_moment_kg_m * head + added[1],
+            link_inertia_kg_m2=parameters.link_inertia_kg_m2 * head + added[2],
+        )
+
+
+def drawn(random: np.random.Generator, guides: int = 5) -> AtStrength:
+    """A hundredth of the head's mass at strength 1, unevenly shared by the guides."""
+    at_guide = tuple(random.dirichlet(np.full(guides, 3.0)))
+    return lambda strength: (MassDistribution(_SHARE * strength, at_guide),) if strength else ()

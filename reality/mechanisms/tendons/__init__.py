@@ -1,0 +1,1 @@
+"""Crank arms and tendons."""

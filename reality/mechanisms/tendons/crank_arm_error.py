@@ -1,0 +1,42 @@
+"""Crank arms that are longer or shorter than described."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reality.layout import Layout
+from reality.mechanism import Mechanism
+from reality.mechanisms import AtStrength
+from reality.parameters import Parameters
+
+_TYPICAL, _SHORTEST, _LONGEST = 0.05, 0.5, 0.035
+
+
+@dataclass(frozen=True)
+class CrankArmError(Mechanism):
+    """Attributes: left, right, by which share either tendon's anchor is further from the shaft than described."""
+
+    left: float
+    right: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+        """Other radii."""
+        return replace(parameters, anchor_radius_m=parameters.anchor_radius_m * (1 + np.array([self.left, self.right])))
+
+
+def drawn(random: np.random.Generator) -> AtStrength:
+    """Draws longer or shorter, and how much the two arms differ.
+
+    Arms become at most a half shorter, and 3.5 % longer: at 4 to 6 % the tail of the base state folds in its second
+    gap.
+    """
+    most = random.choice([-_SHORTEST, _LONGEST])
+    uneven = random.uniform(-0.1, 0.1)
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        if strength == 0:
+            return ()
+        relative = most * np.tanh(_TYPICAL / abs(most) * strength)
+        return (CrankArmError(float(relative * (1 + uneven)), float(relative * (1 - uneven))),)
+
+    return at

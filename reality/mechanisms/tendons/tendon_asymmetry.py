@@ -1,0 +1,38 @@
+"""Tendons of unequal length: the tail is bent where the crank should hold it straight."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reality.layout import Layout
+from reality.mechanism import Mechanism
+from reality.mechanisms import AtStrength
+from reality.parameters import Parameters
+
+_TYPICAL_M, _MOST_M = 0.001, 0.012
+
+
+@dataclass(frozen=True)
+class TendonAsymmetry(Mechanism):
+    """Attributes: left_m, right_m, by which either tendon's free length is more than that of the straight tail."""
+
+    left_m: float
+    right_m: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+        """Other lengths."""
+        extra_m = parameters.tendon_extra_m + np.array([self.left_m, self.right_m])
+        return replace(parameters, tendon_extra_m=extra_m)
+
+
+def drawn(random: np.random.Generator) -> AtStrength:
+    """Draws which side is short, and how the difference is shared between the two. Saturates at 12 mm each."""
+    sign, left_share = random.choice([-1.0, 1.0]), random.uniform(0.3, 0.7)
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        if strength == 0:
+            return ()
+        apart_m = 2 * sign * _MOST_M * np.tanh(_TYPICAL_M / _MOST_M * strength)
+        return (TendonAsymmetry(float(-left_share * apart_m), float((1 - left_share) * apart_m)),)
+
+    return at

@@ -1,0 +1,40 @@
+"""What tracking adds to the true pixels: boxes placed by hand, errors that last, a grid of half pixels."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class PixelNoise:
+    """Errors of tracked boxes, independent between markers and axes.
+
+    Attributes:
+        sd_px: of the error that wanders with time.
+        correlation_s: time in which its correlation falls to 1/e; 0: white.
+        placement_sd_px: of a box's offset from its marker, constant in a trial, another in the next.
+        grid_px: positions are multiples of it; 0: any.
+    """
+
+    sd_px: float = 0.5
+    correlation_s: float = 0.1
+    placement_sd_px: float = 2.0
+    grid_px: float = 0.5
+
+    def tracked(self, time_s: np.ndarray, position_px: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        """(f, m, 2) pixels that a tracker gives for true ones (f, m, 2) at times (f,) of one trial.
+
+        The error is an Ornstein-Uhlenbeck process, exact between frames: e_k = a e_(k-1) + sd sqrt(1 - a^2) z_k with
+        a = exp(-dt / correlation), begun in its stationary distribution.
+        """
+        offset = self.placement_sd_px * random.standard_normal(position_px.shape[1:])
+        fresh = random.standard_normal(position_px.shape)
+        kept = np.zeros(len(time_s) - 1)
+        if self.correlation_s > 0:
+            kept = np.exp(-np.diff(time_s) / self.correlation_s)
+        error = np.empty_like(fresh)
+        error[0] = fresh[0]
+        for k, a in enumerate(kept, start=1):
+            error[k] = a * error[k - 1] + np.sqrt(1 - a**2) * fresh[k]
+        seen = position_px + offset + self.sd_px * error
+        return np.round(seen / self.grid_px) * self.grid_px if self.grid_px > 0 else seen

@@ -1,0 +1,20 @@
+"""How many threads: what was wanted, else what the environment says, else all cores."""
+
+import pytest
+
+from swimmer import Twin, load_robot, workers_of
+
+
+@pytest.mark.parametrize(("wanted", "told", "found"), [(3, "2", 3), (0, "2", 2), (0, None, 0), (2, None, 2)])
+def test_what_was_wanted_wins(monkeypatch: pytest.MonkeyPatch, wanted: int, told: str | None, found: int) -> None:
+    monkeypatch.delenv("SWIMCAL_WORKERS", raising=False)
+    if told is not None:
+        monkeypatch.setenv("SWIMCAL_WORKERS", told)
+    assert workers_of(wanted) == found
+    assert Twin(load_robot(), workers=wanted).workers == found
+
+
+def test_what_is_no_number_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SWIMCAL_WORKERS", "many")
+    with pytest.raises(ValueError, match="SWIMCAL_WORKERS: found 'many', expected a number"):
+        workers_of(0)
