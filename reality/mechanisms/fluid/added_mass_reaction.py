@@ -9,7 +9,7 @@ from reality.mechanism import Mechanism
 from reality.mechanisms import AtStrength
 from reality.parameters import Parameters
 
-_KEPT = 0.3
+_SHARE = 0.25
 
 
 @dataclass(frozen=True)
@@ -28,5 +28,8 @@ class AddedMassReaction(Mechanism):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:  # noqa: ARG001
-    """A share of 0.7 at strength 1; saturates at 1, the whole theory. Nothing is drawn."""
-    return lambda strength: (AddedMassReaction(1 - _KEPT**strength),) if strength else ()
+    """A quarter of the theory at strength 1, so that the speed stays about what it is; saturates at all of it.
+
+    Nothing is drawn.
+    """
+    return lambda strength: (AddedMassReaction(1 - (1 - _SHARE) ** strength),) if strength else ()

@@ -9,7 +9,7 @@ from reality.mechanisms import AtStrength
 from reality.mechanisms.fluid.moving_water import MovingWater
 from reality.parameters import Parameters
 
-_SPEED_M_S = 0.02
+_SPEED_M_S = 0.015
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class BackgroundCurrent(MovingWater):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:
-    """0.02 m/s at the origin at strength 1, to anywhere; the eddy's middle 4 to 10 m away; linear."""
+    """0.015 m/s at the origin at strength 1, to anywhere; the eddy's middle 4 to 10 m away; linear."""
     angle = random.uniform(0.0, 2 * np.pi)
     right, up = _SPEED_M_S * np.cos(angle), _SPEED_M_S * np.sin(angle)
     turning = random.choice([-1.0, 1.0]) * _SPEED_M_S / random.uniform(4.0, 10.0)

@@ -54,6 +54,6 @@ class WallProximity(Mechanism):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:
-    """Left or right, at 0.65 m at strength 1, coming nearer with more; never nearer than 0.12 m."""
-    side = random.choice([-1.0, 1.0])
-    return lambda strength: (WallProximity(side, _NEAREST_M + (_AT_ONE_M - _NEAREST_M) / strength),) if strength else ()
+    """Left or right, at about 0.65 m at strength 1, coming nearer with more; never nearer than 0.12 m."""
+    side, further_m = random.choice([-1.0, 1.0]), (_AT_ONE_M - _NEAREST_M) * random.uniform(0.8, 1.25)
+    return lambda strength: (WallProximity(side, _NEAREST_M + further_m / strength),) if strength else ()

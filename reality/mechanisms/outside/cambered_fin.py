@@ -34,6 +34,6 @@ class CamberedFin(Mechanism):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:
-    """To either side; a lift coefficient of 0.1 at strength 1, linear."""
-    sign = random.choice([-1.0, 1.0])
-    return lambda strength: (CamberedFin(sign * _LIFT * strength),) if strength else ()
+    """To either side; a lift coefficient of about 0.1 at strength 1, linear."""
+    lift = _LIFT * random.choice([-1.0, 1.0]) * random.uniform(0.7, 1.4)
+    return lambda strength: (CamberedFin(lift * strength),) if strength else ()

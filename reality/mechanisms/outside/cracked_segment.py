@@ -8,7 +8,7 @@ from reality.instant import Instant
 from reality.mechanisms import AtStrength
 from reality.mechanisms.wear import Wearing
 
-_LN = 0.25
+_LN = 0.4
 _LOADED = 3  # gaps, from the head on, that bear most
 
 
@@ -36,8 +36,8 @@ class CrackedSegment(Wearing):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:
-    """One of the front gaps, 1 to 4 s after the beginning; loses a fifth at strength 1, nearly all at 20."""
-    gap, cracks_s, runs_s = float(random.integers(_LOADED)), random.uniform(1.0, 4.0), random.uniform(0.1, 0.4)
+    """One of the front gaps, 0.5 to 2 s after the beginning; loses a third at strength 1, nearly all at 20."""
+    gap, cracks_s, runs_s = float(random.integers(_LOADED)), random.uniform(0.5, 2.0), random.uniform(0.1, 0.4)
     return lambda strength: (
         (CrackedSegment(gap, float(-np.expm1(-_LN * strength)), cracks_s, runs_s),) if strength else ()
     )

@@ -7,7 +7,7 @@ import numpy as np
 from reality.mechanisms import AtStrength
 from reality.mechanisms.fluid.moving_water import MovingWater
 
-_SPEED_M_S = 0.03
+_SPEED_M_S = 0.015
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Propwash(MovingWater):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:
-    """From anywhere, its line within 0.2 m of the origin, 0.2 to 0.5 m wide; 0.03 m/s at strength 1, linear."""
+    """From anywhere, its line within 0.2 m of the origin, 0.2 to 0.5 m wide; 0.015 m/s at strength 1, linear."""
     heading, offset = random.uniform(0.0, 2 * np.pi), random.uniform(-0.2, 0.2)
     width = random.uniform(0.2, 0.5)
     return lambda strength: (Propwash(_SPEED_M_S * strength, heading, offset, width),) if strength else ()

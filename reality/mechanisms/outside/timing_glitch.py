@@ -7,7 +7,7 @@ import numpy as np
 from reality.mechanism import Mechanism
 from reality.mechanisms import AtStrength
 
-_RATE_HZ, _MEAN_FRAMES = 0.5, 2.0
+_RATE_HZ, _MEAN_FRAMES = 0.4, 1.5
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,6 @@ class TimingGlitch(Mechanism):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:
-    """A glitch in 2 s at strength 1, of two frames on the mean; as often again with every further 1."""
+    """A glitch in 2.5 s at strength 1, of one or two frames; as often again with every further 1."""
     seed = int(random.integers(2**31))
     return lambda strength: (TimingGlitch(_RATE_HZ * strength, seed),) if strength else ()

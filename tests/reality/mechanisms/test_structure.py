@@ -42,7 +42,7 @@ def decays() -> list[Recording]:
         (EntrainedWater(0.01, 0.5),),
     )
     worlds = [World(COEFFICIENTS, little, each) for each in kinds]
-    return simulate([(world, trial) for world in [*worlds, World(COEFFICIENTS, mechanisms=(BendOffset(0.03),))]])
+    return simulate([(world, trial) for world in [*worlds, World(COEFFICIENTS, mechanisms=(BendOffset(0.03, 0.0),))]])
 
 
 def hz(decay: Recording) -> float:
@@ -82,7 +82,7 @@ def test_a_bent_rest_is_where_the_tail_comes_to_rest(decays: list[Recording]) ->
 
 
 def test_a_gradient_keeps_the_mean_stiffness() -> None:
-    factor = prepared((StiffnessGradient(0.5),)).hinge_stiffness_n_m[0] / STIFFNESS
+    factor = prepared((StiffnessGradient(0.5, 1.3),)).hinge_stiffness_n_m[0] / STIFFNESS
     assert factor.mean() == pytest.approx(1)
     assert factor[-1] / factor[0] == pytest.approx(np.exp(1.0))
 
