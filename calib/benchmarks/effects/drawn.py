@@ -7,6 +7,7 @@ import numpy as np
 
 from calib.benchmarks.effects.suite import Recorded, SessionPlan
 from reality import Mechanism, Nuisances, Recording, Trial, World, simulate
+from reality.mechanisms.wear import worn
 from session import FISHSIM_MARKERS, TrialKind
 from swimmer import load_robot
 
@@ -78,9 +79,14 @@ class DrawnWorld:
         Raises:
             SimulationDiverged: the mechanisms are too strong.
         """
-        world, trials = self.with_mechanisms(mechanisms), self.trials if trials is None else trials
-        recordings = simulate([(world, each.trial) for each in trials], FISHSIM_MARKERS)
-        return {each.name: recording for each, recording in zip(trials, recordings, strict=True)}
+        trials = self.trials if trials is None else trials
+        worlds = [self.with_mechanisms(worn(mechanisms, self._before_s(each))) for each in trials]
+        made = [(world, each.trial) for world, each in zip(worlds, trials, strict=True)]
+        return {each.name: recording for each, recording in zip(trials, simulate(made, FISHSIM_MARKERS), strict=True)}
+
+    def _before_s(self, trial: DrawnTrial) -> float:
+        """That the robot was in use before a trial, s."""
+        return float(sum(each.trial.duration_s for each in self.trials[: self.trials.index(trial)]))
 
 
 def draw_world(plan: SessionPlan) -> DrawnWorld:

@@ -9,7 +9,7 @@ from reality.mechanism import Mechanism
 from reality.mechanisms import AtStrength
 from reality.parameters import Parameters
 
-_SHARE = 0.25
+_SHARE = 0.2
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class AddedMassReaction(Mechanism):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:  # noqa: ARG001
-    """A quarter of the theory at strength 1, so that the speed stays about what it is; saturates at all of it.
+    """A fifth of the theory at strength 1, so that the speed stays about what it is; saturates at all of it.
 
     Nothing is drawn.
     """

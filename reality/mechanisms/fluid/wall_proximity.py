@@ -18,10 +18,11 @@ _FENDER_N_M2 = 2000.0  # of a strip that touches, per length and depth of touch
 class WallProximity(Mechanism):
     """The fish's image behind the wall speeds the water up in the gap: suction along it and more drag across.
 
-    A strip of half height h at clearance c meets in its image's flow, that of a doublet 2 c away, water that is faster
-    by the share b = h^2 / (2 c^2 + h^2 / 2). With (1 + b)^2 - 1 = 2 b + b^2 for the pressures, u along and v towards
-    the wall, the wall draws by 1/2 rho S (2 b + b^2) (u^2 c / sqrt(c^2 + h^2) - 1.2 |v| v). It is parallel to the
-    heading in which a run begins, and a fender where the fish touches it.
+    The image of a strip of half height h at clearance c is a doublet 2 c away, so the water is faster by a share that
+    goes as (h / c)^2; here b = h^2 / (2 c^2 + h^2 / 2), of the size that foils near the ground show (Quinn, Lauder and
+    Smits, J. Fluid Mech. 742, 2014). With (1 + b)^2 - 1 for the pressures, u along and v towards the wall, it draws by
+    1/2 rho S (2 b + b^2) (u^2 c / sqrt(c^2 + h^2) - 1.2 |v| v). It is parallel to the heading in which a run begins,
+    and a fender where the fish touches it.
 
     Attributes:
         side: +1 left, -1 right.

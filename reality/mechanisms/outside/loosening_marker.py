@@ -34,7 +34,7 @@ class LooseningMarker(Wearing):
         if not loose:
             return sight
         marker = loose[int(self.which * len(loose))]
-        time_s, frame, seen = np.unique(sight.time_s, return_index=True, return_inverse=True)
+        time_s, frame, seen = np.unique(sight.time_s.round(6), return_index=True, return_inverse=True)
         place_m, axis = sight.marker_m[:, marker], sight.axis[:, marker]
         sweep = (np.gradient(place_m[frame], time_s)[seen] * axis.conj()).imag
         slid = -self.slide_m * np.expm1(-(self.before_s + sight.time_s) / self.slide_s)

@@ -9,7 +9,7 @@ from reality.mechanism import Mechanism
 from reality.mechanisms import AtStrength
 from reality.parameters import Parameters
 
-_TYPICAL, _SHORTEST, _LONGEST = 0.05, 0.5, 0.035
+_TYPICAL, _SHORTEST, _LONGEST = 0.05, 0.5, 0.018
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class CrankArmError(Mechanism):
 def drawn(random: np.random.Generator) -> AtStrength:
     """Draws longer or shorter, and how much the two arms differ.
 
-    Arms become at most a half shorter, and 3.5 % longer: at 4 to 6 % the tail of the base state folds in its second
-    gap.
+    Arms become at most a half shorter, and 1.8 % longer: at 2.3 to 6 % the tail of the base state folds in its
+    second gap, at once when at rest.
     """
     most = random.choice([-_SHORTEST, _LONGEST])
     uneven = random.uniform(-0.1, 0.1)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from reality import Sight
+from reality import Sight, Trial, World, simulate
 from reality.mechanisms import OUTSIDE, drawn_of
 from reality.mechanisms.outside.cambered_fin import CamberedFin
 from reality.mechanisms.outside.cracked_segment import CrackedSegment
@@ -30,6 +30,7 @@ from tests.reality.mechanisms.one_fish import (
     of_one,
     prepared,
 )
+from tests.reality.motions import COEFFICIENTS
 
 HINGES = np.linspace(0.02, 0.1, LAYOUT.hinges)
 FRAMES_S = np.arange(301) / 60
@@ -169,3 +170,21 @@ def test_a_bubble_drags_while_it_is_there() -> None:
     there, gone = (added(bubble, STRAIGHT, ahead(0.3), time_s) for time_s in (0.0, 1.0))
     assert there[0] == pytest.approx(0.25 * 0.3**2, rel=0.02)
     assert abs(gone[0]) < 1e-3 * there[0]
+
+
+def test_a_batch_of_all_sorts_is_each_alone() -> None:
+    swim = Trial("swim", 0.05, 1.0, phase_rad=0.9, run_in_s=0.05)
+    drawn = [
+        drawn_of(family, name)(np.random.default_rng(4))
+        for family, name in (
+            ("outside", "vortex_buffeting"),
+            ("outside", "water_in_hull"),
+            ("outside", "propwash"),
+            ("fluid", "fluid_memory"),
+            ("fluid", "wall_proximity"),
+            ("structure", "joint_friction"),
+        )
+    ]
+    jobs = [(World(COEFFICIENTS, mechanisms=at(strength)), swim) for at in drawn for strength in (2.0, 5.0)]
+    for each, job in list(zip(simulate(jobs), jobs, strict=True))[::2]:
+        assert each.position_px == pytest.approx(simulate([job])[0].position_px, abs=1e-8)
