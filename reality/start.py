@@ -12,6 +12,7 @@ from reality.tendons import Tendons, Turn
 _STAGES, _PER_STAGE, _LAST = 24, 6, 60  # iterations
 _CAUTION = 2.0  # hinge stiffness added to the slope, over the hinges' own
 _NUDGE_RAD = 0.01  # of the crank, over which the pose's slope is taken
+_SNAPS = 5.0  # rad of a hinge over rad of the crank, beyond which the tail has snapped from one pose into another
 
 
 def balanced_hinges(layout: Layout, parameters: Parameters, turn: Turn) -> tuple[np.ndarray, np.ndarray]:
@@ -19,6 +20,7 @@ def balanced_hinges(layout: Layout, parameters: Parameters, turn: Turn) -> tuple
 
     Descends the tail's potential energy, following the crank from the nearest angle at which the tail is straight. The
     steps are Newton's with a slope that leaves out how the tendons' paths curve, and makes up for it by stiffer hinges.
+    Where a pulled tail snaps into another pose just there, it starts at rest.
     """
     chain = Chain(layout, parameters)
     tendons = Tendons(layout, replace(parameters, tendon_damping_n_s_m=0 * parameters.tendon_damping_n_s_m), chain)
@@ -28,7 +30,9 @@ def balanced_hinges(layout: Layout, parameters: Parameters, turn: Turn) -> tuple
         at = upright + share * (angle - _NUDGE_RAD - upright)
         hinges = _settled(chain, tendons, parameters, hinges, at, _PER_STAGE if share < 1 else _LAST)
     ahead = _settled(chain, tendons, parameters, hinges, angle, _LAST)
-    return ahead, (ahead - hinges) / _NUDGE_RAD * turn.speed_rad_s
+    slope = (ahead - hinges) / _NUDGE_RAD
+    slope = np.where(np.abs(slope).max(axis=1, keepdims=True) < _SNAPS, slope, 0.0)
+    return ahead, slope * turn.speed_rad_s
 
 
 def _settled(

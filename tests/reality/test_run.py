@@ -4,7 +4,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from reality import Nuisances, Trial, World, simulate
+from reality import Nuisances, Parameters, Trial, Turn, World, simulate
+from reality.layout import lay_out
+from reality.parameters import nominal_parameters
+from reality.start import balanced_hinges
 from session import SimulationDiverged
 from swimmer import DRY, Runs, Twin, load_robot
 from tests.reality.examples import StickyHinges
@@ -129,3 +132,15 @@ def test_one_batch_is_of_one_robot():
     with pytest.raises(ValueError, match="several robots"):
         simulate([(BASE, SWIM), (replace(BASE, hinges_per_gap=3), SWIM)])
     assert simulate([]) == []
+
+
+def test_a_tail_that_snaps_where_it_starts_is_not_thrown():
+    """With a longer arm the pulled tail has two poses; where it changes between them its slope is without bound."""
+    layout = lay_out(load_robot())
+    one = nominal_parameters(layout, ("nose", "neck"), COEFFICIENTS)
+    phase = np.linspace(1.3, 1.4, 100)[:, None]
+    longer = Parameters.stacked([replace(one, anchor_radius_m=1.05 * one.anchor_radius_m)] * len(phase))
+    speed = 2 * np.pi
+    hinges, rates = balanced_hinges(layout, longer, Turn(phase, np.full_like(phase, speed)))
+    assert np.abs(np.diff(hinges, axis=0)).max() > 0.1
+    assert np.abs(rates).max() <= 5 * speed
