@@ -56,6 +56,7 @@ def test_what_has_not_changed_is_not_made_again(calib: Front, finished: Path) ->
     assert time.perf_counter() - began < 2.0
 
 
+@pytest.mark.long
 def test_full_effort_makes_all_again_and_tells_how_sure_it_is(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
