@@ -89,6 +89,6 @@ def catalogued() -> Mapping[str, Drawn]:
 
 
 @lru_cache(maxsize=1)
-def outside() -> Mapping[str, Drawn]:
+def uncatalogued() -> Mapping[str, Drawn]:
     """Each mechanism outside the catalogue, by its name."""
     return MappingProxyType({name: drawn_of("outside", name) for name in OUTSIDE})

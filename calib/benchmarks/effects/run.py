@@ -17,7 +17,7 @@ from calib.benchmarks.effects.score import Score, scored
 from calib.benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
 from calib.benchmarks.effects.told import Told, read_told
 from calib.benchmarks.spread import spread
-from reality.mechanisms import catalogued, outside
+from reality.mechanisms import catalogued, uncatalogued
 from session import FaultCollector, InputError, SwimcalError, write_whole
 from swimmer.effects import catalogue
 
@@ -93,7 +93,7 @@ def make_suite(
     Raises:
         InputError: no scheduler answers, or the folder holds another suite.
     """
-    plans = plan_suite(seed, size, tuple(catalogued()), tuple(outside()))
+    plans = plan_suite(seed, size, tuple(catalogued()), tuple(uncatalogued()))
     _check_same(suite, plans)
     todo = [plan for plan in plans if not suite.made(plan.name)]
     failures = []
@@ -156,7 +156,7 @@ def _by_rules(suite: SuiteFolder, name: str) -> tuple[str, dict[str, Told]]:
 
 
 def _made(suite: SuiteFolder, plan: SessionPlan) -> Failure | None:
-    making = Making({**catalogued(), **outside()}, load_discrepancy(suite.discrepancy), catalogue())
+    making = Making({**catalogued(), **uncatalogued()}, load_discrepancy(suite.discrepancy), catalogue())
     try:
         answer = making.make(plan, suite.sessions)
     except (SwimcalError, ValueError, ArithmeticError) as error:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from reality import Trial, World, simulate
-from reality.mechanisms import CATALOGUED, OUTSIDE, catalogued, drawn_of, outside
+from reality.mechanisms import CATALOGUED, OUTSIDE, catalogued, drawn_of, uncatalogued
 from session import FISHSIM_MARKERS
 from tests.reality.motions import COEFFICIENTS
 
@@ -27,8 +27,8 @@ def rms_px(one, other):
 
 def test_the_table_holds_every_name_once():
     assert list(catalogued()) == [name for names in CATALOGUED.values() for name in names]
-    assert tuple(outside()) == OUTSIDE
-    assert not set(outside()) & set(catalogued())
+    assert tuple(uncatalogued()) == OUTSIDE
+    assert not set(uncatalogued()) & set(catalogued())
 
 
 @EVERY

@@ -14,7 +14,7 @@ from calib.benchmarks.effects.evidence import evidence_of
 from calib.benchmarks.effects.making import Making
 from calib.benchmarks.effects.rules import RULES
 from calib.benchmarks.effects.suite import Recorded, SessionPlan
-from reality.mechanisms import catalogued, outside
+from reality.mechanisms import catalogued, uncatalogued
 from session import load_session
 from swimmer.effects import catalogue
 
@@ -28,7 +28,7 @@ DISCREPANCY = (2e-4) ** 2 * np.eye(127)
 @pytest.fixture(scope="module")
 def making() -> Making:
     effects = {name: catalogue()[name] for name in TRIED}
-    return Making({**catalogued(), **outside()}, DISCREPANCY, effects)
+    return Making({**catalogued(), **uncatalogued()}, DISCREPANCY, effects)
 
 
 @pytest.fixture(scope="module")
