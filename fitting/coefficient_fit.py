@@ -1,6 +1,6 @@
 """What a search for the coefficients gives: where each start ended, the best, and what is doubtful about it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,6 +41,10 @@ class Restart:
         """(p,) where it ended, in the search space."""
         return np.append(np.sqrt(self.coefficients), self.phase_rad)
 
+    def with_trials(self, order: np.ndarray) -> "Restart":
+        """The same with the trials in another order (t,)."""
+        return replace(self, phase_rad=self.phase_rad[order])
+
 
 @dataclass(frozen=True, eq=False)
 class CoefficientFit:
@@ -75,6 +79,11 @@ class CoefficientFit:
     trace: tuple[tuple[float, float], ...] = ()
     interval: np.ndarray | None = None
     in_the_middle: bool = False
+
+    def with_trials(self, order: np.ndarray) -> "CoefficientFit":
+        """The same with the trials in another order (t,)."""
+        restarts = tuple(restart.with_trials(order) for restart in self.restarts)
+        return replace(self, phase_rad=self.phase_rad[order], restarts=restarts)
 
 
 def flags_of(restarts: list[Restart], interval: np.ndarray | None = None) -> tuple[Flag, ...]:

@@ -56,7 +56,7 @@ def search(
     budget_s: float | None = None,
     progress: Progress | None = None,
 ) -> CoefficientFit:
-    """Runs one search.
+    """Runs one search; in which order the trials come does not matter.
 
     Args:
         method: a key of `METHODS`.
@@ -70,6 +70,14 @@ def search(
         KeyError: an unknown method.
         SimulationDiverged: no point that swims forward was found within the budget.
     """
+    order = swims.by_name
+    found = _searched(method, swims.with_trials(order), effort, seed, budget_s, progress)
+    return found.with_trials(np.argsort(order))
+
+
+def _searched(
+    method: str, swims: Swims, effort: Effort, seed: int, budget_s: float | None, progress: Progress | None
+) -> CoefficientFit:
     spend = METHODS[method].spend
     if spend is None:
         return _finished(swims, fit_coefficients(swims, effort, seed, progress), effort.finish_s)

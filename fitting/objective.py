@@ -5,7 +5,7 @@ turn, or turns evenly at the measured frequency. Every column of parameters is o
 batch on all cores.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -41,6 +41,15 @@ class Swims:
     twin: Twin
     trials: tuple[MeasuredTrial, ...]
     comparison: Comparison = "published"
+
+    @property
+    def by_name(self) -> np.ndarray:
+        """(t,) the order of the trials by name, in which searches see them: draws go by a trial's place."""
+        return np.argsort([trial.name for trial in self.trials], kind="stable")
+
+    def with_trials(self, order: np.ndarray) -> "Swims":
+        """The same with the trials in another order (t,)."""
+        return replace(self, trials=tuple(self.trials[i] for i in order))
 
     def simulate(self, parameters: np.ndarray) -> list[HeadFrame]:
         """Head frames (s, k, m, 2) of each trial for s columns of parameters (p, s); what diverges is nan.
