@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import cast
@@ -52,6 +52,8 @@ def make_proxy(video: Path, out: Path, max_height_px: int = 720, progress: Progr
             if done == 1:
                 _set_up(encoder, frame)
             sink.mux(encoder.encode(frame))
+            if done == 1:
+                _yield_the_machine()
             if progress:
                 progress(done)
         if not done:
@@ -122,6 +124,15 @@ def _opened(video: Path) -> Iterator[av.container.InputContainer]:
         if not source.streams.video:
             raise _unreadable(video, "no video stream")
         yield source
+
+
+def _yield_the_machine() -> None:
+    """Gives back the real-time priority that SVT-AV1 takes where it may (as root): it froze all else on the machine."""
+    tasks = Path("/proc/self/task")
+    for task in tasks.iterdir() if tasks.exists() else ():
+        with suppress(OSError):  # a thread that has ended
+            if os.sched_getscheduler(int(task.name)) == os.SCHED_FIFO:
+                os.sched_setscheduler(int(task.name), os.SCHED_OTHER, os.sched_param(0))
 
 
 @contextmanager
