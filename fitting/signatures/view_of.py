@@ -26,7 +26,6 @@ def view_of(trial: MeasuredTrial, robot: RobotSpec, camera: CameraSpec) -> View:
         axis_m=(middle_m - origin_m) @ to_pool,
         down=np.array([0.0, -1.0]) @ to_pool,
         half_height_m=half_height_m,
-        frame_s=float(np.median(np.diff(trial.time_s))),
     )
 
 

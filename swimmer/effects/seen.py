@@ -13,13 +13,11 @@ class View:
         axis_m: (2,) the point under the camera, m.
         down: (2,) unit vector in the pool that points down in the picture.
         half_height_m: from the picture's middle to its lower edge, at the height of the head's markers, m.
-        frame_s: from one frame to the next, s.
     """
 
     axis_m: np.ndarray
     down: np.ndarray
     half_height_m: float
-    frame_s: float
 
 
 @dataclass(frozen=True, eq=False)

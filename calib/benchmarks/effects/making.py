@@ -19,7 +19,7 @@ from calib.benchmarks.effects.suite import SessionPlan
 from fitting.signatures import Signature
 from reality import Drive, Mechanism, Recording
 from session import FISHSIM_MARKERS, MotorLog, load_session, new_folder, save_tracks, write_session_toml, write_whole
-from swimmer.effects import Effect, catalogue
+from swimmer.effects import Effect
 from synthetic.motor_log import CURRENT_A, PULSE_RAD, SPEED_RAD_S, VOLTAGE_V, save_motor_log
 
 Maker = Callable[[np.random.Generator], Strong]
@@ -41,11 +41,6 @@ class Making:
     mechanisms: Mapping[str, Maker]
     discrepancy: np.ndarray
     effects: Mapping[str, Effect]
-
-    @classmethod
-    def of(cls, mechanisms: Mapping[str, Maker], discrepancy: np.ndarray) -> "Making":
-        """With the whole catalogue."""
-        return cls(mechanisms, discrepancy, catalogue())
 
     def make(self, plan: SessionPlan, folder: Path) -> Answer:
         """Makes `folder/<name>` and tells what is in it.

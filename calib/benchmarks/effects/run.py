@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from calib.benchmarks.effects.answer import Answer, checksum, seal, unseal
+from calib.benchmarks.effects.answer import checksum, seal, unseal
 from calib.benchmarks.effects.discrepancy import load_discrepancy
 from calib.benchmarks.effects.evidence import evidence_of
 from calib.benchmarks.effects.making import Making
@@ -179,11 +179,3 @@ def _check_same(suite: SuiteFolder, plans: Sequence[SessionPlan]) -> None:
             next_step="Give another folder, or the seed and size it was made with.",
         )
     faults.raise_if_any()
-
-
-def answers_of(suite: SuiteFolder) -> dict[str, Answer]:
-    """By session; for the scorer and for tests alone."""
-    sums: dict[str, str] = json.loads(suite.checksums.read_text())
-    return {
-        answer.session: answer for name, expected in sums.items() for answer in unseal(suite.answer(name), expected)
-    }

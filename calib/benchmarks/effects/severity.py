@@ -1,6 +1,6 @@
 """How strong an effect must be to be as detectable as is asked, every rival refitted."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,12 +93,3 @@ def _tried(
     nearest = rows.space.rivals(change, rivals)
     plain = rows.space.length(change)
     return Strength(value, mechanisms, min([plain, *(r.distance for r in nearest)]), tuple(nearest), change)
-
-
-def distances(signatures: Sequence[Signature], rows: SessionRows) -> Mapping[str, float]:
-    """How far each effect of the catalogue, one standard deviation strong, lies from the plain twin."""
-    found = {}
-    for signature in signatures:
-        weakest = np.argmin(np.abs(signature.values).sum(axis=1))
-        found[signature.effect.name] = rows.space.length(signature.rows[weakest])
-    return found

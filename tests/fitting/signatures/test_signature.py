@@ -78,7 +78,6 @@ def test_the_view_stands_over_the_same_point_of_the_pool_wherever_the_fish_swims
     assert origin + to_pool @ view.axis_m == pytest.approx(np.array([500.0, -400.0]) * trial.metres_per_px)
     assert to_pool @ view.down == pytest.approx([0.0, -1.0])
     assert view.half_height_m == pytest.approx(400 * trial.metres_per_px)
-    assert view.frame_s == pytest.approx(1 / 60)
 
 
 def test_a_current_of_the_pool_carries_swims_whichever_way_they_head(model: SessionModel) -> None:

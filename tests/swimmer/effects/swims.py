@@ -7,7 +7,7 @@ from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
 
 ROBOT = load_robot()
 TIME_S = np.arange(0.0, 1.5, 1 / 30)
-VIEW = View(axis_m=np.array([0.3, 0.1]), down=np.array([0.6, 0.8]), half_height_m=0.8, frame_s=1 / 30)
+VIEW = View(axis_m=np.array([0.3, 0.1]), down=np.array([0.6, 0.8]), half_height_m=0.8)
 PLAIN = Twin(ROBOT, workers=1)
 COUNT = 3
 EVEN = {

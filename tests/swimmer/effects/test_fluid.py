@@ -316,7 +316,7 @@ def test_raised_markers_lean_over_with_roll_and_twice_a_turn_with_pitch() -> Non
     crank = np.array([0.0, np.pi / 2, np.pi, 3 * np.pi / 2])
     names, above = ("nose", "neck", "caudal_fin"), np.array([0.0, 0.0, 0.05])
     axes = np.broadcast_to(np.array([[0.0, 1.0], [-1.0, 0.0]]), (4, 3, 2, 2))  # backward is +y, right is -x
-    view = View(np.zeros(2), np.array([0.0, 1.0]), 1.0, 0.1)
+    view = View(np.zeros(2), np.array([0.0, 1.0]), 1.0)
     marker_m = np.random.default_rng(0).normal(size=(4, 3, 2))
     seen = Seen(np.arange(4) / 10, marker_m, axes, crank, names, above, view)
     rolled, pitched = (SURFACE.observe(seen, np.array(v)) - marker_m for v in ([0.2, 0, 0, 0], [0, 0, 0.2, 0]))

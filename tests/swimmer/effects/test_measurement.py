@@ -11,7 +11,7 @@ from tests.swimmer.effects.swims import PLAIN, TIME_S, runs_with, with_effect
 
 NAMES = ("nose", "neck", "tail_1", "tail_2")
 UNTURNED = np.broadcast_to(np.eye(2), (4, 4, 2, 2))
-VIEW = View(axis_m=np.array([1.0, 0.0]), down=np.array([0.0, 1.0]), half_height_m=0.5, frame_s=0.1)
+VIEW = View(axis_m=np.array([1.0, 0.0]), down=np.array([0.0, 1.0]), half_height_m=0.5)
 
 
 @pytest.fixture
