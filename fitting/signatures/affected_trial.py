@@ -25,8 +25,25 @@ class AffectedTrial:
 
     def gaits(self, coefficients: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(s, k) gaits of coefficients (s, 5) and values (s, p) of the session; nan where the twin diverged."""
+        return self.model.in_step(self.model.gait(self._seen(self._runs(coefficients, values))))
+
+    def hertz(self, values: np.ndarray) -> np.ndarray:
+        """(s,) the frequency that the trial's command leads to with values (s, p), as it is measured; nan without one.
+
+        What gears and clocks make of the command, and how a crank that does not turn evenly beats over the trial.
+        """
+        trial = self.model.trial
+        if trial.commanded_hz is None:
+            return np.full(len(values), np.nan)
+        led_to = np.array([self.twin.measured_hz(trial.commanded_hz, value) for value in values])
+        if trial.turn is not None:
+            return led_to
+        runs = self._runs(np.zeros((len(values), 5)), values)
+        return np.asarray(led_to + self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
+
+    def _runs(self, coefficients: np.ndarray, values: np.ndarray) -> AffectedRuns:
         trial, count = self.model.trial, len(values)
-        runs = AffectedRuns(
+        return AffectedRuns(
             coefficients=np.ascontiguousarray(coefficients),
             frequency_hz=np.full(count, trial.frequency.hz),
             phase_rad=np.full(count, self.model.phase_rad),
@@ -34,7 +51,6 @@ class AffectedTrial:
             turns=None if trial.turn is None else (trial.turn.shifted(0.0, 1.0),) * count,
             values=np.array([self.twin.in_trial(self.view, value) for value in values]),
         )
-        return self.model.in_step(self.model.gait(self._seen(runs)))
 
     def _seen(self, runs: Runs) -> np.ndarray:
         """(s, n, m, 2) the kept frames, scaled by nose and neck as tracks are."""

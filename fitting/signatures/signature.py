@@ -1,13 +1,13 @@
 """By how much an effect of some strength moves what a session measured."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures.affected_trial import AffectedTrial
-from fitting.signatures.view_of import view_of
+from fitting.signatures.view_of import picture_px, view_of
 from session import CameraSpec
 from swimmer.effects import AffectedTwin, Effect
 
@@ -54,14 +54,25 @@ def signature_of(
     values = strengths(suited) if values is None else values
     tried = np.vstack([np.zeros((1, values.shape[1])), values])
     rows = np.hstack([trial.gaits(np.tile(coefficients, (len(tried), 1)), tried) for trial in trials])
-    return Signature(suited, values, rows[1:] - rows[0], _hertz(suited, values, trials))
+    return Signature(suited, values, rows[1:] - rows[0], _hertz(tried, trials))
 
 
 def affected_trials(effect: Effect, model: SessionModel, camera: CameraSpec) -> tuple[AffectedTrial, ...]:
     """The trials of a session beside a twin with an effect."""
-    twin = model.trials[0].twin
-    affected = AffectedTwin(twin, [effect])
-    return tuple(AffectedTrial(each, affected, view_of(each.trial, twin.robot, camera)) for each in model.trials)
+    return affected_trials_of(
+        model, camera, {id(each.twin): AffectedTwin(each.twin, [effect]) for each in model.trials}
+    )
+
+
+def affected_trials_of(
+    model: SessionModel, camera: CameraSpec, twins: Mapping[int, AffectedTwin]
+) -> tuple[AffectedTrial, ...]:
+    """The trials of a session beside twins with effects, by the `id` of the plain one that each has."""
+    size = picture_px([each.trial for each in model.trials], camera)
+    return tuple(
+        AffectedTrial(each, twins[id(each.twin)], view_of(each.trial, each.twin.robot, camera, size))
+        for each in model.trials
+    )
 
 
 def strengths(effect: Effect) -> np.ndarray:
@@ -75,8 +86,7 @@ def strengths(effect: Effect) -> np.ndarray:
     return np.unique(rows, axis=0)
 
 
-def _hertz(effect: Effect, values: np.ndarray, trials: Sequence[AffectedTrial]) -> np.ndarray:
-    commanded = [each.model.trial.commanded_hz for each in trials]
-    return np.array(
-        [[0.0 if hz is None else effect.measured_hz(hz, value) - hz for hz in commanded] for value in values]
-    )
+def _hertz(values: np.ndarray, trials: Sequence[AffectedTrial]) -> np.ndarray:
+    """(q, t) change of frequencies from the first of values (1 + q, p)."""
+    told = np.column_stack([each.hertz(values) for each in trials])
+    return np.nan_to_num(told[1:] - told[0])

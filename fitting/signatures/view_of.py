@@ -1,5 +1,7 @@
 """Where the camera stood over a swim, in the frame in which the twin swims it."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from fitting.trial import MeasuredTrial
@@ -7,32 +9,50 @@ from session import CameraSpec
 from swimmer import RobotSpec
 from swimmer.effects import View
 
+COMMON_PX = (
+    (640, 480),
+    (1280, 720),
+    (1920, 1080),
+    (1920, 1440),
+    (2704, 1520),
+    (2704, 2028),
+    (3840, 2160),
+    (5312, 2988),
+)
+"""Sizes of the pictures of common cameras, width and height; the smallest comes first."""
+TO_PX = np.array([1.0, -1.0])  # the pool's y points up in the picture
 
-def view_of(trial: MeasuredTrial, robot: RobotSpec, camera: CameraSpec) -> View:
-    """The view of a trial; without a calibrated lens the picture's middle is that of the place that was swum in.
+
+def picture_px(trials: Iterable[MeasuredTrial], camera: CameraSpec) -> tuple[float, float]:
+    """Width and height of the picture: as calibrated, else the least common size that holds all that was tracked."""
+    if (lens := camera.calibration) is not None:
+        return lens.width_px, lens.height_px
+    reached = np.max([np.nanmax(TO_PX * each.position_m / each.metres_per_px, axis=(0, 1)) for each in trials], axis=0)
+    holding = [size for size in COMMON_PX if (reached < size).all()]
+    return holding[0] if holding else (float(reached[0]), float(reached[1]))
+
+
+def view_of(
+    trial: MeasuredTrial, robot: RobotSpec, camera: CameraSpec, size_px: tuple[float, float] | None = None
+) -> View:
+    """The view of a trial; without a calibrated lens its axis goes through the middle of the picture.
 
     Args:
         trial: as measured.
         robot: whose nose and neck were filmed.
         camera: that filmed it.
+        size_px: of the picture; default: as the trial alone tells it.
     """
+    width_px, height_px = size_px or picture_px([trial], camera)
+    lens = camera.calibration
+    middle_px = np.array([width_px / 2, height_px / 2] if lens is None else [lens.cx_px, lens.cy_px])
     first = int(np.flatnonzero(np.isfinite(trial.head.heading_rad))[0])
     cos, sin = np.cos(trial.head.heading_rad[first]), np.sin(trial.head.heading_rad[first])
     to_pool = np.array([[cos, -sin], [sin, cos]])  # from the twin's frame
     nose_m = robot.marker_positions_m(("nose",))[0, :2]
     origin_m = trial.position_m[first, trial.markers.index("nose")] - to_pool @ nose_m
-    middle_m, half_height_m = _picture(trial, camera)
     return View(
-        axis_m=(middle_m - origin_m) @ to_pool,
+        axis_m=(trial.metres_per_px * TO_PX * middle_px - origin_m) @ to_pool,
         down=np.array([0.0, -1.0]) @ to_pool,
-        half_height_m=half_height_m,
+        half_height_m=height_px / 2 * trial.metres_per_px,
     )
-
-
-def _picture(trial: MeasuredTrial, camera: CameraSpec) -> tuple[np.ndarray, float]:
-    """The middle (2,) of the picture in the pool, and from there to its lower edge, m."""
-    if (lens := camera.calibration) is not None:
-        scale = trial.metres_per_px
-        return np.array([lens.cx_px, -lens.cy_px]) * scale, lens.height_px / 2 * scale
-    low, high = np.nanmin(trial.position_m, axis=(0, 1)), np.nanmax(trial.position_m, axis=(0, 1))
-    return (low + high) / 2, float((high - low).max()) / 2

@@ -108,6 +108,17 @@ class AffectedTwin(Twin):
         """The frequency that a command leads to with values (p,), Hz."""
         return float(self._folded("measured_hz", commanded_hz, values))
 
+    def beats_hz(self, runs: Runs, time_s: np.ndarray) -> np.ndarray:
+        """(n,) turns a second of cranks on the camera's clock, over stamped times (f,): the slope of their turn."""
+        values, found = self._values(runs), []
+        driven = self._driven(runs, values)
+        turns = driven.turns or (None,) * len(runs)
+        for hz, turn, own in zip(driven.frequency_hz, turns, values, strict=True):
+            true_s = np.maximum(self._folded("clock", time_s, own), 0.0)
+            angle = 2 * np.pi * hz * true_s if turn is None else turn.angle(true_s)
+            found.append(np.polyfit(time_s - time_s.mean(), angle, 1)[0] / (2 * np.pi))
+        return np.array(found)
+
     def spec(self, coefficients: FluidCoefficients, values: np.ndarray, scene: Scene | None = None) -> mujoco.MjSpec:
         """The MJCF of the robot with as much of the effects (p,) as a model can hold."""
         scene = scene or self.scene

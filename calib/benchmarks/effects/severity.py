@@ -1,4 +1,9 @@
-"""How strong an effect must be to be as detectable as is asked, every rival refitted."""
+"""How strong an effect must be to be as detectable as is asked, every rival refitted.
+
+The effect's own form in the catalogue is refitted too, and does not follow it exactly either: a form that stays o away
+from the truth is told from a rival that stays r away as if they were sqrt(r^2 - o^2) apart (their expected log
+likelihood ratio is half the square of that).
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -24,7 +29,7 @@ class Strength:
     Attributes:
         value: that its mechanism is made with.
         mechanisms: at that strength.
-        detectability: distance of the nearest rival, the plain twin among them.
+        detectability: by how much its own form is nearer than the nearest rival, the plain twin among them.
         rivals: all others, the nearest first.
         change: (k,) of the session's row.
     """
@@ -60,9 +65,10 @@ def strength_for(
         SimulationDiverged: at every strength that was tried.
     """
     rivals = [signature for signature in signatures if signature.effect.name != own]
+    itself = next((signature for signature in signatures if signature.effect.name == own), None)
     value, best = _FIRST, None
     for _ in range(_ROUNDS):
-        found = _tried(value, strong(value), drawn, rows, rivals)
+        found = _tried(value, strong(value), drawn, rows, rivals, itself)
         if found is None:
             value /= 2
             continue
@@ -82,6 +88,7 @@ def _tried(
     drawn: DrawnWorld,
     rows: SessionRows,
     rivals: Sequence[Signature],
+    itself: Signature | None,
 ) -> Strength | None:
     """What the mechanisms do to the fitted swims; None where they cannot be simulated or measured."""
     try:
@@ -90,6 +97,12 @@ def _tried(
         return None
     if not np.isfinite(change).all():
         return None
-    nearest = rows.space.rivals(change, rivals)
-    plain = rows.space.length(change)
-    return Strength(value, mechanisms, min([plain, *(r.distance for r in nearest)]), tuple(nearest), change)
+    own = 0.0 if itself is None else rows.space.rival(change, itself).distance
+    nearer = [rival._replace(distance=_apart(rival.distance, own)) for rival in rows.space.rivals(change, rivals)]
+    plain = _apart(rows.space.length(change), own)
+    return Strength(value, mechanisms, min([plain, *(r.distance for r in nearer)]), tuple(nearer), change)
+
+
+def _apart(rival: float, own: float) -> float:
+    """How far a rival at one distance is told from a form at another; 0 where it is nearer."""
+    return float(np.sqrt(max(rival**2 - own**2, 0.0)))

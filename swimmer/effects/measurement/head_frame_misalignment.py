@@ -9,7 +9,11 @@ _MOST_M, _SD_M = 0.03, 0.003
 
 
 class HeadFrameMisalignment(Effect):
-    """The two markers that make the head frame are found to one side of where they are."""
+    """The two markers that make the head frame are found to one side of where they are.
+
+    By `across` where a box has found a spot that turns with the head, by `in_picture` where it keeps the offset that it
+    was placed with in the first frame, whichever way the head turns.
+    """
 
     name = "head_frame_misalignment"
     family = "measurement"
@@ -20,13 +24,16 @@ class HeadFrameMisalignment(Effect):
     parameters = (
         Parameter("nose_across", "m", -_MOST_M, _MOST_M, _SD_M),
         Parameter("neck_across", "m", -_MOST_M, _MOST_M, _SD_M),
+        Parameter("nose_in_picture", "m", -_MOST_M, _MOST_M, _SD_M),
+        Parameter("neck_in_picture", "m", -_MOST_M, _MOST_M, _SD_M),
     )
 
     def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
-        """Both shifted across the body."""
-        shift = np.zeros(len(seen.names))
-        shift[[seen.names.index("nose"), seen.names.index("neck")]] = values
-        return np.asarray(seen.marker_m + shift[:, None] * seen.axes[:, :, 1])
+        """Both shifted across the body: as it is in each frame, and as it was in the first."""
+        head = [seen.names.index("nose"), seen.names.index("neck")]
+        found, across = seen.marker_m.copy(), seen.axes[:, head, 1]  # (f, 2, 2)
+        found[:, head] += values[:2, None] * across + values[2:, None] * across[0]
+        return found
 
 
 EFFECT = HeadFrameMisalignment()

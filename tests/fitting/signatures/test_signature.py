@@ -49,7 +49,7 @@ def test_a_longer_arm_moves_gaits_as_another_robot_does(model: SessionModel) -> 
 
 
 def test_with_a_wrong_scale_the_whole_fish_swims_slower_and_beats_less(model: SessionModel) -> None:
-    found = signature_of(ScaleError(), model, CAMERA, TRUTH, np.array([[0.01]])).gaits[0]
+    found = signature_of(ScaleError(), model, CAMERA, TRUTH, np.array([[0.01, 0.0]])).gaits[0]
     plain = model.simulated(TRUTH[None])[0]
     speed, fin = 0, slice(-7 + 1, -7 + 3)  # the first harmonic of the fin across, the last marker of the last trial
     assert found[speed] == pytest.approx(-plain[speed] / 101, rel=0.02)

@@ -1,0 +1,74 @@
+"""Distances and speeds that readers know, of a twin with effects that are settled."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from diagnosis.ground import Ground
+from fitting.forecast import fit_phase, forecast
+from fitting.scoring import score
+from fitting.signatures.view_of import picture_px, view_of
+from fitting.speed import forward_speed
+from fitting.trial import MeasuredTrial
+from swimmer import FluidCoefficients, Runs, Trajectories
+from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
+
+
+class Swum(NamedTuple):
+    """One trial beside a twin that runs ahead alone.
+
+    Attributes:
+        name: of the trial.
+        marker_error_m: as the public contract defines it.
+        speed_measured, speed_twin: forward, m/s.
+    """
+
+    name: str
+    marker_error_m: float
+    speed_measured: float
+    speed_twin: float
+
+
+class SettledTwin(AffectedTwin):
+    """A twin with effects at given values, seen by the camera of one trial: it simulates what tracks would show.
+
+    Args:
+        twin: with effects.
+        values: (p,) of them, in the session's frame.
+        view: of the trial.
+    """
+
+    def __init__(self, twin: AffectedTwin, values: np.ndarray, view: View) -> None:
+        super().__init__(twin.plain, twin.effects)
+        self._settled, self._view = np.asarray(values, float), view
+
+    def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
+        """As tracks would show it: with the effects, and scaled by nose and neck."""
+        values = np.tile(self.in_trial(self._view, self._settled), (len(runs), 1))
+        own = AffectedRuns(
+            runs.coefficients, runs.frequency_hz, runs.phase_rad, runs.velocity, runs.fields, runs.turns, values=values
+        )
+        told = super().simulate(own, time_s, allow_divergence=allow_divergence)
+        seen = self.observed(own, told, [self._view] * len(runs))
+        nose, neck = (self.markers.index(name) for name in ("nose", "neck"))
+        span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
+        return replace(told, marker_m=(self.robot.scale_length_m / span)[:, None, None, None] * seen)
+
+
+def swum(
+    ground: Ground, trials: Sequence[MeasuredTrial], effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
+) -> list[Swum]:
+    """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own."""
+    size = picture_px([*ground.trials, *trials], ground.camera)
+    found = []
+    for trial in trials:
+        view = view_of(trial, ground.twin.robot, ground.camera, size)
+        twin = SettledTwin(AffectedTwin(ground.twin, effects), values, view) if effects else ground.twin
+        coefficients = FluidCoefficients(*map(float, at))
+        hz = trial.start_frequency.hz
+        frame = forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients), hz)
+        speed = float(forward_speed(trial.time_s, frame.forward_m, trial.kept, trial.frequency.hz))
+        found.append(Swum(trial.name, score(trial, frame).marker_error_m, trial.speed, speed))
+    return found

@@ -1,0 +1,213 @@
+"""The three questions about a session: where its gap lies, which effect makes it, how far it shrinks with that."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from diagnosis.affected_swims import Swum, swum
+from diagnosis.evidence import Belief, Explanations, Row
+from diagnosis.experiments import Experiment, next_experiments
+from diagnosis.forms import Shown, shown
+from diagnosis.gap import Shrinkage, shrinkage, whitened
+from diagnosis.generic import generic_covariance
+from diagnosis.ground import STARTS, Ground
+from diagnosis.probabilities import Probabilities
+from diagnosis.pushes import responses
+from diagnosis.refit import Refit, left_with, refit
+from diagnosis.verdict import Verdict, verdict_of
+from diagnosis.where import Where, locate
+from fitting.signatures import Signature, signature_of
+from fitting.trial import MeasuredTrial
+from session import CameraSpec
+from swimmer import Twin
+from swimmer.effects import Effect
+
+Tell = Callable[[str, float | None], None]
+_REFITTED = 3  # explanations whose effects are refitted, to see how linear they were
+_ROUNDS = {"quick": 2, "full": 5}
+
+
+@dataclass(frozen=True, eq=False)
+class Remainder:
+    """What the refitted twin with the named effects leaves of the fitted swims.
+
+    Attributes:
+        share: of the squared whitened length that the plain twin leaves, both above noise.
+        stage: that most of it lies in.
+        p_value: of as much by noise alone.
+    """
+
+    share: float
+    stage: str | None
+    p_value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """The held-out gap before and after.
+
+    Attributes:
+        shrinkage: in whitened squares.
+        before, after: each held-out swim beside the plain twin and beside the one with effects; both run ahead alone.
+        noise_floor_m: mean distance that tracking noise alone would make.
+        placebo: the shrinkage that the least likely effect with as many parameters reaches, refitted in the same way.
+    """
+
+    shrinkage: Shrinkage
+    before: tuple[Swum, ...]
+    after: tuple[Swum, ...]
+    noise_floor_m: float
+    placebo: tuple[str, Shrinkage] | None
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Of one session.
+
+    Attributes:
+        ground: the fitted swims beside the nearest plain twin.
+        signatures: what every effect would do.
+        shown: the same, whitened.
+        explanations: with their evidence.
+        probabilities: after the session.
+        verdict: what is said.
+        where: shares of the gap.
+        refit: the twin with the likeliest of the named effects; None where none is named.
+        remainder: what it leaves; None where none is named.
+        gap: on held-out swims; None without any.
+        experiments: what to measure next, the most telling first.
+    """
+
+    ground: Ground
+    signatures: tuple[Signature, ...]
+    shown: tuple[Shown, ...]
+    explanations: Explanations
+    probabilities: Probabilities
+    verdict: Verdict
+    where: Where
+    refit: Refit | None
+    remainder: Remainder | None
+    gap: Gap | None
+    experiments: tuple[Experiment, ...]
+
+
+def diagnose(
+    trials: Sequence[MeasuredTrial],
+    twin: Twin,
+    camera: CameraSpec,
+    effects: Mapping[str, Effect],
+    discrepancy: np.ndarray,
+    *,
+    effort: str = "full",
+    belief: Belief | None = None,
+    starts: Sequence[Sequence[float]] = (),
+    seed: int = 0,
+    tell: Tell = lambda _message, _share: None,
+) -> Diagnosis:
+    """Diagnoses a session.
+
+    Args:
+        trials: all swims; those of the role "fit" say which effect, the others how far it helps.
+        twin: plain, of the robot as described.
+        camera: that filmed them.
+        effects: the catalogue.
+        discrepancy: (g, g) covariance of what a refitted twin leaves of one gait where nothing is wrong.
+        effort: "quick" or "full".
+        belief: before the session; default: as calibrated.
+        starts: coefficients to start from beside the usual.
+        seed: of what is drawn.
+        tell: of the progress.
+
+    Raises:
+        SimulationDiverged: the plain twin, from every start.
+        NotEnoughData: no fitted swim.
+    """
+    fitted = [trial for trial in trials if trial.role == "fit"]
+    held = [trial for trial in trials if trial.role != "fit"]
+    tell("fitting the plain twin", 0.0)
+    ground = Ground.fitted(fitted, twin, camera, discrepancy, [*STARTS, *starts])
+    signatures = []
+    for number, effect in enumerate(effects.values()):
+        tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))
+        signatures.append(signature_of(effect, ground.model, camera, ground.at))
+    tell("weighing explanations", 0.6)
+    explanations = explain(ground, signatures, belief or Belief())
+    probabilities = Probabilities.after(explanations)
+    verdict = verdict_of(probabilities)
+    tell("missing forces", 0.65)
+    where = locate(ground, responses(ground), signatures)
+    best, remainder, gap = None, None, None
+    rounds = _ROUNDS[effort]
+    beside = ground.held_out(held) if held else None
+    if verdict.first:
+        tell("refitting with the effects", 0.75)
+        best = _refitted(ground, explanations, [effects[name] for name in verdict.first], rounds)
+        remainder = _remainder(ground, best, where, signatures)
+    if beside is not None:
+        tell("held-out swims", 0.85)
+        gap = _gap(ground, beside, best, None, seed)
+    tell("what to measure next", 0.95)
+    experiments = next_experiments(ground, probabilities, verdict, effects, best)
+    return Diagnosis(
+        ground,
+        tuple(signatures),
+        tuple(explanations.effects),
+        explanations,
+        probabilities,
+        verdict,
+        where,
+        best,
+        remainder,
+        gap,
+        experiments,
+    )
+
+
+def explain(ground: Ground, signatures: Sequence[Signature], belief: Belief) -> Explanations:
+    """All explanations of what the nearest plain twin leaves."""
+    along_m = ground.twin.robot.marker_positions_m(ground.trials[0].markers)[:, 0]
+    generic = generic_covariance(along_m, len(ground.trials))
+    row = Row.of(ground.space, ground.left, generic)
+    return Explanations(row, shown(signatures, ground.space), belief)
+
+
+def _refitted(ground: Ground, explanations: Explanations, effects: Sequence[Effect], rounds: int) -> Refit:
+    """From where the linear forms put it."""
+    start = []
+    names = [each.name for each in explanations.effects]
+    target = ground.space.freed(ground.left)
+    chosen = [explanations.best[names.index(effect.name)] for effect in effects]
+    columns = np.hstack([form.columns for form in chosen if form is not None])
+    strength = np.linalg.lstsq(
+        np.vstack([columns, 0.2 * np.eye(columns.shape[1])]), np.append(target, np.zeros(columns.shape[1])), rcond=None
+    )[0]
+    first = 0
+    for effect, form in zip(effects, chosen, strict=True):
+        assert form is not None
+        count = len(effect.suited(ground.twin.robot, ground.trials[0].markers).parameters)
+        values = np.zeros(count)
+        own = np.clip(strength[first : first + len(form.sd)], form.low, form.high)
+        values[list(form.parameters)] = own * form.sd
+        start.append(values)
+        first += len(form.sd)
+    return refit(ground, effects, np.concatenate(start), rounds)
+
+
+def _remainder(ground: Ground, best: Refit, where: Where, signatures: Sequence[Signature]) -> Remainder:
+    plain, left = whitened(ground, ground.left), whitened(ground, best.left)
+    freedom = max(len(left) - 5 - len(best.values), 1)
+    excess, before = left @ left - freedom, plain @ plain - len(plain) + 5
+    stages = {stage: share for stage, share in where.by_stage.items() if stage != "floor"}
+    share = float(np.clip(excess / before, 0.0, 1.0)) if before > 0 else 0.0
+    return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(left @ left, freedom)))
+
+
+def _gap(ground: Ground, beside: Ground, best: Refit | None, placebo: Refit | None, seed: int) -> Gap:
+    effects, at, values = ((), ground.at, np.zeros(0)) if best is None else (best.effects, best.at, best.values)
+    left = beside.left if best is None else left_with(beside, effects, at, values)
+    before = tuple(swum(ground, beside.trials, (), ground.at, np.zeros(0)))
+    after = before if best is None else tuple(swum(ground, beside.trials, effects, at, values))
+    floor = [1.2533 * float(np.mean(model.noise.sd_m)) for model in beside.model.trials]
+    return Gap(shrinkage(beside, left, seed), before, after, float(np.mean(floor)), None)

@@ -1,0 +1,129 @@
+"""A diagnosis as `diagnosis.json` has it."""
+
+from typing import Any
+
+import numpy as np
+
+from diagnosis.affected_swims import Swum
+from diagnosis.diagnosis import Diagnosis, Gap
+from diagnosis.refit import Refit
+
+NONE = "none_of_these"
+_LEAST = 1e-4  # probability that is told
+
+
+def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
+    """By the public contract; what stands beside it (`evidence`) is for the report."""
+    chances = found.probabilities
+    told = {n: float(p) for n, p in zip(chances.names, chances.marginal, strict=True) if p >= _LEAST}
+    where, verdict, rest = found.where, found.verdict, found.remainder
+    return {
+        "verdict": verdict.name,
+        "groups": [list(group) for group in verdict.groups],
+        "effects": list(verdict.effects),
+        "probabilities": dict(sorted(told.items(), key=lambda item: -item[1])) | {NONE: chances.other},
+        "no_gap_probability": chances.null,
+        "remainder": None if rest is None else {"share": rest.share, "stage": rest.stage, "p_value": rest.p_value},
+        "where": {
+            "by_stage": dict(where.by_stage),
+            "by_trial": dict(where.by_trial),
+            "by_marker": dict(where.by_marker),
+            "by_axis": dict(where.by_axis),
+            "by_band": dict(where.by_band),
+        },
+        "gap": _gap(found.gap),
+        "effect_parameters": {} if found.refit is None else _parameters(found.refit),
+        "next_experiments": [
+            {"describe": e.describe, "separates": list(e.separates), "expected_error": e.expected_error}
+            for e in found.experiments
+        ],
+        "coefficients": _coefficients(found),
+        "stage_alone": dict(where.alone),
+        "missing_forces": _forces(found),
+        "evidence": _evidence(found),
+    }
+
+
+def _gap(gap: Gap | None) -> dict[str, Any]:
+    if gap is None:
+        keys = ("baseline_mm", "with_effects_mm", "noise_floor_mm", "shrinkage", "shrinkage_ci95")
+        return dict.fromkeys((*keys, "speed_mae_before", "speed_mae_after")) | {"evaluated_on": []}
+    told = gap.shrinkage
+    return {
+        "baseline_mm": _millimetres(gap.before),
+        "with_effects_mm": _millimetres(gap.after),
+        "noise_floor_mm": 1000 * gap.noise_floor_m,
+        "shrinkage": told.value,
+        "shrinkage_ci95": None if told.interval is None else list(told.interval),
+        "speed_mae_before": _speed_error(gap.before),
+        "speed_mae_after": _speed_error(gap.after),
+        "evaluated_on": [each.name for each in gap.before],
+        "squares_before": told.plain,
+        "squares_after": told.with_effects,
+        "trials": {
+            b.name: {
+                "before_mm": 1000 * b.marker_error_m,
+                "after_mm": 1000 * a.marker_error_m,
+                "speed_measured": b.speed_measured,
+                "speed_before": b.speed_twin,
+                "speed_after": a.speed_twin,
+            }
+            for b, a in zip(gap.before, gap.after, strict=True)
+        },
+    }
+
+
+def _millimetres(swims: tuple[Swum, ...]) -> float:
+    return 1000 * float(np.mean([each.marker_error_m for each in swims]))
+
+
+def _speed_error(swims: tuple[Swum, ...]) -> float:
+    return float(np.mean([abs(each.speed_twin - each.speed_measured) for each in swims]))
+
+
+def _parameters(best: Refit) -> dict[str, Any]:
+    """By effect; one with several parameters has each under its name."""
+    sd = np.sqrt(np.diag(best.covariance))[5:]
+    told: dict[str, Any] = {}
+    number = 0
+    for effect in best.effects:
+        own = {}
+        for parameter in effect.parameters:
+            value, half = float(best.values[number]), 1.96 * float(sd[number])
+            bounds = [max(value - half, parameter.low), min(value + half, parameter.high)]
+            own[parameter.name] = {"value": value, "ci95": bounds, "unit": parameter.unit}
+            number += 1
+        told[effect.name] = next(iter(own.values())) | {"parameter": next(iter(own))} if len(own) == 1 else own
+    return told
+
+
+def _coefficients(found: Diagnosis) -> dict[str, Any]:
+    names = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")
+    told = {"plain": dict(zip(names, map(float, found.ground.at), strict=True))}
+    if found.refit is not None:
+        told["with_effects"] = dict(zip(names, map(float, found.refit.at), strict=True))
+    return told
+
+
+def _forces(found: Diagnosis) -> dict[str, Any]:
+    forces = found.where.forces
+    return {
+        "joints": list(forces.joints),
+        "trials": [trial.name for trial in found.ground.trials],
+        "mean": forces.mean.tolist(),
+        "sd": forces.sd.tolist(),
+    }
+
+
+def _evidence(found: Diagnosis) -> dict[str, Any]:
+    chances = found.probabilities
+    likeliest = sorted(chances.of.items(), key=lambda item: -item[1])[:12]
+    row = found.explanations.row
+    return {
+        "squares": row.squares,
+        "numbers": len(row.left),
+        "sets": [
+            {"effects": [chances.names[i] for i in present], "something_else": other, "probability": chance}
+            for (present, other), chance in likeliest
+        ],
+    }

@@ -1,0 +1,39 @@
+"""What a refitted twin leaves of gaits where nothing is wrong: how two simulators of one robot differ.
+
+Measured between the twin and a second simulator over sessions of drawn water (`calib benchmark effects`), for the nine
+published markers; of other markers it is taken to be as of the nearest of these along the body, each by itself.
+"""
+
+from importlib.resources import files
+
+import numpy as np
+
+from fitting.posterior.gait import OF_A_MARKER, SPEED
+from session import FISHSIM_MARKERS
+from swimmer import RobotSpec
+
+_OF_A_MARKER = 2 * OF_A_MARKER
+
+
+def discrepancy_for(markers: tuple[str, ...], robot: RobotSpec) -> np.ndarray:
+    """(g, g) covariance of one gait of these markers."""
+    with files("diagnosis").joinpath("discrepancy.npz").open("rb") as file, np.load(file) as stands:
+        known = np.asarray(stands["covariance"], float)
+    if markers == FISHSIM_MARKERS:
+        return known
+    published = [name for name in FISHSIM_MARKERS if name in robot.markers]
+    along_m = robot.marker_positions_m(markers)[:, 0]
+    if published:
+        of_known = robot.marker_positions_m(tuple(published))[:, 0]
+        nearest = [FISHSIM_MARKERS.index(published[int(np.argmin(np.abs(of_known - x)))]) for x in along_m]
+    else:
+        nearest = [round(i) for i in np.linspace(0, len(FISHSIM_MARKERS) - 1, len(markers))]
+    parts = [np.arange(1 + _OF_A_MARKER * i, 1 + _OF_A_MARKER * (i + 1)) for i in nearest]
+    wanted = np.concatenate([[SPEED], *parts])
+    own = np.concatenate([[-1], np.repeat(np.arange(len(markers)), _OF_A_MARKER)])
+    same = np.array([markers[i] in published for i in range(len(markers))])
+    alone = (own[:, None] != own) & ~(same[own][:, None] & same[own] & (own[:, None] >= 0) & (own >= 0))
+    alone &= ~((own[:, None] == -1) & same[own]) & ~((own == -1) & same[own][:, None])
+    result = known[np.ix_(wanted, wanted)]
+    result[alone] = 0.0
+    return np.asarray(result)

@@ -1,0 +1,34 @@
+"""A gap of no particular cause: how gaits would differ if anything at all were amiss, of a size that is not known.
+
+Displacements of a marker are alike to those of its neighbours along the body, less so the further they are, and the
+higher a harmonic is the smaller they are; each trial has its own.
+"""
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED
+
+_ALONG_M = 0.12  # over which displacements along the body are alike
+_OF_ITS_OWN = 0.2  # share of the variance that each marker has to itself
+_OF_HARMONIC = 0.5  # of each harmonic against the one before
+_SPEED_PER_S = 5.0  # m/s for a metre of displacement
+_HERTZ_PER_M = 2.0
+
+
+def generic_covariance(along_m: np.ndarray, trials: int) -> np.ndarray:
+    """(k, k) for displacements of one metre, of gaits of markers at (m,) along the body, and of t frequencies.
+
+    Args:
+        along_m: (m,) place of each marker on the straight robot, m.
+        trials: t.
+    """
+    near = np.exp(-0.5 * ((along_m[:, None] - along_m) / _ALONG_M) ** 2)
+    between = (1 - _OF_ITS_OWN) * near + _OF_ITS_OWN * np.eye(len(along_m))
+    decay = _OF_HARMONIC ** np.arange(HARMONICS)
+    of_beat = np.diag(np.concatenate([[1.0], np.repeat(decay, 2)]) ** 2)
+    assert len(of_beat) == OF_A_MARKER
+    markers = np.kron(between, np.kron(np.eye(2), of_beat))  # (14 m, 14 m)
+    assert SPEED == 0
+    gait = block_diag([[_SPEED_PER_S**2]], markers)
+    return block_diag(*[gait] * trials, _HERTZ_PER_M**2 * np.eye(trials))

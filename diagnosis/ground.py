@@ -1,0 +1,137 @@
+"""What a session shows beside the nearest plain twin: a row of gaits and frequencies, and all that disturbs it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from diagnosis.described import robot_doubts
+from fitting.posterior.box_size import BOX_SD_M, box_size
+from fitting.posterior.session_model import START_PHASE_RAD, Disturbances, SessionModel
+from fitting.posterior.trial_model import TrialModel
+from fitting.signatures import Whitened
+from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes
+from fitting.trial import MeasuredTrial
+from session import CameraSpec, SimulationDiverged
+from swimmer import Twin
+
+STARTS = ((0.6, 3.0, 6.0, 4.0, 1.5), (1.2, 1.5, 4.0, 3.0, 0.5))
+_LOOKS = 2  # at what disturbs the row
+_LEAST_BOX_M = BOX_SD_M / 3  # boxes are placed by hand, however well the means happen to agree
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The swims of one role beside the twin that comes nearest to the fitted ones.
+
+    A row holds the gaits of t trials, and then the frequencies that their commands lead to: k numbers in all.
+
+    Attributes:
+        model: the swims beside the plain twin.
+        camera: that filmed them.
+        at: (5,) coefficients.
+        discrepancy: (g, g) covariance of what the refitted twin leaves of one gait where nothing is wrong.
+        box_sd_m: how far boxes sit from their markers, each way.
+        disturbances: what noise and nuisances do, at the coefficients.
+    """
+
+    model: SessionModel
+    camera: CameraSpec
+    at: np.ndarray
+    discrepancy: np.ndarray
+    box_sd_m: float
+    disturbances: Disturbances
+
+    @classmethod
+    def fitted(
+        cls,
+        trials: Sequence[MeasuredTrial],
+        twin: Twin,
+        camera: CameraSpec,
+        discrepancy: np.ndarray,
+        starts: Sequence[Sequence[float]] = STARTS,
+    ) -> "Ground":
+        """Of the swims that the coefficients are fitted to; the likeliest of what several starts lead to.
+
+        Raises:
+            SimulationDiverged: from every start.
+        """
+        model = _beside(twin, trials)
+        found = [cls._from(model, camera, np.array(start, float), discrepancy) for start in starts]
+        standing = [ground for ground in found if ground is not None]
+        if not standing:
+            raise SimulationDiverged("the plain twin diverged from every start; look into the flags of the fit trials")
+        return min(standing, key=lambda ground: ground.misfit)
+
+    @classmethod
+    def _from(
+        cls, model: SessionModel, camera: CameraSpec, start: np.ndarray, discrepancy: np.ndarray
+    ) -> "Ground | None":
+        """From one start; None where a twin diverges on the way."""
+        at = start
+        try:
+            for _ in range(_LOOKS):  # what disturbs the row hardly changes with the coefficients
+                disturbances = model.disturbances(at)
+                box_sd_m = _box_size(model, at, disturbances)
+                at = nearest(model, at, _same(row_covariance(model, disturbances.of(box_sd_m), discrepancy)))
+        except (np.linalg.LinAlgError, ValueError):
+            return None
+        return cls(model, camera, at, discrepancy, _box_size(model, at, disturbances), disturbances)
+
+    def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
+        """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
+        model = _beside(self.model.trials[0].twin, trials)
+        return replace(self, model=model, disturbances=model.disturbances(self.at))
+
+    @property
+    def trials(self) -> tuple[MeasuredTrial, ...]:
+        """The swims."""
+        return tuple(each.trial for each in self.model.trials)
+
+    @property
+    def twin(self) -> Twin:
+        """The plain one."""
+        return self.model.trials[0].twin
+
+    @cached_property
+    def left(self) -> np.ndarray:
+        """(k,) measured less simulated."""
+        return left_row(self.model, self.at)
+
+    @cached_property
+    def slopes(self) -> np.ndarray:
+        """(k, 5) of the row with the coefficients."""
+        return row_slopes(self.model, self.at)
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """(k, k) of all that disturbs the row."""
+        return row_covariance(self.model, self.disturbances.of(self.box_sd_m), self.discrepancy)
+
+    @cached_property
+    def space(self) -> Whitened:
+        """In which all that disturbs the row has unit size and coefficients are free."""
+        return Whitened.of(self.covariance, self.slopes, PRIOR_SD)
+
+    @property
+    def misfit(self) -> float:
+        """-2 ln of the probability of what is left, but for a constant."""
+        white = solve_triangular(self.space.root, self.left, lower=True)
+        return float(white @ white + 2 * np.log(np.diag(self.space.root)).sum())
+
+
+def _same(covariance: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Whatever the coefficients."""
+    return lambda _at: covariance
+
+
+def _box_size(model: SessionModel, at: np.ndarray, disturbances: Disturbances) -> float:
+    left = left_row(model, at)[: -len(model.trials)]
+    return max(box_size(left, len(model.trials), disturbances), _LEAST_BOX_M)
+
+
+def _beside(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:
+    doubted = robot_doubts(twin)
+    return SessionModel(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in trials))

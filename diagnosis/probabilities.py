@@ -1,0 +1,97 @@
+"""From evidences to probabilities: of nothing, of sets of effects, and of something else beside them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+from scipy.special import logsumexp
+
+from diagnosis.evidence import Explanations
+
+_TRIED = 8  # of the likeliest effects, of which pairs are tried
+_MOST = 4  # effects at once
+_KEPT = 3  # sets of effects that are tried with one more
+Key = tuple[tuple[int, ...], bool]
+"""A set of effects by their places, and whether there is something else."""
+
+
+@dataclass(frozen=True, eq=False)
+class Probabilities:
+    """After a session was looked at.
+
+    Attributes:
+        names: (e,) of the effects.
+        stages: (e,) where each acts.
+        of: probability of each explanation that was tried; they add up to 1.
+    """
+
+    names: tuple[str, ...]
+    stages: tuple[str, ...]
+    of: dict[Key, float]
+
+    @classmethod
+    def after(cls, explanations: Explanations) -> "Probabilities":
+        """By Bayes' rule: all single effects, pairs of the likeliest, and larger sets where they are likelier still."""
+        belief, count = explanations.belief, len(explanations.effects)
+        logs: dict[Key, float] = {}
+
+        def try_set(present: tuple[int, ...]) -> None:
+            for other in (False, True):
+                if (present, other) not in logs:
+                    evidence = explanations.evidence(present, other)
+                    logs[present, other] = evidence + belief.log_prior(len(present), other, count)
+
+        shows = [i for i, each in enumerate(explanations.effects) if each.forms]
+        try_set(())
+        for i in shows:
+            try_set((i,))
+        for pair in _pairs(logs, shows):
+            try_set(pair)
+        for size in range(3, _MOST + 1):
+            sets = sorted((k for k in logs if len(k[0]) == size - 1), key=lambda k: -logs[k])[:_KEPT]
+            if not sets or logs[sets[0]] < max(logs.values()):
+                break
+            for present, _ in sets:
+                for i in shows:
+                    if i not in present:
+                        try_set(tuple(sorted((*present, i))))
+        total = logsumexp(list(logs.values()))
+        chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
+        effects = explanations.effects
+        return cls(tuple(e.name for e in effects), tuple(e.stage for e in effects), chances)
+
+    @property
+    def null(self) -> float:
+        """That there is nothing."""
+        return self.of[(), False]
+
+    @property
+    def other(self) -> float:
+        """That there is something else, and no effect of the catalogue."""
+        return self.of[(), True]
+
+    @cached_property
+    def marginal(self) -> np.ndarray:
+        """(e,) that each effect is present."""
+        total = np.zeros(len(self.names))
+        for (present, _), chance in self.of.items():
+            total[list(present)] += chance
+        return total
+
+    @property
+    def likeliest(self) -> Key:
+        """Explanation."""
+        return max(self.of, key=lambda key: self.of[key])
+
+    def number(self, count: int) -> float:
+        """That so many effects are present."""
+        return sum(chance for (present, _), chance in self.of.items() if len(present) == count)
+
+
+def _pairs(logs: dict[Key, float], shows: list[int]) -> set[tuple[int, int]]:
+    """The likeliest with each other; and the two likeliest with all others."""
+    alone = {i: max(logs[(i,), False], logs[(i,), True]) for i in shows}
+    order = sorted(shows, key=lambda i: -alone[i])
+    found = {(min(pair), max(pair)) for pair in combinations(order[:_TRIED], 2)}
+    return found | {(min(first, i), max(first, i)) for first in order[:2] for i in order[_TRIED:]}

@@ -1,0 +1,144 @@
+"""The twin with effects, refitted: coefficients and what the effects are made of, together, to the fitted swims."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.ground import Ground
+from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.signatures import AffectedTrial, Whitened
+from fitting.signatures.session_row import PRIOR_SD
+from fitting.signatures.signature import affected_trials_of
+from swimmer.effects import AffectedTwin, Effect
+
+_ROOT_STEP, _STEP_SD = 0.02, 0.25  # of the root of a coefficient; of a parameter, in standard deviations of its prior
+_WIDER = 5.0  # than its prior a parameter may lie
+_HALVINGS = (1.0, 0.5, 0.2)
+
+
+@dataclass(frozen=True, eq=False)
+class Refit:
+    """The nearest twin with effects.
+
+    Attributes:
+        effects: with the parameters that these markers give them.
+        at: (5,) coefficients.
+        values: (p,) of all effects, one after the other.
+        left: (k,) what it leaves of the fitted swims.
+        covariance: (5 + p, 5 + p) of coefficients and values.
+        misfit: squared whitened length of what is left, and of how far coefficients and values are from their priors.
+    """
+
+    effects: tuple[Effect, ...]
+    at: np.ndarray
+    values: np.ndarray
+    left: np.ndarray
+    covariance: np.ndarray
+    misfit: float
+
+    @property
+    def by_effect(self) -> dict[str, np.ndarray]:
+        """(p,) values of each effect."""
+        ends = np.cumsum([len(effect.parameters) for effect in self.effects])[:-1]
+        return {e.name: part for e, part in zip(self.effects, np.split(self.values, ends), strict=True)}
+
+    @property
+    def squares(self) -> float:
+        """Of what is left, whitened; `misfit` without the priors."""
+        return self.misfit - self._priors
+
+    _priors: float = 0.0
+
+
+def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: int = 3) -> Refit:
+    """By steps of Gauss and Newton, each shortened until it helps.
+
+    Args:
+        ground: the fitted swims beside the nearest plain twin.
+        effects: that act.
+        start: (p,) values of all of them.
+        rounds: steps at most.
+    """
+    joint = _Joint(ground, effects)
+    point = np.concatenate([ground.at, np.clip(start, joint.low[5:], joint.high[5:])])
+    left, misfit = joint.look(point)
+    slopes = joint.slopes(point)
+    for _ in range(rounds):
+        step = joint.step(point, left, slopes)
+        tried = [np.clip(point + share * step, joint.low, joint.high) for share in _HALVINGS]
+        looks = joint.looks(np.array(tried))
+        best = min(range(len(tried)), key=lambda i: looks[i][1])
+        if not looks[best][1] < misfit - 0.01:
+            break
+        point, (left, misfit) = tried[best], looks[best]
+        slopes = joint.slopes(point)
+    return Refit(joint.effects, point[:5], point[5:], left, joint.covariance(slopes), misfit, joint.priors(point))
+
+
+def left_with(ground: Ground, effects: Sequence[Effect], at: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(k,) what the twin with effects at coefficients (5,) and values (p,) leaves of other swims."""
+    return _Joint(ground, effects).rows(np.concatenate([at, values])[None])[0]
+
+
+class _Joint:
+    """Swims beside the twin with effects, at points (5 + p,) of coefficients and values."""
+
+    def __init__(self, ground: Ground, effects: Sequence[Effect]) -> None:
+        twins = {id(each.twin): AffectedTwin(each.twin, effects) for each in ground.model.trials}
+        self.trials: tuple[AffectedTrial, ...] = affected_trials_of(ground.model, ground.camera, twins)
+        self.effects = self.trials[0].twin.effects
+        self.ground = ground
+        parameters = [parameter for effect in self.effects for parameter in effect.parameters]
+        self.sd = np.concatenate([PRIOR_SD, [_WIDER * p.sd for p in parameters]])
+        self.mean = np.concatenate([ground.at, np.zeros(len(parameters))])
+        self.low = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[0]), [p.low for p in parameters]])
+        self.high = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[1]), [p.high for p in parameters]])
+
+    def rows(self, points: np.ndarray) -> np.ndarray:
+        """(s, k) measured less simulated, of points (s, 5 + p)."""
+        at, values = points[:, :5], points[:, 5:]
+        gaits = np.hstack([trial.gaits(at, values) for trial in self.trials])
+        told = np.column_stack([trial.hertz(values) for trial in self.trials])  # (s, t)
+        measured = np.array([trial.model.trial.frequency.hz for trial in self.trials])
+        return np.hstack([self.ground.model.measured - gaits, np.nan_to_num(measured - told)])
+
+    def looks(self, points: np.ndarray) -> list[tuple[np.ndarray, float]]:
+        """What is left at each point, and its misfit; infinite where the twin diverged."""
+        found = []
+        for point, row in zip(points, self.rows(points), strict=True):
+            white = self._white(row) if np.isfinite(row).all() else np.array([np.inf])
+            found.append((row, float(white @ white) + self.priors(point)))
+        return found
+
+    def look(self, point: np.ndarray) -> tuple[np.ndarray, float]:
+        """The same of one."""
+        return self.looks(point[None])[0]
+
+    def priors(self, point: np.ndarray) -> float:
+        """Squared distance from their means, in standard deviations."""
+        return float((((point - self.mean) / self.sd) ** 2).sum())
+
+    def slopes(self, point: np.ndarray) -> np.ndarray:
+        """(k, 5 + p) of the row of the twin, even where bounds allow it."""
+        steps = np.concatenate([_ROOT_STEP * 2 * np.sqrt(np.maximum(point[:5], 0.01)), _STEP_SD * self.sd[5:] / _WIDER])
+        up, down = (np.clip(point + sign * np.diag(steps), self.low, self.high) for sign in (1, -1))
+        rows = self.rows(np.vstack([up, down]))
+        width = np.diag(up - down)
+        slopes = (rows[len(point) :] - rows[: len(point)]) / width[:, None]
+        return np.nan_to_num(slopes).T
+
+    def step(self, point: np.ndarray, left: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+        """(5 + p,) towards the nearest, linear."""
+        white, columns = self._white(left), self._white(slopes)
+        information = columns.T @ columns + np.diag(self.sd**-2.0)
+        return np.asarray(np.linalg.solve(information, columns.T @ white - (point - self.mean) / self.sd**2))
+
+    def covariance(self, slopes: np.ndarray) -> np.ndarray:
+        """(5 + p, 5 + p)."""
+        columns = self._white(slopes)
+        return np.asarray(np.linalg.inv(columns.T @ columns + np.diag(self.sd**-2.0)))
+
+    def _white(self, rows: np.ndarray) -> np.ndarray:
+        space: Whitened = self.ground.space
+        return np.asarray(np.linalg.solve(space.root, rows))
