@@ -5,7 +5,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import get_args
 
+import numpy as np
+
 from calib.calibrated_mjcf import calibrated_mjcf
+from calib.diagnosis_stage import DiagnosisStage
 from calib.options import EFFORTS, Options
 from calib.posterior_stage import PosteriorStage
 from calib.recordings import Recordings
@@ -208,6 +211,25 @@ class Pipeline:
             mark_current(self.calibration_file, self.fingerprint, [self._mjcf_file])
         self.said += [f"! posterior: {doubt}" for doubt in self.posteriors.doubts]
         return self.posteriors.file
+
+    def diagnoses(self, without: frozenset[str] = frozenset()) -> DiagnosisStage:
+        """The gap, with a catalogue that lacks some effects."""
+        options, stamp, recordings = self.options, self.provenance, self.recordings.fingerprint
+        return DiagnosisStage(self.session, self.robot, options, stamp, recordings, without)
+
+    def diagnosis(self, without: frozenset[str] = frozenset(), discrepancy: np.ndarray | None = None) -> Path:
+        """`results/diagnosis.json`, up to date; the plain twin is that of the robot as described.
+
+        Args:
+            without: names that the catalogue is to lack.
+            discrepancy: see `DiagnosisStage.make`.
+        """
+        stage = self.diagnoses(without)
+        self.recordings.tracks()
+        if not stage.is_current:
+            stage.make(self.trials, discrepancy)
+            self.made += stage.made
+        return stage.file
 
     def evidence(self, calibration: Calibration) -> Evidence:
         """What stands beside the fit, up to date: a free yaw, profiles, and with full effort other pairs of trials."""

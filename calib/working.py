@@ -8,6 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from calib.diagnosis_summary import diagnosis_lines
 from calib.options import Options, Tell
 from calib.pipeline import Pipeline, open_session
 from calib.summary import calibration_lines, structure_lines
@@ -74,5 +75,17 @@ def tell_outcome(pipeline: Pipeline, result: Path, as_json: bool) -> None:
         print(json.dumps(made | {"structure" if alone else "calibration": data}, indent=1))
         return
     for line in (*pipeline.said, *pipeline.notes, *(structure_lines(data) if alone else calibration_lines(data))):
+        print(line)
+    print(result)
+
+
+def tell_diagnosis(pipeline: Pipeline, result: Path, as_json: bool) -> None:
+    """Three sentences and a table on standard output; the path of the result comes last."""
+    data = read_result_json(result)
+    if as_json:
+        made = {"result": str(result), "made": [str(path) for path in pipeline.made], "notes": list(pipeline.notes)}
+        print(json.dumps(made | {"diagnosis": data}, indent=1))
+        return
+    for line in (*pipeline.said, *pipeline.notes, *diagnosis_lines(data)):
         print(line)
     print(result)

@@ -1,1 +1,22 @@
 """The sim-to-real gap: where it lies, which effect makes it, how far it shrinks with it, what to measure next."""
+
+from diagnosis.diagnosis import Diagnosis, Gap, Remainder, Settings, diagnose
+from diagnosis.discrepancy import discrepancy_for
+from diagnosis.evidence import Belief
+from diagnosis.probabilities import Probabilities
+from diagnosis.verdict import Verdict
+from diagnosis.where import STAGES, Where
+
+__all__ = [
+    "STAGES",
+    "Belief",
+    "Diagnosis",
+    "Gap",
+    "Probabilities",
+    "Remainder",
+    "Settings",
+    "Verdict",
+    "Where",
+    "diagnose",
+    "discrepancy_for",
+]

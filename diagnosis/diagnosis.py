@@ -1,7 +1,8 @@
 """The three questions about a session: where its gap lies, which effect makes it, how far it shrinks with that."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from scipy.stats import chi2
@@ -11,11 +12,11 @@ from diagnosis.evidence import Belief, Explanations, Row
 from diagnosis.experiments import Experiment, next_experiments
 from diagnosis.forms import Shown, shown
 from diagnosis.gap import Shrinkage, shrinkage, whitened
-from diagnosis.generic import generic_covariance
-from diagnosis.ground import STARTS, Ground
+from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import responses
 from diagnosis.refit import Refit, left_with, refit
+from diagnosis.separation import separations
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
 from fitting.signatures import Signature, signature_of
@@ -25,8 +26,23 @@ from swimmer import Twin
 from swimmer.effects import Effect
 
 Tell = Callable[[str, float | None], None]
-_REFITTED = 3  # explanations whose effects are refitted, to see how linear they were
+_COMPARED = 12  # effects in the table of separations
 _ROUNDS = {"quick": 2, "full": 5}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a session is diagnosed.
+
+    Attributes:
+        effort: "quick" or "full".
+        belief: before the session.
+        seed: of what is drawn.
+    """
+
+    effort: Literal["quick", "full"] = "full"
+    belief: Belief = field(default_factory=Belief)
+    seed: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +108,15 @@ class Diagnosis:
     gap: Gap | None
     experiments: tuple[Experiment, ...]
 
+    @property
+    def separation(self) -> tuple[tuple[str, ...], np.ndarray]:
+        """Names (e,) of the likeliest effects, and (e, e) how far the one of a row is from the one of a column.
+
+        Each row's effect as strong as these data would have it; whitened, the other refitted with the coefficients.
+        """
+        order = [int(i) for i in np.argsort(-self.probabilities.marginal)][:_COMPARED]
+        return tuple(self.probabilities.names[i] for i in order), separations(self.explanations, order)
+
 
 def diagnose(
     trials: Sequence[MeasuredTrial],
@@ -99,11 +124,7 @@ def diagnose(
     camera: CameraSpec,
     effects: Mapping[str, Effect],
     discrepancy: np.ndarray,
-    *,
-    effort: str = "full",
-    belief: Belief | None = None,
-    starts: Sequence[Sequence[float]] = (),
-    seed: int = 0,
+    settings: Settings | None = None,
     tell: Tell = lambda _message, _share: None,
 ) -> Diagnosis:
     """Diagnoses a session.
@@ -114,42 +135,40 @@ def diagnose(
         camera: that filmed them.
         effects: the catalogue.
         discrepancy: (g, g) covariance of what a refitted twin leaves of one gait where nothing is wrong.
-        effort: "quick" or "full".
-        belief: before the session; default: as calibrated.
-        starts: coefficients to start from beside the usual.
-        seed: of what is drawn.
+        settings: how much work, what is believed before, seed.
         tell: of the progress.
 
     Raises:
         SimulationDiverged: the plain twin, from every start.
         NotEnoughData: no fitted swim.
     """
+    settings = settings or Settings()
     fitted = [trial for trial in trials if trial.role == "fit"]
     held = [trial for trial in trials if trial.role != "fit"]
     tell("fitting the plain twin", 0.0)
-    ground = Ground.fitted(fitted, twin, camera, discrepancy, [*STARTS, *starts])
+    ground = Ground.fitted(fitted, twin, camera, discrepancy)
     signatures = []
     for number, effect in enumerate(effects.values()):
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))
         signatures.append(signature_of(effect, ground.model, camera, ground.at))
     tell("weighing explanations", 0.6)
-    explanations = explain(ground, signatures, belief or Belief())
+    explanations = explain(ground, signatures, settings.belief)
     probabilities = Probabilities.after(explanations)
     verdict = verdict_of(probabilities)
     tell("missing forces", 0.65)
     where = locate(ground, responses(ground), signatures)
     best, remainder, gap = None, None, None
-    rounds = _ROUNDS[effort]
+    rounds = _ROUNDS[settings.effort]
     beside = ground.held_out(held) if held else None
     if verdict.first:
         tell("refitting with the effects", 0.75)
         best = _refitted(ground, explanations, [effects[name] for name in verdict.first], rounds)
-        remainder = _remainder(ground, best, where, signatures)
+        remainder = _remainder(ground, best, where)
     if beside is not None:
         tell("held-out swims", 0.85)
-        gap = _gap(ground, beside, best, None, seed)
+        gap = _gap(ground, beside, best, settings.seed)
     tell("what to measure next", 0.95)
-    experiments = next_experiments(ground, probabilities, verdict, effects, best)
+    experiments = next_experiments(ground, explanations, verdict, effects, settings.seed)
     return Diagnosis(
         ground,
         tuple(signatures),
@@ -167,10 +186,9 @@ def diagnose(
 
 def explain(ground: Ground, signatures: Sequence[Signature], belief: Belief) -> Explanations:
     """All explanations of what the nearest plain twin leaves."""
-    along_m = ground.twin.robot.marker_positions_m(ground.trials[0].markers)[:, 0]
-    generic = generic_covariance(along_m, len(ground.trials))
-    row = Row.of(ground.space, ground.left, generic)
-    return Explanations(row, shown(signatures, ground.space), belief)
+    effects = shown(signatures, ground.space)
+    rows = tuple(Row.of(ground.space, ground.left, ground.generic, like) for like in (effects, ()))
+    return Explanations(rows, effects, belief)
 
 
 def _refitted(ground: Ground, explanations: Explanations, effects: Sequence[Effect], rounds: int) -> Refit:
@@ -195,7 +213,7 @@ def _refitted(ground: Ground, explanations: Explanations, effects: Sequence[Effe
     return refit(ground, effects, np.concatenate(start), rounds)
 
 
-def _remainder(ground: Ground, best: Refit, where: Where, signatures: Sequence[Signature]) -> Remainder:
+def _remainder(ground: Ground, best: Refit, where: Where) -> Remainder:
     plain, left = whitened(ground, ground.left), whitened(ground, best.left)
     freedom = max(len(left) - 5 - len(best.values), 1)
     excess, before = left @ left - freedom, plain @ plain - len(plain) + 5
@@ -204,7 +222,7 @@ def _remainder(ground: Ground, best: Refit, where: Where, signatures: Sequence[S
     return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(left @ left, freedom)))
 
 
-def _gap(ground: Ground, beside: Ground, best: Refit | None, placebo: Refit | None, seed: int) -> Gap:
+def _gap(ground: Ground, beside: Ground, best: Refit | None, seed: int) -> Gap:
     effects, at, values = ((), ground.at, np.zeros(0)) if best is None else (best.effects, best.at, best.values)
     left = beside.left if best is None else left_with(beside, effects, at, values)
     before = tuple(swum(ground, beside.trials, (), ground.at, np.zeros(0)))

@@ -19,6 +19,7 @@ from diagnosis.forms import Form, Shown
 from fitting.signatures import Whitened
 
 SIZES = np.geomspace(1.0, 1024.0, 11)  # root mean square whitened length of what an effect does
+_LOOSE = 0.3
 _ROUNDS = 4  # of the search for the likeliest sizes
 
 
@@ -57,11 +58,19 @@ class Row:
     spread: np.ndarray
 
     @classmethod
-    def of(cls, space: Whitened, left: np.ndarray, generic: np.ndarray) -> "Row":
-        """Of what is left (k,), where a gap of no particular cause has covariance (k, k)."""
+    def of(cls, space: Whitened, left: np.ndarray, generic: np.ndarray, effects: Sequence[Shown] = ()) -> "Row":
+        """Of what is left (k,).
+
+        A gap of no particular cause has no structure but that of `generic` (k, k); where effects are given, it is like
+        any of these (each as likely), but for the share `_LOOSE` of its variance.
+        """
         values, vectors = np.linalg.eigh(generic)
-        root = space.freed((vectors * np.sqrt(np.maximum(values, 0.0))).T)  # (k, q) rows
-        turn, singular, _ = np.linalg.svd(root.T, full_matrices=False)
+        loose = space.freed((vectors * np.sqrt(np.maximum(values, 0.0))).T).T  # (q, k)
+        tight = [form.columns / form.size for each in effects for form in each.forms[:2]]
+        share = _LOOSE if tight else 1.0
+        parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
+        parts += [np.sqrt((1 - share) / len(tight)) * part for part in tight]
+        turn, singular, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)
         inside = singular > 1e-9 * singular[0]
         spread = singular[inside] ** 2
         turn = turn[:, inside].T
@@ -78,14 +87,19 @@ class Explanations:
     """All explanations of one row.
 
     Attributes:
-        row: to be explained.
+        rows: the row to be explained, for each way in which a gap of no particular cause may be; all as likely.
         effects: that may explain it.
         belief: before the row.
     """
 
-    row: Row
+    rows: tuple[Row, ...]
     effects: Sequence[Shown]
     belief: Belief
+
+    @property
+    def row(self) -> Row:
+        """The first."""
+        return self.rows[0]
 
     def evidence(self, present: Sequence[int], other: bool) -> float:
         """Log evidence of some effects, each in its best form, with or without something else beside them."""
@@ -106,18 +120,22 @@ class Explanations:
         )
 
     def _over_sizes(self, forms: tuple[Form, ...], other: bool) -> float:
-        """Log evidence, averaged over the sizes of the forms and of something else.
+        """Log evidence, averaged over the sizes of the forms and of something else, whichever way that may be."""
+        return _mean([self._in(row, forms, other) for row in (self.rows if other else self.rows[:1])])
+
+    def _in(self, row: Row, forms: tuple[Form, ...], other: bool) -> float:
+        """The same of one way.
 
         Over one size in full; over more along each axis through the likeliest point, as if they were independent there.
         """
         axes = [_sizes(form) for form in forms] + ([SIZES] if other else [])
         if not axes:
-            return self._at((), (), 0.0)
-        columns = tuple(self.row.turn @ form.columns / form.size for form in forms)
+            return self._at(row, (), (), 0.0)
+        columns = tuple(row.turn @ form.columns / form.size for form in forms)
 
         def at(point: list[int]) -> float:
             sizes = tuple(float(axis[i]) for axis, i in zip(axes, point, strict=True))
-            return self._at(columns, sizes[: len(forms)], sizes[-1] if other else 0.0, forms)
+            return self._at(row, columns, sizes[: len(forms)], sizes[-1] if other else 0.0, forms)
 
         point = [len(axis) // 2 for axis in axes]
         for _ in range(_ROUNDS if len(axes) > 1 else 1):
@@ -132,19 +150,24 @@ class Explanations:
         return float(top + sum(_mean(lines) - max(lines) for lines in along))
 
     def _at(
-        self, columns: tuple[np.ndarray, ...], sizes: tuple[float, ...], other: float, forms: tuple[Form, ...] = ()
+        self,
+        row: Row,
+        columns: tuple[np.ndarray, ...],
+        sizes: tuple[float, ...],
+        other: float,
+        forms: tuple[Form, ...] = (),
     ) -> float:
         """Log evidence where what is left is normal: unit noise, columns of these sizes, and what no form holds."""
         raw = sum((size * form.raw) ** 2 for size, form in zip(sizes, forms, strict=True))
-        unlike = (self.belief.unlike**2 * raw + other**2) / len(self.row.left)
-        variance = 1 + unlike * self.row.spread
-        found = _normal(self.row.left, variance)
+        unlike = (self.belief.unlike**2 * raw + other**2) / len(row.left)
+        variance = 1 + unlike * row.spread
+        found = _normal(row.left, variance)
         if not columns:
             return found
         scaled = np.hstack([size * part for size, part in zip(sizes, columns, strict=True)])
         weighted = scaled / variance[:, None]
         precision = np.eye(scaled.shape[1]) + scaled.T @ weighted
-        against = weighted.T @ self.row.left
+        against = weighted.T @ row.left
         mean = np.linalg.solve(precision, against)
         found += 0.5 * float(against @ mean) - 0.5 * float(np.linalg.slogdet(precision)[1])
         first = 0

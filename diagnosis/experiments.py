@@ -1,17 +1,33 @@
-"""What to measure next: experiments that would separate what is still confused, by how much and how surely."""
+"""What to measure next: experiments that would separate what is still confused, by how much and how surely.
+
+A swim at another speed or a dry run is simulated with either effect, as strong as the session has it, and with the
+noise of the session; a motor's log or a clock in view is one more number a trial. What is told is the two-way error
+Phi(-d / 2) afterwards, with d the whitened distance from the one to the other, refitted.
+"""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import norm
 
+from diagnosis.evidence import Explanations
 from diagnosis.ground import Ground
-from diagnosis.probabilities import Probabilities
-from diagnosis.refit import Refit
 from diagnosis.verdict import Verdict
+from fitting.signatures import Signature, signature_of
+from fitting.trial import MeasuredTrial, measure_trial
+from session import CameraSpec, NotEnoughData, SimulationDiverged, Tracks, TrialSpec
+from swimmer import DRY, Runs, Twin
 from swimmer.effects import Effect
+
+SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)
+_NEW_HZ = 0.12  # that a speed must differ by from those that were swum
+_SECONDS, _RUN_IN_BEATS, _START_M_S = 6.0, 4.0, 0.1
+_LOGGED_TO, _CLOCKED_TO = 0.001, 0.001  # relative standard deviations of a motor's speed and of a clock in view
+_CLOCK = "time_base_error"
 
 
 @dataclass(frozen=True)
@@ -20,8 +36,8 @@ class Experiment:
 
     Attributes:
         describe: what to do, in a sentence.
-        separates: two names, or a name and "no_gap".
-        expected_error: chance to still take one for the other afterwards.
+        separates: two names.
+        expected_error: chance to still take one for the other afterwards; 0.5 is a coin.
     """
 
     describe: str
@@ -29,12 +45,140 @@ class Experiment:
     expected_error: float
 
 
+class _Trial(NamedTuple):
+    """A trial that could be made: what to do, and how it would be measured."""
+
+    describe: str
+    twin: Twin
+    measured: MeasuredTrial
+
+
 def next_experiments(
-    ground: Ground,
-    probabilities: Probabilities,
-    verdict: Verdict,
-    effects: Mapping[str, Effect],
-    best: Refit | None,
+    ground: Ground, explanations: Explanations, verdict: Verdict, effects: Mapping[str, Effect], seed: int = 0
 ) -> tuple[Experiment, ...]:
-    """For every two effects that are still confused."""
-    return ()
+    """For every two effects that the verdict leaves confused, the most telling first."""
+    pairs = [pair for group in verdict.groups for pair in combinations(group, 2)]
+    if not pairs:
+        return ()
+    strengths = _strengths(explanations, {name for pair in pairs for name in pair}, ground, effects)
+    now = {name: signature_of(effects[name], ground.model, ground.camera, ground.at) for name in strengths}
+    found = []
+    for pair in pairs:
+        found += _with_a_number_more(ground, pair, strengths, now)
+    for trial in _trials(ground, seed):
+        with suppress(NotEnoughData, SimulationDiverged, np.linalg.LinAlgError):
+            wider = ground.with_trial(trial.twin, trial.measured)
+            then = {name: signature_of(effects[name], wider.model, wider.camera, ground.at) for name in strengths}
+            found += [
+                Experiment(trial.describe, pair, _error(_apart(wider, pair, strengths, then, effects)))
+                for pair in pairs
+            ]
+    return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
+
+
+def _strengths(
+    explanations: Explanations, names: set[str], ground: Ground, effects: Mapping[str, Effect]
+) -> dict[str, np.ndarray]:
+    """(p,) of each effect, where it alone comes nearest to what is left."""
+    target, found = ground.space.freed(ground.left), {}
+    for each, form in zip(explanations.effects, explanations.best, strict=True):
+        if each.name in names and form is not None:
+            suited = effects[each.name].suited(ground.twin.robot, ground.trials[0].markers)
+            values = np.zeros(len(suited.parameters))
+            own = np.linalg.lstsq(form.columns, target, rcond=None)[0]
+            values[list(form.parameters)] = np.clip(own, form.low, form.high) * form.sd
+            found[each.name] = values
+    return found
+
+
+def _apart(
+    ground: Ground,
+    pair: tuple[str, str],
+    strengths: Mapping[str, np.ndarray],
+    signatures: Mapping[str, Signature],
+    effects: Mapping[str, Effect],
+) -> float:
+    """The lesser distance of the one from the other, refitted."""
+    found = []
+    for own, other in (pair, pair[::-1]):
+        change = signature_of(effects[own], ground.model, ground.camera, ground.at, strengths[own][None]).rows[0]
+        if np.isfinite(change).all():
+            found.append(ground.space.rival(change, signatures[other]).distance)
+    return min(found, default=0.0)
+
+
+def _with_a_number_more(
+    ground: Ground, pair: tuple[str, str], strengths: Mapping[str, np.ndarray], signatures: Mapping[str, Signature]
+) -> list[Experiment]:
+    """A clock in view, or a motor's log: each gives a frequency that an effect of the clock leaves as it is."""
+    if not all(name in strengths for name in pair):
+        return []
+    hertz = {name: _hertz(ground, signatures[name], strengths[name]) for name in pair}
+    clocks = {name: change if name == _CLOCK else 0.0 for name, change in hertz.items()}
+    turned = {name: 0.0 if name == _CLOCK else change for name, change in hertz.items()}
+    ways = (
+        ("Put a running clock into the picture and film one more swim", clocks, _CLOCKED_TO),
+        ("Log the motor in one more swim", turned, _LOGGED_TO),
+    )
+    return [
+        Experiment(describe, pair, _error(abs(told[pair[0]] - told[pair[1]]) / to))
+        for describe, told, to in ways
+        if told[pair[0]] != told[pair[1]]
+    ]
+
+
+def _hertz(ground: Ground, signature: Signature, strength: np.ndarray) -> float:
+    """Relative change of the measured frequency."""
+    weight = np.linalg.lstsq(signature.values.T, strength, rcond=None)[0]
+    measured = np.array([trial.frequency.hz for trial in ground.trials])
+    return float(np.mean(weight @ signature.hertz / measured))
+
+
+def _trials(ground: Ground, seed: int) -> list[_Trial]:
+    """Swims at other speeds, and a dry run."""
+    swum = np.array([trial.commanded_hz or trial.frequency.hz for trial in ground.trials])
+    found = []
+    for hz in (hz for hz in SPEEDS_HZ if np.abs(swum - hz).min() > _NEW_HZ):
+        with suppress(NotEnoughData, SimulationDiverged):
+            found.append(
+                _Trial(f"Film a swim at {hz:.1f} Hz", ground.twin, _measured(ground, ground.twin, hz, "swim", seed))
+            )
+    dry = Twin(ground.twin.robot, ground.twin.markers, DRY, ground.twin.workers)
+    with suppress(NotEnoughData, SimulationDiverged):
+        found.append(
+            _Trial("Film a dry run at 1 Hz, the head clamped in air", dry, _measured(ground, dry, 1.0, "dry", seed))
+        )
+    return found
+
+
+def _measured(ground: Ground, twin: Twin, hz: float, kind: str, seed: int) -> MeasuredTrial:
+    """The plain twin, settled, seen with noise like that of the session."""
+    like = ground.trials[0]
+    frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
+    time_s = np.arange(0.0, run_in_s + _SECONDS, frame_s)
+    velocity = np.array([[-_START_M_S * hz, 0.0, 0.0]])
+    told = twin.simulate(Runs(ground.at[None], np.array([hz]), np.zeros(1), velocity), time_s)
+    noise_m = _noise_m(ground, told.marker_m[0].shape, frame_s, np.random.default_rng([seed, 13]))
+    position_px = (told.marker_m[0] + noise_m) / like.metres_per_px * np.array([1.0, -1.0])
+    tracks = Tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
+    spec = TrialSpec(f"{kind}_{hz:.2f}", "swim", commanded_hz=hz, role="fit")
+    camera = CameraSpec(1 / frame_s, twin.robot.scale_length_m)
+    later = tracks.since(int(np.searchsorted(time_s, run_in_s)))
+    return measure_trial(spec, later, camera, twin.robot, like.warmup_s)
+
+
+def _noise_m(ground: Ground, shape: Sequence[int], frame_s: float, random: np.random.Generator) -> np.ndarray:
+    """(n, m, 2) errors that last, as those of the session do."""
+    noises = [model.noise for model in ground.model.trials]
+    lasts = np.exp(-frame_s / float(np.median([noise.lasts_s for noise in noises])))
+    sd_m = np.median([noise.sd_m for noise in noises], axis=0)
+    steps = random.standard_normal(tuple(shape)) * sd_m[:, None]
+    found = np.empty_like(steps)
+    found[0] = steps[0]
+    for i in range(1, len(steps)):
+        found[i] = lasts * found[i - 1] + np.sqrt(1 - lasts**2) * steps[i]
+    return found
+
+
+def _error(distance: float) -> float:
+    return float(norm.cdf(-distance / 2))

@@ -30,6 +30,12 @@ class Shrinkage:
     interval: tuple[float, float] | None
 
 
+def of_gaits(ground: Ground, left: np.ndarray) -> np.ndarray:
+    """(k - t,) of unit noise, without the frequencies, which are a datum of their own."""
+    count = len(left) - len(ground.trials)
+    return np.asarray(solve_triangular(ground.space.root[:count, :count], left[:count], lower=True))
+
+
 def whitened(ground: Ground, left: np.ndarray) -> np.ndarray:
     """(k,) of unit noise."""
     return np.asarray(solve_triangular(ground.space.root, left, lower=True))
@@ -43,7 +49,7 @@ def shrinkage(held: Ground, left: np.ndarray, seed: int = 0) -> Shrinkage:
         left: what the twin with effects leaves.
         seed: of the draws.
     """
-    before, after = whitened(held, held.left), whitened(held, left)
+    before, after = of_gaits(held, held.left), of_gaits(held, left)
     count = len(before)
     over, under = before @ before - count, after @ after - count
     plain, with_effects = float(before @ before / count), float(after @ after / count)

@@ -5,7 +5,7 @@ higher a harmonic is the smaller they are; each trial has its own.
 """
 
 import numpy as np
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, solve_triangular
 
 from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED
 
@@ -14,6 +14,7 @@ _OF_ITS_OWN = 0.2  # share of the variance that each marker has to itself
 _OF_HARMONIC = 0.5  # of each harmonic against the one before
 _SPEED_PER_S = 5.0  # m/s for a metre of displacement
 _HERTZ_PER_M = 2.0
+_SIZES_M, _TRIED = (1e-6, 0.05), 60
 
 
 def generic_covariance(along_m: np.ndarray, trials: int) -> np.ndarray:
@@ -32,3 +33,14 @@ def generic_covariance(along_m: np.ndarray, trials: int) -> np.ndarray:
     assert SPEED == 0
     gait = block_diag([[_SPEED_PER_S**2]], markers)
     return block_diag(*[gait] * trials, _HERTZ_PER_M**2 * np.eye(trials))
+
+
+def generic_size(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:
+    """The likeliest size, m, of a gap of no particular cause in what is left (k,) beside what is known (k, k)."""
+    root = np.linalg.cholesky(covariance)
+    white = solve_triangular(root, generic, lower=True)
+    values, vectors = np.linalg.eigh(solve_triangular(root, white.T, lower=True))
+    seen = (vectors.T @ solve_triangular(root, left, lower=True)) ** 2
+    sizes = np.geomspace(*_SIZES_M, _TRIED)
+    variance = 1 + np.outer(sizes**2, np.maximum(values, 0.0))
+    return float(sizes[np.argmin((seen / variance + np.log(variance)).sum(axis=1))])

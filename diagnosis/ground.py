@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from diagnosis.described import robot_doubts
+from diagnosis.generic import generic_covariance, generic_size
 from fitting.posterior.box_size import BOX_SD_M, box_size
 from fitting.posterior.session_model import START_PHASE_RAD, Disturbances, SessionModel
 from fitting.posterior.trial_model import TrialModel
@@ -70,19 +71,38 @@ class Ground:
         cls, model: SessionModel, camera: CameraSpec, start: np.ndarray, discrepancy: np.ndarray
     ) -> "Ground | None":
         """From one start; None where a twin diverges on the way."""
-        at = start
+        at, generic = start, _generic(model)
         try:
             for _ in range(_LOOKS):  # what disturbs the row hardly changes with the coefficients
                 disturbances = model.disturbances(at)
                 box_sd_m = _box_size(model, at, disturbances)
-                at = nearest(model, at, _same(row_covariance(model, disturbances.of(box_sd_m), discrepancy)))
+                known = row_covariance(model, disturbances.of(box_sd_m), discrepancy)
+                gap = generic_size(left_row(model, at), known, generic) ** 2 * generic
+                at = nearest(model, at, _same(known + gap))
         except (np.linalg.LinAlgError, ValueError):
             return None
         return cls(model, camera, at, discrepancy, _box_size(model, at, disturbances), disturbances)
 
+    @cached_property
+    def generic(self) -> np.ndarray:
+        """(k, k) covariance of a gap of no particular cause that is one metre large."""
+        return _generic(self.model)
+
+    @cached_property
+    def with_gap(self) -> Whitened:
+        """As `space`, with what the plain twin leaves counted as disturbance: in this, twins are fitted."""
+        size = generic_size(self.left, self.covariance, self.generic)
+        return Whitened.of(self.covariance + size**2 * self.generic, self.slopes, PRIOR_SD)
+
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
         """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
         model = _beside(self.model.trials[0].twin, trials)
+        return replace(self, model=model, disturbances=model.disturbances(self.at))
+
+    def with_trial(self, twin: Twin, trial: MeasuredTrial) -> "Ground":
+        """The same swims and one more, which may have a twin of its own."""
+        more = _beside(twin, [trial]).trials
+        model = SessionModel((*self.model.trials, *more))
         return replace(self, model=model, disturbances=model.disturbances(self.at))
 
     @property
@@ -118,8 +138,15 @@ class Ground:
     @property
     def misfit(self) -> float:
         """-2 ln of the probability of what is left, but for a constant."""
-        white = solve_triangular(self.space.root, self.left, lower=True)
-        return float(white @ white + 2 * np.log(np.diag(self.space.root)).sum())
+        root = self.with_gap.root
+        white = solve_triangular(root, self.left, lower=True)
+        return float(white @ white + 2 * np.log(np.diag(root)).sum())
+
+
+def _generic(model: SessionModel) -> np.ndarray:
+    first = model.trials[0]
+    along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
+    return generic_covariance(along_m, len(model.trials))
 
 
 def _same(covariance: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

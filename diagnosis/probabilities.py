@@ -33,29 +33,15 @@ class Probabilities:
     @classmethod
     def after(cls, explanations: Explanations) -> "Probabilities":
         """By Bayes' rule: all single effects, pairs of the likeliest, and larger sets where they are likelier still."""
-        belief, count = explanations.belief, len(explanations.effects)
         logs: dict[Key, float] = {}
-
-        def try_set(present: tuple[int, ...]) -> None:
-            for other in (False, True):
-                if (present, other) not in logs:
-                    evidence = explanations.evidence(present, other)
-                    logs[present, other] = evidence + belief.log_prior(len(present), other, count)
-
         shows = [i for i, each in enumerate(explanations.effects) if each.forms]
-        try_set(())
-        for i in shows:
-            try_set((i,))
+        for present in [(), *((i,) for i in shows)]:
+            _try(explanations, logs, present)
         for pair in _pairs(logs, shows):
-            try_set(pair)
+            _try(explanations, logs, pair)
         for size in range(3, _MOST + 1):
-            sets = sorted((k for k in logs if len(k[0]) == size - 1), key=lambda k: -logs[k])[:_KEPT]
-            if not sets or logs[sets[0]] < max(logs.values()):
-                break
-            for present, _ in sets:
-                for i in shows:
-                    if i not in present:
-                        try_set(tuple(sorted((*present, i))))
+            for present in _larger(logs, shows, size):
+                _try(explanations, logs, present)
         total = logsumexp(list(logs.values()))
         chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
         effects = explanations.effects
@@ -87,6 +73,22 @@ class Probabilities:
     def number(self, count: int) -> float:
         """That so many effects are present."""
         return sum(chance for (present, _), chance in self.of.items() if len(present) == count)
+
+
+def _try(explanations: Explanations, logs: dict[Key, float], present: tuple[int, ...]) -> None:
+    """Weighs a set of effects, with and without something else."""
+    for other in (False, True):
+        if (present, other) not in logs:
+            prior = explanations.belief.log_prior(len(present), other, len(explanations.effects))
+            logs[present, other] = explanations.evidence(present, other) + prior
+
+
+def _larger(logs: dict[Key, float], shows: list[int], size: int) -> list[tuple[int, ...]]:
+    """The likeliest sets with one effect less, and one more; none where a smaller set is likelier than these."""
+    sets = sorted((key for key in logs if len(key[0]) == size - 1), key=lambda key: -logs[key])[:_KEPT]
+    if not sets or logs[sets[0]] < max(logs.values()):
+        return []
+    return sorted({tuple(sorted((*present, i))) for present, _ in sets for i in shows if i not in present})
 
 
 def _pairs(logs: dict[Key, float], shows: list[int]) -> set[tuple[int, int]]:

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from diagnosis.ground import Ground
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.signatures import AffectedTrial, Whitened
+from fitting.signatures import AffectedTrial
 from fitting.signatures.session_row import PRIOR_SD
 from fitting.signatures.signature import affected_trials_of
 from swimmer.effects import AffectedTwin, Effect
@@ -52,7 +53,7 @@ class Refit:
 
 
 def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: int = 3) -> Refit:
-    """By steps of Gauss and Newton, each shortened until it helps.
+    """By steps of Gauss and Newton, each shortened until it helps; what the plain twin leaves counts as disturbance.
 
     Args:
         ground: the fitted swims beside the nearest plain twin.
@@ -140,5 +141,4 @@ class _Joint:
         return np.asarray(np.linalg.inv(columns.T @ columns + np.diag(self.sd**-2.0)))
 
     def _white(self, rows: np.ndarray) -> np.ndarray:
-        space: Whitened = self.ground.space
-        return np.asarray(np.linalg.solve(space.root, rows))
+        return np.asarray(solve_triangular(self.ground.with_gap.root, rows, lower=True))

@@ -1,6 +1,7 @@
 """What may be said: a name, a few names that cannot be told apart, that something else is there, or nothing."""
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -10,6 +11,7 @@ from diagnosis.probabilities import Probabilities
 VerdictName = Literal["named", "inseparable", "unexplained", "no_gap"]
 MOST_ALIKE = 3
 SURE = 0.9  # probability from which one name is enough
+_LOOKED_AT = 10  # of the likeliest effects, for a group
 ALARM = 0.97  # that there is something: below, there is no gap to speak of
 
 
@@ -37,31 +39,35 @@ class Verdict:
 
 
 def verdict_of(found: Probabilities) -> Verdict:
-    """From probabilities: the likeliest explanation, with what may stand in the place of each of its effects."""
+    """From probabilities.
+
+    A group is the fewest effects, at most three, of which exactly one is surely present; there may be several groups,
+    which act together. Whatever else may be present is left to the remainder; where there is no group at all the gap is
+    unexplained.
+    """
     if 1 - found.null < ALARM:
         return Verdict("no_gap", ())
-    named = sum(chance for (present, _), chance in found.of.items() if present)
-    if found.other > named:
+    groups: list[tuple[int, ...]] = []
+    while (group := _group(found, groups)) is not None:
+        groups.append(group)
+    if not groups:
         return Verdict("unexplained", ())
-    present = max((key for key in found.of if key[0]), key=lambda key: found.of[key])[0]
-    groups = [_alternatives(found, present, place) for place in present]
-    if any(not group for group in groups):
-        return Verdict("unexplained", ())
+    named = all(len(group) == 1 for group in groups)
     names = tuple(tuple(found.names[i] for i in group) for group in groups)
-    return Verdict("named" if all(len(group) == 1 for group in groups) else "inseparable", names)
+    return Verdict("named" if named else "inseparable", names)
 
 
-def _alternatives(found: Probabilities, present: tuple[int, ...], place: int) -> tuple[int, ...]:
-    """An effect of an explanation and what may stand in its place, as many as make it sure; none where too many do."""
-    rest = set(present) - {place}
-    chances = np.zeros(len(found.names))
-    for (others, _), chance in found.of.items():
-        if rest <= set(others):
-            for i in set(others) - rest:
-                chances[i] += chance / len(set(others) - rest)
-    chances /= max(chances.sum(), 1e-300)
-    order = [int(i) for i in np.argsort(-chances)]
-    needed = int(np.searchsorted(np.cumsum(chances[order]), SURE)) + 1
-    if needed > MOST_ALIKE and chances[order[:MOST_ALIKE]].sum() < SURE - 0.2:
-        return ()
-    return tuple(order[: min(needed, MOST_ALIKE)])
+def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ...] | None:
+    """Alternatives beside those of the groups before, the likeliest first."""
+    taken = {i for group in before for i in group}
+    likely = [int(i) for i in np.argsort(-found.marginal) if int(i) not in taken][:_LOOKED_AT]
+    for size in range(1, MOST_ALIKE + 1):
+        chances = {group: _exactly_one(found, group) for group in combinations(likely, size)}
+        best = max(chances, key=lambda group: chances[group], default=None)
+        if best is not None and chances[best] >= SURE:
+            return best
+    return None
+
+
+def _exactly_one(found: Probabilities, group: tuple[int, ...]) -> float:
+    return sum(chance for (present, _), chance in found.of.items() if len(set(present) & set(group)) == 1)

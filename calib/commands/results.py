@@ -7,7 +7,7 @@ import typer
 
 from calib.commands.arguments import AsJson, Effort, SessionFolder, Workers
 from calib.options import Options
-from calib.working import tell_outcome, working
+from calib.working import tell_diagnosis, tell_outcome, working
 from fitting import MethodName
 from session import SESSION_FILE, NotConverged
 
@@ -53,6 +53,23 @@ def posterior(session: SessionFolder, effort: Effort = "full", workers: Workers 
     with working(session, as_json, Options(effort, workers)) as pipeline:
         result = pipeline.posterior()
     tell_outcome(pipeline, result, as_json)
+
+
+def diagnose(
+    session: SessionFolder,
+    effort: Effort = "full",
+    workers: Workers = 0,
+    without: Annotated[str, typer.Option(help="effects that the catalogue is to lack, comma-separated")] = "",
+    as_json: AsJson = False,
+) -> None:
+    """Tells where the sim-to-real gap lies, which unmodelled effect makes it, and how far it shrinks with that effect.
+
+    Writes results/diagnosis.json and, where an effect is named, the model with it.
+    """
+    lacking = frozenset(name.strip() for name in without.split(",") if name.strip())
+    with working(session, as_json, Options(effort, workers)) as pipeline:
+        result = pipeline.diagnosis(lacking)
+    tell_diagnosis(pipeline, result, as_json)
 
 
 def report(

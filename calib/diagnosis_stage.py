@@ -1,0 +1,150 @@
+"""From measured swims to a diagnosis: ``results/diagnosis.json``, and the twin with what it names.
+
+The diagnosis takes a second to load: it is imported where it is needed.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from calib.affected_mjcf import write_affected_twin
+from calib.options import Options
+from fitting import MeasuredTrial
+from session import (
+    FaultCollector,
+    NotEnoughData,
+    Provenance,
+    Session,
+    fingerprint_of,
+    is_current,
+    mark_current,
+    read_result_json,
+    write_result_json,
+    writing_whole,
+)
+from swimmer import RobotSpec, Twin
+from swimmer.effects import Effect, catalogue
+
+if TYPE_CHECKING:
+    from diagnosis import Diagnosis
+
+FORM = 4  # of the files and of what they rest on
+
+
+class DiagnosisStage:
+    """``results/diagnosis.json`` with its arrays in ``diagnosis.npz``, and ``calibrated+<effects>.xml``.
+
+    Args:
+        session: as read.
+        robot: as described.
+        options: effort, threads, progress.
+        stamp: what results are stamped with.
+        recordings: fingerprint of what was recorded.
+        without: names that the catalogue is to lack.
+
+    Raises:
+        InputError: the catalogue has no such effect.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        robot: RobotSpec,
+        options: Options,
+        stamp: Provenance,
+        recordings: str,
+        without: frozenset[str] = frozenset(),
+    ) -> None:
+        self._session, self._robot, self._options, self._stamp = session, robot, options, stamp
+        self._recordings, self._without = recordings, without
+        self.made: list[Path] = []
+        self._check_names()
+
+    @property
+    def file(self) -> Path:
+        """``results/diagnosis.json``."""
+        return self._session.results / "diagnosis.json"
+
+    @property
+    def arrays_file(self) -> Path:
+        """``results/diagnosis.npz``: what figures are drawn from."""
+        return self.file.with_suffix(".npz")
+
+    @cached_property
+    def effects(self) -> dict[str, Effect]:
+        """The catalogue without what it is to lack."""
+        return {name: effect for name, effect in catalogue().items() if name not in self._without}
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Of the recordings, of the catalogue and of how it is diagnosed."""
+        told = {"form": FORM, "effort": self._options.effort, "effects": list(self.effects), "seed": self._session.seed}
+        return fingerprint_of({}, told, [self._recordings])
+
+    @property
+    def is_current(self) -> bool:
+        """Whether it belongs to these recordings."""
+        return is_current(self.file, self.fingerprint)
+
+    def make(self, trials: list[MeasuredTrial], discrepancy: np.ndarray | None = None) -> Diagnosis:
+        """Diagnoses and writes.
+
+        Args:
+            trials: all swims.
+            discrepancy: (g, g) covariance of what a refitted twin leaves of a gait where nothing is wrong; default:
+                that between the toolkit's two simulators.
+
+        Raises:
+            NotEnoughData: no swim has the role "fit".
+            SimulationDiverged: the plain twin, from every start.
+        """
+        from diagnosis import Settings, diagnose, discrepancy_for
+        from diagnosis.arrays import save_arrays
+        from diagnosis.diagnosis_file import diagnosis_payload
+
+        if not any(trial.role == "fit" for trial in trials):
+            raise NotEnoughData(f'{self._session.name}: no swim of role "fit"; a diagnosis needs at least one')
+        markers = trials[0].markers
+        found = diagnose(
+            trials,
+            Twin(self._robot, markers, workers=self._options.workers),
+            self._session.camera,
+            self.effects,
+            discrepancy_for(markers, self._robot) if discrepancy is None else discrepancy,
+            Settings(self._options.effort, seed=self._session.seed),
+            self._options.tell,
+        )
+        self._remove_models()
+        models = write_affected_twin(self._session.results, found) if found.refit is not None else []
+        with writing_whole(self.arrays_file) as part:
+            save_arrays(part, found)
+        payload = diagnosis_payload(found) | {"withheld_from_catalogue": sorted(self._without)}
+        write_result_json(self.file, self._stamp, payload | {"models": [path.name for path in models]})
+        mark_current(self.file, self.fingerprint, [self.arrays_file, *models])
+        self.made += [self.file, self.arrays_file, *models]
+        return found
+
+    def read(self) -> dict[str, Any]:
+        """The content of ``diagnosis.json``."""
+        return read_result_json(self.file)
+
+    def _remove_models(self) -> None:
+        for path in self._session.results.glob("calibrated+*"):
+            path.unlink()
+
+    def _check_names(self) -> None:
+        faults, known = FaultCollector("--without"), catalogue()
+        for name in sorted(self._without - set(known)):
+            faults.add(
+                name,
+                "no effect of the catalogue",
+                found=repr(name),
+                expected="names of the catalogue",
+                choices=tuple(known),
+                next_step="Mend the name; docs/effects.md has the table.",
+            )
+        faults.raise_if_any()

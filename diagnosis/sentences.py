@@ -1,0 +1,73 @@
+"""A diagnosis in three sentences: where the gap lies, which effect makes it, how far it shrinks with that."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+_OF_STAGE = {
+    "camera": "in what camera and tracker see",
+    "drive": "in clock and drive",
+    "body": "in the forces on the whole fish",
+    "tail": "in the tail: its hinges and tendons",
+}
+
+
+def sentences(data: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Of a `diagnosis.json`."""
+    return _where(data), _which(data), _how_far(data)
+
+
+def plain(name: str) -> str:
+    """A name as words."""
+    return name.replace("_", " ")
+
+
+def _where(data: Mapping[str, Any]) -> str:
+    shares = dict(data["where"]["by_stage"])
+    floor = shares.pop("floor")
+    if data["verdict"] == "no_gap":
+        return f"Where: nowhere that these trials show; {floor:.0%} of what the nearest twin leaves is noise."
+    stage = max(shares, key=lambda name: shares[name])
+    marker = max(data["where"]["by_marker"], key=lambda name: data["where"]["by_marker"][name])
+    return (
+        f"Where: mostly {_OF_STAGE[stage]} ({shares[stage]:.0%} of what the nearest twin leaves; {floor:.0%} is "
+        f"noise), most of all at {plain(marker)}."
+    )
+
+
+def _which(data: Mapping[str, Any]) -> str:
+    verdict, chances = data["verdict"], data["probabilities"]
+    if verdict == "no_gap":
+        return f"Which: no effect is called for (probability of nothing {data['no_gap_probability']:.2f})."
+    if verdict == "unexplained":
+        return (
+            "Which: no effect of the catalogue explains it "
+            f"(probability that it is something else {chances['none_of_these']:.2f}); see the missing forces."
+        )
+    told = " together with ".join(_group(group, chances) for group in data["groups"])
+    rest = data["remainder"]
+    left = "" if rest is None or rest["share"] < 0.05 else f"; {rest['share']:.0%} of the gap remains"
+    return f"Which: {told}{left}."
+
+
+def _group(group: Sequence[str], chances: Mapping[str, float]) -> str:
+    return " or ".join(f"{plain(name)} ({chances.get(name, 0.0):.2f})" for name in group)
+
+
+def _how_far(data: Mapping[str, Any]) -> str:
+    gap = data["gap"]
+    if not gap["evaluated_on"]:
+        return "How far: not known, for no swim was held out."
+    trials = f"{len(gap['evaluated_on'])} held-out swim{'s' * (len(gap['evaluated_on']) > 1)}"
+    if data["verdict"] in ("no_gap", "unexplained"):
+        return (
+            f"How far: nothing was added; on {trials} markers are {gap['baseline_mm']:.1f} mm off, "
+            f"speeds {1000 * gap['speed_mae_before']:.1f} mm/s."
+        )
+    change = (
+        f"markers from {gap['baseline_mm']:.1f} to {gap['with_effects_mm']:.1f} mm, speeds from "
+        f"{1000 * gap['speed_mae_before']:.1f} to {1000 * gap['speed_mae_after']:.1f} mm/s"
+    )
+    if gap["shrinkage"] is None:
+        return f"How far: on {trials} the plain twin leaves no more than noise; {change}."
+    low, high = gap["shrinkage_ci95"]
+    return f"How far: on {trials} the gap shrinks by {gap['shrinkage']:.0%} ({low:.0%} to {high:.0%}); {change}."
