@@ -6,7 +6,7 @@ has a size that is not known and is found by maximum likelihood (variance compon
 shares are those of the expected parts in the squared length, and add up exactly.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 from scipy.optimize import minimize
 
 from diagnosis.ground import Ground
-from diagnosis.pushes import HEAD, Responses
+from diagnosis.pushes import HEAD, PER_JOINT, Responses
 from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED, advanced, harmonics_of
 from fitting.signatures import Signature
 
@@ -70,20 +70,22 @@ def locate(ground: Ground, responses: Responses, signatures: Sequence[Signature]
         signatures: of the catalogue; those of the stage "drive" say how cranks turn otherwise.
     """
     left = ground.left - ground.slopes @ ground.space.coefficients(ground.left)
-    columns = _columns(ground, responses, signatures)
+    ways = _ways(ground, responses, signatures)
     target = ground.space.freed(left)
-    freed = {stage: ground.space.freed(part.T).T for stage, part in columns.items()}
+    freed = {way: ground.space.freed(part.T).T for way, part in ways.items()}
     sizes = _sizes(target, list(freed.values()))
-    weights = {stage: size**2 for stage, size in zip(freed, sizes, strict=True)}
+    weights = {way: size**2 for way, size in zip(freed, sizes, strict=True)}
     solved = _solved(target, freed, weights)
     total = float(target @ target)
-    shares = {s: weights[s] * float(np.sum((part.T @ solved) * (part.T @ target))) / total for s, part in freed.items()}
+    shares, parts = dict.fromkeys(STAGES, 0.0), {stage: np.zeros_like(left) for stage in STAGES}
+    for way, part in freed.items():
+        amplitude = weights[way] * (part.T @ solved)
+        shares[way.stage] += float(amplitude @ (part.T @ target)) / total
+        parts[way.stage] += ways[way] @ amplitude
     shares["floor"] = float(target @ solved) / total
-    amplitudes = {stage: weights[stage] * (part.T @ solved) for stage, part in freed.items()}
-    parts = {stage: columns[stage] @ amplitude for stage, amplitude in amplitudes.items()}
     parts["floor"] = left - sum(parts.values())
     return Where(
-        by_stage={stage: shares[stage] for stage in STAGES},
+        by_stage=shares,
         alone=_alone(target, freed),
         **_split(ground, left),
         forces=_forces(responses, freed, weights, solved),
@@ -91,41 +93,69 @@ def locate(ground: Ground, responses: Responses, signatures: Sequence[Signature]
     )
 
 
-def _columns(ground: Ground, responses: Responses, signatures: Sequence[Signature]) -> dict[str, np.ndarray]:
-    """(k, q) by stage."""
+class Way(NamedTuple):
+    """One way in which a stage makes a gap, of a size of its own."""
+
+    stage: str
+    what: str
+
+
+def _ways(ground: Ground, responses: Responses, signatures: Sequence[Signature]) -> dict[Way, np.ndarray]:
+    """(k, q) columns of each way: what is steady, and what beats."""
     of_joint = np.moveaxis(responses.columns, 2, 0)  # (j, k, t, 7)
-    head = np.concatenate([part.reshape(len(part), -1) for part in of_joint[: len(HEAD)]], axis=1)
-    hinges = np.concatenate([part.reshape(len(part), -1) for part in of_joint[len(HEAD) :]], axis=1)
-    return {"camera": _seen(ground), "drive": _driven(ground, signatures), "body": head, "tail": hinges}
+    found = {}
+    for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
+        steady, beating = of_joint[joints, ..., :1], of_joint[joints, ..., 1:]
+        for what, part in (("steady", steady), ("beating", beating)):
+            found[Way(stage, what)] = np.concatenate([each.reshape(len(each), -1) for each in part], axis=1)
+    found[Way("camera", "on the body")] = _misplaced(ground)
+    found[Way("camera", "in the picture")] = _misboxed(ground)
+    found[Way("camera", "beating")] = _in_each_trial(ground, _beats)
+    found[Way("camera", "scale")] = _in_each_trial(ground, lambda gait: _SCALE * gait[:, None])
+    found[Way("drive", "ripple")] = _in_each_trial(ground, _ripples)
+    found[Way("drive", "frequency")] = _other_frequencies(ground)
+    told = [s.rows[np.isfinite(s.rows).all(axis=1)].T[:, [0, -1]] for s in signatures if s.effect.stage == "drive"]
+    if told:
+        found[Way("drive", "effects")] = np.hstack(told)
+    return found
 
 
-def _seen(ground: Ground) -> np.ndarray:
-    """(k, q) each marker elsewhere in its mean and harmonics, and another scale, in each trial by itself."""
-    decay = np.concatenate([[1.0], np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)])
-    blocks = []
-    for model in ground.model.trials:
-        gait = model.measured
-        markers = np.vstack(
-            [np.zeros(len(gait) - 1), np.diag(np.tile(_SEEN_M * decay, (len(gait) - 1) // OF_A_MARKER))]
-        )
-        blocks.append(np.column_stack([markers, _SCALE * gait]))
-    return np.vstack([block_diag(*blocks), np.zeros((len(blocks), sum(block.shape[1] for block in blocks)))])
+def _in_each_trial(ground: Ground, columns: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """(k, q) columns (g, p) of each trial's gait, by itself."""
+    blocks = block_diag(*[columns(model.measured) for model in ground.model.trials])
+    return np.vstack([blocks, np.zeros((len(ground.trials), blocks.shape[1]))])
 
 
-def _driven(ground: Ground, signatures: Sequence[Signature]) -> np.ndarray:
-    """(k, q) cranks that ripple once and twice a turn, what the drive's effects do, and other frequencies."""
-    blocks, trials = [], len(ground.trials)
-    for model in ground.model.trials:
-        blocks.append(np.column_stack([_rippled(model.measured, n, sine) for n in (1, 2) for sine in (False, True)]))
-    rippled = np.vstack([block_diag(*blocks), np.zeros((trials, 4 * trials))])
-    hertz = np.vstack(
-        [
-            np.zeros((len(ground.left) - trials, trials)),
-            _HERTZ * np.diag([each.frequency.hz for each in ground.trials]),
-        ]
+def _misplaced(ground: Ground) -> np.ndarray:
+    """(k, 2 m) each marker elsewhere on the body, the same in all trials."""
+    columns = ground.disturbances.shared[:, : 2 * len(ground.trials[0].markers)]
+    return np.vstack([columns, np.zeros((len(ground.trials), columns.shape[1]))])
+
+
+def _misboxed(ground: Ground) -> np.ndarray:
+    """(k, b) each box beside its marker in the picture, in each trial by itself."""
+    columns = _SEEN_M * ground.disturbances.per_box
+    return np.vstack([columns, np.zeros((len(ground.trials), columns.shape[1]))])
+
+
+def _beats(gait: np.ndarray) -> np.ndarray:
+    """(g, 12 m) each marker's harmonics otherwise."""
+    decay = np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)
+    columns = np.vstack(
+        [np.zeros(len(gait) - 1), np.diag(np.tile(np.append(0.0, decay), (len(gait) - 1) // OF_A_MARKER))]
     )
-    told = [s.rows[np.isfinite(s.rows).all(axis=1)].T for s in signatures if s.effect.stage == "drive"]
-    return np.hstack([rippled, hertz, *[rows[:, [0, -1]] / 2 for rows in told if rows.shape[1]]])
+    return _SEEN_M * columns[:, columns.any(axis=0)]
+
+
+def _ripples(gait: np.ndarray) -> np.ndarray:
+    """(g, 4) a crank that ripples once and twice a turn."""
+    return np.column_stack([_rippled(gait, order, sine) for order in (1, 2) for sine in (False, True)])
+
+
+def _other_frequencies(ground: Ground) -> np.ndarray:
+    """(k, t) each trial at another frequency than its command says."""
+    hertz = _HERTZ * np.diag([trial.frequency.hz for trial in ground.trials])
+    return np.vstack([np.zeros((len(ground.left) - len(hertz), len(hertz))), hertz])
 
 
 def _rippled(gait: np.ndarray, order: int, sine: bool) -> np.ndarray:
@@ -169,35 +199,36 @@ def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
     return np.asarray(np.where(found.x <= low + 1e-6, 0.0, np.exp(found.x)))
 
 
-def _solved(target: np.ndarray, parts: Mapping[str, np.ndarray], weights: Mapping[str, float]) -> np.ndarray:
-    covariance = np.eye(len(target)) + sum(weights[stage] * part @ part.T for stage, part in parts.items())
+def _solved(target: np.ndarray, parts: Mapping[Way, np.ndarray], weights: Mapping[Way, float]) -> np.ndarray:
+    covariance = np.eye(len(target)) + sum(weights[way] * part @ part.T for way, part in parts.items())
     return np.asarray(np.linalg.solve(covariance, target))
 
 
-def _alone(target: np.ndarray, parts: Mapping[str, np.ndarray]) -> dict[str, float]:
+def _alone(target: np.ndarray, parts: Mapping[Way, np.ndarray]) -> dict[str, float]:
     """The share of each stage, were it the only one."""
     found = {}
-    for stage, part in parts.items():
-        weight = float(_sizes(target, [part])[0]) ** 2
-        solved = _solved(target, {stage: part}, {stage: weight})
-        found[stage] = 1 - float(target @ solved) / float(target @ target)
+    for stage in dict.fromkeys(way.stage for way in parts):
+        own = {way: part for way, part in parts.items() if way.stage == stage}
+        weights = {way: size**2 for way, size in zip(own, _sizes(target, list(own.values())), strict=True)}
+        found[stage] = 1 - float(target @ _solved(target, own, weights)) / float(target @ target)
     return found
 
 
 def _forces(
-    responses: Responses, parts: Mapping[str, np.ndarray], weights: Mapping[str, float], solved: np.ndarray
+    responses: Responses, parts: Mapping[Way, np.ndarray], weights: Mapping[Way, float], solved: np.ndarray
 ) -> Forces:
     """Mean and standard deviation of the missing forces, given all that was measured."""
-    trials = responses.columns.shape[1]
-    names = ("body", "tail")
-    columns = np.hstack([parts[stage] for stage in names])
-    prior = np.concatenate([np.full(parts[stage].shape[1], weights[stage]) for stage in names])
-    covariance = np.eye(len(solved)) + sum(weights[stage] * part @ part.T for stage, part in parts.items())
-    explained = np.einsum("ij,ij->j", columns, np.linalg.solve(covariance, columns))
-    mean, sd = prior * (columns.T @ solved), np.sqrt(np.maximum(prior - prior**2 * explained, 0.0))
-    joints = len(responses.joints)
-    shaped = [np.moveaxis(each.reshape(joints, trials, -1), 0, 1) * responses.unit[:, None] for each in (mean, sd)]
-    return Forces(responses.joints, *shaped)
+    trials, unit = responses.columns.shape[1], responses.unit[:, None]
+    covariance = np.eye(len(solved)) + sum(weights[way] * part @ part.T for way, part in parts.items())
+    mean, sd = np.zeros((2, len(responses.joints), trials, PER_JOINT))
+    for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
+        for what, harmonics in (("steady", slice(None, 1)), ("beating", slice(1, None))):
+            columns, prior = parts[Way(stage, what)], weights[Way(stage, what)]
+            explained = np.einsum("ij,ij->j", columns, np.linalg.solve(covariance, columns))
+            shape = mean[joints, :, harmonics].shape
+            mean[joints, :, harmonics] = (prior * (columns.T @ solved)).reshape(shape)
+            sd[joints, :, harmonics] = np.sqrt(np.maximum(prior - prior**2 * explained, 0.0)).reshape(shape)
+    return Forces(responses.joints, *(np.moveaxis(each, 0, 1) * unit for each in (mean, sd)))
 
 
 def _split(ground: Ground, left: np.ndarray) -> dict[str, dict[str, float]]:

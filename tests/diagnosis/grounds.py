@@ -1,0 +1,34 @@
+"""Two short swims of the twin itself, noisy, beside twins of robots that are not quite the same."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from diagnosis.discrepancy import discrepancy_for
+from diagnosis.ground import Ground
+from fitting import MeasuredTrial
+from session import FISHSIM_MARKERS, CameraSpec
+from swimmer import RobotSpec, Twin
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.exact_swims import ROBOT, exact_swims
+
+CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)
+ARM = 0.03  # by which the arm of the robot that swims is longer than that of the twin
+
+
+def shorter() -> RobotSpec:
+    """The robot as it is described to the diagnosis."""
+    crank = ROBOT.crank.model_copy(update={"arm_m": ROBOT.crank.arm_m / (1 + ARM)})
+    return ROBOT.model_copy(update={"crank": crank})
+
+
+@lru_cache(maxsize=1)
+def trials() -> tuple[MeasuredTrial, ...]:
+    return exact_swims(hz=(0.7, 1.1), seconds=4.0, noise_m=3e-4)
+
+
+@lru_cache(maxsize=2)
+def ground(robot: str = "same") -> Ground:
+    twin = Twin(ROBOT if robot == "same" else shorter(), FISHSIM_MARKERS, workers=1)
+    discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
+    return Ground.fitted(trials(), twin, CAMERA, discrepancy, (PLAUSIBLE_COEFFICIENTS,))

@@ -1,0 +1,50 @@
+"""Rows of a hundred numbers in which all that effects do is known."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from diagnosis.evidence import Belief, Explanations, Row
+from diagnosis.forms import shown
+from fitting.signatures import Signature, Whitened
+from session import TrialKind
+from swimmer.effects import Effect, Parameter
+
+K = 100
+SPACE = Whitened.of(np.eye(K), np.eye(K)[:, :5], np.full(5, 10.0))
+DIRECTIONS = np.linalg.qr(np.random.default_rng(4).standard_normal((K, 12)))[0].T  # (12, k)
+
+
+class Made(Effect):
+    """Does what it is given, and nothing else."""
+
+    family = "structure"
+    stage = "tail"
+    physics = source = "made up"
+    seen_in: ClassVar[frozenset[TrialKind]] = frozenset({"swim"})
+
+    def __init__(self, name: str, low: float = -50.0, high: float = 50.0) -> None:
+        self.name = name  # type: ignore[misc]
+        self.parameters = (Parameter("strength", "1", low, high, 10.0),)
+
+
+def signature(name: str, direction: np.ndarray, low: float = -50.0, high: float = 50.0) -> Signature:
+    """Linear, along a direction (k,)."""
+    strengths = np.array([s for s in (-30.0, -10.0, 10.0, 30.0) if low <= s <= high])[:, None]
+    return Signature(Made(name, low, high), strengths, strengths * direction, np.zeros((len(strengths), 0)))
+
+
+def catalogue() -> list[Signature]:
+    """Ten that have nothing to do with each other, one with one sign, and one that is nearly the first."""
+    plain = [signature(f"effect_{i}", DIRECTIONS[i]) for i in range(10)]
+    alike = 0.995 * DIRECTIONS[0] + np.sqrt(1 - 0.995**2) * DIRECTIONS[11]
+    return [*plain, signature("one_sided", DIRECTIONS[10], low=0.0), signature("twin_of_0", alike)]
+
+
+def explanations(left: np.ndarray, signatures: list[Signature] | None = None) -> Explanations:
+    """Of what is left (k,)."""
+    effects = shown(signatures or catalogue(), SPACE)
+    rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, ()))
+    return Explanations(rows, effects, Belief())

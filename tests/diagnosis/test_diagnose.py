@@ -1,0 +1,70 @@
+"""A whole diagnosis of swims of a robot whose crank arm is longer than described."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from diagnosis import Diagnosis, Settings, diagnose, discrepancy_for
+from diagnosis.arrays import save_arrays
+from diagnosis.diagnosis_file import diagnosis_payload
+from diagnosis.refit import refit
+from diagnosis.sentences import sentences
+from session import FISHSIM_MARKERS, plain_json
+from swimmer import Twin
+from swimmer.effects import catalogue
+from tests.diagnosis.grounds import ARM, CAMERA, ROBOT, ground, shorter, trials
+
+EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "bend_offset", "scale_error")}
+SCHEMA = Path(__file__).resolve().parents[3] / "shared" / "design" / "schema" / "diagnosis.schema.json"
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    swims = [*trials(), trials()[0].with_role("holdout")]
+    twin = Twin(shorter(), FISHSIM_MARKERS, workers=1)
+    return diagnose(swims, twin, CAMERA, EFFECTS, discrepancy_for(FISHSIM_MARKERS, ROBOT), Settings("quick"))
+
+
+def test_it_names_the_arm(found: Diagnosis) -> None:
+    assert found.verdict.groups == (("crank_arm_error",),)
+    assert found.refit is not None
+    assert found.refit.values[0] == pytest.approx(ARM, abs=0.005)
+
+
+def test_a_known_strength_is_recovered_from_a_wrong_start() -> None:
+    arm = refit(ground("shorter"), [catalogue()["crank_arm_error"]], np.array([-0.02]), rounds=6)
+    sd = np.sqrt(arm.covariance[5, 5])
+    assert abs(arm.values[0] - ARM) < 4 * sd
+    assert sd < ARM / 4
+
+
+def test_the_gap_shrinks(found: Diagnosis) -> None:
+    assert found.gap is not None
+    assert found.gap.shrinkage.with_effects < found.gap.shrinkage.plain
+    assert found.gap.after[0].marker_error_m < found.gap.before[0].marker_error_m
+
+
+def test_what_is_written_follows_the_contract(found: Diagnosis, tmp_path: Path) -> None:
+    data = json.loads(json.dumps(plain_json(diagnosis_payload(found))))
+    if SCHEMA.exists():
+        head = {"schema": 1, "program": "", "mujoco": "", "model_sha256": "", "inputs": {}, "seed": 0, "effort": "full"}
+        jsonschema.validate(head | data, json.loads(SCHEMA.read_text()))
+    assert data["effects"] == ["crank_arm_error"]
+    assert "crank arm error" in sentences(data)[1]
+    save_arrays(tmp_path / "d.npz", found)
+    with np.load(tmp_path / "d.npz") as arrays:
+        assert arrays["parts"].sum(axis=0).shape == arrays["measured"].shape == arrays["with_effects"].shape
+
+
+def test_without_the_effect_in_the_catalogue_it_is_not_named() -> None:
+    twin = Twin(shorter(), FISHSIM_MARKERS, workers=1)
+    others = {name: effect for name, effect in EFFECTS.items() if name != "crank_arm_error"}
+    told = diagnose(list(trials()), twin, CAMERA, others, discrepancy_for(FISHSIM_MARKERS, ROBOT), Settings("quick"))
+    assert "crank_arm_error" not in told.probabilities.names
+    assert told.verdict.name != "named"
+    assert told.gap is None

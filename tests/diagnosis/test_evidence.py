@@ -1,0 +1,84 @@
+"""Explanations are weighed as they should be: what is there is found, what is not is not, and chances come true."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from diagnosis.probabilities import Probabilities
+from diagnosis.verdict import verdict_of
+from tests.diagnosis.rows import DIRECTIONS, K, explanations, signature
+
+
+def noise(seed: int) -> np.ndarray:
+    return np.random.default_rng([seed, 5]).standard_normal(K)
+
+
+def after(left: np.ndarray) -> Probabilities:
+    return Probabilities.after(explanations(left))
+
+
+def test_probabilities_add_up_to_one() -> None:
+    assert sum(after(noise(0) + 5 * DIRECTIONS[3]).of.values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("strength", [8.0, -8.0, 25.0])
+def test_an_effect_that_is_there_is_named(strength: float) -> None:
+    found = after(noise(1) + strength * DIRECTIONS[4])
+    assert found.marginal[4] > 0.95
+    assert verdict_of(found).groups == (("effect_4",),)
+
+
+def test_two_that_are_there_are_named_together() -> None:
+    verdict = verdict_of(after(noise(2) + 9 * DIRECTIONS[2] - 8 * DIRECTIONS[7]))
+    assert verdict.name == "named"
+    assert {group[0] for group in verdict.groups} == {"effect_2", "effect_7"}
+
+
+def test_two_that_look_alike_are_told_as_alternatives() -> None:
+    verdict = verdict_of(after(noise(3) + 8 * DIRECTIONS[0]))
+    assert verdict.name == "inseparable"
+    assert set(verdict.groups[0]) == {"effect_0", "twin_of_0"}
+
+
+def test_an_effect_of_one_sign_does_not_explain_the_other() -> None:
+    there, not_there = (after(noise(4) + s * DIRECTIONS[10]) for s in (9.0, -9.0))
+    assert there.marginal[10] > 0.95
+    assert not_there.marginal[10] < 0.2
+
+
+def test_what_no_effect_looks_like_is_unexplained() -> None:
+    strange = np.linalg.qr(np.vstack([DIRECTIONS, np.random.default_rng(6).standard_normal((8, K))]).T)[0].T[12:]
+    found = after(noise(5) + 7 * strange.sum(axis=0))
+    assert found.other > 0.5
+    assert verdict_of(found).name == "unexplained"
+
+
+def test_noise_alone_is_no_gap() -> None:
+    alarms = [verdict_of(after(noise(seed))).name != "no_gap" for seed in range(20, 44)]
+    assert sum(alarms) <= 1
+
+
+@pytest.mark.long
+def test_chances_come_true() -> None:
+    """Sessions drawn as they are believed to be: nothing, or one effect of a size from just seen to clear."""
+    random, told, true = np.random.default_rng(7), [], []
+    for seed in range(300):
+        left, present = noise(100 + seed), None
+        if random.random() < 0.5:
+            present = int(random.integers(10))
+            left = left + random.choice([-1, 1]) * np.exp(random.uniform(0.0, 3.0)) * DIRECTIONS[present]
+        chances = after(left).marginal[:10]
+        told.append(chances)
+        true.append(np.arange(10) == (-1 if present is None else present))
+    p, hit = np.concatenate(told), np.concatenate(true)
+    for low, high in ((0.02, 0.3), (0.3, 0.7), (0.7, 1.0)):
+        bin_ = (p >= low) & (p < high)
+        if bin_.sum() >= 8:
+            error = np.sqrt(p[bin_].mean() * (1 - p[bin_].mean()) / bin_.sum())
+            assert abs(hit[bin_].mean() - p[bin_].mean()) < 0.08 + 3 * error
+
+
+def test_an_effect_that_does_nothing_is_left_out() -> None:
+    found = Probabilities.after(explanations(noise(8), [signature("idle", np.zeros(K)), signature("e", DIRECTIONS[1])]))
+    assert found.marginal[0] == 0.0

@@ -1,0 +1,55 @@
+"""A shrinkage is what it is said to be, and its interval holds the value without noise."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from diagnosis.gap import shrinkage
+from fitting.signatures import Whitened
+
+K = 200
+ROOT = np.tril(np.random.default_rng(0).standard_normal((K + 1, K + 1))) / 10 + 2 * np.eye(K + 1)
+
+
+def held(left: np.ndarray) -> SimpleNamespace:
+    """Held-out swims of one trial, whose frequency stands last."""
+    space = Whitened(ROOT, np.zeros((K + 1, 5)), np.ones(5))
+    return SimpleNamespace(left=left, space=space, trials=(None,))
+
+
+def coloured(white: np.ndarray) -> np.ndarray:
+    return ROOT @ np.append(white, 3.0)
+
+
+def test_half_of_a_gap_gone_is_three_quarters_of_its_squares() -> None:
+    gap, noise = 20 * np.eye(K)[0] + 15 * np.eye(K)[7], np.random.default_rng(1).standard_normal(K)
+    found = shrinkage(held(coloured(gap + noise)), coloured(gap / 2 + noise))  # type: ignore[arg-type]
+    assert found.value == pytest.approx(0.75, abs=0.03)
+
+
+def test_a_gap_within_noise_has_no_shrinkage() -> None:
+    noise = np.random.default_rng(2).standard_normal(K)
+    found = shrinkage(held(coloured(noise)), coloured(noise))  # type: ignore[arg-type]
+    assert found.value is None
+    assert found.interval is None
+
+
+def test_the_frequency_does_not_count() -> None:
+    noise = np.random.default_rng(3).standard_normal(K)
+    left = coloured(noise)
+    left[-1] += 1000.0
+    assert shrinkage(held(left), left).value is None  # type: ignore[arg-type]
+
+
+def test_the_interval_holds_the_value_without_noise() -> None:
+    random, inside = np.random.default_rng(4), 0
+    for seed in range(200):
+        gap, rest = (size * random.standard_normal(K) / np.sqrt(K) for size in (25.0, 10.0))
+        noise = random.standard_normal(K)
+        found = shrinkage(held(coloured(gap + noise)), coloured(rest + noise), seed)  # type: ignore[arg-type]
+        assert found.interval is not None
+        inside += found.interval[0] <= 1 - (rest @ rest) / (gap @ gap) <= found.interval[1]
+    assert 0.90 <= inside / 200 <= 0.99

@@ -1,0 +1,73 @@
+"""Shares add up exactly, and a gap that was made at one stage is found there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.ground import Ground
+from diagnosis.pushes import HEAD, Pushes, Responses, responses
+from diagnosis.where import Where, locate
+from fitting.signatures import signature_of
+from session import FISHSIM_MARKERS
+from swimmer.effects.measurement.marker_offset import MarkerOffset
+from tests.diagnosis.grounds import CAMERA, ground
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+
+@pytest.fixture(scope="module")
+def pushed() -> Responses:
+    return responses(ground())
+
+
+def located(pushed: Responses, gap: np.ndarray) -> Where:
+    other: Ground = replace(ground())
+    other.__dict__["left"] = ground().left + gap
+    return locate(other, pushed, ())
+
+
+def test_shares_add_up_exactly(pushed: Responses) -> None:
+    found = located(pushed, np.zeros_like(ground().left))
+    for split in (found.by_stage, found.by_trial, found.by_marker, found.by_axis, found.by_band):
+        assert sum(split.values()) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_parts_add_up_to_what_is_left(pushed: Responses) -> None:
+    found, at = located(pushed, np.zeros_like(ground().left)), ground()
+    left = at.left - at.slopes @ at.space.coefficients(at.left)
+    assert found.parts.sum(axis=0) == pytest.approx(left, abs=1e-9)
+
+
+def test_without_a_gap_it_is_noise(pushed: Responses) -> None:
+    assert located(pushed, np.zeros_like(ground().left)).by_stage["floor"] > 0.8
+
+
+@pytest.mark.parametrize(("joint", "stage"), [("head_across", "body"), ("tail_3", "tail")])
+def test_a_missing_force_is_found_at_its_joint(pushed: Responses, joint: str, stage: str) -> None:
+    number, harmonic = pushed.joints.index(joint), 1
+    column = pushed.columns[:, :, number, harmonic].sum(axis=1)  # in both trials
+    gap = 30 * column / np.linalg.norm(ground().space.freed(column))
+    found = located(pushed, gap)
+    told = {name: share for name, share in found.by_stage.items() if name != "floor"}
+    assert max(told, key=lambda name: told[name]) == stage
+    size = np.abs(found.forces.mean).mean(axis=(0, 2)) / pushed.unit
+    group = range(len(HEAD)) if stage == "body" else range(len(HEAD), len(pushed.joints))
+    assert max(group, key=lambda i: size[i]) == number
+
+
+def test_a_marker_seen_elsewhere_is_the_cameras(pushed: Responses) -> None:
+    effect = MarkerOffset(FISHSIM_MARKERS)
+    values = np.zeros((1, len(effect.parameters)))
+    values[0, [p.name for p in effect.parameters].index("tail_3_across")] = 0.03
+    row = signature_of(effect, ground().model, CAMERA, ground().at, values).rows[0]
+    told = dict(located(pushed, row).by_stage)
+    del told["floor"]
+    assert max(told, key=lambda name: told[name]) == "camera"
+
+
+def test_no_push_is_the_plain_twin() -> None:
+    effect = Pushes(ground().twin.robot)
+    assert effect.force(ground().twin.robot, ground().twin.scene, np.zeros((2, len(effect.parameters)))) is None
