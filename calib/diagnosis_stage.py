@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from calib.affected_mjcf import write_affected_twin
 from calib.options import Options
 from fitting import MeasuredTrial
 from session import (
@@ -102,6 +101,7 @@ class DiagnosisStage:
             NotEnoughData: no swim has the role "fit".
             SimulationDiverged: the plain twin, from every start.
         """
+        from calib.affected_mjcf import write_affected_twin
         from diagnosis import Settings, diagnose, discrepancy_for
         from diagnosis.arrays import save_arrays
         from diagnosis.diagnosis_file import diagnosis_payload

@@ -8,7 +8,6 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from calib.diagnosis_summary import diagnosis_lines
 from calib.options import Options, Tell
 from calib.pipeline import Pipeline, open_session
 from calib.summary import calibration_lines, structure_lines
@@ -81,6 +80,8 @@ def tell_outcome(pipeline: Pipeline, result: Path, as_json: bool) -> None:
 
 def tell_diagnosis(pipeline: Pipeline, result: Path, as_json: bool) -> None:
     """Three sentences and a table on standard output; the path of the result comes last."""
+    from calib.diagnosis_summary import diagnosis_lines
+
     data = read_result_json(result)
     if as_json:
         made = {"result": str(result), "made": [str(path) for path in pipeline.made], "notes": list(pipeline.notes)}

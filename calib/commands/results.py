@@ -13,13 +13,14 @@ from session import SESSION_FILE, NotConverged
 
 
 def run(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:
-    """Does everything the session's data allow: tracks, fit, calibrated MJCF, posterior (effort full), report."""
+    """Does everything the session's data allow: tracks, fit, calibrated MJCF, posterior and gap (effort full), report."""
     with working(session, as_json, Options(effort, workers)) as pipeline:
         if effort == "full":
             try:
                 pipeline.posterior()
             except NotConverged as refusal:  # said beside the results, which stand without it
                 pipeline.said.append(f"! {refusal}")
+            pipeline.diagnosis()
         report = pipeline.report()
     tell_outcome(pipeline, report, as_json)
 

@@ -13,17 +13,20 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from calib import cli, pipeline, posterior_stage
+from calib import cli, diagnosis_stage, pipeline, posterior_stage
 from fitting import QUICK, calibration, evidence, profile, sweep_frequencies
 from fitting.coefficients import refine_coefficients
 from fitting.posterior import exploration, findings, further_trial, naive, predictive, sampling
 from session import write_whole
+from swimmer.effects import catalogue
 from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise
 
 ROOT = Path(__file__).resolve().parents[2]
 
 TINY = replace(QUICK, screened=8, starts=1, finalists=1, heat_iterations=2, final_iterations=2)
 """Just enough of a search for the machinery around it."""
+
+FEW_EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "scale_error")}
 
 PLAN = SyntheticPlan(
     trials=(
@@ -69,6 +72,7 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     patch.setattr(evidence, "refine_coefficients", partial(refine_coefficients, iterations=1))
     patch.setattr(evidence, "BESIDE", 1)
     patch.setattr(profile, "POINTS", 3)
+    patch.setattr(diagnosis_stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
     if not true_report:
         patch.setattr(pipeline, "write_report", lambda path, *_, **__: write_whole(path, "<html></html>"))

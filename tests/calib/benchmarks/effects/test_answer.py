@@ -27,6 +27,12 @@ def test_the_file_tells_nothing_to_a_reader(tmp_path: Path) -> None:
     assert max(map(len, text.splitlines())) <= 120
 
 
+def test_every_file_is_as_long_whatever_it_says(tmp_path: Path) -> None:
+    for answer in ANSWERS:
+        seal([answer], tmp_path / f"{answer.session}.sealed")
+    assert len({path.stat().st_size for path in tmp_path.iterdir()}) == 1
+
+
 def test_answers_of_another_suite_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "answers.sealed"
     seal(ANSWERS, path)

@@ -5,18 +5,23 @@ from __future__ import annotations
 import gzip
 from dataclasses import replace
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
 
+from calib.benchmarks.effects import ruling
 from calib.benchmarks.effects.answer import Answer
-from calib.benchmarks.effects.evidence import evidence_of
+from calib.benchmarks.effects.discrepancy import save_discrepancy
 from calib.benchmarks.effects.making import Making
-from calib.benchmarks.effects.rules import RULES
+from calib.benchmarks.effects.ruling import judge_suite
+from calib.benchmarks.effects.scoring import score_rules
+from calib.benchmarks.effects.shares import Share
 from calib.benchmarks.effects.suite import Recorded, SessionPlan
 from reality.mechanisms import catalogued, uncatalogued
 from session import load_session
 from swimmer.effects import catalogue
+from tests.calib.benchmarks.effects.suites import suite_in
 
 RECORDED = Recorded((0.6, 1.0), (0.8, 1.2), 4.0, 0.7, True, True)
 NULL = SessionPlan("w00000001", 11, RECORDED, "null")
@@ -104,13 +109,19 @@ def test_an_effect_changes_the_tracks_and_nothing_else_does(making: Making, tmp_
 
 
 @pytest.mark.long
-def test_by_its_folder_alone_the_effect_can_be_found(suite: tuple[Path, dict[str, Answer]]) -> None:
+def test_by_its_folder_alone_the_effect_can_be_found(
+    suite: tuple[Path, dict[str, Answer]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """At ten standard deviations even the information criterion names it, and it leaves the null session alone."""
-    folder, _ = suite
-    effects = {name: catalogue()[name] for name in TRIED}
-    told = {
-        plan.name: RULES["BIC alone"](evidence_of(folder / plan.name, DISCREPANCY, effects), np.random.default_rng(0))
-        for plan in (NULL, SINGLE)
-    }
-    assert told[SINGLE.name].first == "bend_offset"
-    assert told[NULL.name].verdict == "no_gap"
+    folder, answers = suite
+    whole = suite_in(tmp_path, list(answers.values()))
+    for plan in (NULL, SINGLE):
+        copytree(folder / plan.name, whole.sessions / plan.name, dirs_exist_ok=True)
+    save_discrepancy(whole.discrepancy, DISCREPANCY, [0])
+    monkeypatch.setattr(ruling, "catalogue", lambda: {name: catalogue()[name] for name in TRIED})
+    assert judge_suite(whole, workers=1) == ()
+    found = score_rules(whole)["BIC alone"].headline
+    assert found["right_first"] == Share(1, 1)
+    assert found["false_alarms"] == Share(0, 1)
+    monkeypatch.setattr(ruling, "evidence_of", None)
+    assert judge_suite(whole, workers=1) == ()  # what was judged is not judged again

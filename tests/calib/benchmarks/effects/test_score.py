@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from calib.benchmarks.effects.answer import Answer
-from calib.benchmarks.effects.score import Reliability, Score, Share, scored
+from calib.benchmarks.effects.score import Score, scored
+from calib.benchmarks.effects.shares import Reliability, Share
 from calib.benchmarks.effects.told import Told
 
 NULL = Answer("n", "null")
@@ -113,6 +114,12 @@ def test_small_probabilities_do_not_water_the_error_down() -> None:
 def test_a_share_has_wilsons_interval() -> None:
     assert Share(0, 300).interval == pytest.approx((0.0, 0.01264), abs=1e-4)
     assert np.isnan(Share(0, 0).value)
+
+
+def test_rivals_that_cannot_be_told_apart_are_counted_unless_the_effect_is_just_weak() -> None:
+    weak = Answer("v", "single", ("wave_drag",), None, (tuple(f"e{i}" for i in range(30)),), 1.0, "body", 0.2)
+    found = score((SLACK, told("no_gap")), (SLACK, told("no_gap")), (weak, told("no_gap")), (BOTH, told("no_gap")))
+    assert found.look_alikes == {"tendon_slack": {"tendon_friction": 2}}
 
 
 def test_it_is_plain_json() -> None:

@@ -54,3 +54,18 @@ def test_what_is_no_diagnosis_is_refused(tmp_path: Path, text: str) -> None:
     path.write_text(text)
     with pytest.raises(InputError):
         read_told(path)
+
+
+def test_what_is_told_comes_back(tmp_path: Path) -> None:
+    path = tmp_path / "diagnosis.json"
+    for changes in ({}, {"verdict": "no_gap", "groups": [], "gap": None, "where": None, "seconds": None}):
+        told = read_told(written(tmp_path, **changes))
+        path.write_text(json.dumps(told.to_json()))
+        assert read_told(path) == told
+
+
+def test_a_diagnosis_by_a_catalogue_that_lacks_something_is_no_diagnosis_by_the_whole(tmp_path: Path) -> None:
+    path = written(tmp_path, withheld_from_catalogue=["wave_drag"])
+    with pytest.raises(InputError, match=r"(?s)another catalogue.*wave_drag.*nothing withheld"):
+        read_told(path)
+    assert read_told(path, frozenset({"wave_drag"})).first == "scale_error"

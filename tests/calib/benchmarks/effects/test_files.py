@@ -1,0 +1,124 @@
+"""Nothing about the files of a suite but what the tracks and logs say tells what is in a session."""
+
+from __future__ import annotations
+
+import gzip
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sklearn.ensemble import RandomForestClassifier
+from sklearn.metrics import roc_auc_score
+from sklearn.model_selection import cross_val_predict
+
+from calib.benchmarks.effects.answer import Answer, seal
+from calib.benchmarks.effects.drawn import draw_world
+from calib.benchmarks.effects.making import undated, write_session
+from calib.benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
+from reality.mechanisms import CATALOGUED, catalogued, uncatalogued
+from session import load_session
+from tests.calib.benchmarks.effects.suites import shortened
+
+SIZE = SuiteSize(90, 45)
+STRENGTH = 2.0  # twice what is typical: what an effect gives away, it gives away more of
+FAMILY = {name: family for family, names in CATALOGUED.items() for name in names}
+
+pytestmark = pytest.mark.long
+
+
+@pytest.fixture(scope="module")
+def plans() -> tuple[SessionPlan, ...]:
+    return tuple(shortened(plan) for plan in plan_suite(5, SIZE, tuple(catalogued()), tuple(uncatalogued())))
+
+
+@pytest.fixture(scope="module")
+def folder(plans: tuple[SessionPlan, ...], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Written as a suite is, but for the search of the severity, which leaves no trace in the files."""
+    folder, mechanisms = tmp_path_factory.mktemp("suite"), {**catalogued(), **uncatalogued()}
+    (folder / "answers").mkdir()
+    for plan in plans:
+        drawn, random = draw_world(plan), np.random.default_rng([plan.seed, 3])
+        present = tuple(m for name in plan.effects for m in mechanisms[name](random)(STRENGTH))
+        write_session(folder / "sessions" / plan.name, drawn, drawn.recorded(present), present)
+        alike = (tuple(CATALOGUED["fluid"]),) * len(plan.effects)
+        answer = Answer(plan.name, plan.kind, plan.effects, alike=alike)
+        seal([answer], folder / "answers" / plan.name)
+        undated(folder / "answers" / plan.name)
+    return folder
+
+
+def traces(folder: Path, number: int, plan: SessionPlan) -> list[float]:
+    """Numbers of all that can be seen without reading a number of tracks or logs."""
+    session, answer = folder / "sessions" / plan.name, folder / "answers" / plan.name
+    files = sorted(path for path in session.rglob("*") if path.is_file())
+    packed = [path for path in files if path.suffix == ".gz"]
+    logs = [path.stat().st_size for path in files if path.name.endswith(".motor.csv")]
+    rows = [gzip.decompress(path.read_bytes()).count(b"\n") for path in packed]
+    offsets = [trial.motor_offset_s or 0.0 for trial in load_session(session).trials]
+    return [
+        number,
+        int(plan.name[1:], 16),
+        len(files),
+        *(path.stat().st_size for path in packed),
+        *rows,
+        sum(logs),
+        float(np.mean(offsets)),
+        (session / "session.toml").stat().st_size,
+        answer.stat().st_size,
+        *(path.stat().st_mtime for path in (session, session / "trials", answer, *packed)),
+        *(sha256(path.read_bytes()).digest()[0] for path in (*packed, session / "session.toml", answer)),
+        *(packed[0].read_bytes()[:10]),
+    ]
+
+
+@pytest.fixture(scope="module")
+def seen(folder: Path, plans: tuple[SessionPlan, ...]) -> np.ndarray:
+    return np.array([traces(folder, number, plan) for number, plan in enumerate(plans)])
+
+
+def area(seen: np.ndarray, true: np.ndarray) -> float:
+    """Under the curve of a cross-validated forest; 0.5 is chance."""
+    forest = RandomForestClassifier(300, min_samples_leaf=3, random_state=0)
+    told = cross_val_predict(forest, seen, true, cv=9, method="predict_proba")[:, 1]
+    return float(roc_auc_score(true, told))
+
+
+def within_chance(seen: np.ndarray, true: np.ndarray) -> bool:
+    """Whether the area is within three standard errors (Mann and Whitney 1947) of chance."""
+    right, wrong = int(true.sum()), int((~true).sum())
+    return bool(abs(area(seen, true) - 0.5) < 3 * np.sqrt((right + wrong + 1) / (12 * right * wrong)))
+
+
+@pytest.fixture(scope="module")
+def null(plans: tuple[SessionPlan, ...]) -> np.ndarray:
+    return np.array([plan.kind == "null" for plan in plans])
+
+
+def test_files_do_not_tell_whether_anything_is_present(seen: np.ndarray, null: np.ndarray) -> None:
+    assert within_chance(seen, null)
+
+
+@pytest.mark.parametrize("family", ["measurement", "drive", "tendons", "structure", "fluid"])
+def test_files_do_not_tell_its_family(
+    seen: np.ndarray, null: np.ndarray, plans: tuple[SessionPlan, ...], family: str
+) -> None:
+    """Among the sessions with something in them: is any of it of this family?"""
+    true = np.array([family in {FAMILY.get(name) for name in plan.effects} for plan in plans])
+    assert within_chance(seen[~null], true[~null])
+
+
+def test_what_gives_it_away_is_seen(seen: np.ndarray, null: np.ndarray, plans: tuple[SessionPlan, ...]) -> None:
+    """The check can fail: with the length that an answer has before it is filled up, it does."""
+    said = [len(repr(plan.effects)) for plan in plans]
+    assert not within_chance(np.column_stack([seen, said]), null)
+
+
+def test_sizes_rows_heads_and_times_are_those_of_every_session(folder: Path) -> None:
+    packed = list(folder.rglob("*.csv.gz"))
+    assert len({path.stat().st_size for path in packed}) == 1
+    plain = [gzip.decompress(path.read_bytes()) for path in packed]
+    assert len({(text.count(b"\n"), text.splitlines()[0]) for text in plain}) == 1
+    assert len({path.stat().st_size for path in (folder / "answers").iterdir()}) == 1
+    inside = [path for part in ("sessions", "answers") for path in (folder / part).rglob("*")]
+    assert len({path.stat().st_mtime for path in inside}) == 1

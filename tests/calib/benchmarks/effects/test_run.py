@@ -1,0 +1,88 @@
+"""A suite is made once, whoever makes it, and also when a worker is killed over it."""
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from distributed import LocalCluster
+
+from calib.benchmarks.effects import run
+from calib.benchmarks.effects.answer import Answer
+from calib.benchmarks.effects.discrepancy import save_discrepancy
+from calib.benchmarks.effects.folder import SuiteFolder
+from calib.benchmarks.effects.run import make_suite
+from calib.benchmarks.effects.suite import SuiteSize, plan_suite
+from reality.mechanisms import catalogued, uncatalogued
+from session import InputError
+from tests.calib.benchmarks.effects.suites import shortened
+
+SIZE = SuiteSize(5, 5)  # nothing in them: no severity is sought, which takes a minute each
+PLANS = plan_suite(4, SIZE, tuple(catalogued()), tuple(uncatalogued()))
+NAMES = [plan.name for plan in PLANS]
+
+
+@pytest.fixture(autouse=True)
+def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run, "plan_suite", lambda *_: tuple(shortened(plan) for plan in PLANS))
+
+
+def empty_suite(folder: Path) -> SuiteFolder:
+    suite = SuiteFolder(folder)
+    save_discrepancy(suite.discrepancy, (2e-4) ** 2 * np.eye(127), [0])
+    return suite
+
+
+def tracks(suite: SuiteFolder) -> dict[Path, bytes]:
+    return {path.relative_to(suite.folder): path.read_bytes() for path in suite.sessions.rglob("*.csv*")}
+
+
+@pytest.mark.long
+def test_with_one_of_two_workers_killed_midway_nothing_is_lost_or_counted_twice(tmp_path: Path) -> None:
+    suite, progress = empty_suite(tmp_path / "spread"), []
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+
+        def kill_one(_said: str, share: float | None) -> None:
+            if not progress:
+                os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
+            progress.append(share)
+
+        failures = make_suite(suite, 4, SIZE, scheduler=cluster.scheduler_address, tell=kill_one)
+    assert failures == ()
+    assert progress == [0.2, 0.4, 0.6, 0.8, 1.0]
+    assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
+    assert suite.unsealed() == tuple(Answer(name, "null") for name in NAMES)
+    alone = empty_suite(tmp_path / "alone")
+    assert make_suite(alone, 4, SIZE, workers=1) == ()
+    assert tracks(alone) == tracks(suite)
+
+
+@pytest.mark.long
+def test_broken_off_it_goes_on_where_it_was(tmp_path: Path) -> None:
+    """Of what was being written when it broke off, nothing stays; what was made is not made again."""
+    suite, stopped = empty_suite(tmp_path), []
+
+    def stop(_said: str, _share: float | None) -> None:
+        stopped.append(True)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_suite(suite, 4, SIZE, workers=1, tell=stop)
+    made = {path.parent: path.stat().st_ino for path in suite.sessions.glob("*/session.toml")}
+    unfinished = next(name for name in NAMES if suite.sessions / name not in made)
+    (suite.sessions / unfinished / "trials").mkdir(parents=True)
+    (suite.sessions / f".{unfinished}.part.x1").mkdir()
+    assert make_suite(suite, 4, SIZE, workers=1) == ()
+    assert len(stopped) == len(made) == 1
+    assert all((session / "session.toml").stat().st_ino == node for session, node in made.items())
+    assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
+    assert sorted(json.loads(suite.checksums.read_text())) == NAMES
+
+
+def test_a_folder_of_another_suite_is_left_alone(tmp_path: Path) -> None:
+    suite = empty_suite(tmp_path)
+    (suite.sessions / "wffffffff").mkdir(parents=True)
+    with pytest.raises(InputError, match=r"(?s)another suite.*wffffffff"):
+        make_suite(suite, 4, SIZE, workers=1)

@@ -1,0 +1,75 @@
+"""The small suite that is shipped: whole, sealed, and what its seed gives."""
+
+import gzip
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.benchmarks.effects.answer import Answer, checksum
+from calib.benchmarks.effects.discrepancy import load_discrepancy
+from calib.benchmarks.effects.folder import SuiteFolder
+from calib.benchmarks.effects.shipped import SEED, checksum_of_sessions
+from calib.benchmarks.effects.suite import SMALL, plan_suite
+from reality.mechanisms import catalogued, uncatalogued
+from session import load_session, load_tracks
+from swimmer.effects import catalogue
+
+FOLDER = Path(__file__).parents[4] / "datasets" / "withheld"
+SUITE = SuiteFolder(FOLDER / "small")
+PLANS = {plan.name: plan for plan in plan_suite(SEED, SMALL, tuple(catalogued()), tuple(uncatalogued()))}
+
+
+@pytest.fixture(scope="module")
+def answers() -> dict[str, Answer]:
+    """Opened: each must have the checksum that was published."""
+    return {answer.session: answer for answer in SUITE.unsealed()}
+
+
+def files() -> list[Path]:
+    return sorted(path for path in SUITE.sessions.rglob("*") if path.is_file() and "results" not in path.parts)
+
+
+def test_the_seed_gives_these_sessions_and_answers(answers: dict[str, Answer]) -> None:
+    assert {path.name for path in SUITE.sessions.iterdir()} == set(PLANS) == set(answers)
+    for name, plan in PLANS.items():
+        present = (answers[name].outside,) if plan.kind == "outside" else answers[name].effects
+        assert (answers[name].kind, present) == (plan.kind, plan.effects)
+
+
+def test_every_session_holds_what_was_planned() -> None:
+    for name, plan in PLANS.items():
+        session, recorded = load_session(SUITE.sessions / name), plan.recorded
+        swims = [trial for trial in session.trials if trial.kind == "swim"]
+        for role, speeds in (("fit", recorded.fit_hz), ("holdout", recorded.holdout_hz)):
+            assert [trial.commanded_hz for trial in swims if trial.role == role] == list(speeds)
+        others = sorted(trial.kind for trial in session.trials if trial.kind != "swim")
+        assert others == ["dry"] * (recorded.dry_hz is not None) + ["free_decay"] * recorded.free_decay
+        assert {trial.motor is not None for trial in swims} == {recorded.logged}
+        assert swims[0].tracks is not None
+        tracks = load_tracks(swims[0].tracks, session.markers, session.camera.fps)
+        assert np.isfinite(tracks.position_px).all()
+        assert np.ptp(tracks.time_s) >= recorded.seconds - 1 / session.camera.fps
+
+
+def test_it_is_small_and_its_files_have_the_card_s_checksum() -> None:
+    assert sum(path.stat().st_size for path in FOLDER.rglob("*") if path.is_file()) < 10e6
+    card = (FOLDER / "CARD.md").read_text()
+    assert checksum_of_sessions(SUITE) in card
+    assert checksum(SUITE.checksums) in card
+
+
+def test_its_discrepancy_is_that_of_this_reality() -> None:
+    assert np.array_equal(load_discrepancy(SUITE.discrepancy), load_discrepancy(FOLDER / "discrepancy.npz"))
+
+
+def test_nothing_in_it_says_what_is_present() -> None:
+    """By name; and all tracks, and all answers, are of one length."""
+    names = {*catalogue(), *uncatalogued()}
+    for path in files():
+        said = gzip.decompress(path.read_bytes()).decode() if path.suffix == ".gz" else path.read_text()
+        assert not [name for name in names if name in said or name in path.name]
+    assert len({path.stat().st_size for path in files() if path.suffix == ".gz"}) == 1
+    assert len({path.stat().st_size for path in SUITE.answers.iterdir()}) == 1
+    assert set(json.loads(SUITE.checksums.read_text())) == set(PLANS)

@@ -1,0 +1,90 @@
+"""`calib diagnose`: what it writes, when it is made again, what it refuses."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import jsonschema
+import mujoco
+import numpy as np
+import pytest
+
+from diagnosis import Verdict, diagnosis
+from session import read_result_json
+from tests.calib.door import ROOT, Front, assert_told, edit, files_in
+
+SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "diagnosis.schema.json"
+QUICK = ("--effort", "quick")
+
+
+@pytest.fixture(scope="module")
+def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A session with a diagnosis of two effects, in which one is named whatever the data say."""
+    from calib.pipeline import Options, Pipeline, open_session
+    from tests.calib.door import with_little_effort
+
+    folder = Path(shutil.copytree(fresh_session, tmp_path_factory.mktemp("diagnosed") / "pool"))
+    with pytest.MonkeyPatch.context() as patch:
+        with_little_effort(patch)
+        patch.setattr(diagnosis, "verdict_of", lambda _found: Verdict("named", (("scale_error",),)))
+        Pipeline(open_session(folder), Options("quick", workers=1)).diagnosis()
+    return folder
+
+
+@pytest.fixture
+def diagnosed(diagnosed_session: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(diagnosed_session, tmp_path / "pool"))
+
+
+def test_it_writes_the_contract_and_the_model_with_the_effect(diagnosed: Path) -> None:
+    data = read_result_json(diagnosed / "results" / "diagnosis.json")
+    if SCHEMA.exists():
+        jsonschema.validate(data, json.loads(SCHEMA.read_text()))
+    assert data["effects"] == ["scale_error"]
+    assert data["gap"]["evaluated_on"] == ["fast"]
+    model = mujoco.MjModel.from_xml_path(str(diagnosed / "results" / "calibrated+scale_error.xml"))
+    assert model.joint("tail_5").name == "tail_5"
+
+
+def test_what_no_model_can_hold_runs_as_a_script(diagnosed: Path) -> None:
+    script = diagnosed / "results" / "calibrated+scale_error.py"
+    told: dict[str, object] = {}
+    exec(compile(script.read_text(), str(script), "exec"), told)
+    assert np.isfinite(told["trajectories"].head).all()  # type: ignore[attr-defined]
+
+
+def test_what_has_not_changed_is_not_made_again(calib: Front, diagnosed: Path) -> None:
+    before = files_in(diagnosed / "results")
+    outcome = calib("diagnose", diagnosed, *QUICK)
+    assert outcome.code == 0
+    assert files_in(diagnosed / "results") == before
+    lines = outcome.out.splitlines()
+    assert [line.split(":")[0] for line in lines[:3]] == ["Where", "Which", "How far"]
+    assert lines[-1] == str(diagnosed / "results" / "diagnosis.json")
+
+
+def test_json_tells_the_whole_diagnosis(calib: Front, diagnosed: Path) -> None:
+    told = json.loads(calib("diagnose", diagnosed, *QUICK, "--json").out)
+    assert told["diagnosis"]["verdict"] == "named"
+
+
+def test_another_catalogue_is_another_diagnosis(calib: Front, diagnosed: Path) -> None:
+    assert calib("diagnose", diagnosed, *QUICK, "--without", "scale_error").code == 0
+    data = read_result_json(diagnosed / "results" / "diagnosis.json")
+    assert data["withheld_from_catalogue"] == ["scale_error"]
+    assert "scale_error" not in data["probabilities"]
+    assert not list((diagnosed / "results").glob("calibrated+*"))
+
+
+def test_an_effect_that_there_is_not_is_refused_with_the_choices(calib: Front, fresh: Path) -> None:
+    assert_told(calib("diagnose", fresh, "--without", "gremlins"), "gremlins", "crank_arm_error", "docs/effects.md")
+    assert not (fresh / "results" / "diagnosis.json").exists()
+
+
+def test_a_session_without_fitted_swims_is_refused(calib: Front, fresh: Path) -> None:
+    text = (fresh / "session.toml").read_text()
+    if 'role = "fit"' in text:
+        edit(fresh / "session.toml", 'role = "fit"', 'role = "holdout"')
+    assert_told(calib("diagnose", fresh, *QUICK), 'role "fit"')
