@@ -1,6 +1,7 @@
 """From a session folder to its results, stage by stage; what has not changed is not made again."""
 
 import itertools
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import get_args
@@ -9,7 +10,7 @@ import numpy as np
 
 from calib.calibrated_mjcf import calibrated_mjcf
 from calib.diagnosis_stage import DiagnosisStage
-from calib.options import EFFORTS, Options
+from calib.options import EFFORTS, EffortName, Options
 from calib.posterior_stage import PosteriorStage
 from calib.recordings import Recordings
 from calib.structure_stage import StructureStage
@@ -32,7 +33,7 @@ from fitting import (
     read_evidence,
     read_fit,
 )
-from reports import write_report
+from reports import ReportContext, read_diagnosed, write_report
 from session import (
     Provenance,
     Session,
@@ -93,7 +94,7 @@ class Pipeline:
 
     def _fingerprint(self, effort: str, method: str, comparison: str) -> str:
         parameters = {"seed": self.session.seed, "effort": effort, "method": method, "comparison": comparison}
-        parameters["form"] = 2  # of calibration.json
+        parameters["form"] = 3  # of calibration.json and evidence.json
         return fingerprint_of({}, parameters, [self.recordings.fingerprint])
 
     @property
@@ -231,6 +232,13 @@ class Pipeline:
             self.made += stage.made
         return stage.file
 
+    def standing_diagnosis(self) -> DiagnosisStage | None:
+        """The diagnosis that stands, whatever its effort; None where there is none of these recordings."""
+        options = [replace(self.options, effort=effort) for effort in get_args(EffortName)]
+        told = self.provenance, self.recordings.fingerprint
+        stages = (DiagnosisStage(self.session, self.robot, each, *told) for each in options)
+        return next((stage for stage in stages if stage.is_current), None)
+
     def evidence(self, calibration: Calibration) -> Evidence:
         """What stands beside the fit, up to date: a free yaw, profiles, and with full effort other pairs of trials."""
         if is_current(self.evidence_file, self.fingerprint):
@@ -266,6 +274,8 @@ class Pipeline:
         extra = {} if searches is None else {"search": sha256_of(searches)}
         if self.posteriors.is_current:
             extra["posterior"] = sha256_of(self.posteriors.findings_file)
+        if (diagnosis := self.standing_diagnosis()) is not None:
+            extra["diagnosis"] = sha256_of(diagnosis.file)
         fingerprint = fingerprint_of(extra, {}, [self.fingerprint])
         if is_current(self.calibration_file, self.fingerprint) and is_current(self.report_file, fingerprint):
             return self.report_file
@@ -273,8 +283,7 @@ class Pipeline:
         evidence = self.evidence(calibration)
         runs = () if searches is None else read_comparison(read_result_json(searches))
         self.options.tell("writing the report", None)
-        write_report(
-            self.report_file,
+        context = ReportContext(
             self.session,
             calibration,
             self.provenance,
@@ -282,7 +291,9 @@ class Pipeline:
             evidence=evidence,
             searches=runs,
             posterior=self.posteriors.read(),
+            diagnosed=None if diagnosis is None else read_diagnosed(diagnosis.file, diagnosis.arrays_file),
         )
+        write_report(self.report_file, context)
         mark_current(self.report_file, fingerprint, [self.evidence_file])
         self.made.append(self.report_file)
         return self.report_file

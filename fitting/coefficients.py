@@ -1,8 +1,8 @@
 """The five fluid coefficients, jointly over all fit trials: robust Gauss-Newton from many starts.
 
 The objective has several valleys and a rough floor (see `fitting.search_space`), so one descent is not enough:
-screen the box, give the best few points that lie apart a short heat, polish the winners, hop around the best, walk and
-hop along its valley (see `fitting.valley`), and go on from the best if it was still improving.
+screen the box, give the best points that lie apart a short heat, the better half of them another, polish the winners,
+walk and hop along the valley of the best (see `fitting.valley`), and go on from there if it was still improving.
 A twin that would swim backward from rest ranks behind all that swim forward (see `fitting.from_rest`). Where good
 restarts end apart, the result says so.
 """
@@ -10,6 +10,7 @@ restarts end apart, the result says so.
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 from mujoco.minimize import IterLog, least_squares
@@ -25,7 +26,6 @@ from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 Progress = Callable[[float, float], None]
 _TOLERANCE = 1e-3  # relative size of a step that ends a descent
 _DAMPING_FACTOR = 3.0  # between tries of a step
-_HOP = (0.35, 0.08)  # spread of hops in roots and in phases (rad)
 _HOP_ITERATIONS = 5
 _FLOOR_WIDTH = 16  # hops along the floor of a valley
 _CHECKED = 8  # of the hops, whether they swim forward
@@ -37,16 +37,15 @@ class Effort:
 
     Attributes:
         screened: points of the box looked at.
-        starts: of these the best that lie `apart` (in roots), which all take part in the heats.
+        starts: of these the best that lie `apart` (in roots), which all take part in the first heat, the better half of
+            them in the second.
         finalists: of these again the best, which are polished.
         heat_iterations, final_iterations: of Gauss-Newton at most.
-        hops: rounds of hops around the best point so far.
-        hop_width: points tried in each round, of which the best two are polished.
         valley_steps: of the walk along the best one's valley, whose lowest two points elsewhere are polished, and then
             the best of some hops along its floor; 0: neither.
-        last_iterations: of Gauss-Newton at most, from a best that has not converged yet.
+        last_iterations: of Gauss-Newton at most, with central differences, from a best that has not converged yet.
         budget_s: simulated seconds for the other searches (see `fitting.methods`).
-        finish_s: simulated seconds for the simplex at the end.
+        finish_s: simulated seconds for the simplices at the end (see `fitting.valley_simplex`).
     """
 
     screened: int
@@ -55,8 +54,6 @@ class Effort:
     heat_iterations: int
     final_iterations: int
     valley_steps: int
-    hops: int
-    hop_width: int
     last_iterations: int
     budget_s: float
     finish_s: float
@@ -65,21 +62,26 @@ class Effort:
     @property
     def descents(self) -> int:
         """How many descents there will be at most."""
-        return self.starts + self.finalists + 2 * self.hops + 3 * (self.valley_steps > 0)
+        valley, last = 3 * (self.valley_steps > 0), int(self.last_iterations > 0)
+        return self.starts + self.second_heat + self.finalists + valley + last
+
+    @property
+    def second_heat(self) -> int:
+        """How many starts take part in the second heat; none where that would only be the finalists."""
+        half = self.starts // 2
+        return half if half > self.finalists else 0
 
 
 FULL = Effort(
     screened=64,
-    starts=6,
+    starts=12,
     finalists=3,
     heat_iterations=3,
-    final_iterations=8,
+    final_iterations=6,
     valley_steps=6,
-    hops=1,
-    hop_width=40,
     last_iterations=8,
-    budget_s=14_000.0,
-    finish_s=2_000.0,
+    budget_s=18_000.0,
+    finish_s=4_000.0,
 )
 QUICK = Effort(
     screened=32,
@@ -88,8 +90,6 @@ QUICK = Effort(
     heat_iterations=3,
     final_iterations=6,
     valley_steps=0,
-    hops=0,
-    hop_width=0,
     last_iterations=0,
     budget_s=3_000.0,
     finish_s=0.0,
@@ -116,29 +116,39 @@ def fit_coefficients(
     space, random = SearchSpace(swims), np.random.default_rng(seed)
     restarts: list[Restart] = []
     trace: list[tuple[float, float]] = []
+    done, told = count(1), progress or _untold
 
-    def add(points: list[np.ndarray], iterations: int, before: list[Restart] | None = None) -> list[Restart]:
-        for i, point in enumerate(points):
-            restart = _descend(space, point, iterations, before[i] if before else None)
-            restarts.append(restart)
-            restarts.sort(key=_rank)
-            if restarts[0] is restart and restart.swims_forward:
-                trace.append((space.spent_s, _mean_distance(swims, restart)))
-            if progress is not None:
-                progress(min(len(restarts) / effort.descents, 1.0), restarts[0].objective_m)
-        return restarts
+    def descend(points: list[np.ndarray], iterations: int) -> list[Restart]:
+        return sorted((note(_descend(space, point, iterations)) for point in points), key=_rank)
 
-    starts = _starts(space, effort, random) if starts is None else starts
-    heats = add(starts, effort.heat_iterations)[: effort.finalists]
-    add([heat.point for heat in heats], effort.final_iterations, heats)
-    for _ in range(effort.hops):
-        add(_hops(space, restarts[0], effort.hop_width, random), _HOP_ITERATIONS)
+    def go_on(starts: list[Restart], iterations: int, central: bool = False) -> list[Restart]:
+        return sorted((note(_descend(space, r.point, iterations, r, central), r) for r in starts), key=_rank)
+
+    def note(restart: Restart, before: Restart | None = None) -> Restart:
+        if before is not None and restart.swims_forward >= before.swims_forward:
+            restarts.remove(before)
+        restarts.append(restart)
+        restarts.sort(key=_rank)
+        if restarts[0] is restart and restart.swims_forward:
+            trace.append((space.spent_s, _mean_distance(swims, restart)))
+        told(min(next(done) / effort.descents, 1.0), restarts[0].objective_m)
+        return restart
+
+    heats = descend(_starts(space, effort, random) if starts is None else starts, effort.heat_iterations)
+    if effort.second_heat:
+        heats = go_on(heats[: effort.second_heat], effort.heat_iterations)
+    go_on(heats[: effort.finalists], effort.final_iterations)
     if effort.valley_steps:
-        add(_elsewhere(space, restarts[0], effort.valley_steps), _HOP_ITERATIONS)
-        add(_hops_on_floor(space, restarts[0], random)[:1], _HOP_ITERATIONS)
+        descend(_elsewhere(space, restarts[0], effort.valley_steps), _HOP_ITERATIONS)
+        descend(_hops_on_floor(space, restarts[0], random)[:1], _HOP_ITERATIONS)
     if effort.last_iterations and not restarts[0].converged:
-        add([restarts[0].point], effort.last_iterations, restarts[:1])
+        go_on(restarts[:1], effort.last_iterations, central=True)
+    told(1.0, restarts[0].objective_m)
     return _result(swims, space, restarts, began, tuple(trace), intervals(space, restarts[0].point))
+
+
+def _untold(_share: float, _best_m: float) -> None:
+    """Progress that nobody asked for."""
 
 
 def refine_coefficients(
@@ -201,22 +211,11 @@ def _elsewhere(space: SearchSpace, best: Restart, steps: int) -> list[np.ndarray
     return along_valley(space, best.point, weakest, steps)
 
 
-def _hops(space: SearchSpace, best: Restart, width: int, random: np.random.Generator) -> list[np.ndarray]:
-    """(p,) the two best of some random points around the best so far, forward swimmers first."""
-    spread = np.append(np.full(5, _HOP[0]), np.full(space.size - 5, _HOP[1]))
-    return _best_around(space, best, spread[:, None] * random.normal(size=(space.size, width)))
-
-
 def _hops_on_floor(space: SearchSpace, best: Restart, random: np.random.Generator) -> list[np.ndarray]:
-    """The same along the floor of the valley: the points are drawn as the noise may have moved the best."""
+    """(p,) the two best of some points along the floor of the valley, drawn as the noise may have moved the best."""
     values, vectors = np.linalg.eigh(covariance(space, best.point))
     steps = np.sqrt(np.abs(values))[:, None] * random.normal(size=(space.size, _FLOOR_WIDTH))
-    return _best_around(space, best, vectors @ steps)
-
-
-def _best_around(space: SearchSpace, best: Restart, steps: np.ndarray) -> list[np.ndarray]:
-    """(p,) the two best of the points that lie so many steps (p, s) from the best so far, forward swimmers first."""
-    points = np.clip(best.point[:, None] + steps, space.low[:, None], space.high[:, None])
+    points = np.clip(best.point[:, None] + vectors @ steps, space.low[:, None], space.high[:, None])
     return list(_forward_first(space, points[:, np.argsort(space.objectives(points))[:_CHECKED]])[:, :2].T)
 
 
@@ -234,7 +233,7 @@ def _descend(
         start.copy(),
         space.errors,
         bounds=(space.low, space.high),
-        jacobian=space.slopes if central or before is not None else space.slopes_ahead,
+        jacobian=space.slopes if central else space.slopes_ahead,
         norm=space.norm,
         xtol=_TOLERANCE,
         gtol=1e-10,

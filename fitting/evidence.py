@@ -12,6 +12,7 @@ from fitting.search_space import parameters
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Twin
 
+BEFORE_PAIRS = 0.15  # share of the time that what comes before the pairs takes
 BESIDE = 2  # restarts that the fit with a free yaw goes on from
 
 
@@ -73,13 +74,16 @@ def gather_evidence(
     profiles = profile_objective(Swims(twin, fitted), fit)
     if not with_pairs:
         return Evidence(yaw, profiles, ())
-    return Evidence(yaw, profiles, fit_pairs(trials, twin, fit, seed, tell))
+    pairs = fit_pairs(
+        trials, twin, seed, lambda message, share: tell(message, BEFORE_PAIRS + (1 - BEFORE_PAIRS) * share)
+    )
+    return Evidence(yaw, profiles, pairs)
 
 
 def fit_yaw(fitted: tuple[MeasuredTrial, ...], twin: Twin, fit: CoefficientFit) -> YawFit:
     """The fit with a free yaw a trial, from the best restarts of the plain fit."""
     swims = Swims(twin, fitted, "yaw")
-    turned = refine_coefficients(swims, [restart.point for restart in fit.restarts[:BESIDE]])
+    turned = refine_coefficients(swims, [restart.point for restart in fit.restarts[:BESIDE]], central=False)
     yaws = swims.yaws(parameters(turned.restarts[0].point)[:, None])[0]
     names = [trial.name for trial in fitted]
     return YawFit(turned.coefficients, turned.mean_distance_m, dict(zip(names, map(float, yaws), strict=True)))

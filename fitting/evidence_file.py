@@ -35,6 +35,7 @@ def evidence_payload(evidence: Evidence) -> dict[str, Any]:
                 "marker_error_mm": pair.marker_error_m * MILLIMETRES,
                 "speed_mae": pair.speed_mae,
                 "swims_forward": pair.swims_forward,
+                "converged": pair.converged,
             }
             for pair in evidence.pairs
         ],
@@ -61,6 +62,7 @@ def read_evidence(data: Mapping[str, Any]) -> Evidence:
                 marker_error_m=pair["marker_error_mm"] / MILLIMETRES,
                 speed_mae=dict(pair["speed_mae"]),
                 swims_forward=pair["swims_forward"],
+                converged=pair["converged"],
             )
             for pair in data["pairs"]
         ),

@@ -24,6 +24,10 @@ class MeanDistance(Norm):
         smooth = np.sqrt(self._distance_sq(r) + SOFTENING_M**2)
         return np.float64(self._weight @ (smooth - SOFTENING_M))
 
+    def plain(self, r: np.ndarray) -> np.float64:
+        """The mean distance itself, not softened, m, for errors r (2 e, 1), m."""
+        return np.float64(self._weight @ np.sqrt(self._distance_sq(r)))
+
     def grad_hess(self, r: np.ndarray, proj: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gradient (p, 1) and curvature (p, p) after projection on proj (2 e, p)."""
         pull = np.repeat(self.pull(r), 2)[:, None]

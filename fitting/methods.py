@@ -12,12 +12,12 @@ from fitting.coefficients import Effort, Progress, fit_coefficients
 from fitting.objective import Swims
 from fitting.precision import intervals
 from fitting.published_objective import PublishedObjective
-from fitting.published_search import bayesian_then_nelder_mead, nelder_mead, nelder_mead_alone, random_search
+from fitting.published_search import bayesian_then_nelder_mead, nelder_mead_alone, random_search
 from fitting.search_space import SearchSpace
+from fitting.valley_simplex import descend_in_valley
 from session import SimulationDiverged
 from swimmer import FluidCoefficients
 
-FINISHING_SIMPLEX = (0.3, 0.03)  # first steps in coefficients and in phases (rad)
 MethodName = Literal["gradient", "bo-nm", "nelder-mead", "random"]
 
 
@@ -107,13 +107,13 @@ def _searched(
 
 
 def _finished(swims: Swims, fit: CoefficientFit, budget_s: float) -> CoefficientFit:
-    """A fit after a small simplex around its best point; unchanged where that finds nothing better."""
+    """A fit after simplices around its best point (see `fitting.valley_simplex`); the same where none helps."""
     best, began = fit.restarts[0], time.perf_counter()
     if budget_s <= 0 or not best.swims_forward:
         return fit
     objective = PublishedObjective(swims, budget_s)
     objective.best_m, objective.best_point = fit.mean_distance_m, np.append(best.coefficients, best.phase_rad)
-    nelder_mead(objective, budget_s, objective.best_point, FINISHING_SIMPLEX)
+    descend_in_valley(objective, budget_s)
     restarts = [_restart(swims, objective, best.start), *fit.restarts] if objective.trace else list(fit.restarts)
     return replace(
         fit,

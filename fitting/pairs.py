@@ -1,4 +1,8 @@
-"""One lucky pair of fit trials proves nothing: the identification repeated on other pairs of the session's swims."""
+"""One lucky pair of fit trials proves nothing: the identification repeated on other pairs of the session's swims.
+
+Every pair gets a search of its own (see `fitting.pair_search`), which knows nothing of the session's fit nor of the
+trials that the pair leaves out.
+"""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -7,19 +11,22 @@ from itertools import combinations
 
 import numpy as np
 
-from fitting.coefficient_fit import CoefficientFit
-from fitting.coefficients import refine_coefficients
-from fitting.ebt import FORMS, fit_ebt
-from fitting.forecast import fit_phase, forecast
+from fitting.ebt import FORMS, EbtFit, fit_ebt
+from fitting.forecast import forecast
 from fitting.objective import Swims
+from fitting.pair_search import Screened, screen, search_pair
 from fitting.phase import phase_from_harmonic
 from fitting.speed import forward_speed
-from fitting.tail_tip import measured_tail
-from fitting.trial import MeasuredTrial
+from fitting.tail_tip import measured_tail, simulated_tail
+from fitting.trial import MeasuredTrial, tail_markers
 from session import NotEnoughData
 from swimmer import FluidCoefficients, Twin
 
 MOST_PAIRS = 10
+FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from it, as in `speeds_of`
+MODELS = ("twin", *(form.name + tail for tail in ("", FROM_TWIN) for form in FORMS))
+
+Tell = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -27,11 +34,13 @@ class PairFit:
     """One choice of two fit trials, all other swims held out.
 
     Attributes:
-        fitted: names of the two.
+        fitted: names of the two, in order.
         coefficients: found on them.
         marker_error_m: mean over the two, as the search minimises it, m.
-        speed_mae: mean absolute speed error over the others, m/s: "twin", and each form of elongated body theory.
-        swims_forward: the twin swims forward from rest.
+        speed_mae: mean absolute speed error over the others, m/s: "twin", each form of elongated body theory, and
+            each form from the twin's tail ("<form>, twin's tail").
+        swims_forward: the twin swims forward from rest; False only where no start of the search led to one that does.
+        converged: the last step was small enough before the iterations ran out.
     """
 
     fitted: tuple[str, str]
@@ -39,51 +48,61 @@ class PairFit:
     marker_error_m: float
     speed_mae: dict[str, float]
     swims_forward: bool
+    converged: bool
 
 
 def fit_pairs(
-    trials: Sequence[MeasuredTrial],
-    twin: Twin,
-    fit: CoefficientFit,
-    seed: int = 0,
-    tell: Callable[[str, float | None], None] = lambda _message, _share: None,
+    trials: Sequence[MeasuredTrial], twin: Twin, seed: int = 0, tell: Tell = lambda _message, _share: None
 ) -> tuple[PairFit, ...]:
     """Fits on every pair of swims (a random choice of them when there are many) and forecasts the others.
 
-    Each search is a single descent from the session's own fit, so the spread is that within its valley.
+    In which order the trials come does not matter.
 
     Args:
         trials: all swims.
         twin: with their markers.
-        fit: of the session.
-        seed: of the choice.
-        tell: called with what is going on and the share of the evidence that is done.
+        seed: of the screening, and of the choice.
+        tell: called with what is going on and the share of the pairs that is done.
     """
-    pairs = list(combinations(range(len(trials)), 2))
-    if len(pairs) > MOST_PAIRS:
-        chosen = np.random.default_rng(seed).choice(len(pairs), MOST_PAIRS, replace=False)
-        pairs = [pairs[i] for i in sorted(chosen)]
     if len(trials) < 3:
         return ()
+    named = {trial.name: trial for trial in sorted(trials, key=lambda trial: trial.name)}
+    pairs = chosen_pairs(tuple(named), seed)
+    tell("fitting other pairs of trials", 0.0)
+    screened = {name: screen(twin, trial.with_role("fit"), seed) for name, trial in named.items()}
     fits = []
     for i, pair in enumerate(pairs):
-        tell("fitting other pairs of trials", 0.15 + 0.85 * i / len(pairs))
-        fits.append(_fit_pair(trials, pair, twin, fit.coefficients))
+        tell("fitting other pairs of trials", (1 + i) / (1 + len(pairs)))
+        fits.append(_fit_pair(named, pair, twin, screened))
     return tuple(fits)
 
 
-def _fit_pair(trials: Sequence[MeasuredTrial], pair: tuple[int, ...], twin: Twin, start: FluidCoefficients) -> PairFit:
-    fitted = tuple(trials[i].with_role("fit") for i in pair)
-    values = np.array([start], float)
-    phases = [phase_from_harmonic(twin, trial, values, trial.frequency.hz)[0] for trial in fitted]
-    fit = refine_coefficients(Swims(twin, fitted), [np.append(np.sqrt(start), phases)], iterations=6, central=False)
-    held_out = list(_held_out(trial for i, trial in enumerate(trials) if i not in pair))
+def chosen_pairs(names: tuple[str, ...], seed: int) -> list[tuple[str, str]]:
+    """All pairs of names, or some of them, drawn, where there are too many; by name, whatever order these come in."""
+    pairs = list(combinations(sorted(names), 2))
+    if len(pairs) <= MOST_PAIRS:
+        return pairs
+    return [pairs[i] for i in sorted(np.random.default_rng(seed).choice(len(pairs), MOST_PAIRS, replace=False))]
+
+
+def _fit_pair(
+    named: dict[str, MeasuredTrial], pair: tuple[str, str], twin: Twin, screened: dict[str, Screened]
+) -> PairFit:
+    fitted = tuple(named[name].with_role("fit") for name in pair)
+    swims = Swims(twin, fitted)
+    best = search_pair(swims, [screened[name] for name in pair])
+    coefficients = FluidCoefficients(*map(float, best.coefficients))
+    held_out = _held_out(trial for name, trial in named.items() if name not in pair)
+    tails = [measured_tail(trial, twin.robot, trial.kept) for trial in fitted]
+    measured = np.array([trial.speed for trial in fitted])
+    ebts = {form.name: fit_ebt(form, tails, measured, twin.robot) for form in FORMS}
     return PairFit(
-        fitted=(fitted[0].name, fitted[1].name),
-        coefficients=fit.coefficients,
-        marker_error_m=fit.mean_distance_m,
-        speed_mae=_speed_errors(fitted, held_out, twin, fit.coefficients),
-        swims_forward=fit.restarts[0].swims_forward,
+        fitted=pair,
+        coefficients=coefficients,
+        marker_error_m=float(swims.mean_distance(np.append(best.coefficients, best.phase_rad)[:, None])[0]),
+        speed_mae=_mean_errors([_speed_errors(trial, twin, coefficients, ebts) for trial in held_out]),
+        swims_forward=best.swims_forward,
+        converged=best.converged,
     )
 
 
@@ -95,17 +114,22 @@ def _held_out(trials: Iterable[MeasuredTrial]) -> Iterator[MeasuredTrial]:
 
 
 def _speed_errors(
-    fitted: Sequence[MeasuredTrial], held_out: Sequence[MeasuredTrial], twin: Twin, coefficients: FluidCoefficients
+    trial: MeasuredTrial, twin: Twin, coefficients: FluidCoefficients, ebts: dict[str, EbtFit]
 ) -> dict[str, float]:
-    errors: dict[str, list[float]] = {"twin": []}
-    tails = [measured_tail(trial, twin.robot, trial.kept) for trial in fitted]
-    ebts = [fit_ebt(form, tails, np.array([trial.speed for trial in fitted]), twin.robot) for form in FORMS]
-    for trial in held_out:
-        hz = trial.start_frequency.hz
-        head = forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients), hz)
-        speed = float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))
-        errors["twin"].append(abs(speed - trial.speed))
-        tail = measured_tail(trial, twin.robot, trial.kept)
-        for ebt in ebts:
-            errors.setdefault(ebt.form.name, []).append(abs(ebt.speed(tail, twin.robot) - trial.speed))
-    return {name: float(np.mean(values)) if values else float("nan") for name, values in errors.items()}
+    """How far each model is off the speed of a trial held out, m/s, by its name as in `speeds_of`."""
+    hz, robot = trial.start_frequency.hz, twin.robot
+    phase = float(phase_from_harmonic(twin, trial, np.array([coefficients], float), hz)[0])
+    head = forecast(twin, trial, coefficients, phase, hz)
+    twin_tail = tail_markers(robot, trial.markers)[-2:]
+    tails = {
+        "": measured_tail(trial, robot, trial.kept),
+        FROM_TWIN: simulated_tail(trial.time_s, head, twin_tail, trial.kept, trial.frequency.hz),
+    }
+    speeds = {"twin": float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))}
+    speeds |= {form + whose: ebt.speed(tail, robot) for whose, tail in tails.items() for form, ebt in ebts.items()}
+    return {name: abs(speed - trial.speed) for name, speed in speeds.items()}
+
+
+def _mean_errors(errors: Sequence[dict[str, float]]) -> dict[str, float]:
+    """The mean over trials of each model's errors, m/s; nan where there is no trial."""
+    return {model: float(np.mean([error[model] for error in errors])) if errors else np.nan for model in MODELS}

@@ -1,7 +1,7 @@
 """How the objective rises along each coefficient: which the data hold, and which can slide.
 
-A profile lets all other parameters follow, to first order: at each value of one coefficient the others take the
-Gauss-Newton step that best makes up for the change, and the objective is simulated there.
+A profile lets all other parameters follow: a walk along the floor from the fit to either end of the coefficient's
+range, with a Gauss-Newton step in all else at every place (see `fitting.valley`).
 """
 
 from dataclasses import dataclass
@@ -11,8 +11,9 @@ import numpy as np
 from fitting.coefficient_fit import CoefficientFit
 from fitting.objective import Swims
 from fitting.search_space import ROOTS, SearchSpace, parameters
+from fitting.valley import walk
 
-POINTS = 11
+POINTS = 7
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,21 +40,13 @@ def profile_objective(swims: Swims, fit: CoefficientFit) -> CoefficientProfiles:
     held = np.repeat(best[:, None], 5 * POINTS, axis=1)
     for i in range(5):
         held[i, i * POINTS : (i + 1) * POINTS] = roots
-    errors = space.errors(best[:, None])
-    slopes = space.slopes(best[:, None], errors)
-    _, curvature = space.norm.grad_hess(errors, slopes)
-    following = held.copy()
-    for i in range(5):
-        columns = slice(i * POINTS, (i + 1) * POINTS)
-        others = np.delete(np.arange(space.size), i)
-        response = -np.linalg.lstsq(curvature[np.ix_(others, others)], curvature[others, i], rcond=1e-8)[0]
-        following[np.ix_(others, np.arange(5 * POINTS)[columns])] += np.outer(response, roots - best[i])
-    following = np.clip(following, space.low[:, None], space.high[:, None])
-    distances = swims.mean_distance(parameters(np.hstack([held, following])))
-    sliced, followed = np.split(distances, 2)
-    return CoefficientProfiles(
-        value=np.tile(roots**2, (5, 1)),
-        slice_m=sliced.reshape(5, POINTS),
-        profile_m=np.minimum(sliced, followed).reshape(5, POINTS),
-        best_m=fit.mean_distance_m,
-    )
+    sliced = swims.mean_distance(parameters(held)).reshape(5, POINTS)
+    followed = np.array([_followed(space, best, i, roots) for i in range(5)])
+    return CoefficientProfiles(np.tile(roots**2, (5, 1)), sliced, np.minimum(sliced, followed), fit.mean_distance_m)
+
+
+def _followed(space: SearchSpace, best: np.ndarray, index: int, roots: np.ndarray) -> list[float]:
+    """(k,) mean distance at each root of one coefficient, all else following from the best (p,), m."""
+    below, above = roots[roots < best[index]][::-1], roots[roots >= best[index]]
+    steps = walk(space, best, index, below)[::-1] + walk(space, best, index, above)
+    return [step.distance_m for step in steps]

@@ -7,7 +7,6 @@ process runs on one BLAS thread, which is several times faster at this size.
 
 import nlopt
 import numpy as np
-from bayes_opt import BayesianOptimization, acquisition
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
@@ -21,6 +20,8 @@ SIMPLEX = (1.0, 0.1)  # first steps of the simplex, in coefficients and in phase
 
 def bayesian(objective: PublishedObjective, budget_s: float, seed: int) -> None:
     """Spends a budget of simulated seconds on Bayesian optimisation over the five coefficients."""
+    from bayes_opt import BayesianOptimization, acquisition  # half a second that no other search needs
+
     low, high = COEFFICIENT_BOUNDS
     names = [f"c{i}" for i in range(5)]
     liar = acquisition.ConstantLiar(acquisition.ExpectedImprovement(xi=5e-4))
@@ -40,22 +41,19 @@ def bayesian(objective: PublishedObjective, budget_s: float, seed: int) -> None:
             evaluate(np.array([[float(p[name]) for name in names] for p in proposals]))
 
 
-def nelder_mead(
-    objective: PublishedObjective, budget_s: float, start: np.ndarray, simplex: tuple[float, float] = SIMPLEX
-) -> None:
+def nelder_mead(objective: PublishedObjective, budget_s: float, start: np.ndarray) -> None:
     """Spends the rest of a budget on bounded Nelder-Mead (nlopt) from a point (p,) of coefficients and phases.
 
     Args:
         objective: counts what is spent and keeps the best.
         budget_s: simulated seconds at which it ends, unless it has converged before.
         start: the first point.
-        simplex: first steps in coefficients and in phases (rad).
     """
     optimiser = nlopt.opt(nlopt.LN_NELDERMEAD, len(start))
     low, high = objective.bounds
     optimiser.set_lower_bounds(low)
     optimiser.set_upper_bounds(high)
-    steps = np.append(np.full(5, simplex[0]), np.full(len(start) - 5, simplex[1]))
+    steps = np.append(np.full(5, SIMPLEX[0]), np.full(len(start) - 5, SIMPLEX[1]))
     steps[start + steps > high] *= -1
     optimiser.set_initial_step(steps)
     optimiser.set_xtol_rel(1e-5)

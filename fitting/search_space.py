@@ -51,17 +51,28 @@ class SearchSpace:
 
     def slopes(self, x: np.ndarray, _errors: np.ndarray) -> np.ndarray:
         """(2 e, p) central differences of the errors at x (p, 1), one-sided at a bound, all in one batch."""
-        step = np.append(np.full(5, ROOT_STEP), np.full(self.size - 5, PHASE_STEP_RAD))
-        above = np.minimum(x + np.diag(step), self.high[:, None])  # (p, p), one parameter moved in each column
-        below = np.maximum(x - np.diag(step), self.low[:, None])
+        step = self._steps()
+        above, below = np.minimum(x + step, self.high[:, None]), np.maximum(x - step, self.low[:, None])
         up, down = np.split(self.errors(np.hstack([above, below])), 2, axis=1)
-        return (up - down) / np.diag(above - below)
+        return self._by_parameter((up - down) / (above - below).max(axis=0))
 
     def slopes_ahead(self, x: np.ndarray, errors: np.ndarray) -> np.ndarray:
         """(2 e, p) one-sided differences, away from the nearer bound: half the price, good enough far from the end."""
-        step = np.append(np.full(5, ROOT_STEP), np.full(self.size - 5, PHASE_STEP_RAD))
-        step = np.where(x[:, 0] + step > self.high, -step, step)
-        return (self.errors(x + np.diag(step)) - errors) / step
+        step = self._steps()
+        step = np.where(x + step > self.high[:, None], -step, step)
+        return self._by_parameter((self.errors(x + step) - errors) / _signed(step))
+
+    def _steps(self) -> np.ndarray:
+        """(p, 6) steps of the differences: a coefficient in each column, and all phases together in the last."""
+        steps = np.zeros((self.size, 6))
+        steps[:5, :5], steps[5:, 5] = np.diag(np.full(5, ROOT_STEP)), PHASE_STEP_RAD
+        return steps
+
+    def _by_parameter(self, slopes: np.ndarray) -> np.ndarray:
+        """(2 e, p) slopes of (2 e, 6): a phase moves the errors of its own trial alone."""
+        samples = [2 * int((trial.weight[trial.scored] > 0).sum()) for trial in self.swims.trials]
+        own = np.repeat(np.eye(len(samples)), samples, axis=0)  # (2 e, t)
+        return np.hstack([slopes[:, :5], slopes[:, 5:] * own])
 
     def objectives(self, points: np.ndarray) -> np.ndarray:
         """(s,) softened mean distance of points (p, s), m."""
@@ -82,6 +93,11 @@ class SearchSpace:
     def _count(self, points: int) -> None:
         self.evaluations += points
         self.spent_s += self._seconds * points
+
+
+def _signed(step: np.ndarray) -> np.ndarray:
+    """(6,) how far each column of steps (p, 6) goes."""
+    return step[np.abs(step).argmax(axis=0), np.arange(step.shape[1])]
 
 
 def parameters(points: np.ndarray) -> np.ndarray:

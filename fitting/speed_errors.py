@@ -33,9 +33,10 @@ class SpeedErrors(NamedTuple):
 
 
 def speed_errors(trials: Sequence[CalibratedTrial], seed: int = 0) -> dict[str, SpeedErrors]:
-    """The errors of every model over the trials, by the model's name; empty without trials."""
+    """The errors of every model over the trials, in whatever order, by the model's name; empty without trials."""
     if not trials:
         return {}
+    trials = sorted(trials, key=lambda trial: trial.measured.name)  # draws go by a trial's place
     random = np.random.default_rng(seed)
     spread = np.nan_to_num([_standard_error(trial.measured) for trial in trials])
     drawn = random.integers(len(trials), size=(DRAWS, len(trials)))

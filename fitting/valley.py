@@ -3,12 +3,28 @@
 A weakly held coefficient bends the valley and can leave it two floors, more apart than a descent or a hop reaches.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fitting.search_space import ROOTS, SearchSpace
 
 ELSEWHERE = 0.6  # in roots: what lies nearer is where one came from
 _FRACTIONS = np.array([1.0, 0.5, 0.2])  # of a step that are tried
+
+
+class Step(NamedTuple):
+    """One place on the floor of a valley.
+
+    Attributes:
+        point: (p,) of the search space.
+        objective_m: softened mean distance, m.
+        distance_m: mean distance, m.
+    """
+
+    point: np.ndarray
+    objective_m: float
+    distance_m: float
 
 
 def along_valley(space: SearchSpace, floor: np.ndarray, index: int, steps: int) -> list[np.ndarray]:
@@ -22,30 +38,41 @@ def along_valley(space: SearchSpace, floor: np.ndarray, index: int, steps: int) 
     """
     roots = np.linspace(ROOTS[0], ROOTS[1], steps + 1)
     below, above = roots[roots < floor[index]][::-1], roots[roots > floor[index]]
-    passed = sorted((_walk(space, floor, index, below) + _walk(space, floor, index, above)), key=lambda p: p[0])
+    passed = sorted(
+        walk(space, floor, index, below) + walk(space, floor, index, above), key=lambda step: step.objective_m
+    )
     chosen = [floor]
-    for _, point in passed:
+    for point in (step.point for step in passed):
         if all(abs(point[index] - other[index]) > ELSEWHERE for other in chosen):
             chosen.append(point)
     return chosen[1:3]
 
 
-def _walk(space: SearchSpace, floor: np.ndarray, index: int, roots: np.ndarray) -> list[tuple[float, np.ndarray]]:
-    """Objective (m) and point (p,) at each root in turn, from the one before."""
-    passed, point = [], floor
+def walk(space: SearchSpace, floor: np.ndarray, index: int, roots: np.ndarray) -> list[Step]:
+    """The floor at each root in turn of one coefficient, each from the one before.
+
+    Args:
+        space: to walk in.
+        floor: (p,) where the walk begins.
+        index: of the coefficient that is held at the roots.
+        roots: (k,) of it, from near to far.
+    """
+    steps, point = [], floor
     for root in roots:
-        value, point = _settle(space, np.where(np.arange(space.size) == index, root, point), index)
-        passed.append((value, point))
-    return passed
+        step = _settle(space, np.where(np.arange(space.size) == index, root, point), index)
+        steps.append(step)
+        point = step.point
+    return steps
 
 
-def _settle(space: SearchSpace, point: np.ndarray, held: int) -> tuple[float, np.ndarray]:
-    """Objective (m) and point after the best part of one Gauss-Newton step in all but the held coefficient."""
+def _settle(space: SearchSpace, point: np.ndarray, held: int) -> Step:
+    """A point (p,) after the best part of one Gauss-Newton step in all but the held coefficient."""
     errors, free = space.errors(point[:, None]), np.delete(np.arange(space.size), held)
     gradient, curvature = space.norm.grad_hess(errors, space.slopes_ahead(point[:, None], errors))
     step = np.zeros(space.size)
     step[free] = -np.linalg.lstsq(curvature[np.ix_(free, free)], gradient[free, 0], rcond=1e-8)[0]
     tried = np.clip(point[:, None] + step[:, None] * _FRACTIONS, space.low[:, None], space.high[:, None])
-    values = [float(space.norm.value(errors)), *space.objectives(tried)]
+    points, errors = np.column_stack([point, tried]), np.column_stack([errors, space.errors(tried)])
+    values = [float(space.norm.value(column[:, None])) for column in errors.T]
     best = int(np.argmin(values))
-    return values[best], np.column_stack([point, tried])[:, best]
+    return Step(points[:, best], values[best], float(space.norm.plain(errors[:, best, None])))

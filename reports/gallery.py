@@ -5,7 +5,17 @@ from dataclasses import dataclass, field
 
 from matplotlib.figure import Figure
 
-from fitting import CalibratedTrial, Calibration, Evidence, MeasuredTrial, body_wave
+from fitting import (
+    CalibratedTrial,
+    Calibration,
+    Comparison,
+    Evidence,
+    MeasuredTrial,
+    PairFit,
+    SearchRun,
+    body_wave,
+    speed_errors,
+)
 from reports.figures import (
     body_wave_figure,
     coefficient_profiles_figure,
@@ -15,13 +25,19 @@ from reports.figures import (
     forward_path_figure,
     lateral_motion_figure,
     marker_residuals_figure,
+    pair_coefficients_figure,
+    pair_errors_figure,
     phase_portrait_figure,
     planform_figure,
     residuals_over_time_figure,
+    search_convergence_figure,
     speed_errors_figure,
+    speed_intervals_figure,
     speed_sweep_figure,
     tail_envelope_figure,
 )
+from reports.figures.search_convergence import SHORT
+from reports.figures.speed_intervals import Measure
 from reports.style import SURFACE, applied
 
 DOTS_PER_INCH = 110.0
@@ -58,11 +74,13 @@ class Gallery:
 
     Attributes:
         calibration: the calibrated twin beside every trial.
-        evidence: what stands beside the fit; only `profiles` needs it.
+        evidence: what stands beside the fit; `profiles`, `pair_errors` and `pair_coefficients` need it.
+        searches: the searches compared; `searches_compared` needs them.
     """
 
     calibration: Calibration
     evidence: Evidence | None = None
+    searches: tuple[SearchRun, ...] = ()
 
     def trial(self, name: str) -> CalibratedTrial:
         """One trial of the calibration.
@@ -102,10 +120,58 @@ class Gallery:
         Raises:
             ValueError: the gallery has no evidence.
         """
+        figure = coefficient_profiles_figure(self._evidence().profiles, self.calibration.coefficients)
+        return Picture(figure, "mean marker distance along each coefficient")
+
+    def speed_intervals(self, measure: Measure = "mean_absolute") -> Picture:
+        """Mean absolute error, bias or worst error of each model's speed, with intervals."""
+        trials = self.calibration.trials
+        of_role = {role: speed_errors([t for t in trials if t.measured.role == role]) for role in ("fit", "holdout")}
+        figure = speed_intervals_figure({role: errors for role, errors in of_role.items() if errors}, measure)
+        return Picture(figure, f"{measure.replace('_', ' ')} of each model's speed, with 90 % intervals")
+
+    def pair_errors(self) -> Picture:
+        """Speed error of each model over other pairs of fit trials.
+
+        Raises:
+            ValueError: the gallery has no evidence, or this no pairs.
+        """
+        own = frozenset(t.measured.name for t in self.calibration.trials if t.measured.role == "fit")
+        return Picture(pair_errors_figure(self._pairs(), own), "speed error of each model for each pair of fit trials")
+
+    def pair_coefficients(self) -> Picture:
+        """The coefficients that other pairs of fit trials give.
+
+        Raises:
+            ValueError: the gallery has no evidence, or this no pairs.
+        """
+        figure = pair_coefficients_figure(self._pairs(), self.calibration.coefficients)
+        return Picture(figure, "coefficients of each pair of fit trials")
+
+    def searches_compared(self, objective: Comparison = "published") -> Picture:
+        """How fast each search found good coefficients.
+
+        Raises:
+            ValueError: the gallery has no searches.
+        """
+        runs = [run for run in self.searches if run.comparison == objective]
+        if not runs:
+            expected = "those of calib benchmark search SESSION: Gallery(calibration, evidence, searches)"
+            raise ValueError(f"searches: found none on the {objective} objective, expected {expected}")
+        methods = dict.fromkeys(run.method for run in runs)
+        traces = {name: [(run.trace, run.simulated_s) for run in runs if run.method == name] for name in methods}
+        figure = search_convergence_figure(traces, SHORT)
+        return Picture(figure, f"convergence of each search, {objective} objective")
+
+    def _evidence(self) -> Evidence:
         if self.evidence is None:
             raise ValueError("evidence: found none, expected that of the fit: Gallery(calibration, evidence)")
-        figure = coefficient_profiles_figure(self.evidence.profiles, self.calibration.coefficients)
-        return Picture(figure, "mean marker distance along each coefficient")
+        return self.evidence
+
+    def _pairs(self) -> tuple[PairFit, ...]:
+        if not self._evidence().pairs:
+            raise ValueError("pairs: found none, expected at least three swims and evidence of full effort")
+        return self._evidence().pairs
 
     def marker_residuals(self) -> Picture:
         """Mean distance of each marker, a panel a trial."""

@@ -1,6 +1,6 @@
 """The models whose speeds are compared, as the reader meets them: a label and a colour each."""
 
-from reports.style import EBT, EBT_LARGE, MUTED, TWIN
+from reports.style import EBT, EBT_LARGE, EBT_SMOOTHED, MUTED, TWIN
 
 _LABELS = {
     "twin": "twin",
@@ -8,7 +8,7 @@ _LABELS = {
     "smoothed": "EBT, smoothed",
     "large": "EBT, large amplitude",
 }
-_COLOURS = {"twin": TWIN, "published": EBT, "large": EBT_LARGE}
+_COLOURS = {"twin": TWIN, "published": EBT, "smoothed": EBT_SMOOTHED, "large": EBT_LARGE}
 
 
 def model_label(name: str) -> str:

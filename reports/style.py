@@ -30,6 +30,8 @@ INKS: dict[str, Ink] = {
     "twin": Ink("#0a6ebd", "#5cb3f5"),
     "ebt": Ink("#b65006", "#f5a65b"),
     "ebt-large": Ink("#a3348b", "#e893d6"),
+    "ebt-smoothed": Ink("#1b7f5c", "#63d2a6"),
+    "gap": Ink("#c2352b", "#ff8a7a"),
     "warn": Ink("#9a6200", "#f2c14e"),
     "warn-ground": Ink("#fff6e0", "#2e2716"),
     "flag-merged": Ink("#7b3fa0", "#c792ea"),
@@ -41,9 +43,11 @@ INKS: dict[str, Ink] = {
 }
 """Every colour of figures and pages, by the name of its CSS variable."""
 
-INK, MUTED, FAINT, SHADE, SURFACE, TWIN, EBT, EBT_LARGE, WARN = (
-    INKS[name].light for name in ("ink", "muted", "faint", "shade", "surface", "twin", "ebt", "ebt-large", "warn")
+INK, MUTED, FAINT, SHADE, SURFACE, TWIN, WARN = (
+    INKS[name].light for name in ("ink", "muted", "faint", "shade", "surface", "twin", "warn")
 )
+EBT, EBT_LARGE, EBT_SMOOTHED = (INKS[name].light for name in ("ebt", "ebt-large", "ebt-smoothed"))
+GAP = INKS["gap"].light
 
 HALF_WIDTH_IN, FULL_WIDTH_IN = 4.2, 8.7  # of figures that share a row, and of those that fill it
 

@@ -27,7 +27,7 @@ def pair_errors_figure(pairs: Sequence[PairFit], own: frozenset[str] = frozenset
             axes.plot(value, row + above, "o", color=colour, markerfacecolor=face, markersize=4.5, zorder=3)
         if np.isfinite(error).any():
             axes.plot([np.nanmean(error)] * 2, [row - 0.34, row + 0.34], color=INK, linewidth=1.6)
-    axes.set_yticks(range(len(names)), [model_label(name) for name in reversed(names)])
+    axes.set_yticks(range(len(names)), [model_label(name).replace(" (", "\n(") for name in reversed(names)])
     axes.set_ylim(-0.6, len(names) - 0.4)
     axes.set_xlim(left=0.0)
     axes.set_xlabel("mean absolute speed error over the others (mm/s)")

@@ -13,13 +13,13 @@ from reports.models import model_colour, model_label
 from reports.numbers import MM
 from reports.style import HALF_WIDTH_IN, INK, MUTED, SHADE, TWIN, Margins, panel, styled
 
-_THEORY = ("published", "large")  # forms drawn; the smoothed one lies between them and stands in the tables
+_THEORY = ("published", "smoothed", "large")
 
 
 @styled
 def speed_sweep_figure(calibration: Calibration) -> Figure:
     """Points are trials, told apart by role; lines are simulated; the shaded ranges were not fitted."""
-    figure, axes = panel(HALF_WIDTH_IN, 3.7, Margins(top=0.72))
+    figure, axes = panel(HALF_WIDTH_IN, 3.88, Margins(top=0.9))
     sweep = calibration.sweep
     _shade_extrapolated(axes, sweep)
     _curves(axes, sweep)
@@ -66,5 +66,5 @@ def _legend(axes: Axes) -> None:
     marks = [Line2D([], [], label=text, **role_marker(MUTED, role)) for role, text in roles]
     beyond = Line2D([], [], color=MUTED, linestyle=(0, (4, 2)), label="extrapolated")
     above: dict[str, Any] = {"loc": "lower left", "handlelength": 1.3, "columnspacing": 0.9, "borderpad": 0.0}
-    axes.add_artist(axes.legend(handles=handles, bbox_to_anchor=(-0.12, 1.12), ncols=4, handletextpad=0.4, **above))
+    axes.add_artist(axes.legend(handles=handles, bbox_to_anchor=(-0.12, 1.11), ncols=3, handletextpad=0.4, **above))
     axes.legend(handles=[*marks, beyond], bbox_to_anchor=(-0.12, 1.03), ncols=3, **above)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting import PairFit
+from fitting import FORMS, PairFit
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures import pair_coefficients_figure, pair_errors_figure
@@ -28,13 +28,19 @@ def build(context: ReportContext) -> Section:
     if not pairs:
         return Section(TITLE, ANCHOR, (Prose(_why_none(context)),))
     caveats = [
-        "Each pair’s search is a single descent from this session’s own fit, so the spread is that within its valley; "
-        "a full search on each pair could differ more."
+        "Each pair has a search of its own, which knows nothing of this session’s fit nor of the trials that the pair "
+        "leaves out. It is a small one: where it stays above the bottom, the pair’s coefficients are off as well."
     ]
-    if backward := [f"{pair.fitted[0]} with {pair.fitted[1]}" for pair in pairs if not pair.swims_forward]:
-        caveats.append(f"From rest, the twin of {listed(backward)} swims backward.")
+    if open_ended := [_name(pair) for pair in pairs if not pair.converged]:
+        caveats.append(f"The search of {listed(open_ended)} was still improving when its iterations ran out.")
+    if backward := [_name(pair) for pair in pairs if not pair.swims_forward]:
+        caveats.append(f"From rest, the twin of {listed(backward)} swims backward: no start led to one that does not.")
     blocks = (Prose(_verdict(pairs)), Plots(_plots(context, pairs)), _spread(pairs), _each(pairs))
     return Section(TITLE, ANCHOR, blocks, tuple(caveats))
+
+
+def _name(pair: PairFit) -> str:
+    return f"{pair.fitted[0]} with {pair.fitted[1]}"
 
 
 def _why_none(context: ReportContext) -> str:
@@ -48,7 +54,7 @@ def _why_none(context: ReportContext) -> str:
 
 def _verdict(pairs: tuple[PairFit, ...]) -> str:
     twin = _errors(pairs, "twin")
-    theories = [name for name in pairs[0].speed_mae if name != "twin"]
+    theories = [form.name for form in FORMS if form.name in pairs[0].speed_mae]
     versus = [
         f"{in_mm(_mean(_errors(pairs, name)))} mm/s for {model_label(name)} (the twin is better in "
         f"{_wins(pairs, name)} of {len(pairs)})"
@@ -110,7 +116,8 @@ def _spread(pairs: tuple[PairFit, ...]) -> Table:
         rows.append((model_label(name), in_mm(_mean(errors)), in_mm(_deviation(errors)), *ends, wins))
     caption = (
         f"Mean absolute speed error over the trials left out, over {counted(len(pairs), 'pair')} of fit trials. EBT "
-        "is fitted to the same pair and predicts from the measured tail."
+        "is fitted to the same pair and predicts from the measured tail of the trial left out or, where it says so, "
+        "from the twin’s, so that it too forecasts from the command alone."
     )
     return Table(caption, SPREAD, tuple(rows))
 

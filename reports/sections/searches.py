@@ -8,6 +8,7 @@ from fitting import METHODS, SearchRun
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures import search_convergence_figure
+from reports.figures.search_convergence import SHORT
 from reports.numbers import MISSING, counted, in_mm, listed, shown
 from reports.svg import inline_svg
 
@@ -17,7 +18,6 @@ OBJECTIVES = {
 }
 TITLE, ANCHOR = "Comparison of searches", "searches"
 LABELS = {name: method.label for name, method in METHODS.items()}
-SHORT = {"gradient": "Gauss-Newton + NM", "bo-nm": "BO + NM (published)", "nelder-mead": "NM alone", "random": "random"}
 LEVEL = 1.01  # mean distance within this factor of the lowest: no worse
 COLUMNS = (
     Column("search", numeric=False),
@@ -36,8 +36,9 @@ def build(context: ReportContext) -> Section:
     runs = context.searches
     if not runs:
         text = (
-            "The searches were not compared on this session. calib benchmark search SESSION runs each of "
-            f"{listed(list(LABELS.values()))} with the same budget, and the report then shows them here."
+            "The searches were not compared on this session: that takes from minutes to an hour, far longer than the "
+            "fit. Run calib benchmark search SESSION and then calib report SESSION: the first runs each of "
+            f"{listed(list(LABELS.values()))} with the same budget and several seeds, the second shows them here."
         )
         return Section(TITLE, ANCHOR, (Prose(text),))
     objectives = list(dict.fromkeys(run.comparison for run in runs))

@@ -15,7 +15,7 @@ from synthetic import PLAUSIBLE_COEFFICIENTS, Truth
 from tests.fitting.swims import noise_free
 
 SMALL = replace(QUICK, final_iterations=14)
-TINY = replace(QUICK, screened=4, starts=1, finalists=1, heat_iterations=1, final_iterations=1, hops=1, hop_width=2)
+TINY = replace(QUICK, screened=4, starts=1, finalists=1, heat_iterations=1, final_iterations=1, valley_steps=1)
 TOLERANCE = {"blunt_drag": 0.03, "slender_drag": 0.03, "angular_drag": 0.1, "kutta_lift": 0.03}
 """Magnus lift is missing: it moves the markers by less than the difference between two time steps."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -18,12 +19,23 @@ from fitting import (
     read_evidence,
 )
 from fitting.coefficients import refine_coefficients
-from fitting.pairs import MOST_PAIRS, _fit_pair, fit_pairs
+from fitting.pair_search import Screened, screen, search_pair
+from fitting.pairs import MODELS, MOST_PAIRS, chosen_pairs, fit_pairs
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 
 HZ = (0.7, 1.2, 1.0)
 START = np.append(np.sqrt(PLAUSIBLE_COEFFICIENTS), PHASES[:2])
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small() -> Iterator[None]:
+    """Searches of pairs and profiles of a few points: what is tested here needs no more."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in {"SCREENED": 8, "CHECKED": 2, "STARTS": 1, "HEAT": 1, "POLISH": 1}.items():
+            patch.setattr(f"fitting.pair_search.{name}", value)
+        patch.setattr("fitting.profile.POINTS", 4)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -65,41 +77,80 @@ def test_the_free_yaw_of_straight_axes_is_small_and_named_by_trial(evidence: Evi
 
 
 def test_every_pair_is_fitted_once_and_forecasts_what_it_has_not_seen(evidence: Evidence) -> None:
-    assert [pair.fitted for pair in evidence.pairs] == [("f0.70", "f1.20"), ("f0.70", "f1.00"), ("f1.20", "f1.00")]
+    assert [pair.fitted for pair in evidence.pairs] == [("f0.70", "f1.00"), ("f0.70", "f1.20"), ("f1.00", "f1.20")]
     for pair in evidence.pairs:
-        assert pair.swims_forward
-        assert set(pair.speed_mae) == {"twin", "published", "smoothed", "large"}
-        assert pair.speed_mae["twin"] < 0.005
+        assert tuple(pair.speed_mae) == MODELS
+        assert all(np.isfinite(list(pair.speed_mae.values())))
+
+
+def test_the_pairs_know_nothing_of_the_fit_and_come_in_any_order(
+    trials: tuple[MeasuredTrial, ...], evidence: Evidence
+) -> None:
+    """Bit for bit: their screening, their choice and their means go by the trials' names."""
+    assert fit_pairs(trials[::-1], exact_twin()) == evidence.pairs
 
 
 def test_a_held_out_trial_is_never_looked_at_beyond_its_known_part(
-    trials: tuple[MeasuredTrial, ...], fit: CoefficientFit, evidence: Evidence
+    trials: tuple[MeasuredTrial, ...], evidence: Evidence
 ) -> None:
     """Nonsense in the scored part of the third trial changes no coefficient of the pair that leaves it out."""
     new = trials[2]
-    head = new.head
     later = ~new.known
-    spoilt_head = replace(head, shape_m=np.where(later[:, None, None], 5.0, head.shape_m))
-    spoilt = (*trials[:2], replace(new, head=spoilt_head))
-    clean = evidence.pairs[0]
-    pair = _fit_pair(spoilt, (0, 1), exact_twin(), fit.coefficients)
+    spoilt_head = replace(new.head, shape_m=np.where(later[:, None, None], 5.0, new.head.shape_m))
+    pairs = {pair.fitted: pair for pair in fit_pairs((*trials[:2], replace(new, head=spoilt_head)), exact_twin())}
+    clean, spoilt = evidence.pairs[1], pairs["f0.70", "f1.20"]
 
-    assert pair.fitted == clean.fitted == ("f0.70", "f1.20")
-    assert pair.coefficients == clean.coefficients
-    assert pair.marker_error_m == clean.marker_error_m
-
-
-def test_two_swims_have_no_other_pair(trials: tuple[MeasuredTrial, ...], fit: CoefficientFit) -> None:
-    assert fit_pairs(trials[:2], exact_twin(), fit) == ()
+    assert clean.fitted == spoilt.fitted
+    assert spoilt.coefficients == clean.coefficients
+    assert spoilt.marker_error_m == clean.marker_error_m
 
 
-def test_of_many_pairs_a_seeded_choice_is_fitted(fit: CoefficientFit, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fitting.pairs._fit_pair", lambda _trials, pair, *_: pair)
-    many = [object()] * 8
-    chosen, again, other = (fit_pairs(many, exact_twin(), fit, seed) for seed in (0, 0, 1))  # type: ignore[arg-type]
+def test_what_is_screened_for_each_trial_is_the_same_points_in_step_with_it(trials: tuple[MeasuredTrial, ...]) -> None:
+    slow, fast = (screen(exact_twin(), trial, seed=3) for trial in trials[:2])
+
+    np.testing.assert_array_equal(slow.points[:5], fast.points[:5])
+    together = Swims(exact_twin(), trials[:2])
+    both = np.vstack([slow.points[:5] ** 2, slow.points[5], fast.points[5]])
+    values = [together.norm.value(column[:, None]) for column in together.errors(both).T]
+    np.testing.assert_allclose((slow.objective_m + fast.objective_m) / 2, values, rtol=1e-12)
+
+
+def test_a_forward_swimmer_is_preferred_to_a_closer_one_that_swims_backward(
+    trials: tuple[MeasuredTrial, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two points are screened, and whatever has more slender drag than a bound is said to swim backward."""
+    bound = 4.0
+    monkeypatch.setattr("fitting.search_space.swims_forward", lambda _twin, c, _trials: c[:, 1] < bound)
+    roots = np.sqrt([[0.4, bound + 1.0, 6.0, 4.0, 1.0], [2.0, bound - 2.0, 6.0, 4.0, 1.0]]).T
+    screened = [Screened(np.vstack([roots, np.full(2, phase)]), np.array([0.01, 0.02])) for phase in PHASES[:2]]
+    best = search_pair(Swims(exact_twin(), trials[:2]), screened)
+
+    assert best.swims_forward
+    assert best.coefficients[1] < bound
+
+
+@pytest.mark.long
+def test_each_pair_finds_a_twin_that_forecasts_what_it_has_not_seen(
+    trials: tuple[MeasuredTrial, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the box alone, with the search as it is; tracks half a millimetre off."""
+    for name, value in {"SCREENED": 64, "CHECKED": 6, "STARTS": 2, "HEAT": 3, "POLISH": 10}.items():
+        monkeypatch.setattr(f"fitting.pair_search.{name}", value)
+    for pair in fit_pairs(trials, exact_twin()):
+        assert pair.swims_forward
+        assert pair.speed_mae["twin"] < 0.01
+
+
+def test_two_swims_have_no_other_pair(trials: tuple[MeasuredTrial, ...]) -> None:
+    assert fit_pairs(trials[:2], exact_twin()) == ()
+
+
+def test_of_many_pairs_a_seeded_choice_is_made_by_name() -> None:
+    names = tuple(f"trial {i}" for i in range(8))
+    chosen, again, other = (chosen_pairs(names, seed) for seed in (0, 0, 1))
 
     assert len(set(chosen)) == MOST_PAIRS
-    assert chosen == again != other
+    assert chosen == again == chosen_pairs(names[::-1], 0) != other
 
 
 def test_evidence_comes_back_from_its_file_as_it_went(evidence: Evidence) -> None:

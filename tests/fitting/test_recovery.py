@@ -18,14 +18,14 @@ from tests.fitting.exact_swims import PHASES, ROBOT, exact_swims, exact_twin
 
 TINY = replace(QUICK, screened=4, starts=1, finalists=1, heat_iterations=1, final_iterations=1)
 LONG = replace(QUICK, final_iterations=20)
-THOROUGH = replace(TINY, hops=1, hop_width=2, valley_steps=1, finish_s=60.0)
+THOROUGH = replace(TINY, starts=4, valley_steps=1, last_iterations=1, finish_s=60.0)
 TRUTH = np.array(PLAUSIBLE_COEFFICIENTS)
 OTHER = FluidCoefficients(0.6, 3.0, 5.0, 4.5, 1.5)  # swims forward from rest, as a truth must to be found
 PIXEL_M = 1.0 / 965.0
 WRONG = np.array([1.2, 0.85, 1.15, 0.9, 1.3])  # factors on the truth
 FAR_OFF = np.array([1.3, 0.7, 0.75, 1.25, 1.5])
 HALF_PIXEL_M = 0.5 * PIXEL_M
-NEAR = replace(FULL, finalists=0, heat_iterations=8, hops=0, last_iterations=3)
+NEAR = replace(FULL, starts=1, finalists=0, heat_iterations=8, last_iterations=3)
 """What of the search follows the screening, from a given start."""
 
 
@@ -110,30 +110,31 @@ def draw(seed: int) -> Draw:
 
 
 def leans(draws: list[Draw], found: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean relative error, its standard error, and scatter of one fit, (4,) each, from (2, 5) found in each draw.
+    """Mean relative error, its standard error, and scatter of one fit, (5,) each, from (2, 5) found in each draw.
 
     What is linear in the noise cancels in the mean of a pair, so that a lean stands out.
     """
-    errors = np.array([pair / draw.truth - 1 for pair, draw in zip(found, draws, strict=True)])[..., :4]
+    errors = np.array([pair / draw.truth - 1 for pair, draw in zip(found, draws, strict=True)])
     means = errors.mean(axis=1)
     return means.mean(axis=0), means.std(axis=0, ddof=1) / np.sqrt(len(draws)), errors.std(axis=(0, 1))
 
 
 @pytest.mark.long
 def test_noise_of_tracking_does_not_lean_on_the_middle_of_the_floor(draws: list[Draw]) -> None:
+    """Magnus lift moves the markers least, so that one fit scatters by more than half of it: its mean is wider."""
     lean, error, scatter = leans(draws, [draw.middles for draw in draws])
 
     assert (np.abs(lean) < np.maximum(2 * error, 0.01)).all()
-    assert (error < 0.02).all()
-    assert (scatter < 0.12).all()
+    assert (error < [0.02, 0.02, 0.02, 0.02, 0.15]).all()
+    assert (scatter < [0.12, 0.12, 0.12, 0.12, 0.8]).all()
 
 
 @pytest.mark.long
-def test_the_best_itself_leans_by_six_per_cent_at_most(draws: list[Draw]) -> None:
+def test_the_best_itself_leans_by_six_per_cent_at_most_and_magnus_by_half(draws: list[Draw]) -> None:
     """Its floor is rough: the search stops at some 4 per cent too much drag, about the scatter of one fit."""
     lean, _, _ = leans(draws, [np.array([fit.coefficients for fit in draw.fits]) for draw in draws])
 
-    assert (np.abs(lean) < 0.06).all()
+    assert (np.abs(lean) < [0.06, 0.06, 0.06, 0.06, 0.5]).all()
 
 
 @pytest.mark.long
@@ -157,7 +158,7 @@ def test_seven_in_ten_intervals_or_more_hold_the_truth(draws: list[Draw]) -> Non
 
 @pytest.mark.parametrize("method", ["gradient", "bo-nm"])
 def test_the_order_of_trials_does_not_change_a_bit(method: str) -> None:
-    """With hops, the walk along the valley, the simplex and the middle of the floor, all of which draw at random."""
+    """With both heats, the walk along the valley, hops on its floor, the simplex and the middle of the floor."""
     trials = exact_swims(hz=(0.7, 1.2), seconds=3.5, noise_m=HALF_PIXEL_M)
     fits = []
     for ordered in (trials, trials[::-1]):
@@ -180,20 +181,24 @@ def test_the_number_of_workers_does_not_change_a_bit(method: str) -> None:
     np.testing.assert_array_equal(fits[1].phase_rad, fits[0].phase_rad)
 
 
-def measured(move: Callable[[np.ndarray], np.ndarray]) -> MeasuredTrial:
+def measured(move: Callable[[np.ndarray], np.ndarray], hz: float = 1.0, seconds: float = 5.0) -> MeasuredTrial:
     """A noisy trial as the camera sees it after the pool has been moved under it."""
-    trial = exact_swims(hz=(1.0,), noise_m=0.5 * PIXEL_M)[0]
+    trial = exact_swims(hz=(hz,), seconds=seconds, noise_m=HALF_PIXEL_M)[0]
     mirrored = trial.position_m * [1.0, -1.0] / PIXEL_M + 1500.0  # y down
-    spec = TrialSpec(name="f1_00", kind="swim", role="fit", commanded_hz=1.0)
+    spec = TrialSpec(name=f"{hz:.2f}", kind="swim", role="fit", commanded_hz=hz)
     tracks = Tracks(FISHSIM_MARKERS, trial.time_s, move(mirrored), np.ones(mirrored.shape[:2]))
     return measure_trial(spec, tracks, CameraSpec(fps=60.0, scale_length_m=0.142), ROBOT, 1.0)
 
 
+def turned(angle: float) -> Callable[[np.ndarray], np.ndarray]:
+    """A pool turned by an angle (rad) and shifted."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return lambda position: position @ np.array([[cos, sin], [-sin, cos]]) + [321.5, -45.25]
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.7, np.pi, -2.4])
 def test_a_pool_turned_and_shifted_gives_the_same_trial_and_the_same_objective(angle: float) -> None:
-    cos, sin = np.cos(angle), np.sin(angle)
-    still = measured(lambda position: position)
-    moved = measured(lambda position: position @ np.array([[cos, sin], [-sin, cos]]) + [321.5, -45.25])
+    still, moved = measured(lambda position: position), measured(turned(angle))
 
     np.testing.assert_allclose(moved.head.position_m, still.head.position_m, atol=1e-9)
     np.testing.assert_allclose(moved.start_velocity, still.start_velocity, atol=1e-7)
@@ -212,3 +217,18 @@ def test_a_pool_turned_and_shifted_gives_the_same_fit() -> None:
     fits = [refine_coefficients(Swims(exact_twin(), (trial,)), [start], iterations=4) for trial in trials]
 
     np.testing.assert_allclose(fits[1].coefficients, fits[0].coefficients, rtol=1e-4)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("angle", [0.7, -2.4, 1.9])
+def test_a_pool_turned_and_shifted_gives_the_same_whole_search(angle: float) -> None:
+    """With everything on: screening, both heats, the walk along the valley, simplices, the middle of the floor."""
+    found = []
+    for move in (turned(0.0), turned(angle)):
+        trials = tuple(measured(move, hz, seconds=3.5) for hz in (0.7, 1.2))
+        swims = Swims(exact_twin(), trials)
+        found.append(settled(swims, search("gradient", swims, THOROUGH, seed=0)))
+    still, moved = found
+
+    assert moved.mean_distance_m == pytest.approx(still.mean_distance_m, rel=1e-3)
+    np.testing.assert_allclose(moved.coefficients, still.coefficients, rtol=0.01)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ def trials(errors: Sequence[float], noise: float = 1.0) -> list[CalibratedTrial]
     """Trials whose twin is off by so much, and whose theory by twice as much, m/s."""
     made = []
     for i, error in enumerate(errors):
-        trial = measured(i, noise)
+        trial = replace(measured(i, noise), name=f"trial {i}")
         ebt = {"published": SPEED + 2 * error}
         still, scores = head_frame_of(trial.position_m), Scores(0.0, 0.0, 0.0, 1.0)
         made.append(CalibratedTrial(trial, still, 0.0, 1.0, scores, SPEED + error, ebt, {}, ()))
@@ -90,3 +91,9 @@ def test_the_seed_decides_the_interval_and_no_trials_give_none() -> None:
 
     assert speed_errors(made, seed=1) == speed_errors(made, seed=1) != speed_errors(made, seed=2)
     assert speed_errors([]) == {}
+
+
+def test_the_order_of_trials_does_not_change_a_bit() -> None:
+    made = trials([0.01, -0.02, 0.03, 0.0])
+
+    assert speed_errors(made[::-1]) == speed_errors(made)

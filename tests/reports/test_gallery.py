@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import inspect
+from dataclasses import replace
 
 import pytest
 
 from reports import Gallery, Picture, picture_of_tracks
-from tests.reports.sample import ROLES, made_calibration, made_evidence
+from tests.reports.sample import ROLES, made_calibration, made_evidence, made_searches
 
 METHODS = {
     name: inspect.signature(method).parameters
@@ -19,7 +20,7 @@ OF_A_TRIAL = [name for name, parameters in METHODS.items() if "trial" in paramet
 
 @pytest.fixture(scope="module")
 def gallery() -> Gallery:
-    return Gallery(made_calibration(), made_evidence())
+    return Gallery(made_calibration(), made_evidence(), made_searches())
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -40,9 +41,18 @@ def test_a_trial_that_is_not_there_is_answered_with_those_that_are(gallery: Gall
         getattr(gallery, name)("nonsense")
 
 
-def test_what_needs_evidence_asks_for_it(gallery: Gallery) -> None:
+@pytest.mark.parametrize("name", ["profiles", "pair_errors", "pair_coefficients"])
+def test_what_needs_evidence_asks_for_it(gallery: Gallery, name: str) -> None:
     with pytest.raises(ValueError, match=r"evidence: found none, expected .* Gallery\(calibration, evidence\)"):
-        Gallery(gallery.calibration).profiles()
+        getattr(Gallery(gallery.calibration), name)()
+
+
+def test_what_needs_pairs_or_searches_asks_for_them(gallery: Gallery) -> None:
+    two = Gallery(gallery.calibration, replace(made_evidence(), pairs=()))
+    with pytest.raises(ValueError, match="pairs: found none, expected at least three swims and evidence of full"):
+        two.pair_errors()
+    with pytest.raises(ValueError, match="searches: found none on the shape objective, expected those of calib bench"):
+        two.searches_compared("shape")
 
 
 def test_tracks_can_be_looked_at_before_any_fit(gallery: Gallery) -> None:

@@ -1,0 +1,54 @@
+"""The last tenths of a millimetre: Nelder-Mead (nlopt) with a simplex that has the shape of the valley.
+
+The floor is rough, which stops Gauss-Newton, and long and thin, which stops a simplex with edges along the
+coefficients: it creeps. Here the edges lie along the axes of the objective's curvature, each as long as the same rise
+takes, so that the simplex sees a round bowl. Where it ends, the next one starts with the curvature there.
+"""
+
+import nlopt
+import numpy as np
+
+from fitting.published_objective import BudgetSpent, PublishedObjective
+from fitting.search_space import SearchSpace, parameters
+
+RISE_M = 2e-4  # of the objective along an edge, four times its roughness
+LONGEST = 0.5  # edge, in roots
+SMALL = 0.02  # of the edges: a simplex that has shrunk to it ends
+
+
+def descend_in_valley(objective: PublishedObjective, budget_s: float) -> None:
+    """Spends the rest of a budget of simulated seconds on simplices, each around the best so far."""
+    while objective.spent_s < budget_s:
+        best = objective.best_point
+        point = np.append(np.sqrt(best[:5]), best[5:])
+        space = SearchSpace(objective.swims)
+        edges = _edges(space, point)
+        objective.spent_s += space.spent_s
+        objective.evaluations += space.evaluations
+        _descend(objective, budget_s, space, point, edges)
+
+
+def _edges(space: SearchSpace, point: np.ndarray) -> np.ndarray:
+    """(p, p) steps from a point (p,) of the search space, one in each column, by which the objective rises alike."""
+    errors = space.errors(point[:, None])
+    curvature, axes = np.linalg.eigh(space.norm.curvature(errors, space.slopes(point[:, None], errors)))
+    return axes * np.minimum(np.sqrt(2 * RISE_M / np.maximum(np.abs(curvature), 1e-12)), LONGEST)
+
+
+def _descend(
+    objective: PublishedObjective, budget_s: float, space: SearchSpace, point: np.ndarray, edges: np.ndarray
+) -> None:
+    optimiser = nlopt.opt(nlopt.LN_NELDERMEAD, space.size)
+    optimiser.set_initial_step(np.ones(space.size))
+    optimiser.set_xtol_abs(SMALL)
+
+    def value(steps: np.ndarray, _gradient: np.ndarray) -> float:
+        if objective.spent_s >= budget_s:
+            raise BudgetSpent
+        return float(objective(parameters(np.clip(point + edges @ steps, space.low, space.high))[:, None])[0])
+
+    optimiser.set_min_objective(value)
+    try:
+        optimiser.optimize(np.zeros(space.size))
+    except BudgetSpent:
+        return
