@@ -1,14 +1,19 @@
 """How results are shown: one self-contained HTML report a session, an index for several, and figures."""
 
+from reports.context import ReportContext
+from reports.diagnosed import Diagnosed, read_diagnosed
 from reports.gallery import Gallery, Picture, picture_of_tracks
 from reports.index import IndexEntry, render_index, write_index
 from reports.report import render_report, write_report
 
 __all__ = [
+    "Diagnosed",
     "Gallery",
     "IndexEntry",
     "Picture",
+    "ReportContext",
     "picture_of_tracks",
+    "read_diagnosed",
     "render_index",
     "render_report",
     "write_index",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from fitting import CalibratedTrial, Calibration, Evidence, MeasuredTrial, SearchRun
 from fitting.dry_run import DryTrial
+from reports.diagnosed import Diagnosed
 from reports.logged_trial import LoggedTrial
 from session import Provenance, Session
 
@@ -26,6 +27,7 @@ class ReportContext:
         evidence: what stands beside the fit; None where it was not worked out.
         searches: the searches compared on this session; empty where they were not.
         posterior: how sure the coefficients are; None where it was not sampled.
+        diagnosed: where the sim-to-real gap lies and what makes it; None where it was not diagnosed.
     """
 
     session: Session
@@ -35,6 +37,7 @@ class ReportContext:
     evidence: Evidence | None = None
     searches: tuple[SearchRun, ...] = ()
     posterior: Findings | None = None
+    diagnosed: Diagnosed | None = None
 
     def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
         """The fit or the held-out trials, in the order of the session."""

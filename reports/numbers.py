@@ -40,6 +40,17 @@ def percent(share: float | None) -> str:
     return f"{share:.0%}".replace("%", " %") if share in (0.0, 1.0) else f"{min(100 * share, 99.9):.1f} %"
 
 
+def whole_percent(share: float) -> str:
+    """A share as a whole percentage, `89 %`; one decimal where it would else be 0 or 1 %."""
+    value = 100 * share
+    return f"{shown(value, 1 if 0.05 <= abs(value) < 0.95 else 0)} %"
+
+
+def of_its_size(value: float, *, signed: bool = False) -> str:
+    """The number with two decimals, one from 10 on, none from 100 on."""
+    return shown(value, 0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2, signed=signed)
+
+
 def counted(count: int, noun: str) -> str:
     """`1 trial`, `2 trials`."""
     return f"{count} {noun}{'' if count == 1 else 's'}"

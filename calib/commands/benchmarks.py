@@ -1,5 +1,5 @@
 """Commands that measure what is claimed: `benchmark speed`, `benchmark search`, `benchmark tracking`,
-`benchmark posterior`.
+`benchmark posterior`, `benchmark effects`.
 """
 
 import json
@@ -37,7 +37,7 @@ def speed(
 def search(
     session: SessionFolder,
     seeds: Annotated[int, typer.Option(min=1, help="of each search")] = 3,
-    budget: Annotated[float, typer.Option(min=100.0, help="simulated seconds of each search")] = 14_000.0,
+    budget: Annotated[float, typer.Option(min=100.0, help="simulated seconds of each search")] = 18_000.0,
     workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -92,33 +92,47 @@ def posterior(
 def effects(
     folder: Annotated[Path, typer.Argument(help="of the suite")],
     part: Annotated[
-        Literal["make", "rules", "score"],
-        typer.Option(help="make the sessions; score trivial rules; score the diagnoses in the sessions' folders"),
+        Literal["make", "rules", "diagnose", "withhold", "score"],
+        typer.Option(
+            help="make the sessions; judge them by trivial rules; diagnose them; diagnose those with one effect by a "
+            "catalogue that lacks it; score all that was said, into scores.json and scores.html"
+        ),
     ] = "make",
     suite: Annotated[Literal["small", "large"], typer.Option(help="24 sessions, or 700")] = "small",
     seed: Annotated[int, typer.Option(min=0, help="of the suite")] = 0,
+    program: Annotated[
+        str, typer.Option(help="command that diagnoses, given SESSION [--without EFFECT]; default: the toolkit's own")
+    ] = "",
     workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
     scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Makes sessions whose effect is withheld from what diagnoses them, and scores diagnoses and trivial rules."""
-    from calib.benchmarks.effects.report import score_text
-    from calib.benchmarks.effects.run import SuiteFolder, make_suite, score_rules, score_suite
+    """Makes sessions whose effect is withheld from what diagnoses them, has them diagnosed, and scores that."""
+    from calib.benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
+    from calib.benchmarks.effects.folder import SuiteFolder
+    from calib.benchmarks.effects.program import program_of
+    from calib.benchmarks.effects.report import outcome_text
+    from calib.benchmarks.effects.ruling import judge_suite
+    from calib.benchmarks.effects.run import make_suite
+    from calib.benchmarks.effects.scores_page import write_scores
+    from calib.benchmarks.effects.scoring import score_all
     from calib.benchmarks.effects.suite import LARGE, SMALL
 
     where = SuiteFolder(folder)
-    if part == "make":
-        with progress_bar(as_json) as tell:
-            failures = make_suite(where, seed, SMALL if suite == "small" else LARGE, workers, scheduler, tell)
-        told = {"failed": [failure._asdict() for failure in failures]}
-        print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all made")
-        for failure in [] if as_json else failures:
-            print(f"{failure.name}: {failure.message}")
+    if part == "score":
+        outcome = score_all(where)
+        write_scores(where, outcome)
+        print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome_text(outcome))
         return
-    if part == "rules":
-        with progress_bar(as_json) as tell:
-            scores = score_rules(where, workers, scheduler, tell)
-    else:
-        scores = {"diagnosis": score_suite(where)}
-    plain = {name: score.to_json() for name, score in scores.items()}
-    print(json.dumps(plain_json(plain), indent=1) if as_json else score_text(scores))
+    with progress_bar(as_json) as tell:
+        if part == "make":
+            failures = make_suite(where, seed, SMALL if suite == "small" else LARGE, workers, scheduler, tell)
+        elif part == "rules":
+            failures = judge_suite(where, workers, scheduler, tell)
+        else:
+            run = diagnose_suite if part == "diagnose" else diagnose_without
+            failures = run(where, program_of(program), workers, scheduler, tell)
+    told = {"failed": [failure._asdict() for failure in failures]}
+    print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
+    for failure in [] if as_json else failures:
+        print(f"{failure.name}: {failure.message}")

@@ -6,6 +6,13 @@ from reports.figures.coefficients import coefficients_figure
 from reports.figures.convergence import convergence_figure
 from reports.figures.flagged_samples import flagged_samples_figure
 from reports.figures.forward_path import forward_path_figure
+from reports.figures.gap_effects import gap_effects_figure
+from reports.figures.gap_fish import gap_fish_figure
+from reports.figures.gap_forces import gap_forces_figure
+from reports.figures.gap_held_out import gap_held_out_figure
+from reports.figures.gap_separation import gap_separation_figure
+from reports.figures.gap_shares import gap_shares_figure
+from reports.figures.gap_waterfall import gap_waterfall_figure
 from reports.figures.lateral_motion import lateral_motion_figure
 from reports.figures.marker_residuals import marker_residuals_figure
 from reports.figures.pair_coefficients import pair_coefficients_figure
@@ -34,6 +41,13 @@ __all__ = [
     "convergence_figure",
     "flagged_samples_figure",
     "forward_path_figure",
+    "gap_effects_figure",
+    "gap_fish_figure",
+    "gap_forces_figure",
+    "gap_held_out_figure",
+    "gap_separation_figure",
+    "gap_shares_figure",
+    "gap_waterfall_figure",
     "lateral_motion_figure",
     "marker_residuals_figure",
     "pair_coefficients_figure",

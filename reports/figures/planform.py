@@ -25,36 +25,37 @@ def planform_figure(robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
     axes = figure.add_axes(box(FULL_WIDTH_IN, height, _MARGINS))
     axes.set(xlim=(left, right), ylim=(-half_width, half_width))
     axes.set_axis_off()
-    _draw_head(axes, robot)
-    _draw_tail(axes, robot)
+    draw_head(axes, robot)
+    draw_tail(axes, robot)
     _draw_tendons(axes, robot)
     _draw_markers(axes, markers, places, half_width)
     _draw_scale(axes, left, right, half_width)
     return figure
 
 
-def _draw_head(axes: Axes, robot: RobotSpec) -> None:
+def draw_head(axes: Axes, robot: RobotSpec, face: str = SHADE) -> None:
+    """The water that the head pushes away as an ellipse, and its massive parts, mm."""
     x, y, _ = np.array(robot.head.fluid_centre_m) * MM
     a, b, _ = np.array(robot.head.fluid_half_size_m) * MM
-    axes.add_patch(Ellipse((x, y), 2 * a, 2 * b, facecolor=SHADE, edgecolor=MUTED, linewidth=0.8))
+    axes.add_patch(Ellipse((x, y), 2 * a, 2 * b, facecolor=face, edgecolor=MUTED, linewidth=0.8))
     for part in robot.head.part:
         (x, y, _), (a, b, _) = np.array(part.centre_m) * MM, np.array(part.half_size_m) * MM
-        rectangle = Rectangle((x - a, y - b), 2 * a, 2 * b, facecolor=SHADE, edgecolor=MUTED, linewidth=0.7)
+        rectangle = Rectangle((x - a, y - b), 2 * a, 2 * b, facecolor=face, edgecolor=MUTED, linewidth=0.7)
         rectangle.set_alpha(0.75)
         axes.add_patch(rectangle)
 
 
-def _draw_tail(axes: Axes, robot: RobotSpec) -> None:
+def draw_tail(axes: Axes, robot: RobotSpec, face: str = SHADE, fin: str = TWIN) -> None:
+    """Backbone, hinges, segments and, in a colour of its own, the fin, mm."""
     start, end = robot.tail.start_m * MM, robot.fin_root_x_m * MM
     axes.plot([start, end], [0, 0], color=MUTED, linewidth=1.0)
     for (front, rear), segment in zip(robot.segment_x_m * MM, robot.tail.segment, strict=True):
         reach = max(segment.guide_offset_m, segment.thickness_m) * MM + 3
-        rib = Rectangle((front, -reach), rear - front, 2 * reach, facecolor=SHADE, edgecolor=MUTED, linewidth=0.7)
+        rib = Rectangle((front, -reach), rear - front, 2 * reach, facecolor=face, edgecolor=MUTED, linewidth=0.7)
         axes.add_patch(rib)
     axes.plot(robot.hinge_x_m * MM, np.zeros(len(robot.hinge_x_m)), "o", color=MUTED, markersize=3.5, zorder=3)
-    fin = robot.caudal_fin
-    tip = end + (fin.centre_m + fin.chord_m / 2) * MM
-    axes.plot([end, tip], [0, 0], color=TWIN, linewidth=3.0, solid_capstyle="butt")
+    tip = end + (robot.caudal_fin.centre_m + robot.caudal_fin.chord_m / 2) * MM
+    axes.plot([end, tip], [0, 0], color=fin, linewidth=3.0, solid_capstyle="butt")
 
 
 def _draw_tendons(axes: Axes, robot: RobotSpec) -> None:

@@ -10,6 +10,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from reports.recording.layer import FRAME, TIME, entity_of
+from reports.recording.missing import MISSING_FORCE, MISSING_TORQUE
 from reports.recording.picture import picture_entity
 from reports.recording.recorded_trial import RecordedTrial
 from reports.recording.series import CONFIDENCE, FLAGS, RESIDUAL, STATES, SUMMARY
@@ -43,6 +44,10 @@ def _beside(trial: RecordedTrial) -> rrb.Vertical:
     shares: dict[rrb.View | rrb.Container, float] = {}
     if trial.residual_mm is not None:
         shares[_lines(trial, RESIDUAL, "residual to the twin, mm")] = 2.0
+    if trial.missing is not None:
+        torques = _lines(trial, MISSING_TORQUE, "missing torque, mN m", legend=True)
+        forces = _lines(trial, MISSING_FORCE, "missing force, mN", legend=True)
+        shares[rrb.Tabs(torques, forces, active_tab=0)] = 2.0
     shares[_lines(trial, CONFIDENCE, "confidence", axis_y=rrb.ScalarAxis(range=(-0.02, 1.02)))] = 1.5
     shares[rrb.StateTimelineView(origin=entity_of(trial.name, STATES), name="state of each sample")] = 3.0
     words: list[rrb.View] = [rrb.TextDocumentView(origin=entity_of(trial.name, SUMMARY), name="numbers")]
@@ -52,10 +57,12 @@ def _beside(trial: RecordedTrial) -> rrb.Vertical:
     return rrb.Vertical(*shares, row_shares=list(shares.values()))
 
 
-def _lines(trial: RecordedTrial, entity: str, name: str, axis_y: rrb.ScalarAxis | None = None) -> rrb.TimeSeriesView:
-    """A plot without a legend: the markers bear their names in the picture, in the same colours."""
-    legend = rrb.PlotLegend(visible=False)
-    return rrb.TimeSeriesView(origin=entity_of(trial.name, entity), name=name, axis_y=axis_y, plot_legend=legend)
+def _lines(
+    trial: RecordedTrial, entity: str, name: str, axis_y: rrb.ScalarAxis | None = None, *, legend: bool = False
+) -> rrb.TimeSeriesView:
+    """A plot; lines of markers need no legend, for these bear their names in the picture, in the same colours."""
+    shown = rrb.PlotLegend(visible=legend)
+    return rrb.TimeSeriesView(origin=entity_of(trial.name, entity), name=name, axis_y=axis_y, plot_legend=shown)
 
 
 def _last(seconds: float, frames: int) -> rrb.VisibleTimeRanges:

@@ -16,7 +16,7 @@ def rgb(hexadecimal: str) -> Rgb:
     return red, green, blue
 
 
-TWIN, WARN, MUTED = (rgb(INKS[name].dark) for name in ("twin", "warn", "muted"))
+TWIN, WARN, MUTED, GAP = (rgb(INKS[name].dark) for name in ("twin", "warn", "muted", "gap"))
 
 STATE_COLOURS: dict[SampleState, Rgb] = {
     SampleState.MISSING: rgb(INKS["flag-segment"].dark),

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from reports.recording.missing import MissingOverTime
 from tracking.records import TrackedTrial
 
 
@@ -25,6 +26,7 @@ class RecordedTrial:
             unknown. None before there is a fit.
         residual_mm: (n, m) distance between measured and simulated marker, mm; nan where it does not count.
         metrics: numbers about the trial, shown as they are, such as {"marker_error_mm": 3.1}.
+        missing: forces that a diagnosis finds missing, over the n frames; None before there is a diagnosis.
     """
 
     name: str
@@ -34,6 +36,7 @@ class RecordedTrial:
     twin_px: np.ndarray | None = None
     residual_mm: np.ndarray | None = None
     metrics: Mapping[str, float | str] = field(default_factory=dict)
+    missing: MissingOverTime | None = None
 
     def __post_init__(self) -> None:
         n, m = self.tracked.state.shape
@@ -43,6 +46,8 @@ class RecordedTrial:
             value = getattr(self, name)
             if value is not None and np.shape(value) != shape:
                 raise ValueError(f"trial {self.name!r}, {name}: found shape {np.shape(value)}, expected {shape}")
+        if self.missing is not None and len(self.missing.force) != n:
+            raise ValueError(f"trial {self.name!r}, missing: found {len(self.missing.force)} frames, expected {n}")
         if self.video_proxy is not None and self.picture_px is None:
             raise ValueError(
                 f"trial {self.name!r}: a video_proxy needs picture_px, the size of the video it is made from"

@@ -11,6 +11,7 @@ import rerun as rr
 from reports.recording.blueprint import blueprint_of
 from reports.recording.contents import check_rows
 from reports.recording.layer import Layer
+from reports.recording.missing import missing_layers
 from reports.recording.picture import picture_layers
 from reports.recording.recorded_trial import RecordedTrial
 from reports.recording.series import series_layers
@@ -27,6 +28,8 @@ def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "sw
 
     - ``picture``: in pixels of the video; ``video``, ``boxes`` (colour: state of the sample), ``markers``,
       ``trails``, ``twin`` and ``residuals`` (lines from the measured to the twin's marker);
+    - ``picture/missing_force``, ``missing_force_mN`` and ``missing_torque_mN_m``, once there is a diagnosis: the force
+      that is missing on the head as an arrow, and a line for each of head and hinges;
     - ``confidence`` and ``residual_mm``: a line for each marker;
     - ``states/<number>_<marker>``: the frames at which the state changes;
     - ``flags``: a log, each flag at its first frame; ``summary``: the trial's numbers.
@@ -66,7 +69,11 @@ def check_recording(path: Path, trials: Sequence[RecordedTrial]) -> None:
 
 def trial_layers(trial: RecordedTrial) -> list[Layer]:
     """Every layer of a trial."""
-    return [*picture_layers(trial), *series_layers(trial)]
+    layers = [*picture_layers(trial), *series_layers(trial)]
+    if trial.missing is not None:
+        head_px = (trial.tracked.tracks.position_px[:, trial.markers.index(name)] for name in ("nose", "neck"))
+        layers += missing_layers(trial.name, trial.missing, *head_px)
+    return layers
 
 
 def _check(path: Path, layers: Sequence[Layer]) -> None:

@@ -5,7 +5,7 @@ import numpy as np
 from swimmer.effects.effect import StepState
 from swimmer.effects.step_damping import StepDamping
 
-CREEP_RAD_S = 0.05
+CREEP_RAD_S = 0.02
 """Speed at which friction has 0.7 of its full torque: a beat reaches some radians a second."""
 
 

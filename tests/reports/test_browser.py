@@ -4,13 +4,14 @@ import json
 import os
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from reports import IndexEntry, write_index, write_report
 from tests.reports.bench import made_bench_calibration
-from tests.reports.sample import made_evidence, made_provenance, made_searches, made_session
+from tests.reports.sample import made_context, made_evidence, made_searches
 from tests.reports.test_index import PAYLOAD
 
 FLAGS = [
@@ -38,14 +39,8 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports")
-    write_report(
-        folder / "report.html",
-        made_session(),
-        made_bench_calibration(),
-        made_provenance(),
-        evidence=made_evidence(),
-        searches=made_searches(),
-    )
+    context = replace(made_context(made_bench_calibration()), evidence=made_evidence(), searches=made_searches())
+    write_report(folder / "report.html", context)
     entry = IndexEntry.from_calibration("pool", folder / "report.html", PAYLOAD)
     write_index(folder / "index.html", [entry])
     return folder

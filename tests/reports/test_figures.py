@@ -227,6 +227,15 @@ def test_every_seed_of_a_search_has_a_line_down_to_its_end() -> None:
     assert ends == [(1000.0, pytest.approx(31.0)), (1200.0, pytest.approx(31.0))]
 
 
+def test_the_sweep_draws_every_form_of_the_theory_and_the_twin() -> None:
+    calibration = made_calibration()
+    (axes,) = speed_sweep_figure(calibration).axes
+    curves = [line.get_ydata() for line in axes.lines if len(line.get_xdata()) == len(calibration.sweep.frequency_hz)]
+
+    for speed in (calibration.sweep.speed_twin, *calibration.sweep.ebt.values()):
+        assert any(np.allclose(curve, 1000 * speed) for curve in curves)
+
+
 def test_a_dot_for_each_pair_and_the_own_pair_open() -> None:
     pairs = made_evidence().pairs
     (axes,) = pair_errors_figure(pairs, frozenset({"medium", "fast"})).axes

@@ -178,7 +178,7 @@ def test_a_swim_with_a_log_is_driven_by_it() -> None:
 def test_dry_runs_and_swims_share_one_section_and_one_report() -> None:
     calibration = made_bench_calibration()
     context = made_context(calibration)
-    page = Page(render_report(context.session, calibration, context.provenance))
+    page = Page(render_report(context))
 
     assert [trial.kind for trial in context.logged] == ["dry", "dry", "swim", "swim", "swim"]
     assert [name for name in page.ids if name in ("structure", "dry-runs", "motor", "speed")] == [

@@ -10,11 +10,11 @@ from fitting.posterior.findings import Findings
 from reports import figures, render_report
 from tests.reports.page import Page
 from tests.reports.posteriors import made_findings
-from tests.reports.sample import ROLES, made_calibration, made_provenance, made_session
+from tests.reports.sample import ROLES, made_calibration, made_context
 
 
 def page_of(found: Findings | None, names: tuple[str, ...] = tuple(ROLES)) -> Page:
-    return Page(render_report(made_session(), made_calibration(names), made_provenance(), posterior=found))
+    return Page(render_report(replace(made_context(made_calibration(names)), posterior=found)))
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reports import render_report, write_report
-from session import Flag, ResultsNotWritable
+from fitting import Calibration
+from reports import ReportContext, render_report, write_report
+from session import Flag, ResultsNotWritable, Session
 from swimmer import load_robot
 from tests.reports.page import Page
 from tests.reports.sample import (
     made_calibration,
+    made_context,
     made_evidence,
     made_provenance,
     made_searches,
@@ -25,23 +27,23 @@ from tests.reports.sample import (
 def page() -> Page:
     return Page(
         render_report(
-            made_session(),
-            made_calibration(),
-            made_provenance(),
-            ["free decay was left out"],
-            made_evidence(),
-            made_searches(),
+            replace(
+                made_context(),
+                notes=("free decay was left out",),
+                evidence=made_evidence(),
+                searches=made_searches(),
+            )
         )
     )
 
 
-def page_of(calibration: object, session: object = None) -> Page:
-    return Page(render_report(session or made_session(), calibration, made_provenance()))  # type: ignore[arg-type]
+def page_of(calibration: Calibration, session: Session | None = None) -> Page:
+    return Page(render_report(ReportContext(session or made_session(), calibration, made_provenance())))
 
 
 def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
     sections = ["summary", "structure", "speed", "errors", "pairs", "trials", "residuals", "tail-beat", "coefficients"]
-    sections += ["yaw", "searches", "tracks", "provenance", "reading"]
+    sections += ["gap", "yaw", "searches", "tracks", "provenance", "reading"]
     links = [target[1:] for target in page.targets if target.startswith("#")]
 
     assert [name for name in page.ids if name in sections] == sections
@@ -54,7 +56,7 @@ def test_no_id_occurs_twice(page: Page) -> None:
 
 
 def test_nothing_is_asked_for_from_outside(page: Page) -> None:
-    html = render_report(made_session(), made_calibration(("medium",)), made_provenance())
+    html = render_report(made_context(made_calibration(("medium",))))
 
     assert all(target.startswith(("#", "data:,")) for target in page.targets), page.targets
     assert "@import" not in html
@@ -157,7 +159,7 @@ def test_names_and_messages_are_escaped() -> None:
     calibration = made_calibration(("medium",))
     flags = (Flag("odd_kind", message=hostile),)
     calibration = replace(calibration, fit=replace(calibration.fit, flags=flags))
-    html = render_report(made_session(name=hostile), calibration, made_provenance(), [hostile])
+    html = render_report(ReportContext(made_session(name=hostile), calibration, made_provenance(), (hostile,)))
 
     assert "<script>alert" not in html
     assert Page(html).text.count("<script>alert('x')</script> & $co_") >= 4
@@ -166,18 +168,18 @@ def test_names_and_messages_are_escaped() -> None:
 def test_the_same_results_give_the_same_file() -> None:
     calibration = made_calibration(("medium",))
 
-    first, second = (render_report(made_session(), calibration, made_provenance()) for _ in range(2))
+    first, second = (render_report(made_context(calibration)) for _ in range(2))
 
     assert first == second
 
 
 def test_it_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / "results" / "report.html"
-    arguments = (made_session(), made_calibration(("medium",)), made_provenance())
-    write_report(path, *arguments)
+    context = made_context(made_calibration(("medium",)))
+    write_report(path, context)
     assert path.read_text().startswith("<!DOCTYPE html>")
     assert path.stat().st_size < 1e6
     assert [file.name for file in path.parent.iterdir()] == ["report.html"]
 
     with pytest.raises(ResultsNotWritable):
-        write_report(path / "no" / "folder.html", *arguments)
+        write_report(path / "no" / "folder.html", context)

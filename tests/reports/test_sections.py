@@ -12,10 +12,9 @@ from swimmer import load_robot
 from tests.reports.page import Page
 from tests.reports.sample import (
     made_calibration,
+    made_context,
     made_evidence,
-    made_provenance,
     made_searches,
-    made_session,
     made_trial,
 )
 
@@ -27,7 +26,7 @@ def page_of(
     **changes: object,
 ) -> Page:
     calibration = replace(made_calibration(names), **changes)  # type: ignore[arg-type]
-    return Page(render_report(made_session(), calibration, made_provenance(), (), evidence, searches))
+    return Page(render_report(replace(made_context(calibration), evidence=evidence, searches=searches)))
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +48,7 @@ def test_without_evidence_each_section_says_what_was_not_made(bare: Page) -> Non
 
 
 def test_without_searches_it_tells_how_to_compare_them(bare: Page) -> None:
-    assert "calib benchmark search SESSION runs each of" in bare.text
+    assert "Run calib benchmark search SESSION and then calib report SESSION" in bare.text
     assert "search-published" not in bare.ids
 
 
@@ -82,13 +81,27 @@ def test_it_says_what_of_the_theory_is_identifiable(full: Page) -> None:
     assert "1.63 (EBT, published), 1.15 (EBT, smoothed) and 0.33 (EBT, large amplitude)" in full.text
 
 
+def test_where_every_marker_is_lost_in_some_trial_none_is_singled_out() -> None:
+    blind = []
+    for i, trial in enumerate(made_calibration().trials):
+        weight = trial.measured.weight.copy()
+        weight[:, i::3] = 0.0
+        blind.append(replace(trial, measured=replace(trial.measured, weight=weight)))
+    page = page_of(trials=tuple(blind))
+
+    assert "In no trial do all markers have samples that count, so no marker is singled out." in page.text
+    assert "is farthest off" not in page.text
+
+
 def test_pairs_are_summed_up_with_their_caveats(full: Page) -> None:
     assert (
         "Fitted on each of 3 pairs of swims and asked for the others, the twin is off by 11.0 ± 1.0 mm/s" in full.text
     )
     assert "11.5 mm/s for EBT, large amplitude (the twin is better in 2 of 3)" in full.text
-    assert "a single descent from this session’s own fit" in full.text
-    assert "From rest, the twin of slow with fast swims backward." in full.text
+    assert "a search of its own, which knows nothing of this session’s fit" in full.text
+    assert "The search of medium with fast was still improving when its iterations ran out." in full.text
+    assert "From rest, the twin of slow with fast swims backward" in full.text
+    assert "EBT, large amplitude (twin’s tail) 26.0 1.0 25.0 27.0 0 of 3" in full.text
     assert "EBT, published 21.0 1.0 20.0 22.0 0 of 3" in full.text
 
 

@@ -5,7 +5,7 @@ import json
 import zlib
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from hashlib import sha256
+from hashlib import sha256, shake_256
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,6 +13,7 @@ from session import FaultCollector, plain_json, write_whole
 
 Kind = Literal["null", "single", "double", "outside"]
 _PER_LINE = 120
+_BLOCK = 1024  # bytes that every sealed file is filled up to: how long an answer is would tell how much there is to say
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ def seal(answers: Iterable[Answer], path: Path) -> str:
         ResultsNotWritable: the folder is not writable.
     """
     plain = json.dumps([plain_json(asdict(answer)) for answer in answers]).encode()
-    text = base64.b64encode(zlib.compress(plain, 9)).decode()
+    packed = zlib.compress(plain, 9)
+    text = base64.b64encode(packed + shake_256(packed).digest(-len(packed) % _BLOCK)).decode()
     lines = [text[i : i + _PER_LINE] for i in range(0, len(text), _PER_LINE)]
     write_whole(path, "\n".join(lines) + "\n")
     return checksum(path)
@@ -77,7 +79,7 @@ def unseal(path: Path, expected: str) -> tuple[Answer, ...]:
             next_step="Take sessions and answers from the same suite.",
         )
     faults.raise_if_any()
-    stands: list[dict[str, Any]] = json.loads(zlib.decompress(base64.b64decode(path.read_text())))
+    stands: list[dict[str, Any]] = json.loads(zlib.decompressobj().decompress(base64.b64decode(path.read_text())))
     return tuple(_answer(each) for each in stands)
 
 
@@ -87,5 +89,5 @@ def checksum(path: Path) -> str:
 
 
 def _answer(stands: dict[str, Any]) -> Answer:
-    alike = tuple(tuple(names) for names in stands.pop("alike"))
+    alike = tuple(tuple(names) for names in stands["alike"])
     return Answer(**stands | {"effects": tuple(stands["effects"]), "alike": alike})

@@ -25,6 +25,7 @@ from synthetic.motor_log import CURRENT_A, PULSE_RAD, SPEED_RAD_S, VOLTAGE_V, sa
 Maker = Callable[[np.random.Generator], Strong]
 _READING_S, _CLOCK_S = 0.02, 1000.0  # between readings of the motor; where its clock may stand
 _FILED = 946_684_800  # seconds since 1970: every file has the time stamp of 2000-01-01
+_TRACKS_BYTES = 32_768  # that every file of tracks is filled up to: how well it packs would tell how it moves
 _CURRENT_A, _AMPERE_PER_N_M, _VOLT, _WARM_C = 0.25, 0.6, 12.1, 31.0
 
 
@@ -115,7 +116,7 @@ def write_session(
             tracks = tracks_of(recording, recording.tracked_px(world, random))
             plain = part / "trials" / f"{each.name}.csv"
             save_tracks(plain, tracks)
-            write_whole(plain.with_suffix(".csv.gz"), gzip.compress(plain.read_bytes(), mtime=0))
+            write_whole(plain.with_suffix(".csv.gz"), _packed(plain.read_bytes()))
             plain.unlink()
             tables.append(_table(each) | _logged(part, drawn, each, recording, random))
         camera = camera_of(drawn)
@@ -128,8 +129,19 @@ def write_session(
             fit={"warmup_s": WARMUP_S},
         )
         load_session(part)
-        for path in sorted(part.rglob("*"), reverse=True):
-            os.utime(path, (_FILED, _FILED))
+    for path in [*folder.rglob("*"), folder]:
+        undated(path)
+
+
+def undated(path: Path) -> None:
+    """Gives a file or folder the time stamp that all have: how long it took to make would tell what is in it."""
+    os.utime(path, (_FILED, _FILED))
+
+
+def _packed(plain: bytes) -> bytes:
+    """Compressed, then filled up with the zeros that readers of the format skip (gzip, RFC 1952)."""
+    packed = gzip.compress(plain, mtime=0)
+    return packed + bytes(-len(packed) % _TRACKS_BYTES)
 
 
 def _table(each: DrawnTrial) -> dict[str, Any]:

@@ -1,49 +1,70 @@
 """Scores as a table for a terminal."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from calib.benchmarks.effects.score import Score, Share
+from calib.benchmarks.effects.goals import GOALS, GOALS_WITHOUT
+from calib.benchmarks.effects.score import Score
+from calib.benchmarks.effects.scoring import Outcome
+from calib.benchmarks.effects.shares import Share
+from calib.benchmarks.effects.without import WithoutScore
 
-ASKED = {
-    "false_alarms": "<= 1 %",
-    "right_first": ">= 85 %",
-    "right_in_three": ">= 90 %",
-    "confident_wrong": "<= 2 %",
-    "unexplained_outside": ">= 80 %",
-    "confident_outside": "<= 5 %",
-    "doubles_in_groups": ">= 70 %",
-    "stage_right": ">= 80 %",
-    "interval_holds": "92 to 98 %",
-}
-"""What a diagnosis should reach."""
+_LABEL, _ASKED, _CELL = 36, 12, 26  # characters
+
+
+def outcome_text(outcome: Outcome) -> str:
+    """All tables."""
+    tables = [score_text(outcome.scores)]
+    if outcome.without is not None:
+        tables.append(without_text(outcome.without))
+    return "\n\n".join([*tables, "d: detectability; shares with their 95 % interval (Wilson)"])
 
 
 def score_text(scores: Mapping[str, Score]) -> str:
     """One column for each thing that was scored, beside what is asked."""
-    head = f"{'':24}{'asked':>12}" + "".join(f"{name:>26}" for name in scores)
     shares = {name: score.headline for name, score in scores.items()}
-    rows = [
-        f"{what.replace('_', ' '):24}{asked:>12}" + "".join(f"{_cell(each[what]):>26}" for each in shares.values())
-        for what, asked in ASKED.items()
+    rows = [_row("", "asked", list(scores))]
+    rows += [
+        _row(goal.label, goal.asked, [share_text(each[what]) for each in shares.values()])
+        for what, goal in GOALS.items()
     ]
-    rows.append(_row("calibration error", "<= 0.05", [score.reliability.error for score in scores.values()]))
-    rows.append(_row("shrinkage of oracle", ">= 0.9", [score.shrinkage_of_oracle for score in scores.values()]))
-    rows.append(_row("seconds a session", "<= 60", [score.seconds for score in scores.values()]))
-    levels = sorted({level for score in scores.values() for level in score.by_detectability})
-    for level in levels:
-        cells = [score.by_detectability.get(level) for score in scores.values()]
-        rows.append(f"{f'right first, d = {level:g}':36}" + "".join(f"{_cell(cell):>26}" for cell in cells))
-    return "\n".join([head, *rows, "shares with their 95 % interval (Wilson)"])
+    numbers = {
+        ("calibration error", "≤ 0.05"): [score.reliability.error for score in scores.values()],
+        ("shrinkage over the oracle's", "≥ 0.9"): [score.shrinkage_of_oracle for score in scores.values()],
+        ("share of the gap on its stage", ""): [score.share_on_stage for score in scores.values()],
+        ("seconds a session", "≤ 60"): [score.seconds for score in scores.values()],
+    }
+    rows += [_row(label, asked, [number_text(value) for value in found]) for (label, asked), found in numbers.items()]
+    for level in sorted({level for score in scores.values() for level in score.by_detectability}):
+        cells = [share_text(score.by_detectability.get(level)) for score in scores.values()]
+        rows.append(_row(f"right name first, d = {level:g}", "", cells))
+    return "\n".join(rows)
 
 
-def _cell(share: Share | None) -> str:
+def without_text(score: WithoutScore) -> str:
+    """One column, beside what is asked."""
+    rows = [_row("without the effect that is there", "asked", ["diagnosis"])]
+    rows += [_row(goal.label, goal.asked, [share_text(score.headline[what])]) for what, goal in GOALS_WITHOUT.items()]
+    rows += [
+        _row(f"unexplained, d = {level:g}", "", [share_text(share)]) for level, share in score.by_detectability.items()
+    ]
+    return "\n".join(rows)
+
+
+def share_text(share: Share | None, *, interval: bool = True) -> str:
+    """A share and its interval, or the share alone."""
     if share is None or not share.of:
         return "none"
     low, high = share.interval
-    return f"{share.value:.0%} ({low:.0%} to {high:.0%})"
+    text = f"{share.value:.0%} ({low:.0%} to {high:.0%})" if interval else f"{share.value:.0%}"
+    return text.replace("%", " %")
 
 
-def _row(name: str, asked: str, values: list[float]) -> str:
-    return f"{name:24}{asked:>12}" + "".join(f"{'none' if np.isnan(v) else format(v, '.3g'):>26}" for v in values)
+def number_text(value: float) -> str:
+    """A number to three digits."""
+    return "none" if np.isnan(value) else f"{value:.3g}"
+
+
+def _row(label: str, asked: str, cells: Sequence[str]) -> str:
+    return f"{label:{_LABEL}}{asked:>{_ASKED}}" + "".join(f"{cell:>{_CELL}}" for cell in cells)

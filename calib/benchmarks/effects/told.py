@@ -55,12 +55,28 @@ class Told:
         shares = {stage: self.by_stage[stage] for stage in _CAUSES if stage in self.by_stage}
         return max(shares, key=lambda stage: shares[stage]) if shares else None
 
+    def to_json(self) -> dict[str, Any]:
+        """By the contract, as far as it is known."""
+        return {
+            "verdict": self.verdict,
+            "groups": self.groups,
+            "effects": sorted(self.names),
+            "probabilities": self.probabilities,
+            "where": {"by_stage": self.by_stage} if self.by_stage else None,
+            "gap": None if self.shrinkage is None else {"shrinkage": self.shrinkage, "shrinkage_ci95": self.interval},
+            "seconds": self.seconds,
+        }
 
-def read_told(path: Path) -> Told:
+
+def read_told(path: Path, lacking: frozenset[str] = frozenset()) -> Told:
     """Reads a diagnosis.
 
+    Args:
+        path: of the file.
+        lacking: effects that the catalogue which it was made with must have lacked, and no others.
+
     Raises:
-        InputError: it is not there, or not by the contract; all faults at once.
+        InputError: it is not there, not by the contract, or made with another catalogue; all faults at once.
     """
     faults = FaultCollector(str(path))
     try:
@@ -69,7 +85,7 @@ def read_told(path: Path) -> Told:
         faults.add("", "cannot be read", found=str(error), expected="a diagnosis.json", next_step="Diagnose it again.")
         faults.raise_if_any()
         raise
-    _check(stands, faults)
+    _check(stands, lacking, faults)
     faults.raise_if_any()
     gap = stands["gap"] or {}
     interval = gap.get("shrinkage_ci95")
@@ -88,13 +104,21 @@ def _names_any(stands: dict[str, Any]) -> bool:
     return stands["verdict"] in ("named", "inseparable")
 
 
-def _check(stands: Any, faults: FaultCollector) -> None:
+def _check(stands: Any, lacking: frozenset[str], faults: FaultCollector) -> None:
     present = stands if isinstance(stands, dict) else {}
     missing = [key for key in ("verdict", "groups", "probabilities", "where", "gap") if key not in present]
     for key in missing:
         faults.add(key, "missing", found="nothing", expected="a key of the contract", next_step="Diagnose it again.")
     if missing:
         return
+    if (found := set(stands.get("withheld_from_catalogue") or ())) != lacking:
+        faults.add(
+            "withheld_from_catalogue",
+            "made with another catalogue",
+            found=", ".join(sorted(found)) or "nothing withheld",
+            expected=", ".join(sorted(lacking)) or "nothing withheld",
+            next_step="Diagnose it again.",
+        )
     if stands["verdict"] not in VERDICTS:
         faults.add(
             "verdict",

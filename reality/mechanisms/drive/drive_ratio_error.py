@@ -39,7 +39,7 @@ class DriveRatioError(Mechanism):
 
 def drawn(random: np.random.Generator) -> AtStrength:
     """Draws faster or slower, and how far the wheel runs out of true."""
-    sign, runout = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.2)
+    sign, runout = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.1)
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:

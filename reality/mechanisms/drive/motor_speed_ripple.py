@@ -52,7 +52,7 @@ class MotorSpeedRipple(Mechanism):
 
 def drawn(random: np.random.Generator) -> AtStrength:
     """Draws how well the gear can be driven backwards; the loop gets no softer than 5 times the typical one."""
-    back = random.uniform(0.3, 1.0)
+    back = random.uniform(0.8, 1.0)
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:

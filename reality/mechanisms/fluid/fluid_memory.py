@@ -16,9 +16,10 @@ _SEMICHORD_M = 0.0012
 
 @dataclass(frozen=True)
 class FluidMemory(Mechanism):
-    """Wagner's indicial response of every strip's forces: half at once, the rest as the strip leaves its wake behind.
+    """Wagner's indicial response of every strip's forces: half at once, the rest as the wake is left behind.
 
-    The wake fades with the way that a strip has travelled, so a fast strip forgets sooner than a slow one.
+    One wake trails the whole fish: it fades with the way that the surface has travelled on the mean, so a fast fish
+    forgets sooner than a slow one.
 
     Attributes:
         semichord_m: unit of that way.
@@ -45,8 +46,11 @@ class FluidMemory(Mechanism):
 
     def _late(self, now: Instant, state: np.ndarray, step_s: float | np.ndarray) -> np.ndarray:
         """(n, 6 s) forces less those in the wakes after a step; exact for forces and speeds that last."""
-        travelled = np.hypot(now.flow.along_m_s, now.flow.across_m_s) * step_s / self.semichord_m
-        left = np.concatenate([np.exp(-fading * np.tile(travelled, 3)) for _, fading in _WAGNER], axis=1)
+        area = now.layout.strips.half_height_m * now.layout.strips.length_m
+        speed = np.hypot(now.flow.along_m_s, now.flow.across_m_s) @ area / area.sum()
+        travelled = speed[:, None] * step_s / self.semichord_m
+        held = _stacked(now.water).shape
+        left = np.concatenate([np.broadcast_to(np.exp(-f * travelled), held) for _, f in _WAGNER], axis=1)
         return np.asarray(left * (np.tile(_stacked(now.water), len(_WAGNER)) - state[:, :-1]))
 
 

@@ -9,7 +9,7 @@ from reality.mechanism import Mechanism
 from reality.mechanisms import AtStrength
 from reality.parameters import Parameters
 
-_LN, _MOST_LN, _UNEVEN = 0.3, 2.0, 0.2
+_LN, _MOST_LN, _UNEVEN = 0.3, 2.0, 0.07
 
 
 @dataclass(frozen=True)

@@ -82,8 +82,8 @@ def drawn(random: np.random.Generator) -> AtStrength:
     """Some 0.05 rad of either at 1 Hz at strength 1; saturates at 0.4 rad."""
     roll = _ROLL_PER_M * random.choice([-1.0, 1.0]) * random.uniform(0.7, 1.4)
     pitch = _PITCH_PER_M * random.choice([-1.0, 1.0]) * random.uniform(0.7, 1.4)
-    roll_hz, pitch_hz = random.uniform(1.5, 2.5), random.uniform(1.2, 2.0)
-    damping, draught = random.uniform(0.15, 0.3), random.uniform(0.0, 0.03)
+    roll_hz, pitch_hz = random.uniform(1.9, 2.1), random.uniform(1.5, 1.7)
+    damping, draught = random.uniform(0.18, 0.22), random.uniform(0.0, 0.003)
     return lambda strength: (
         (SurfaceMotion(strength * roll, strength * pitch, roll_hz, pitch_hz, damping, draught),) if strength else ()
     )

@@ -11,6 +11,7 @@ from reality.mechanisms import AtStrength
 
 _NEAREST_M, _AT_ONE_M = 0.12, 0.65
 _PLATE_DRAG = 1.2  # broadside; Hoerner, Fluid-Dynamic Drag (1965), chapter 3
+_COURSE_S = 1.0
 _FENDER_N_M2 = 2000.0  # of a strip that touches, per length and depth of touch
 
 
@@ -21,8 +22,8 @@ class WallProximity(Mechanism):
     The image of a strip of half height h at clearance c is a doublet 2 c away, so the water is faster by a share that
     goes as (h / c)^2; here b = h^2 / (2 c^2 + h^2 / 2), of the size that foils near the ground show (Quinn, Lauder and
     Smits, J. Fluid Mech. 742, 2014). With (1 + b)^2 - 1 for the pressures, u along and v towards the wall, it draws by
-    1/2 rho S (2 b + b^2) (u^2 c / sqrt(c^2 + h^2) - 1.2 |v| v). It is parallel to the heading in which a run begins,
-    and a fender where the fish touches it.
+    1/2 rho S (2 b + b^2) (u^2 c / sqrt(c^2 + h^2) - 1.2 |v| v). It runs along the fish's course, its mean heading of
+    the last second or so, and is a fender where the fish touches it.
 
     Attributes:
         side: +1 left, -1 right.
@@ -36,6 +37,14 @@ class WallProximity(Mechanism):
         """(n, 4) where the head is, and which way the wall lies; both as pairs of x and y."""
         origin, normal = now.pose.origin_m[:, :1], -1j * self.side * now.pose.direction[:, :1]
         return np.concatenate([origin.real, origin.imag, normal.real, normal.imag], axis=1)
+
+    def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
+        """The course a step later: the heading, forgotten exponentially."""
+        across = -1j * self.side * now.pose.direction[:, :1]
+        normal = state[:, 2:3] + 1j * state[:, 3:4]
+        normal = normal + -np.expm1(-step_s / _COURSE_S) * (across - normal)
+        normal = normal / np.abs(normal)
+        return np.concatenate([state[:, :2], normal.real, normal.imag], axis=1)
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
         """On every strip by its own clearance."""

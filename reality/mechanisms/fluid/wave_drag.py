@@ -43,6 +43,6 @@ class WaveDrag(Mechanism):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:
-    """0.5 on the hump at strength 1, linear; the hump at Fr 0.45 to 0.55, more or less wide."""
-    hump, width = random.uniform(0.45, 0.55), random.uniform(0.45, 0.55)
+    """0.5 on the hump at strength 1, linear; the hump at Fr 0.48 to 0.52, more or less wide."""
+    hump, width = random.uniform(0.48, 0.52), random.uniform(0.41, 0.45)
     return lambda strength: (WaveDrag(_ON_HUMP * strength, hump, width),) if strength else ()

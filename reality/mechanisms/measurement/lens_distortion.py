@@ -40,8 +40,8 @@ def drawn(random: np.random.Generator) -> AtStrength:
 
     Saturates at k1 = 0.25, where a barrel would begin to fold the picture's corners over.
     """
-    sign, back = random.choice([-1.0, 1.0]), random.uniform(0.15, 0.25)
-    right, down = 25.0 * random.standard_normal(2)
+    sign, back = random.choice([-1.0, 1.0]), random.uniform(0.05, 0.1)
+    right, down = 8.0 * random.standard_normal(2)
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:

@@ -36,7 +36,7 @@ class TimeBaseError(Mechanism):
 
 def drawn(random: np.random.Generator) -> AtStrength:
     """Draws a clock that is fast or slow, and how it sways; the error saturates at a half."""
-    sign, sway, phase = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.3), random.uniform(0, 2 * np.pi)
+    sign, sway, phase = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.1), random.uniform(0, 2 * np.pi)
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:

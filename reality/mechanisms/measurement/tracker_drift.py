@@ -11,7 +11,7 @@ from reality.mechanisms.wear import Wearing
 from session import FISHSIM_MARKERS
 
 _TYPICAL_M_S = 0.001
-_WALK_M = 0.0006  # in a second, at strength 1
+_WALK_M = 0.0001  # in a second, at strength 1
 _HELD_M = 0.04  # a box that slid this far holds on to something else
 
 

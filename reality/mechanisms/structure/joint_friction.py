@@ -11,7 +11,7 @@ from reality.mechanisms import AtStrength
 from reality.parameters import Parameters
 
 _TORQUE_N_M, _MOST_N_M = 0.03, 0.3
-_BRISTLE_RAD = 0.005  # bend of the bristles of a hinge where they slip
+_BRISTLE_RAD = 0.002  # bend of the bristles of a hinge where they slip
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class JointFriction(Mechanism):
 
 def drawn(random: np.random.Generator) -> AtStrength:
     """0.03 N m in each gap at strength 1; saturates at 0.3 N m, which holds a gap bent by half a radian."""
-    excess, stribeck = random.uniform(0.1, 0.5), random.uniform(0.02, 0.1)
+    excess, stribeck = random.uniform(0.05, 0.2), random.uniform(0.02, 0.1)
     return lambda strength: (
         (JointFriction(_MOST_N_M * float(np.tanh(_TORQUE_N_M * strength / _MOST_N_M)), excess, stribeck),)
         if strength

@@ -8,8 +8,10 @@ from reality.layout import Layout
 from reality.mechanism import Mechanism
 from reality.mechanisms import AtStrength
 from reality.parameters import Parameters
+from swimmer.robot import load_robot
 
 _SHARE = 0.01
+_EVEN = 400.0  # of the draw: a tenth more or less on a guide
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,10 @@ class MassDistribution(Mechanism):
         )
 
 
-def drawn(random: np.random.Generator, guides: int = 5) -> AtStrength:
-    """A hundredth of the head's mass at strength 1, unevenly shared by the guides."""
-    at_guide = tuple(random.dirichlet(np.full(guides, 3.0)))
+def drawn(random: np.random.Generator) -> AtStrength:
+    """A hundredth of the head's mass at strength 1, shared by the guides nearly as the tail's own mass is."""
+    robot = load_robot()
+    kg = [robot.tail.density_kg_m3 * s.length_m * s.thickness_m * 2 * s.half_height_m for s in robot.tail.segment]
+    kg[-1] += robot.caudal_fin.mass_kg
+    at_guide = tuple(random.dirichlet(_EVEN * np.array(kg) / sum(kg)))
     return lambda strength: (MassDistribution(_SHARE * strength, at_guide),) if strength else ()

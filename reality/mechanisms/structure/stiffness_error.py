@@ -9,7 +9,7 @@ from reality.mechanism import Mechanism
 from reality.mechanisms import AtStrength
 from reality.parameters import Parameters
 
-_LN, _UNEVEN = 0.1, 0.1
+_LN, _UNEVEN = 0.1, 0.05
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,6 @@ class StiffnessError(Mechanism):
 
 
 def drawn(random: np.random.Generator, gaps: int = 5) -> AtStrength:
-    """All stiffer, or all softer, by 10 % at strength 1, uneven by a tenth of that; exponential in the strength."""
+    """All stiffer, or all softer, by 10 % at strength 1, uneven by a twentieth of that; exponential in the strength."""
     ln_factor = _LN * random.choice([-1.0, 1.0]) * (1 + _UNEVEN * random.standard_normal(gaps))
     return lambda strength: (StiffnessError(tuple(strength * ln_factor)),) if strength else ()

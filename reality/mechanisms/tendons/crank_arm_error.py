@@ -31,7 +31,7 @@ def drawn(random: np.random.Generator) -> AtStrength:
     second gap, at once when at rest.
     """
     most = random.choice([-_SHORTEST, _LONGEST])
-    uneven = random.uniform(-0.1, 0.1)
+    uneven = random.uniform(-0.03, 0.03)
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:

@@ -27,7 +27,7 @@ class TendonAsymmetry(Mechanism):
 
 def drawn(random: np.random.Generator) -> AtStrength:
     """Draws which side is short, and how the difference is shared between the two. Saturates at 12 mm each."""
-    sign, left_share = random.choice([-1.0, 1.0]), random.uniform(0.3, 0.7)
+    sign, left_share = random.choice([-1.0, 1.0]), random.uniform(0.4, 0.6)
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:

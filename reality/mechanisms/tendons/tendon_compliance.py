@@ -16,7 +16,7 @@ _YIELDS_M = 0.001  # stretch over which the knots give
 
 @dataclass(frozen=True)
 class TendonCompliance(Mechanism):
-    """Fittings are springs in series with the lines, and lines of knots rub as they stretch.
+    """Fittings are springs in series with the lines, and their knots rub as they stretch.
 
     The friction is a bristle of Dahl's in parallel: z' = s' - |s'| z / 1 mm, tension `loss` k z, with k the spring of
     the whole and s its stretch; a loop of force over stretch that does not depend on speed.
@@ -56,12 +56,13 @@ class TendonCompliance(Mechanism):
 
 def drawn(random: np.random.Generator) -> AtStrength:
     """Draws how differently the two lines are held, and how much the knots rub."""
-    uneven, loss = random.uniform(-0.2, 0.2), random.uniform(0.05, 0.25)
+    uneven, loss = random.uniform(-0.05, 0.05), random.uniform(0.05, 0.15)
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:
             return ()
         relative = _TYPICAL * strength
-        return (TendonCompliance(float(relative * (1 + uneven)), float(relative * (1 - uneven)), float(loss)),)
+        rubbing = float(loss * relative / (1 + relative))  # of the stretch, the fittings' share
+        return (TendonCompliance(float(relative * (1 + uneven)), float(relative * (1 - uneven)), rubbing),)
 
     return at

@@ -12,9 +12,9 @@ from reality.parameters import Parameters
 
 _TYPICAL_N, _MOST_N = 0.5, 5.0
 _TENSION_N = 50.0  # of tendons in use
-_BRISTLE_M = 0.001  # that a line gives before it slides
+_BRISTLE_M = 0.0002  # that a line gives before it slides
 _STRIBECK_M_S = 0.01
-_STICKING = 1.2  # of the friction at rest over that in sliding
+_STICKING = 1.1  # of the friction at rest over that in sliding
 _MARGIN = 2.0  # by which the implicit stiffness exceeds that of the bristles, for stability
 
 
@@ -22,8 +22,8 @@ _MARGIN = 2.0  # by which the implicit stiffness exceeds that of the bristles, f
 class TendonFriction(Mechanism):
     """Each line rubs at each guide it slides through, by LuGre's bristles (Canudas de Wit et al. 1995).
 
-    z' = v - |v| z k / level(v), and friction k z; in sliding it has its level at z = 1 mm. A share of the level grows
-    with the line's tension (Euler's capstan), the rest is there always; at rest it is a fifth more. A line slides
+    z' = v - |v| z k / level(v), and friction k z; in sliding it has its level at z = 0.2 mm. A share of the level grows
+    with the line's tension (Euler's capstan), the rest is there always; at rest it is a tenth more. A line slides
     through a guide as its way behind it gets longer, so friction there resists all hinges behind with the line's arm at
     each.
 
@@ -90,7 +90,7 @@ def _straight_arms_m(layout: Layout) -> np.ndarray:
 
 def drawn(random: np.random.Generator) -> AtStrength:
     """Draws how much of the friction is by the lines' own tension. The level saturates at 5 N."""
-    loaded = random.uniform(0.2, 0.8)
+    loaded = random.uniform(0.1, 0.3)
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:

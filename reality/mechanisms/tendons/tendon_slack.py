@@ -43,7 +43,7 @@ class TendonSlack(Mechanism):
 
 def drawn(random: np.random.Generator) -> AtStrength:
     """Draws how differently long the two lines are, and how much play there is to the slack. Saturates at 12 mm."""
-    uneven, play = random.uniform(-0.3, 0.3), random.uniform(0.7, 1.3)
+    uneven, play = random.uniform(-0.05, 0.05), random.uniform(0.9, 1.1)
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:

@@ -14,7 +14,7 @@ class DriveRatioError(Effect):
     physics = "A gear ratio, pulley or speed unit that differs from the described one scales every speed alike."
     source = "Kinematics of gearing; the unit of an XW540's goal speed is 0.229 turns a minute."
     seen_in = frozenset({"dry", "swim"})
-    parameters = (Parameter("relative", "1", -0.2, 0.2, 0.02),)
+    parameters = (Parameter("relative", "1", -0.4, 0.4, 0.02),)
 
     def measured_hz(self, commanded_hz: float, values: np.ndarray) -> float:
         """At the wrong ratio."""

@@ -46,21 +46,25 @@ class RippledTurn:
 
 
 class MotorSpeedRipple(Effect):
-    """The crank slows down where the tendons pull hardest, and hurries in between."""
+    """The crank slows down where the tendons pull hardest, and hurries in between.
+
+    By as many turns a second at any speed, since most of the pull is that of the hinges' springs.
+    """
 
     name = "motor_speed_ripple"
     family = "drive"
     stage = "drive"
-    physics = "Under a load that comes twice a turn a speed-controlled motor turns unevenly, twice a turn."
+    physics = "Under a load that comes twice a turn a speed-controlled motor turns unevenly, by load over gain."
     source = "First order response of a proportional speed loop to a periodic load."
     seen_in = frozenset({"dry", "swim"})
-    parameters = (Parameter("cosine", "1", -0.5, 0.5, 0.05), Parameter("sine", "1", -0.5, 0.5, 0.05))
+    parameters = (Parameter("cosine", "Hz", -0.3, 0.3, 0.05), Parameter("sine", "Hz", -0.3, 0.3, 0.05))
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:
         """With the ripple."""
         if not values.any():
             return drive
-        return drive._replace(turn=RippledTurn(turn_of(drive), drive.phase_rad, float(values[0]), float(values[1])))
+        cosine, sine = map(float, values / drive.frequency_hz)
+        return drive._replace(turn=RippledTurn(turn_of(drive), drive.phase_rad, cosine, sine))
 
 
 EFFECT = MotorSpeedRipple()

@@ -73,11 +73,13 @@ class Plates:
             turning[:, link],
         )
 
-    def generalised(self, force: np.ndarray, motion: Motion) -> np.ndarray:
-        """(n, v) what forces (n, p) on the centres are to the joints, N and N m."""
+    def generalised(self, force: np.ndarray, motion: Motion, torque: np.ndarray | None = None) -> np.ndarray:
+        """(n, v) what forces (n, p) on the centres, and torques (n, p), are to the joints, N and N m."""
         links = motion.along[:, : self._arm.shape[1]]  # (n, l): the first plates are one on each link
-        torque = np.imag(links.conj() * (force @ self._arm.conj()))  # (n, l) on each link's heading
-        behind = np.cumsum(torque[:, ::-1], axis=1)[:, ::-1]  # a joint turns every link behind it
+        turned = np.imag(links.conj() * (force @ self._arm.conj()))  # (n, l) on each link's heading
+        if torque is not None:
+            turned += torque @ (self._link[:, None] == np.arange(links.shape[1]))
+        behind = np.cumsum(turned[:, ::-1], axis=1)[:, ::-1]  # a joint turns every link behind it
         joints = np.zeros((len(force), self._hinges.start + behind.shape[1] - 1))
         joints[:, self._hinges] = behind[:, 1:]
         if self._free:

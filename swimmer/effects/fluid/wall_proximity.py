@@ -11,34 +11,42 @@ DRAG = 1.2
 """Of a plate that moves broadside: Hoerner, Fluid-Dynamic Drag (1965), chapter 3. The wall adds a share of it."""
 LIFT = 1.0
 """Towards the wall, of a plate that moves along it; of order one (Quinn, Lauder and Smits 2014)."""
+COURSE_S = 1.0
+"""Over which a heading that swings from beat to beat is averaged to a course."""
 
 
 class _Wall:
-    """A wall along x at y = -1 / nearness: forces on every plate by its own clearance c and half depth h.
+    """A wall 1 / nearness to the left of the start: forces on every plate by its own clearance c and half depth h.
 
-    The share (h / c)^2 is levelled off to h^2 / (c^2 + h^2), and the lift to 0, where a plate touches the wall.
+    It runs along the course, the heading of which `COURSE_S` are remembered. The share (h / c)^2 is levelled off to
+    h^2 / (c^2 + h^2), and the lift to 0, where a plate touches the wall.
     """
 
-    def __init__(self, robot: RobotSpec, plates: Plates, nearness: np.ndarray) -> None:
+    def __init__(self, robot: RobotSpec, plates: Plates, nearness: np.ndarray, timestep_s: float) -> None:
         self.plates, self.nearness = plates, nearness
+        self.turned = -np.expm1(-timestep_s / COURSE_S)  # share of a step in the course
+        self.course: complex | np.ndarray = 1.0 + 0.0j  # (n, 1) backward along it
         half_length, _, self.half_height = plates.half_m.T
         self.pressed = 0.5 * robot.water.density_kg_m3 * 4 * half_length * self.half_height  # 1/2 rho S
 
     @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
     def __call__(self, state: StepState) -> np.ndarray:
         motion = self.plates.motion(state)
-        clearance = 1 + self.nearness * motion.place.imag  # both by the wall's distance at the start
+        course = self.course / np.abs(self.course)
+        self.course = course + self.turned * (motion.along[:, :1] - course)
+        velocity = motion.velocity * np.conj(course)
+        clearance = 1 + self.nearness * np.imag(motion.place * np.conj(course))  # by the distance at the start
         depth = self.nearness * self.half_height
         far = np.hypot(clearance, depth)
         share = (depth / far) ** 2
-        along, across = motion.velocity.real, motion.velocity.imag
+        along, across = velocity.real, velocity.imag
         drag = -DRAG * share * np.abs(across) * across
         lift = -LIFT * share * along**2 * np.sign(self.nearness) * clearance / far
-        return self.plates.generalised(1j * self.pressed * (drag + lift), motion)
+        return self.plates.generalised(1j * self.pressed * (drag + lift) * course, motion)
 
 
 class WallProximity(Effect):
-    """A wall parallel to the heading at the start, given by its inverse distance from there: left +, right -."""
+    """A wall parallel to the course, given by its inverse distance from the start: left +, right -."""
 
     name = "wall_proximity"
     family = "fluid"
@@ -49,11 +57,11 @@ class WallProximity(Effect):
     )
     source = "Images in a plane (Lamb, Hydrodynamics, article 137); Quinn, Lauder and Smits, J. Fluid Mech. 742 (2014)."
     seen_in = frozenset({"swim"})
-    parameters = (Parameter("inverse_distance", "1/m", -8.0, 8.0, 1.5),)
+    parameters = (Parameter("inverse_distance", "1/m", -8.0, 8.0, 1.2),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
         """Across the wall."""
-        return _Wall(robot, Plates(robot, scene), values) if scene.in_water and values.any() else None
+        return _Wall(robot, Plates(robot, scene), values, scene.timestep_s) if scene.in_water and values.any() else None
 
 
 EFFECT = WallProximity()

@@ -51,7 +51,7 @@ class TendonSlack(Effect):
     physics = "A loose line pulls only after its slack is taken up; a pair of lines leaves the tail free in between."
     source = "Dead band of a cable drive; MuJoCo's tendon springlength with two values."
     seen_in = frozenset({"dry", "swim"})
-    parameters = (Parameter("length", "m", 0.0, 0.01, 0.002),)
+    parameters = (Parameter("length", "m", 0.0, 0.01, 0.001),)
 
     def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
         """A range of lengths at rest."""

@@ -64,11 +64,11 @@ def test_a_warming_motor_slows_down_about_the_measured_speed() -> None:
 
 
 def test_a_ripple_advances_the_crank_by_the_integral_of_the_speed() -> None:
-    """In the twin: (sin 2 phi - sin 2 phi_0) / 2 times the cosine's amplitude, phi of the even turn."""
+    """In the twin: (sin 2 phi - sin 2 phi_0) / 2 times the cosine's share of the speed, phi of the even turn."""
     time_s, cosine = np.linspace(0.0, 2.0, 41), 0.1
     even = 0.4 + SPEED * time_s
     found = crank_with(RIPPLE, cosine, 0.0, time_s=time_s)
-    np.testing.assert_allclose(found - even, cosine * (np.sin(2 * even) - np.sin(0.8)) / 2, atol=2e-3)
+    np.testing.assert_allclose(found - even, cosine / 0.8 * (np.sin(2 * even) - np.sin(0.8)) / 2, atol=2e-3)
 
 
 def test_a_late_motor_rests_and_then_turns_as_it_would_have() -> None:

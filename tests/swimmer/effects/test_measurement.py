@@ -1,5 +1,7 @@
 """What effects of camera, markers and tracker do, against geometry."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,15 +31,27 @@ def found(name: str, seen: Seen, *values: float) -> np.ndarray:
 
 
 def test_nose_and_neck_alone_are_shifted_across_the_body(seen: Seen) -> None:
-    off = found("head_frame_misalignment", seen, 0.01, -0.02)
+    off = found("head_frame_misalignment", seen, 0.01, -0.02, 0.0, 0.0)
     assert off[:, :2, 1] == pytest.approx(np.tile([0.01, -0.02], (4, 1)))
     assert np.abs(off[..., 0]).max() == np.abs(off[:, 2:]).max() == 0
 
 
 def test_a_wrong_scale_is_a_neck_too_far_back(seen: Seen) -> None:
-    off = found("scale_error", seen, 0.05)
+    off = found("scale_error", seen, 0.05, 0.0)
     assert off[:, 1] == pytest.approx(np.tile([0.01, 0.0], (4, 1)))  # of 0.2 m
     assert np.abs(np.delete(off, 1, axis=1)).max() == 0
+
+
+def test_boxes_keep_the_offset_of_the_first_frame_as_the_head_turns(seen: Seen) -> None:
+    """Turned by a right angle from the second frame on, with nose and neck 0.2 m apart along y."""
+    axes, marker_m = UNTURNED.copy(), seen.marker_m.copy()
+    axes[1:] = [[0.0, 1.0], [-1.0, 0.0]]
+    marker_m[1:, 1] = marker_m[1:, 0] + [0.0, 0.2]
+    turned = replace(seen, axes=axes, marker_m=marker_m)
+    across = found("head_frame_misalignment", turned, 0.01, 0.0, 0.0, -0.02)
+    assert across[1:, :2] == pytest.approx(np.tile([[-0.01, 0.0], [0.0, -0.02]], (3, 1, 1)))
+    along = found("scale_error", turned, 0.05, 0.1)
+    assert along[1:, 1] == pytest.approx(np.tile([0.02, 0.01], (3, 1)))
 
 
 def test_a_marker_above_the_others_is_seen_by_similar_triangles(seen: Seen) -> None:

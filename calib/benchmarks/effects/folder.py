@@ -1,0 +1,86 @@
+"""A suite as a folder: sessions that anybody may diagnose, answers apart from them, and what came of it."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from calib.benchmarks.effects.answer import Answer, unseal
+
+Tell = Callable[[str, float | None], None]
+DIAGNOSIS = Path("results") / "diagnosis.json"
+SECONDS = Path("results") / "diagnosis.seconds"
+"""How long it took, where this benchmark ran the program."""
+
+
+class Failure(NamedTuple):
+    """A session that could not be made or diagnosed, and why."""
+
+    name: str
+    message: str
+
+
+class SuiteFolder(NamedTuple):
+    """Where a suite is.
+
+    Attributes:
+        folder: of the suite.
+    """
+
+    folder: Path
+
+    @property
+    def sessions(self) -> Path:
+        """A folder a session."""
+        return self.folder / "sessions"
+
+    @property
+    def answers(self) -> Path:
+        """A sealed file a session; nothing but the scorer opens them."""
+        return self.folder / "answers"
+
+    @property
+    def checksums(self) -> Path:
+        """Of the answers, published with the sessions."""
+        return self.folder / "checksums.json"
+
+    @property
+    def discrepancy(self) -> Path:
+        """What every diagnosis may know of reality's base state."""
+        return self.folder / "discrepancy.npz"
+
+    @property
+    def without(self) -> Path:
+        """Copies of sessions, to be diagnosed by a catalogue that lacks the effect that is there."""
+        return self.folder / "without"
+
+    @property
+    def rules(self) -> Path:
+        """What trivial rules said, a folder a session."""
+        return self.folder / "rules"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the sessions, in order."""
+        return tuple(sorted(json.loads(self.checksums.read_text())))
+
+    def unsealed(self) -> tuple[Answer, ...]:
+        """All answers, in the order of the names.
+
+        Raises:
+            InputError: one has another checksum than was published.
+        """
+        sums: dict[str, str] = json.loads(self.checksums.read_text())
+        return tuple(answer for name in self.names for answer in unseal(self.answer(name), sums[name]))
+
+    def answer(self, name: str) -> Path:
+        """The sealed answer of a session."""
+        return self.answers / f"{name}.sealed"
+
+    def made(self, name: str) -> bool:
+        """Whether a session is there, and its answer."""
+        return (self.sessions / name / "session.toml").exists() and self.answer(name).exists()
+
+    def rule(self, rule: str, name: str) -> Path:
+        """What a rule said of a session."""
+        return self.rules / name / f"{rule.replace(' ', '_')}.json"

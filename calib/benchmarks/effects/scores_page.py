@@ -1,0 +1,189 @@
+"""What came of a suite as a page that opens offline, as JSON, and its figures as pictures."""
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from matplotlib.figure import Figure
+
+from calib.benchmarks.effects.folder import SuiteFolder
+from calib.benchmarks.effects.goals import GOALS, GOALS_WITHOUT
+from calib.benchmarks.effects.report import number_text, share_text
+from calib.benchmarks.effects.score import Score
+from calib.benchmarks.effects.score_figures import (
+    by_detectability_figure,
+    confusion_figure,
+    goals_figure,
+    reliability_figure,
+    shrinkage_figure,
+)
+from calib.benchmarks.effects.scoring import PROGRAM, Outcome
+from calib.benchmarks.effects.without import WithoutScore
+from reality.mechanisms import CATALOGUED
+from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.page import render_page
+from reports.style import SURFACE, applied
+from reports.svg import inline_svg
+from session import plain_json, write_whole
+
+_ORDER = tuple(name for names in CATALOGUED.values() for name in names)
+_DOTS_PER_INCH = 160.0
+_D = (
+    "Detectability d: how far what an effect does lies from what its nearest rival, refitted, can do, in standard "
+    "deviations of noise, nuisances and discrepancy; two effects at d are confused in a share Φ(−d / 2) of cases."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """A figure, and what to see in it."""
+
+    name: str
+    figure: Figure
+    caption: str
+    wide: bool = False
+
+    def plot(self) -> Plot:
+        svg = inline_svg(self.figure, self.name, self.caption)
+        return Plot(svg, self.name, self.caption, wide=self.wide, scrolls=self.wide)
+
+
+def write_scores(suite: SuiteFolder, outcome: Outcome) -> None:
+    """Writes `scores.json`, `scores.html` and `figures/*.png` into the folder of the suite.
+
+    Raises:
+        ResultsNotWritable: they cannot be written.
+    """
+    write_whole(suite.folder / "scores.json", json.dumps(plain_json(outcome.to_json()), indent=1) + "\n")
+    write_whole(suite.folder / "scores.html", render_scores(outcome))
+    for drawn in _drawn(outcome):
+        write_whole(suite.folder / "figures" / f"{drawn.name}.png", _png(drawn.figure))
+
+
+def render_scores(outcome: Outcome) -> str:
+    """The page."""
+    score = _main(outcome.scores)
+    kinds = [case.answer.kind for case in score.cases]
+    plots = {drawn.name: drawn.plot() for drawn in _drawn(outcome)}
+    sections = [
+        Section("Against what is asked", "asked", (Plots((plots["goals"],)), _goals_table(outcome.scores))),
+        Section(
+            "The right name",
+            "names",
+            (Prose(_D), Plots((plots["by_detectability"], plots["reliability"])), Plots((plots["confusion"],))),
+        ),
+    ]
+    if "shrinkage" in plots:
+        sections.append(Section("How far the gap shrinks", "shrinking", (Plots((plots["shrinkage"],)),)))
+    if outcome.without is not None:
+        blocks = (Plots((plots["without_goals"], plots["without_by_detectability"])), _without_table(outcome.without))
+        sections.append(Section("Without the effect in the catalogue", "without", blocks))
+    if score.look_alikes:
+        sections.append(Section("What cannot be told apart", "alike", (_look_alikes_table(score),)))
+    return render_page(
+        "report.html.j2",
+        title="Withheld effects – swimcal",
+        session="Withheld effects",
+        byline=f"{len(kinds)} sessions: {kinds.count('null')} with nothing in them, {kinds.count('single')} with one "
+        f"effect, {kinds.count('double')} with two, {kinds.count('outside')} with something that no catalogue holds",
+        sections=sections,
+    )
+
+
+def _drawn(outcome: Outcome) -> list[_Drawn]:
+    scores, score = outcome.scores, _main(outcome.scores)
+    who = next(iter(scores))
+    found = [
+        _Drawn(
+            "goals",
+            goals_figure({name: each.headline for name, each in scores.items()}, GOALS),
+            "Shares of sessions beside what is asked (shaded).",
+            wide=True,
+        ),
+        _Drawn(
+            "by_detectability",
+            by_detectability_figure({name: each.by_detectability for name, each in scores.items()}, "right name first"),
+            "Sessions with one effect: how often it is the first name, by how detectable it is.",
+        ),
+        _Drawn(
+            "reliability",
+            reliability_figure(score),
+            f"Probabilities of the {who}: on the diagonal they come true as often as they say.",
+        ),
+        _Drawn(
+            "confusion",
+            confusion_figure(score.confusion, _ORDER),
+            f"Sessions with one effect and d ≥ 5: what the {who} named first.",
+            wide=True,
+        ),
+    ]
+    if any(case.told.shrinkage is not None for case in score.cases):
+        caption = "Shrinkage of the gap on held-out swims: what was told, with its interval, over what can be reached."
+        found.append(_Drawn("shrinkage", shrinkage_figure(score), caption))
+    if outcome.without is not None:
+        of = outcome.without
+        found += [
+            _Drawn(
+                "without_goals",
+                goals_figure({PROGRAM: of.headline}, GOALS_WITHOUT),
+                "The same sessions, diagnosed by a catalogue that lacks the effect that is there.",
+                wide=True,
+            ),
+            _Drawn(
+                "without_by_detectability",
+                by_detectability_figure({PROGRAM: of.by_detectability}, "unexplained"),
+                "How often such a session is told to be unexplained, by how detectable the effect is.",
+            ),
+        ]
+    return found
+
+
+def _goals_table(scores: Mapping[str, Score]) -> Table:
+    """Intervals for the first alone: there is no room for those of the rules, and the figure shows them."""
+    shares = {name: score.headline for name, score in scores.items()}
+    first, *rules = shares.values()
+    rows = [
+        (goal.label, goal.asked, share_text(first[what]), *(share_text(each[what], interval=False) for each in rules))
+        for what, goal in GOALS.items()
+    ]
+    rows += [
+        ("calibration error", "≤ 0.05", *_numbers([score.reliability.error for score in scores.values()])),
+        ("shrinkage over the oracle's", "≥ 0.9", *_numbers([s.shrinkage_of_oracle for s in scores.values()])),
+        ("share of the gap on its stage", "", *_numbers([s.share_on_stage for s in scores.values()])),
+        ("seconds a session", "≤ 60", *_numbers([s.seconds for s in scores.values()])),
+    ]
+    columns = (Column("", numeric=False), Column("asked"), *(Column(name) for name in scores))
+    return Table("Shares, the first with its 95 % interval (Wilson), and medians.", columns, tuple(rows))
+
+
+def _look_alikes_table(score: Score) -> Table:
+    rows = tuple(
+        (name.replace("_", " "), rival.replace("_", " "), str(count))
+        for name, row in score.look_alikes.items()
+        for rival, count in sorted(row.items(), key=lambda item: -item[1])
+    )
+    columns = (Column("present", numeric=False), Column("rival within 3.3", numeric=False), Column("sessions"))
+    return Table("Effects that few rivals follow, each refitted: here a set is the right answer.", columns, rows)
+
+
+def _without_table(score: WithoutScore) -> Table:
+    rows = tuple((goal.label, goal.asked, share_text(score.headline[what])) for what, goal in GOALS_WITHOUT.items())
+    columns = (Column("", numeric=False), Column("asked"), Column(PROGRAM))
+    return Table("Shares with their 95 % interval (Wilson).", columns, rows)
+
+
+def _numbers(values: Sequence[float]) -> tuple[str, ...]:
+    return tuple(number_text(value) for value in values)
+
+
+def _main(scores: Mapping[str, Score]) -> Score:
+    """Of the program, or of the first rule where none was run."""
+    return next(iter(scores.values()))
+
+
+def _png(figure: Figure) -> bytes:
+    buffer = io.BytesIO()
+    with applied():
+        figure.savefig(buffer, format="png", dpi=_DOTS_PER_INCH, facecolor=SURFACE, metadata={"Software": None})
+    return buffer.getvalue()

@@ -1,0 +1,101 @@
+"""Opens the answers of a suite and scores what was said of its sessions."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from calib.benchmarks.effects.folder import DIAGNOSIS, SECONDS, SuiteFolder
+from calib.benchmarks.effects.rules import RULES
+from calib.benchmarks.effects.score import Score, scored
+from calib.benchmarks.effects.told import Told, read_told
+from calib.benchmarks.effects.without import WithoutScore
+from session import FaultCollector, InputError
+
+PROGRAM = "diagnosis"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a suite.
+
+    Attributes:
+        scores: of the program and of the trivial rules, as far as they were run, by name.
+        without: of the program whose catalogue lacked the effect that is there; None where that was not run.
+    """
+
+    scores: Mapping[str, Score]
+    without: WithoutScore | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain numbers."""
+        plain = {name: score.to_json() for name, score in self.scores.items()}
+        return plain if self.without is None else plain | {"without_the_effect": self.without.to_json()}
+
+
+def score_all(suite: SuiteFolder) -> Outcome:
+    """Scores whatever stands in the folder of a suite: rules, diagnoses, diagnoses without the effect.
+
+    Raises:
+        InputError: neither rules nor a program were run, or not on every session; or an answer has another checksum.
+    """
+    scores = {}
+    diagnosed = any((suite.sessions / name / DIAGNOSIS).exists() for name in suite.names)
+    if diagnosed or not suite.rules.exists():
+        scores[PROGRAM] = score_suite(suite)
+    if suite.rules.exists():
+        scores |= score_rules(suite)
+    return Outcome(scores, score_without(suite) if suite.without.exists() else None)
+
+
+def score_suite(suite: SuiteFolder, told: Callable[[str], Told] | None = None) -> Score:
+    """Scores the diagnoses in the folders of the sessions, of any program.
+
+    Args:
+        suite: whose sessions were diagnosed.
+        told: of a session by its name; default: its `results/diagnosis.json`.
+
+    Raises:
+        InputError: a diagnosis is missing or not by the contract, or an answer has another checksum; all at once.
+    """
+    told = told or (lambda name: _told(suite.sessions / name))
+    return scored(suite.unsealed(), _all_told(suite, suite.names, told))
+
+
+def score_rules(suite: SuiteFolder) -> dict[str, Score]:
+    """Scores what the trivial rules said.
+
+    Raises:
+        InputError: as of `score_suite`.
+    """
+    return {rule: score_suite(suite, lambda name, rule=rule: read_told(suite.rule(rule, name))) for rule in RULES}  # type: ignore[misc]
+
+
+def score_without(suite: SuiteFolder) -> WithoutScore:
+    """Scores the diagnoses whose catalogue lacked the effect that is there.
+
+    Raises:
+        InputError: as of `score_suite`, or a diagnosis was made by another catalogue.
+    """
+    answers = [answer for answer in suite.unsealed() if answer.kind == "single"]
+    lacking = {answer.session: frozenset(answer.effects) for answer in answers}
+    told = _all_told(suite, tuple(lacking), lambda name: _told(suite.without / name, lacking[name]))
+    return WithoutScore(scored(answers, told))
+
+
+def _told(session: Path, lacking: frozenset[str] = frozenset()) -> Told:
+    """With the time that it took, where only the benchmark knows."""
+    told, clock = read_told(session / DIAGNOSIS, lacking), session / SECONDS
+    return replace(told, seconds=float(clock.read_text())) if told.seconds is None and clock.exists() else told
+
+
+def _all_told(suite: SuiteFolder, names: Sequence[str], told: Callable[[str], Told]) -> list[Told]:
+    """Of sessions, in order; all faults at once."""
+    faults, diagnoses = FaultCollector(str(suite.folder)), []
+    for name in names:
+        try:
+            diagnoses.append(told(name))
+        except InputError as error:
+            faults.extend_capped(list(error.faults))
+    faults.raise_if_any()
+    return diagnoses
