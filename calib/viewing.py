@@ -1,4 +1,4 @@
-"""What `calib view` shows of a session: videos, tracks and, once there is a fit, the twin beside them."""
+"""What `calib view` shows: videos, tracks, and once there is a fit, the twin beside them, and what it misses."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,7 +7,8 @@ import numpy as np
 
 from calib.pipeline import Pipeline
 from fitting import CalibratedTrial, residuals
-from reports.recording import RecordedTrial, make_proxy, write_recording
+from reports.missing_forces import MissingForces
+from reports.recording import MissingOverTime, RecordedTrial, make_proxy, write_recording
 from session import NotEnoughData, TrialSpec, fingerprint_of, is_current, load_tracks, mark_current
 from tracking import check_tracks
 from tracking.records import TrackedTrial
@@ -33,14 +34,18 @@ def make_recording(pipeline: Pipeline) -> Path:
     if calibration is None and pipeline.calibration_file.is_file():
         pipeline.said.append(f"{pipeline.calibration_file} was made from other inputs and is not shown; fit again.")
     fitted = {} if calibration is None else {trial.measured.name: trial for trial in calibration.trials}
-    trials = [_recorded(pipeline, spec, fitted.get(spec.name)) for spec in specs]
+    stage = pipeline.standing_diagnosis()
+    forces = None if stage is None else MissingForces.of(stage.read())
+    trials = [_recorded(pipeline, spec, fitted.get(spec.name), forces) for spec in specs]
     pipeline.options.tell("writing the recording", None)
     write_recording(path, trials, session.name)
     pipeline.made.append(path)
     return path
 
 
-def _recorded(pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | None) -> RecordedTrial:
+def _recorded(
+    pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | None, forces: MissingForces | None
+) -> RecordedTrial:
     session = pipeline.session
     picture: tuple[int, int] | None = None
     proxy: Path | None = None
@@ -56,10 +61,12 @@ def _recorded(pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | Non
         proxy = _proxy(pipeline, spec.name, spec.video, frames)
     if fitted is None:
         return RecordedTrial(spec.name, tracked, proxy, picture)
-    twin_px, residual_mm = _twin(fitted, tracked, first + fitted.measured.first_frame)
+    first += fitted.measured.first_frame
+    twin_px, residual_mm = _twin(fitted, tracked, first)
+    missing = None if forces is None else MissingOverTime.of(forces, fitted, len(tracked.state), first)
     more = tuple(flag for flag in fitted.flags if flag not in tracked.flags)
     tracked = replace(tracked, flags=(*tracked.flags, *more))
-    return RecordedTrial(spec.name, tracked, proxy, picture, twin_px, residual_mm, _metrics(fitted))
+    return RecordedTrial(spec.name, tracked, proxy, picture, twin_px, residual_mm, _metrics(fitted), missing)
 
 
 def _proxy(pipeline: Pipeline, trial: str, video: Path, frames: int) -> Path:

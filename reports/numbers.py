@@ -68,6 +68,11 @@ def shortened(name: str, most: int = 14) -> str:
     return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
+def in_words(name: str) -> str:
+    """`tendon slack` for `tendon_slack`."""
+    return name.replace("_", " ")
+
+
 def sentence(text: str) -> str:
     """The text with a full stop and, unless it starts with a name such as `tail_1`, a capital letter."""
     text = text.strip()

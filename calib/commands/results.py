@@ -13,7 +13,7 @@ from session import SESSION_FILE, NotConverged
 
 
 def run(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:
-    """Does everything the session's data allow: tracks, fit, calibrated MJCF, posterior and gap (effort full), report."""
+    """Does everything the session's data allow: tracks, fit, MJCF, posterior and gap (effort full), report."""
     with working(session, as_json, Options(effort, workers)) as pipeline:
         if effort == "full":
             try:

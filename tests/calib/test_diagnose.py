@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from calib import pipeline, viewing
 from diagnosis import Verdict, diagnosis
 from session import read_result_json
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in
@@ -88,3 +89,19 @@ def test_a_session_without_fitted_swims_is_refused(calib: Front, fresh: Path) ->
     if 'role = "fit"' in text:
         edit(fresh / "session.toml", 'role = "fit"', 'role = "holdout"')
     assert_told(calib("diagnose", fresh, *QUICK), 'role "fit"')
+
+
+def test_report_and_recording_show_what_is_missing(
+    calib: Front, diagnosed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: dict[str, object] = {}
+    monkeypatch.setattr(pipeline, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
+    monkeypatch.setattr(
+        viewing, "write_recording", lambda path, trials, _name: (seen.update(trials=trials), path.touch())
+    )
+    assert calib("report", diagnosed, *QUICK).code == 0
+    assert calib("view", diagnosed).code == 0
+
+    assert seen["context"].diagnosed.refitted == ("scale_error",)  # type: ignore[attr-defined]
+    shown = {trial.name: trial.missing is not None for trial in seen["trials"]}  # type: ignore[attr-defined]
+    assert shown == {"slow": True, "fast": False}

@@ -1,0 +1,74 @@
+"""The forces that are missing on the head and in every hinge, over the beat."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from reports.missing_forces import FORCES, HEAD, MissingForces, force_name
+from reports.numbers import shortened
+from reports.style import (
+    EBT,
+    EBT_LARGE,
+    EBT_SMOOTHED,
+    FULL_WIDTH_IN,
+    GAP,
+    INKS,
+    MUTED,
+    TWIN,
+    WARN,
+    Grid,
+    Margins,
+    legend_on_top,
+    panels,
+    styled,
+)
+
+COLOURS = (TWIN, EBT, EBT_SMOOTHED, EBT_LARGE, WARN, GAP, *(INKS[n].light for n in ("flag-merged", "flag-frozen")))
+MILLI = 1000.0
+_FINEST = 1.0  # mN or mN m that a panel reaches at least
+_ANGLES = np.linspace(0.0, 2 * np.pi, 73)
+_COLUMNS = 4
+
+
+@styled
+def gap_forces_figure(forces: MissingForces) -> Figure:
+    """A panel a force or moment, a line a swim with two standard deviations on either side."""
+    mean, sd = forces.over(_ANGLES)
+    grid = Grid(_COLUMNS, 1.1, (0.42, 0.42))
+    figure, drawn = panels(len(forces.joints), grid, FULL_WIDTH_IN, Margins(left=0.55, top=0.52, bottom=0.42))
+    for place, (axes, joint) in enumerate(zip(drawn, forces.joints, strict=True)):
+        for trial in range(len(forces.trials)):
+            _line(axes, mean[trial, place], sd[trial, place], COLOURS[trial % len(COLOURS)])
+        axes.axhline(0.0, color=MUTED, linewidth=0.8)
+        unit = "mN" if joint in FORCES else "mN m"
+        axes.set_title(f"{force_name(joint)} ({unit})", loc="left", pad=3)
+        axes.set(xlim=(0, 360))
+        axes.set_xticks([0, 90, 180, 270, 360])
+        axes.tick_params(labelbottom=place + _COLUMNS >= len(drawn))
+        axes.locator_params(axis="y", nbins=5)
+    _level(drawn, forces.joints)
+    for axes in drawn[-min(_COLUMNS, len(drawn)) :]:
+        axes.set_xlabel("angle of the crank (°)")
+    handles = [
+        Line2D([], [], color=COLOURS[i % len(COLOURS)], label=shortened(name)) for i, name in enumerate(forces.trials)
+    ]
+    legend_on_top(figure, handles, min(len(handles), 8))
+    return figure
+
+
+def _level(drawn: list[Axes], joints: tuple[str, ...]) -> None:
+    """All hinges to one scale, and no scale so fine that nothing looks like something."""
+    reach = {joint: max(map(abs, axes.get_ylim())) for axes, joint in zip(drawn, joints, strict=True)}
+    hinges = max([reach[joint] for joint in joints if joint not in HEAD], default=0.0)
+    for axes, joint in zip(drawn, joints, strict=True):
+        end = max(reach[joint] if joint in HEAD else hinges, _FINEST)
+        axes.set_ylim(-end, end)
+
+
+def _line(axes: Axes, mean: np.ndarray, sd: np.ndarray, colour: str) -> None:
+    degrees = np.rad2deg(_ANGLES)
+    axes.fill_between(degrees, MILLI * (mean - 2 * sd), MILLI * (mean + 2 * sd), color=colour, alpha=0.18, linewidth=0)
+    axes.plot(degrees, MILLI * mean, color=colour)

@@ -1,0 +1,96 @@
+"""Each held-out swim before and after the effects were added: marker distance and speed."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from reports.diagnosed import Diagnosed
+from reports.numbers import MM, shortened, shown
+from reports.style import (
+    EBT_SMOOTHED,
+    FAINT,
+    HALF_WIDTH_IN,
+    INK,
+    MUTED,
+    SURFACE,
+    WARN,
+    Grid,
+    Margins,
+    legend_on_top,
+    panels,
+    styled,
+)
+
+
+@styled
+def gap_held_out_figure(found: Diagnosed) -> Figure:
+    """A row a swim and one for the mean; left millimetres, right mm/s."""
+    trials = found.held_out
+    names = [*trials, "mean"]
+    told = list(trials.values())
+    before_mm, after_mm = (np.array([trial[f"{when}_mm"] for trial in told]) for when in ("before", "after"))
+    errors = [
+        MM * np.abs([trial[f"speed_{when}"] - trial["speed_measured"] for trial in told])
+        for when in ("before", "after")
+    ]
+    grid = Grid(2, 0.2 + 0.24 * len(names), (0.22, 0.0))
+    figure, (left, right) = panels(2, grid, HALF_WIDTH_IN, Margins(left=0.85, right=0.2, top=0.5, bottom=0.42))
+    _rows(left, _with_mean(before_mm), _with_mean(after_mm), bool(found.refitted))
+    _rows(right, _with_mean(errors[0]), _with_mean(errors[1]), bool(found.refitted))
+    left.axvline(found.data["gap"]["noise_floor_mm"], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)))
+    left.set(xlabel="marker distance (mm)")
+    right.set(xlabel="speed error (mm/s)")
+    left.set_yticks([-row for row in range(len(names))], [shortened(name, 12) for name in names])
+    left.get_yticklabels()[-1].set_fontweight("bold")
+    right.set_yticks([])
+    worse = bool((after_mm > before_mm).any() or (errors[1] > errors[0]).any())
+    _legend(figure, bool(found.refitted), worse)
+    return figure
+
+
+def _with_mean(values: np.ndarray) -> np.ndarray:
+    return np.append(values, np.mean(values))
+
+
+def _rows(axes: Axes, before: np.ndarray, after: np.ndarray, changed: bool) -> None:
+    reach = (1.75 if changed else 1.25) * max(float(before.max()), float(after.max()), 1e-9)
+    for row, (start, end) in enumerate(zip(before, after, strict=True)):
+        last = row == len(before) - 1
+        axes.plot([0, reach], [-row, -row], color=FAINT, linewidth=0.6, zorder=0.5)
+        colour = EBT_SMOOTHED if end <= start else WARN
+        if changed:
+            axes.plot([start, end], [-row, -row], color=colour, linewidth=2.4 if last else 1.6)
+            axes.plot(end, -row, "o", color=colour, markersize=6 if last else 4.5)
+        axes.plot(start, -row, "o", color=MUTED, markerfacecolor=SURFACE, markersize=6 if last else 4.5)
+        axes.text(
+            max(start, end) + 0.05 * reach,
+            -row,
+            _change(start, end) if changed else shown(start, 1),
+            va="center_baseline",
+            fontsize=7,
+            color=INK,
+            fontweight="bold" if last else "normal",
+        )
+    axes.set(xlim=(0.0, reach), ylim=(-len(before) + 0.4, 0.6))
+    axes.grid(visible=False, axis="y")
+    axes.tick_params(axis="y", length=0)
+    axes.locator_params(axis="x", nbins=4)
+
+
+def _change(before: float, after: float) -> str:
+    return f"{shown(before, 1)} → {shown(after, 1)}"
+
+
+def _legend(figure: Figure, changed: bool, worse: bool) -> None:
+    dot = {"marker": "o", "markersize": 5}
+    plain = Line2D([], [], color=MUTED, markerfacecolor=SURFACE, linestyle="none", label="plain twin", **dot)  # type: ignore[arg-type]
+    handles = [plain]
+    if changed:
+        handles.append(Line2D([], [], color=EBT_SMOOTHED, label="with effects", **dot))  # type: ignore[arg-type]
+        if worse:
+            handles.append(Line2D([], [], color=WARN, label="worse with them", **dot))  # type: ignore[arg-type]
+    handles.append(Line2D([], [], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), label="noise"))
+    legend_on_top(figure, handles, 2)

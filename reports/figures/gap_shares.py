@@ -1,0 +1,78 @@
+"""Shares of the gap: by stage with their range, and by trial, by band and by axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from reports.diagnosed import Diagnosed
+from reports.numbers import shortened, whole_percent
+from reports.style import FAINT, FULL_WIDTH_IN, GAP, INK, MUTED, TWIN, Margins, box, legend_on_top, styled
+
+_ROW_IN, _LEFT_IN, _TOP_IN, _BOTTOM_IN, _LABEL_IN, _GAP_IN = 0.2, 0.62, 0.52, 0.34, 0.82, 0.3
+_NAMES = {"floor": "noise"}
+
+
+@styled
+def gap_shares_figure(found: Diagnosed) -> Figure:
+    """Four panels, all from 0 to 100 %."""
+    splits = {split: found.shares(split) for split in ("stage", "trial", "band", "axis")}
+    rows = max(len(shares) for shares in splits.values())
+    height = _TOP_IN + rows * _ROW_IN + _BOTTOM_IN
+    figure = Figure(figsize=(FULL_WIDTH_IN, height))
+    label = [_LEFT_IN, _LABEL_IN, _LABEL_IN, _LABEL_IN]
+    width = (FULL_WIDTH_IN - sum(label) - 3 * _GAP_IN - 0.1) / 4.6
+    left = 0.0
+    for (split, shares), names in zip(splits.items(), label, strict=True):
+        own = width * (1.6 if split == "stage" else 1.0)
+        left += names
+        below = height - _TOP_IN - len(shares) * _ROW_IN
+        margins = Margins(left, FULL_WIDTH_IN - left - own, below, _TOP_IN)
+        axes = figure.add_axes(box(FULL_WIDTH_IN, height, margins))
+        _bars(axes, shares, found.data["stage_alone"] if split == "stage" else {}, split)
+        left += own + _GAP_IN
+    handles = [
+        Patch(facecolor=GAP, alpha=0.8, label="share, all stages together"),
+        Line2D([], [], color=INK, linewidth=1.2, marker="|", markersize=7, label="up to: if it were the only stage"),
+        Patch(facecolor=MUTED, alpha=0.6, label="noise"),
+    ]
+    legend_on_top(figure, handles, 3)
+    return figure
+
+
+def _bars(axes: Axes, shares: Mapping[str, float], alone: Mapping[str, float], split: str) -> None:
+    for row, (name, share) in enumerate(shares.items()):
+        colour = MUTED if name == "floor" else GAP if split == "stage" else TWIN
+        axes.barh(-row, 1.0, height=0.68, color=FAINT, alpha=0.35)
+        axes.barh(-row, share, height=0.68, color=colour, alpha=0.6 if name == "floor" else 0.8)
+        end = share
+        if name in alone:
+            end = max(share, alone[name])
+            axes.plot([share, alone[name]], [-row, -row], color=INK, linewidth=1.2)
+            axes.plot(alone[name], -row, "|", color=INK, markersize=7, markeredgewidth=1.3)
+        text = whole_percent(share) if name not in alone else _range(share, alone[name])
+        axes.text(max(end, 0.0) + 0.03, -row, text, va="center_baseline", fontsize=7, color=INK)
+    axes.set(xlim=(min(0.0, *shares.values()), 1.32), ylim=(-len(shares) + 0.5, 0.5))
+    axes.set_yticks(
+        [-row for row in range(len(shares))],
+        [shortened(name if split == "trial" else _label(name), 13) for name in shares],
+    )
+    axes.set_xticks([0.0, 0.5, 1.0], ["0", "50", "100 %"])
+    axes.set_title(f"by {split}", loc="left", pad=3, fontweight="bold")
+    axes.tick_params(axis="y", length=0)
+    axes.grid(visible=False)
+    axes.spines["left"].set_visible(False)
+
+
+def _range(share: float, alone: float) -> str:
+    """`3 to 10 %`, or one number where both are the same."""
+    told = [whole_percent(value) for value in sorted((share, alone))]
+    return told[0] if told[0] == told[1] else f"{told[0][:-2]} to {told[1]}"
+
+
+def _label(name: str) -> str:
+    return _NAMES.get(name, name).replace("_", " ")

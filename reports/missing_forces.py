@@ -1,0 +1,146 @@
+"""Forces that a diagnosis finds missing, over the beat, and which motion of the twin they go with."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fitting import CalibratedTrial
+from swimmer import RobotSpec
+
+HEAD = ("head_along", "head_across", "head_moment")
+FORCES = HEAD[:2]  # N; all others N m
+LEAST_LIKE = 0.7  # correlation from which a force goes with a motion
+_LEVEL = 0.03  # correlations as near as this are level
+_ON_MIDDLE_M, _BESIDE_M = 0.005, 0.02  # off the middle plane; from the outer hinges to where their links are read
+
+
+def force_name(joint: str) -> str:
+    """What is missing there, in words."""
+    told = {HEAD[0]: "force along the head", HEAD[1]: "force across the head", HEAD[2]: "moment on the head"}
+    return told.get(joint) or f"torque in {joint.replace('_', ' ')}"
+
+
+@dataclass(frozen=True, eq=False)
+class MissingForces:
+    """On the head and in the hinges, in each of t fitted swims, as they go with the crank's turn.
+
+    Attributes:
+        joints: (j,) names: along and across the head, the moment on it, then the hinges.
+        trials: (t,) names.
+        mean, sd: (t, j, 7) mean, then cosine and sine of each harmonic, N or N m.
+    """
+
+    joints: tuple[str, ...]
+    trials: tuple[str, ...]
+    mean: np.ndarray
+    sd: np.ndarray
+
+    @classmethod
+    def of(cls, data: Mapping[str, Any]) -> "MissingForces":
+        """Of a `diagnosis.json`."""
+        told = data["missing_forces"]
+        return cls(tuple(told["joints"]), tuple(told["trials"]), np.array(told["mean"]), np.array(told["sd"]))
+
+    def over(self, turn_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(t, j, n) mean and standard deviation at angles (n,) of the crank; coefficients as if independent."""
+        columns = _columns(turn_rad, self.mean.shape[-1])
+        return self.mean @ columns.T, np.sqrt(self.sd**2 @ columns.T**2)
+
+    @property
+    def size(self) -> np.ndarray:
+        """(j,) root mean square over the beat and the swims, N or N m."""
+        squares = self.mean[..., 0] ** 2 + (self.mean[..., 1:] ** 2).sum(axis=-1) / 2
+        return np.asarray(np.sqrt(squares.mean(axis=0)))
+
+    @property
+    def clear(self) -> np.ndarray:
+        """(j,) share of the beats in which zero lies beyond two standard deviations."""
+        mean, sd = self.over(np.linspace(0.0, 2 * np.pi, 72, endpoint=False))
+        return np.asarray((np.abs(mean) > 2 * sd).mean(axis=(0, 2)))
+
+
+def _columns(turn_rad: np.ndarray, count: int) -> np.ndarray:
+    """(n, c) one, then cosine and sine of each harmonic of the turn (n,)."""
+    of_harmonics = [wave(h * turn_rad) for h in range(1, count // 2 + 1) for wave in (np.cos, np.sin)]
+    return np.column_stack([np.ones(len(turn_rad)), *of_harmonics])
+
+
+class Likeness(NamedTuple):
+    """What a missing force goes with.
+
+    Attributes:
+        motions: the likest motion, and those that are level with it.
+        correlation: with the likest.
+    """
+
+    motions: tuple[str, ...]
+    correlation: float
+
+
+def likenesses(forces: MissingForces, trials: Sequence[CalibratedTrial], robot: RobotSpec) -> dict[str, Likeness]:
+    """Which motion of the twin each force goes with, in all swims by one factor: deflection, speed, speed squared,
+    acceleration. Means are left out.
+    """
+    of_name = {trial.measured.name: trial for trial in trials}
+    known = [(i, of_name[name]) for i, name in enumerate(forces.trials) if name in of_name]
+    found: dict[str, list[tuple[np.ndarray, dict[str, np.ndarray]]]] = {joint: [] for joint in forces.joints}
+    for place, trial in known:
+        kept = trial.measured.kept & np.isfinite(trial.simulated.shape_m).all(axis=(1, 2))
+        time_s = trial.measured.time_s[kept]
+        turn = trial.phase_rad + trial.measured.crank_rad(time_s, trial.simulated_hz)
+        force, _ = forces.over(turn)
+        for joint, motion in motions(trial, kept, robot).items():
+            if joint in found:
+                own = force[place, forces.joints.index(joint)]
+                found[joint].append((_about_mean(own), _rates(motion, time_s)))
+    return {joint: _likest(parts, joint in HEAD) for joint, parts in found.items() if parts}
+
+
+def motions(trial: CalibratedTrial, kept: np.ndarray, robot: RobotSpec) -> dict[str, np.ndarray]:
+    """(n,) in the kept frames: the twin's head along and across itself (m), its heading and its hinges (rad).
+
+    A hinge bends by what the line through the markers turns from the link before it to the one behind it.
+    """
+    head, place = trial.simulated, robot.marker_positions_m(trial.measured.markers)
+    middle = [int(i) for i in np.argsort(place[:, 0]) if abs(place[i, 1]) < _ON_MIDDLE_M]
+    steps = np.diff(head.shape_m[kept][:, middle], axis=1)  # (n, k, 2)
+    turned = np.unwrap(np.arctan2(steps[..., 1], steps[..., 0]), axis=1)  # (n, k)
+    between = (place[middle[:-1], 0] + place[middle[1:], 0]) / 2
+    hinge = robot.hinge_x_m
+    links = np.concatenate([[hinge[0] - _BESIDE_M], (hinge[:-1] + hinge[1:]) / 2, [hinge[-1] + _BESIDE_M]])
+    hinges = np.diff([np.interp(links, between, row) for row in turned], axis=1)  # (n, h)
+    moved = {"head_along": head.path_m[kept, 0], "head_across": head.path_m[kept, 1]}
+    return moved | {"head_moment": head.heading_rad[kept]} | dict(zip(robot.hinges, hinges.T, strict=True))
+
+
+def _rates(motion: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
+    speed = np.gradient(motion, time_s)
+    told = {
+        "deflection": motion,
+        "speed": speed,
+        "speed squared": speed * np.abs(speed),
+        "acceleration": np.gradient(speed, time_s),
+    }
+    return {name: _about_mean(values) for name, values in told.items()}
+
+
+def _about_mean(values: np.ndarray) -> np.ndarray:
+    """(n - 4,) without the ends, where differences are one-sided."""
+    inner = values[2:-2]
+    return np.asarray(inner - inner.mean())
+
+
+def _likest(parts: Sequence[tuple[np.ndarray, Mapping[str, np.ndarray]]], free: bool) -> Likeness:
+    """Of what rests on nothing (`free`), place and heading do not count."""
+    force = np.concatenate([own for own, _ in parts])
+    names = [name for name in parts[0][1] if not (free and name == "deflection")]
+    columns = {name: np.concatenate([rates[name] for _, rates in parts]) for name in names}
+    correlations = {
+        name: float(motion @ force / max(np.linalg.norm(motion) * np.linalg.norm(force), 1e-300))
+        for name, motion in columns.items()
+    }
+    best = max(correlations, key=lambda name: abs(correlations[name]))
+    level = [name for name, r in correlations.items() if abs(r) > abs(correlations[best]) - _LEVEL]
+    return Likeness(tuple(sorted(level, key=lambda name: -abs(correlations[name]))), correlations[best])

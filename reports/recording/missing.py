@@ -1,0 +1,93 @@
+"""What is missing on the moving fish: an arrow at the head, and lines for head and hinges over time."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import rerun as rr
+
+from fitting import CalibratedTrial
+from reports.missing_forces import FORCES, MissingForces
+from reports.recording.layer import Layer, entity_of
+from reports.recording.palette import GAP, marker_colour
+
+MISSING_FORCE, MISSING_TORQUE = "missing_force_mN", "missing_torque_mN_m"
+ARROW = "missing_force"
+LONGEST = 2.0  # of an arrow, in distances from nose to neck
+_MILLI = 1000.0
+
+
+class MissingOverTime(NamedTuple):
+    """Forces that a diagnosis finds missing, frame by frame.
+
+    Attributes:
+        joints: (j,) along and across the head (nose to neck; counter-clockwise from there, seen from above), the moment
+            on it, then the hinges.
+        force: (n, j) N or N m; nan where it is not known.
+    """
+
+    joints: tuple[str, ...]
+    force: np.ndarray
+
+    @classmethod
+    def of(cls, forces: MissingForces, trial: CalibratedTrial, frames: int, first: int) -> MissingOverTime | None:
+        """Of a fitted swim whose first measured frame is the recording's `first` of n frames; None of any other."""
+        if trial.measured.name not in forces.trials:
+            return None
+        measured = trial.measured
+        turn = trial.phase_rad + measured.crank_rad(measured.time_s[measured.kept], trial.simulated_hz)
+        mean, _ = forces.over(turn)
+        kept = np.zeros(frames, bool)
+        kept[first : first + len(measured.kept)] = measured.kept
+        force = np.full((frames, len(forces.joints)), np.nan)
+        force[kept] = mean[forces.trials.index(measured.name)].T
+        return cls(forces.joints, force)
+
+    def series(self) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+        """By entity: names (k,) and values (n, k) in mN, and in mN m."""
+        is_force = np.array([joint in FORCES for joint in self.joints])
+        parts = {MISSING_FORCE: is_force, MISSING_TORQUE: ~is_force}
+        return {
+            entity: (tuple(np.array(self.joints)[part].tolist()), _MILLI * self.force[:, part])
+            for entity, part in parts.items()
+        }
+
+
+def missing_layers(trial: str, missing: MissingOverTime, nose_px: np.ndarray, neck_px: np.ndarray) -> list[Layer]:
+    """The arrow in the picture and the lines beside it.
+
+    Args:
+        trial: its name.
+        missing: over n frames.
+        nose_px, neck_px: (n, 2) in the picture; nan where they are not seen.
+    """
+    lines = [_lines(trial, entity, *told) for entity, told in missing.series().items() if told[0]]
+    return [_arrow(trial, missing, nose_px, neck_px), *lines]
+
+
+def arrows_px(missing: MissingOverTime, nose_px: np.ndarray, neck_px: np.ndarray) -> np.ndarray:
+    """(n, 2) the force on the head in the picture, whose y points down; the longest is two heads long."""
+    along = neck_px - nose_px
+    length = np.linalg.norm(along, axis=1)
+    along = along / length[:, None]
+    across = np.stack([along[:, 1], -along[:, 0]], axis=1)  # along, turned counter-clockwise seen from above
+    force = missing.force[:, [missing.joints.index(name) for name in FORCES]]  # (n, 2) N
+    arrows = force[:, :1] * along + force[:, 1:] * across
+    largest = np.nanmax(np.linalg.norm(arrows, axis=1), initial=0.0)
+    return np.asarray(arrows * (LONGEST * np.nanmedian(length) / largest if largest > 0 else 0.0))
+
+
+def _arrow(trial: str, missing: MissingOverTime, nose_px: np.ndarray, neck_px: np.ndarray) -> Layer:
+    arrows = arrows_px(missing, nose_px, neck_px)
+    good = np.isfinite(arrows).all(axis=1)
+    columns = rr.Arrows2D.columns(vectors=arrows[good], origins=neck_px[good]).partition(good.astype(int))
+    style = rr.Arrows2D.from_fields(colors=[GAP], radii=-2.0, draw_order=30.0)
+    return Layer(entity_of(trial, "picture", ARROW), (style,), np.arange(len(arrows)), tuple(columns))
+
+
+def _lines(trial: str, entity: str, names: tuple[str, ...], values: np.ndarray) -> Layer:
+    n, k = values.shape
+    style = rr.SeriesLines(names=list(names), colors=[marker_colour(i) for i in range(k)])
+    columns = rr.Scalars.columns(scalars=values.ravel()).partition([k] * n)
+    return Layer(entity_of(trial, entity), (style,), np.arange(n), tuple(columns))

@@ -1,0 +1,202 @@
+"""The sim-to-real gap: where it lies, which effect makes it, how far it shrinks with that."""
+
+from collections.abc import Mapping, Sequence
+
+from markupsafe import Markup
+
+from reports.blocks import Block, Plot, Plots, Points, Prose, Section
+from reports.context import ReportContext
+from reports.diagnosed import Diagnosed
+from reports.figures.gap_effects import gap_effects_figure
+from reports.figures.gap_fish import gap_fish_figure
+from reports.figures.gap_held_out import gap_held_out_figure
+from reports.figures.gap_separation import APART, gap_separation_figure, told_apart
+from reports.figures.gap_shares import gap_shares_figure
+from reports.figures.gap_waterfall import gap_waterfall_figure
+from reports.numbers import in_words, listed, shown, whole_percent
+from reports.sections.gap_evidence import evidence, missing, next_experiments
+from reports.svg import inline_svg
+
+_VERDICTS = {
+    "named": "Verdict: named. The data leave no other name of the catalogue.",
+    "inseparable": "Verdict: inseparable. These trials cannot tell the names of a group apart; one of each is enough.",
+    "unexplained": "Verdict: unexplained. There is a gap, and no effect of the catalogue makes it.",
+    "no_gap": "Verdict: no gap. These trials do not make it sure enough that there is anything but noise, misplaced "
+    "boxes and the twin’s own error.",
+}
+_SUSPECT = 0.5  # probability of a gap from which a verdict of none is called a near miss
+_CLEAR = 0.01  # of the p value from which what remains passes for noise
+
+
+def build(context: ReportContext) -> Section:
+    """Everything that is said of the gap; without a diagnosis, how to get one."""
+    found = context.diagnosed
+    if found is None:
+        text = (
+            "This session was not diagnosed. calib diagnose SESSION tells where the gap between twin and robot lies, "
+            "which effect that the twin leaves out makes it, and how far it shrinks with that effect; then run "
+            "calib report SESSION again."
+        )
+        return Section("Sim-to-real gap", "gap", (Prose(text),))
+    from diagnosis.sentences import sentences  # its package loads the twin
+
+    leads = tuple(Prose(_lead(text), lead=True) for text in sentences(found.data))
+    parts = (
+        Section("Which effect", "gap-which", _which(found)),
+        Section("How far it shrinks", "gap-how-far", _how_far(found)),
+        Section("The forces that are missing", "gap-missing", missing(found, context)),
+        Section("What to measure next", "gap-next", next_experiments(found)),
+        Section("The evidence", "gap-evidence", evidence(found)),
+    )
+    return Section("Sim-to-real gap", "gap", (*leads, *_where(found, context)), _caveats(found), parts)
+
+
+def _lead(text: str) -> Markup:
+    """One of the three sentences, its question set apart."""
+    question, _, answer = text.partition(": ")
+    return Markup("<strong>{}?</strong> {}").format(question, answer[:1].upper() + answer[1:])
+
+
+def _caveats(found: Diagnosed) -> tuple[str, ...]:
+    told = []
+    if found.data["effort"] != "full":
+        told.append(f"This diagnosis was made with effort {found.data['effort']}.")
+    if withheld := found.data.get("withheld_from_catalogue"):
+        told.append(f"Its catalogue lacked {listed([in_words(name) for name in withheld])}.")
+    return tuple(told)
+
+
+def _where(found: Diagnosed, context: ReportContext) -> tuple[Block, ...]:
+    robot, markers = context.calibration.robot, context.session.markers
+    fish = Plot(
+        inline_svg(gap_fish_figure(found, robot, markers), "gap-fish", "The robot with its gap painted on it"),
+        "gap-fish",
+        "Red is where the gap comes from: each part is as full of colour as its stage has of what the nearest twin "
+        "leaves. Blue is where it shows: each disc is as large as the share of that marker, of the speed or of the "
+        "beat’s frequency.",
+        wide=True,
+        scrolls=True,
+    )
+    shares = Plot(
+        inline_svg(gap_shares_figure(found), "gap-shares", "Shares by stage, trial, band and axis"),
+        "gap-shares",
+        "The same by numbers; the bars of each panel add up to 100 %. By stage, stages that can do alike share what "
+        "they could both do: the tick is what each would take if it were alone, and the truth may lie anywhere "
+        "along the line. Speed and frequency have neither axis nor band.",
+        wide=True,
+        scrolls=True,
+    )
+    return Plots((fish,)), Prose(_how(found)), Plots((shares,))
+
+
+def _how(found: Diagnosed) -> str:
+    evidence = found.data["evidence"]
+    return (
+        "Twin and swims are compared by their gaits: forward speed, the frequency that the command leads to, and mean "
+        f"and three harmonics of every marker; {evidence['numbers']} numbers in all, in standard deviations of "
+        "tracking noise, hand-placed boxes, marker places and the twin’s own error. The nearest plain twin (published "
+        f"geometry, five coefficients fitted to these numbers) leaves {shown(_mean_square(found), 1)} in the mean of "
+        "their squares, where noise would leave 1. It is not the twin of the calibration, which minimises a distance."
+    )
+
+
+def _mean_square(found: Diagnosed) -> float:
+    return float(found.data["evidence"]["squares"]) / int(found.data["evidence"]["numbers"])
+
+
+def _which(found: Diagnosed) -> tuple[Block, ...]:
+    figure = Plot(
+        inline_svg(gap_effects_figure(found), "gap-effects", "Probability of each effect"),
+        "gap-effects",
+        "How likely each effect is, once these swims are seen. Blue are those that are named; at 0.9 one name is "
+        "enough. Several may be present at once, so the bars need not add up to 1.",
+    )
+    blocks: list[Block] = [Prose(_VERDICTS[found.verdict])]
+    if groups := found.data["groups"]:
+        items = tuple(" or ".join(in_words(name) for name in group) for group in groups)
+        blocks.append(Points(_title(groups), items))
+    if found.verdict == "no_gap" and (chance := 1 - float(found.data["no_gap_probability"])) > _SUSPECT:
+        blocks.append(Prose(_suspicion(found, chance)))
+    if (rest := found.data["remainder"]) is not None:
+        blocks.append(Prose(_remainder(rest, _added(found))))
+    return (*blocks, Plots((figure, *_told_apart(found))))
+
+
+def _told_apart(found: Diagnosed) -> tuple[Plot, ...]:
+    """The matrix of separations, where these swims would have two effects at all."""
+    if len(told_apart(found)[0]) < 2:
+        return ()
+    matrix = Plot(
+        inline_svg(gap_separation_figure(found), "gap-separation", "Which effects can be told apart"),
+        "gap-separation",
+        "How far the effect of a row, as strong as these swims would have it, is from the nearest that the effect "
+        f"of a column can do, coefficients refitted, in standard deviations. Below {APART} one is taken for the other "
+        "in more than one of twenty sessions. Bold: named.",
+        tall=True,
+    )
+    return (matrix,)
+
+
+def _suspicion(found: Diagnosed, chance: float) -> str:
+    name, own = next((n, p) for n, p in found.data["probabilities"].items() if n != "none_of_these")
+    return (
+        f"It is a near miss: something is there with a probability of {shown(chance, 2)}, and the first suspect is "
+        f"{in_words(name)} ({shown(own, 2)}). One more swim would settle it."
+    )
+
+
+def _title(groups: Sequence[Sequence[str]]) -> str:
+    if len(groups) > 1:
+        return "Together"
+    return "Named" if len(groups[0]) == 1 else "One of these"
+
+
+def _remainder(rest: Mapping[str, float | str], added: str) -> str:
+    share, p_value = float(rest["share"]), float(rest["p_value"])
+    if p_value >= _CLEAR:
+        return f"With {added}, what remains of the fitted swims passes for noise (p = {shown(p_value, 2)})."
+    return (
+        f"With {added}, {whole_percent(share)} of the gap in the fitted swims remains, more than noise leaves "
+        f"(p {'< 0.001' if p_value < 0.001 else f'= {shown(p_value, 3)}'}): something else is there too."
+    )
+
+
+def _how_far(found: Diagnosed) -> tuple[Block, ...]:
+    if not found.held_out:
+        text = (
+            "No swim was held out, so nobody knows how far the gap shrinks on swims that were not fitted. Give one or "
+            'more trials the role "holdout" in session.toml and diagnose again.'
+        )
+        return (Prose(text),)
+    waterfall = Plot(
+        inline_svg(gap_waterfall_figure(found), "gap-waterfall", "The held-out gap before and after"),
+        "gap-waterfall",
+        "Mean squared residual of the held-out swims in units of what disturbs them: what the plain twin leaves, what "
+        "adding the effects takes away, what is left above noise, and noise itself.",
+    )
+    swims = Plot(
+        inline_svg(gap_held_out_figure(found), "gap-held-out", "Each held-out swim before and after"),
+        "gap-held-out",
+        "The same swims in millimetres and mm/s, run ahead by the twin alone; the numbers are those after. The dashed "
+        "line is the distance that tracking noise alone would make.",
+    )
+    return Prose(_shrinkage(found)), Plots((waterfall, swims))
+
+
+def _added(found: Diagnosed) -> str:
+    return listed([in_words(name) for name in found.refitted])
+
+
+def _shrinkage(found: Diagnosed) -> str:
+    gap = found.data["gap"]
+    if not found.refitted:
+        return "Nothing was added to the twin; this is the gap that stands."
+    added = _added(found)
+    if gap["shrinkage"] is None:
+        return f"The plain twin leaves no more of the held-out swims than noise: there is no gap for {added} to shrink."
+    low, high = gap["shrinkage_ci95"]
+    told = f"With {added}, both twins refitted to the fitted swims, {whole_percent(gap['shrinkage'])} of the held-out "
+    told += f"gap is gone (95 % interval {whole_percent(low)} to {whole_percent(high)})."
+    why = " The interval is over the noise of these swims alone; others may fare otherwise."
+    worse = " The gap grows: what explains the fitted swims does not carry over." if gap["shrinkage"] < 0 else ""
+    return told + why + worse

@@ -1,0 +1,149 @@
+"""What the diagnosis of the gap rests on: missing forces, explanations, refits; and what to measure next."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.blocks import Block, Column, Plot, Plots, Prose, Table
+from reports.context import ReportContext
+from reports.diagnosed import Diagnosed
+from reports.figures.gap_forces import MILLI, gap_forces_figure
+from reports.missing_forces import FORCES, LEAST_LIKE, Likeness, MissingForces, force_name, likenesses
+from reports.numbers import MISSING, in_words, of_its_size, shown, significant, whole_percent
+from reports.svg import inline_svg
+from swimmer.effects import catalogue
+
+FORCE = (
+    Column("missing", numeric=False),
+    Column("root mean square"),
+    Column("clear of zero", "% of beat"),
+    Column("goes with", numeric=False),
+    Column("correlation"),
+)
+SET = (Column("explanation", numeric=False), Column("probability"))
+PARAMETER = (
+    Column("effect", numeric=False),
+    Column("parameter", numeric=False),
+    Column("value"),
+    Column("95 % interval"),
+    Column("unit", numeric=False),
+)
+NEXT = (Column("what to do", numeric=False), Column("tells apart", numeric=False), Column("error left", "%"))
+
+
+def missing(found: Diagnosed, context: ReportContext) -> tuple[Block, ...]:
+    """The missing forces over the beat and what they go with."""
+    forces = MissingForces.of(found.data)
+    like = likenesses(forces, context.calibration.trials, context.calibration.robot)
+    figure = Plot(
+        inline_svg(gap_forces_figure(forces), "gap-forces", "Missing forces over the beat"),
+        "gap-forces",
+        "What would have to act on the plain twin, beside all that it has, for it to swim like the robot: along and "
+        "across the head, a moment on it, and a torque in every hinge. A line a swim, with two standard "
+        "deviations; where the band covers zero, nothing is called for.",
+        wide=True,
+        scrolls=True,
+    )
+    rows = tuple(_force_row(forces, place, like) for place in range(len(forces.joints)))
+    caption = (
+        "Size of each missing force over all fitted swims, and the motion of that joint in the calibrated twin that it "
+        "goes with: deflection (as a spring), speed (a damper), speed squared (drag) or acceleration (mass). A "
+        f"correlation below {LEAST_LIKE} names none; motions within 0.03 of the best are both told."
+    )
+    return Prose(_loudest(found, forces, like)), Plots((figure,)), Table(caption, FORCE, rows)
+
+
+def _loudest(found: Diagnosed, forces: MissingForces, like: Mapping[str, Likeness]) -> str:
+    """The force that stands out most, for who has no name to go by."""
+    clear = forces.clear
+    if not (clear > 0.5).any():
+        return "No missing force stands clear of zero over half of the beat."
+    place = max(range(len(forces.joints)), key=lambda i: (clear[i], forces.size[i]))
+    joint = forces.joints[place]
+    text = f"The clearest of them is the {force_name(joint)}: {_sized(forces, place)}{_with(like.get(joint))}."
+    if found.verdict == "unexplained":
+        text += " It is a lead to what the catalogue lacks."
+    elif found.verdict == "no_gap":
+        text += " With this verdict it is no more than what noise and boxes can feign."
+    return text
+
+
+def _with(like: Likeness | None) -> str:
+    if like is None or abs(like.correlation) < LEAST_LIKE:
+        return ", and it goes with no motion of that joint"
+    return f", and it goes with the {' or '.join(like.motions)} there (correlation {shown(like.correlation, 2)})"
+
+
+def _sized(forces: MissingForces, place: int) -> str:
+    unit = "mN" if forces.joints[place] in FORCES else "mN m"
+    return f"{of_its_size(MILLI * float(forces.size[place]))} {unit}"
+
+
+def _force_row(forces: MissingForces, place: int, like: Mapping[str, Likeness]) -> tuple[str, ...]:
+    joint = forces.joints[place]
+    own = like.get(joint)
+    goes = MISSING if own is None or abs(own.correlation) < LEAST_LIKE else " or ".join(own.motions)
+    return (
+        force_name(joint),
+        _sized(forces, place),
+        shown(100 * float(forces.clear[place]), 0),
+        goes,
+        MISSING if own is None else shown(own.correlation, 2, signed=True),
+    )
+
+
+def evidence(found: Diagnosed) -> tuple[Block, ...]:
+    """Explanations with their weight, and the effects as strong as they were fitted."""
+    blocks: list[Block] = [_explanations(found)]
+    if found.refitted:
+        blocks.append(_parameters(found))
+    return tuple(blocks)
+
+
+def _explanations(found: Diagnosed) -> Table:
+    rows = []
+    for told in found.data["evidence"]["sets"]:
+        names = [in_words(name) for name in told["effects"]]
+        other = ["something else"] if told["something_else"] else []
+        rows.append((" + ".join([*names, *other]) or "nothing", shown(float(told["probability"]), 3)))
+    caption = (
+        "The likeliest explanations, each weighed by its evidence. “Something else” is a smooth error of any form "
+        "that no effect of the catalogue makes."
+    )
+    return Table(caption, SET, tuple(rows))
+
+
+def _parameters(found: Diagnosed) -> Table:
+    rows = []
+    for effect, told in found.data["effect_parameters"].items():
+        of_name = {told["parameter"]: told} if "value" in told else told
+        rows += [(in_words(effect), in_words(name), *_fitted(own)) for name, own in of_name.items()]
+    physics = " ".join(f"{in_words(name)}: {_physics(name)}" for name in found.refitted)
+    caption = f"The effects as strong as the refit of the fitted swims has them; zero is the plain twin. {physics}"
+    return Table(caption.strip(), PARAMETER, tuple(rows))
+
+
+def _fitted(own: Mapping[str, Any]) -> tuple[str, str, str]:
+    low, high = own["ci95"]
+    unit = {"1": "–"}.get(own["unit"], own["unit"])
+    return significant(own["value"], 3), f"{significant(low, 3)} to {significant(high, 3)}", unit
+
+
+def _physics(name: str) -> str:
+    effect = catalogue().get(name)
+    return "an effect of the user’s own." if effect is None else effect.physics
+
+
+def next_experiments(found: Diagnosed) -> tuple[Block, ...]:
+    """The menu, the most telling first."""
+    told = found.data["next_experiments"]
+    if not told:
+        return (Prose("No further experiment is proposed: either nothing is confused, or nothing on the menu helps."),)
+    rows = tuple(
+        (each["describe"], " and ".join(map(in_words, each["separates"])), whole_percent(each["expected_error"])[:-2])
+        for each in told
+    )
+    caption = (
+        "Experiments by how well they separate what these trials confuse. “Error left” is the chance to still take one "
+        "for the other afterwards."
+    )
+    return (Table(caption, NEXT, rows),)

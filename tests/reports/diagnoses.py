@@ -1,0 +1,120 @@
+"""Diagnoses made by hand, one for each verdict."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from reports import Diagnosed
+from swimmer import load_robot
+from tests.reports.sample import MARKERS
+
+JOINTS = ("head_along", "head_across", "head_moment", *load_robot().hinges)
+FITTED = ("medium", "fast")
+_GROUPS: dict[str, list[list[str]]] = {
+    "named": [["tendon_slack"], ["wave_drag"]],
+    "inseparable": [["tendon_slack", "tendon_friction"]],
+    "unexplained": [],
+    "no_gap": [],
+}
+
+
+def made_diagnosed(verdict: str = "named", *, held_out: bool = True, **changes: Any) -> Diagnosed:
+    """Most of the gap lies in the tail, and shows at the fin."""
+    names = ("tendon_slack", "tendon_friction", "wave_drag", "scale_error")
+    separation = np.array([[0.0, 1.2, 9.0, 30.4], [2.1, 0.0, 8.0, 40.0], [7.0, 6.0, 0.0, 5.0], [0.0, 0.0, 0.0, 0.0]])
+    return Diagnosed(made_data(verdict, held_out=held_out) | changes, names, separation)
+
+
+def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any]:
+    """Content of a `diagnosis.json`."""
+    groups = _GROUPS[verdict]
+    first = [group[0] for group in groups]
+    alone = {"speed": 0.04, "frequency": 0.0}
+    spread = (0.96 - 0.6) / (len(MARKERS) - 1)
+    markers = dict.fromkeys(MARKERS, spread) | {"caudal_fin": 0.6}
+    nothing = verdict == "no_gap"
+    stages = {"camera": -0.02, "drive": 0.1, "body": 0.22, "tail": 0.6, "floor": 0.1}
+    return {
+        "verdict": verdict,
+        "effort": "full",
+        "groups": groups,
+        "effects": [name for group in groups for name in group],
+        "probabilities": {"tendon_slack": 0.93, "wave_drag": 0.91, "tendon_friction": 0.31, "none_of_these": 0.02},
+        "no_gap_probability": 0.99 if nothing else 0.0,
+        "remainder": {"share": 0.12, "stage": "tail", "p_value": 0.0004} if groups else None,
+        "where": {
+            "by_stage": {"camera": 0.0, "drive": 0.01, "body": 0.02, "tail": 0.0, "floor": 0.97} if nothing else stages,
+            "by_trial": {"medium": 0.3, "fast": 0.7},
+            "by_marker": markers | alone,
+            "by_axis": {"along": 0.16, "across": 0.8} | alone,
+            "by_band": {"mean": 0.06, "harmonic_1": 0.5, "harmonic_2": 0.1, "harmonic_3": 0.3} | alone,
+        },
+        "stage_alone": {"camera": 0.05, "drive": 0.3, "body": 0.4, "tail": 0.75},
+        "gap": _gap(bool(groups)) if held_out else {"shrinkage": None, "shrinkage_ci95": None, "evaluated_on": []},
+        "effect_parameters": {name: _PARAMETERS[name] for name in first},
+        "next_experiments": [
+            {"describe": "Run it dry.", "separates": ["tendon_slack", "tendon_friction"], "expected_error": 0.04}
+        ]
+        if verdict == "inseparable"
+        else [],
+        "missing_forces": made_forces(),
+        "evidence": {
+            "squares": 512.0,
+            "numbers": 256,
+            "sets": [
+                {"effects": ["tendon_slack", "wave_drag"], "something_else": False, "probability": 0.7},
+                {"effects": [], "something_else": True, "probability": 0.02},
+                {"effects": [], "something_else": False, "probability": 0.001},
+            ],
+        },
+        "withheld_from_catalogue": [],
+    }
+
+
+_PARAMETERS: dict[str, Any] = {
+    "tendon_slack": {"value": 0.0021, "ci95": [0.0018, 0.0024], "unit": "m", "parameter": "length"},
+    "wave_drag": {
+        "low": {"value": 0.4, "ci95": [0.1, 0.7], "unit": "1"},
+        "high": {"value": -1.5, "ci95": [-2.0, -1.0], "unit": "s"},
+    },
+}
+
+
+def _gap(named: bool) -> dict[str, Any]:
+    """Of one swim, whose gap shrinks to a fifth where something is named."""
+    after = (3.0, 0.052, 1.8) if named else (12.0, 0.061, 5.0)
+    return {
+        "baseline_mm": 12.0,
+        "with_effects_mm": after[0],
+        "noise_floor_mm": 0.6,
+        "shrinkage": 0.8 if named else None,
+        "shrinkage_ci95": [0.7, 0.9] if named else None,
+        "speed_mae_before": 0.011,
+        "speed_mae_after": after[1] - 0.05,
+        "evaluated_on": ["slow"],
+        "squares_before": 5.0,
+        "squares_after": after[2],
+        "trials": {
+            "slow": {
+                "before_mm": 12.0,
+                "after_mm": after[0],
+                "speed_measured": 0.05,
+                "speed_before": 0.061,
+                "speed_after": after[1],
+            }
+        },
+    }
+
+
+def made_forces(size: float = 0.004, sd: float = 0.0003) -> dict[str, Any]:
+    """Nothing is missing but a torque in the last hinge, N m."""
+    mean = np.zeros((len(FITTED), len(JOINTS), 7))
+    mean[:, -1, 1] = size
+    return {
+        "joints": list(JOINTS),
+        "trials": list(FITTED),
+        "mean": mean.tolist(),
+        "sd": np.full_like(mean, sd).tolist(),
+    }

@@ -1,0 +1,311 @@
+"""The section on the sim-to-real gap says what its diagnosis says, for every verdict, and how to get one."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.figure import Figure
+
+from diagnosis.verdict import SURE
+from fitting import CalibratedTrial
+from fitting.posterior.gait import waves
+from reports import Diagnosed, figures, read_diagnosed, render_report
+from reports.figures import gap_effects
+from reports.missing_forces import MissingForces, likenesses, motions
+from reports.page import render_page
+from reports.sections import gap
+from reports.style import EBT_SMOOTHED, GAP, WARN
+from swimmer import load_robot
+from tests.reports.diagnoses import FITTED, JOINTS, made_data, made_diagnosed, made_forces
+from tests.reports.page import Page
+from tests.reports.sample import MARKERS, made_context, made_trial
+
+ROBOT = load_robot()
+VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
+
+
+def page_of(found: Diagnosed | None) -> Page:
+    """A report of this section alone."""
+    section = gap.build(replace(made_context(), diagnosed=found))
+    return Page(render_page("report.html.j2", title="pool", session="pool", byline="", sections=[section]))
+
+
+@pytest.fixture(scope="module")
+def pages() -> dict[str, Page]:
+    return {verdict: page_of(made_diagnosed(verdict)) for verdict in VERDICTS}
+
+
+@pytest.fixture(scope="module")
+def page(pages: dict[str, Page]) -> Page:
+    return pages["named"]
+
+
+def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
+    bare = page_of(None)
+
+    assert "This session was not diagnosed. calib diagnose SESSION tells where" in bare.text
+    assert "gap-fish" not in bare.ids
+
+
+def test_it_is_a_section_of_the_report() -> None:
+    whole = Page(render_report(replace(made_context(), diagnosed=made_diagnosed())))
+
+    assert "gap-fish" in whole.ids
+    assert len(whole.ids) == len(set(whole.ids))
+    assert whole.targets.count("#gap-which") == 1
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_three_sentences_answer_the_three_questions(pages: dict[str, Page], verdict: str) -> None:
+    asked = [pages[verdict].text.index(question) for question in ("Where?", "Which?", "How far?")]
+
+    assert asked == sorted(asked)
+    assert not re.search(r"\bnan\b|None", pages[verdict].text)
+    assert pages[verdict].open == []
+
+
+def test_every_figure_of_a_named_gap_is_in_the_page(page: Page) -> None:
+    wanted = {"fish", "shares", "effects", "separation", "waterfall", "held-out", "forces"}
+
+    assert {name.removeprefix("gap-") for name in page.ids} >= wanted
+
+
+def test_shares_stand_at_their_parts_negative_ones_too(page: Page) -> None:
+    assert "−2 % camera" in page.text
+    assert "60 % tail" in page.text
+    assert "caudal fin 60 %" in page.text
+    assert "60 to 75 %" in page.text
+
+
+def test_effects_that_act_together_are_told_with_what_they_leave(page: Page) -> None:
+    assert "Together tendon slack wave drag" in page.text
+    assert "With tendon slack and wave drag, 12 % of the gap in the fitted swims remains" in page.text
+    assert "(p < 0.001): something else is there too." in page.text
+
+
+def test_a_remainder_that_noise_would_leave_passes_for_noise() -> None:
+    rest = {"share": 0.0, "stage": "tail", "p_value": 0.4}
+
+    assert "passes for noise (p = 0.40)" in page_of(made_diagnosed(remainder=rest)).text
+
+
+def test_alternatives_are_told_as_such_and_what_would_separate_them(pages: dict[str, Page]) -> None:
+    text = pages["inseparable"].text
+
+    assert "Verdict: inseparable." in text
+    assert "One of these tendon slack or tendon friction" in text
+    assert "Run it dry. tendon slack and tendon friction 4" in text
+
+
+def test_shrinkage_comes_with_its_interval_and_what_it_is_over(page: Page) -> None:
+    assert "80 % of the held-out gap is gone (95 % interval 70 % to 90 %)." in page.text
+    assert "over the noise of these swims alone" in page.text
+    assert "12.0 → 3.0" in page.text
+    assert "11.0 → 2.0" in page.text
+
+
+def test_a_gap_that_grows_is_said_and_drawn_as_such() -> None:
+    shrunk = made_data()["gap"] | {"shrinkage": -0.5, "shrinkage_ci95": [-0.6, -0.4], "squares_after": 7.0}
+    found = made_diagnosed(gap=shrunk)
+
+    assert "The gap grows: what explains the fitted swims does not carry over." in page_of(found).text
+    assert colours_of(figures.gap_waterfall_figure(found)) >= {WARN}
+    assert EBT_SMOOTHED not in colours_of(figures.gap_waterfall_figure(found))
+
+
+def test_without_a_held_out_gap_nothing_shrinks() -> None:
+    shrunk = made_data()["gap"] | {"shrinkage": None, "shrinkage_ci95": None, "squares_before": 1.0}
+
+    assert "The plain twin leaves no more of the held-out swims than noise" in page_of(made_diagnosed(gap=shrunk)).text
+
+
+def test_without_held_out_swims_it_says_how_to_hold_one_out() -> None:
+    bare = page_of(made_diagnosed(held_out=False))
+
+    assert 'the role "holdout" in session.toml' in bare.text
+    assert "gap-waterfall" not in bare.ids
+    assert "gap-effects" in bare.ids
+
+
+@pytest.mark.parametrize(
+    ("verdict", "says"), [("unexplained", "Verdict: unexplained."), ("no_gap", "Verdict: no gap.")]
+)
+def test_where_nothing_is_named_nothing_was_added(pages: dict[str, Page], verdict: str, says: str) -> None:
+    text = pages[verdict].text
+
+    assert says in text
+    assert "Nothing was added to the twin; this is the gap that stands." in text
+    assert "as strong as the refit" not in text
+    assert "12.0 →" not in text
+
+
+def test_a_near_miss_is_called_that(pages: dict[str, Page]) -> None:
+    near = page_of(made_diagnosed("no_gap", no_gap_probability=0.06))
+
+    assert "something is there with a probability of 0.94, and the first suspect is tendon slack (0.93)." in near.text
+    assert "near miss" not in pages["no_gap"].text
+
+
+def test_an_unexplained_gap_is_led_by_what_is_missing(pages: dict[str, Page]) -> None:
+    assert "The clearest of them is the torque in tail 5: 2.83 mN m" in pages["unexplained"].text
+    assert "It is a lead to what the catalogue lacks." in pages["unexplained"].text
+
+
+def test_forces_that_noise_could_feign_are_called_that() -> None:
+    found = made_diagnosed(missing_forces=made_forces(sd=0.004))
+
+    assert "No missing force stands clear of zero over half of the beat." in page_of(found).text
+
+
+def test_parameters_have_intervals_units_and_their_physics(page: Page) -> None:
+    assert "tendon slack length 0.0021 0.0018 to 0.0024 m" in page.text
+    assert "wave drag high −1.5 −2 to −1 s" in page.text
+    assert "tendon slack: " in page.text
+
+
+def test_explanations_are_listed_with_their_weight(page: Page) -> None:
+    assert "tendon slack + wave drag 0.700 something else 0.020 nothing 0.001" in page.text
+
+
+def test_effort_and_a_shorter_catalogue_are_caveats() -> None:
+    found = made_diagnosed(effort="quick", withheld_from_catalogue=["scale_error"])
+
+    assert "made with effort quick. Its catalogue lacked scale error." in page_of(found).text
+
+
+def test_an_effect_that_these_swims_would_not_have_is_left_out_of_the_matrix() -> None:
+    figure = figures.gap_separation_figure(made_diagnosed())
+    alike = [patch for patch in figure.axes[0].patches if patch.get_facecolor()[:3] == rgb(WARN)]
+
+    assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == [
+        "tendon slack", "tendon friction", "wave drag"
+    ]  # fmt: skip
+    assert len(alike) == 2, "slack for friction and friction for slack"
+
+
+def test_a_matrix_of_one_effect_is_not_drawn() -> None:
+    found = made_diagnosed()
+
+    assert "gap-separation" not in page_of(replace(found, separation=0 * found.separation)).ids
+
+
+def test_sure_is_what_the_verdict_takes_for_it() -> None:
+    assert gap_effects.SURE == SURE
+
+
+def test_the_fuller_a_stage_the_fuller_its_colour() -> None:
+    figure = figures.gap_fish_figure(made_diagnosed(), ROBOT, MARKERS)
+    opacity = [patch.get_facecolor()[3] for patch in figure.axes[0].patches if patch.get_facecolor()[:3] == rgb(GAP)]
+
+    body, tail, drive = opacity
+    assert tail > body > drive
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda found: figures.gap_fish_figure(found, ROBOT, MARKERS),
+        lambda found: figures.gap_fish_figure(found, ROBOT, tuple(ROBOT.markers)),
+        figures.gap_shares_figure,
+        figures.gap_effects_figure,
+        figures.gap_waterfall_figure,
+        figures.gap_held_out_figure,
+        figures.gap_separation_figure,
+        lambda found: figures.gap_forces_figure(MissingForces.of(found.data)),
+    ],
+)
+def test_every_figure_draws_within_its_frame(draw, verdict: str) -> None:  # type: ignore[no-untyped-def]
+    figure: Figure = draw(made_diagnosed(verdict))
+    figure.canvas.draw()
+    box, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
+
+    assert box.x0 > -0.02
+    assert box.y0 > -0.02
+    assert box.x1 < width + 0.02
+    assert box.y1 < height + 0.02
+
+
+def test_it_is_read_back_as_it_was_written(tmp_path: Path) -> None:
+    found = made_diagnosed()
+    (tmp_path / "diagnosis.json").write_text(json.dumps({"schema": 1, **found.data}))
+    np.savez(tmp_path / "diagnosis.npz", compared=np.array(found.compared), separation=found.separation)
+
+    read = read_diagnosed(tmp_path / "diagnosis.json", tmp_path / "diagnosis.npz")
+
+    assert read.compared == found.compared
+    np.testing.assert_array_equal(read.separation, found.separation)
+    assert read.shares("stage") == found.shares("stage")
+
+
+def test_missing_forces_have_the_size_and_the_course_of_their_harmonics() -> None:
+    forces = MissingForces.of({"missing_forces": made_forces(0.004, 0.001)})
+    mean, sd = forces.over(np.array([0.0, np.pi / 2]))
+
+    np.testing.assert_allclose(mean[0, -1], [0.004, 0.0], atol=1e-12)
+    np.testing.assert_allclose(sd[0, -1], 0.001 * np.sqrt(1 + 3), atol=1e-12)
+    assert forces.size[-1] == pytest.approx(0.004 / np.sqrt(2))
+    assert forces.clear[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("motion", "sign"), [("deflection", -1.0), ("speed", -1.0), ("acceleration", 1.0)], ids=["spring", "damper", "mass"]
+)
+def test_a_torque_goes_with_the_motion_that_makes_it(motion: str, sign: float) -> None:
+    """In two swims of different frequency: a spring and a mass are in phase, and told apart all the same."""
+    trials = [gently(made_trial(ROBOT, name, seconds=10.0)) for name in FITTED]
+    mean = np.zeros((len(FITTED), len(JOINTS), 7))
+    for place, trial in enumerate(trials):
+        kept = trial.measured.kept
+        time_s = trial.measured.time_s[kept]
+        bend = motions(trial, kept, ROBOT)[JOINTS[-1]]
+        rates = {"deflection": bend, "speed": np.gradient(bend, time_s)}
+        rates["acceleration"] = np.gradient(rates["speed"], time_s)
+        turn = trial.phase_rad + 2 * np.pi * trial.simulated_hz * time_s
+        columns = np.column_stack([np.ones(len(turn)), waves(turn, 3)])
+        mean[place, -1] = sign * 0.01 * np.linalg.lstsq(columns, rates[motion], rcond=None)[0]
+
+    like = likenesses(MissingForces(JOINTS, FITTED, mean, 0 * mean), trials, ROBOT)
+
+    assert like[JOINTS[-1]].motions == (motion,)
+    assert like[JOINTS[-1]].correlation == pytest.approx(sign, abs=0.02)
+    assert like["head_moment"].correlation == 0.0, "nothing is missing there"
+
+
+def test_a_bent_hinge_is_read_off_the_markers() -> None:
+    """All that lies behind the third hinge is turned by 0.2 rad."""
+    trial = made_trial(ROBOT, "fast")
+    markers = tuple(ROBOT.markers)
+    place = ROBOT.marker_positions_m(markers)
+    behind = np.maximum(place[:, 0] - ROBOT.hinge_x_m[2], 0.0)
+    shape = np.stack([place[:, 0] - behind * (1 - np.cos(0.2)), place[:, 1] + behind * np.sin(0.2)], axis=1)
+    shapes = np.broadcast_to(shape - shape[markers.index("nose")], (len(trial.measured.time_s), *shape.shape))
+    bent = replace(
+        trial,
+        measured=replace(trial.measured, markers=markers),
+        simulated=replace(trial.simulated, shape_m=shapes),
+    )
+
+    found = motions(bent, trial.measured.kept, ROBOT)
+
+    assert sum(found[hinge][0] for hinge in ROBOT.hinges) == pytest.approx(0.2, abs=1e-3)
+    assert max(ROBOT.hinges, key=lambda hinge: found[hinge][0]) == ROBOT.hinges[2]
+
+
+def gently(trial: CalibratedTrial) -> CalibratedTrial:
+    """A fifth of its sway, so that three harmonics hold the beat of every hinge."""
+    return replace(trial, simulated=replace(trial.simulated, shape_m=trial.simulated.shape_m * [1.0, 0.2]))
+
+
+def colours_of(figure: Figure) -> set[str]:
+    return {to_hex(patch.get_facecolor()) for patch in figure.axes[0].patches}
+
+
+def rgb(colour: str) -> tuple[float, ...]:
+    return to_rgb(colour)
