@@ -90,7 +90,7 @@ def _straight_arms_m(layout: Layout) -> np.ndarray:
 
 def drawn(random: np.random.Generator) -> AtStrength:
     """Draws how much of the friction is by the lines' own tension. The level saturates at 5 N."""
-    loaded = random.uniform(0.1, 0.3)
+    loaded = random.uniform(0.0, 0.1)
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:

@@ -24,10 +24,10 @@ class _Reactive:
     """Elongated body theory's reactive force, of plates whose model holds the water m behind each as its own mass.
 
     With v_x along, tailwards, and v_y across a plate and w its turning, the water answers with -m dv_y/dt across,
-    m v_y w along and the torque -m v_x v_y (Kirchhoff's equations), and what leaves the last edge at v_t across it takes
-    with it m' v_x v_t across and -1/2 m' v_t^2 along, m' a length. The engine does part of this: m (dv/dt + w x v), of
-    which m a_x along and m w v_x across are given back, a the acceleration in the pool; and the terms without
-    acceleration, of ellipsoids by themselves, which give way to the plates'.
+    m v_y w along and the torque -m v_x v_y (Kirchhoff's equations), and what leaves the last edge at v_t across it
+    takes with it m' v_x v_t across and -1/2 m' v_t^2 along, m' a length. The engine does part of this:
+    m (dv/dt + w x v), of which m a_x along and m w v_x across are given back, a the acceleration in the pool; and the
+    terms without acceleration, of ellipsoids by themselves, which give way to the plates'.
 
     The acceleration of the step to come is that of the last two, drawn on in a straight line: this settles, since the
     engine has in hand all of the inertia that it is spared (z^2 = r (2 z - 1) with 0 <= r < 1 the share of it along the
@@ -64,9 +64,9 @@ class _Reactive:
 class AddedMassReaction(Effect):
     """Water that must be accelerated with the body, and is left behind with what it has gained.
 
-    Without what is left behind the kinetic energy would be the body's plus 1/2 scale m_A v_y^2, and stay; the wake takes
-    1/2 m' v_t^2 of it a length of way. At scale 1 all is as in elongated body theory, which makes too much of a fin
-    that is higher than it is long: by itself in the water it would carry an eighth as much.
+    Without what is left behind the kinetic energy would be the body's plus 1/2 scale m_A v_y^2, and stay; the wake
+    takes 1/2 m' v_t^2 of it a length of way. At scale 1 all is as in elongated body theory, which makes too much of a
+    fin that is higher than it is long: by itself in the water it would carry an eighth as much.
     """
 
     name = "added_mass_reaction"
@@ -74,7 +74,7 @@ class AddedMassReaction(Effect):
     stage = "body"
     physics = "Reaction -d(m_A v_y)/dt to the acceleration of a plate across itself; its momentum is shed at the tail."
     source = (
-        "Lighthill, Proc. R. Soc. B 179 (1971), with m_A = pi/4 rho d^2 a length; Candelier, Boyer and Leroyer, J. Fluid "
+        "Lighthill, Proc. R. Soc. B 179 (1971), m_A = pi/4 rho d^2 a length; Candelier, Boyer and Leroyer, J. Fluid "
         "Mech. 673 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has the part without acceleration."
     )
     seen_in = frozenset({"swim"})

@@ -14,11 +14,10 @@ SLOW_M_S = 0.02
 
 
 class _Wake:
-    """Holds back a share of the water's force, which comes as the wake is left; exact for a force that
-    changes evenly over a step.
+    """Holds back a share of the water's force, which comes as the wake is left; exact for a force that changes evenly.
 
-    The way is that of the plates' surface on the mean. Each step is given the force of the step before: with a share below 1 held back this cannot grow, however strong
-    the drag.
+    The way is that of the plates' surface on the mean. Each step is given the force of the step before: with a share
+    below 1 held back this cannot grow, however strong the drag.
     """
 
     def __init__(self, plates: Plates, way_m: np.ndarray, timestep_s: float) -> None:
@@ -33,9 +32,7 @@ class _Wake:
         passed_m = self.timestep_s * np.hypot(np.abs(self.plates.motion(state).velocity) @ self.share, SLOW_M_S)
         steps = np.divide(passed_m, self.way_m, out=np.full(passed_m.shape, np.inf), where=self.way_m > 0)
         kept = np.exp(-steps)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            gain = np.where(steps > 0, (1 - kept) / steps, 1.0)
-        late = kept * self.late + gain * (state.fluid - self.before)
+        late = kept * self.late + (1 - kept) / steps * (state.fluid - self.before)
         self.late, self.before = late, state.fluid.copy()
         return np.asarray(-(1 - AT_ONCE) * late)
 

@@ -38,7 +38,9 @@ class SurfaceMotion(Effect):
     name = "surface_motion"
     family = "fluid"
     stage = "camera"
-    physics = "A shaken float rolls and pitches; a marker z above the water line moves by -z roll to the right, z pitch aft."
+    physics = (
+        "A shaken float rolls and pitches; a marker z above the water line moves by -z roll to the right, z pitch aft."
+    )
     source = "Driven damped oscillator; kinematics of a floating body, small angles."
     seen_in = frozenset({"swim"})
     parameters = (

@@ -46,7 +46,10 @@ class _Wall:
 
 
 class WallProximity(Effect):
-    """A wall parallel to the course, given by its inverse distance from the start: left +, right -."""
+    """A wall parallel to the course, given by its distance from the start, to the power -2: left +, right -.
+
+    In proportion to it is what a distant wall does.
+    """
 
     name = "wall_proximity"
     family = "fluid"
@@ -57,11 +60,14 @@ class WallProximity(Effect):
     )
     source = "Images in a plane (Lamb, Hydrodynamics, article 137); Quinn, Lauder and Smits, J. Fluid Mech. 742 (2014)."
     seen_in = frozenset({"swim"})
-    parameters = (Parameter("inverse_distance", "1/m", -8.0, 8.0, 1.2),)
+    parameters = (Parameter("inverse_square", "1/m^2", -64.0, 64.0, 8.0),)
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
         """Across the wall."""
-        return _Wall(robot, Plates(robot, scene), values, scene.timestep_s) if scene.in_water and values.any() else None
+        nearness = np.sign(values) * np.sqrt(np.abs(values))
+        return (
+            _Wall(robot, Plates(robot, scene), nearness, scene.timestep_s) if scene.in_water and values.any() else None
+        )
 
 
 EFFECT = WallProximity()

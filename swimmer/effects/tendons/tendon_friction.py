@@ -19,10 +19,10 @@ class _Guides:
     """Friction F u / sqrt(u^2 + `CREEP_M_S`^2) of both lines at every guide that they slide through at speed u.
 
     How far a line slides through a guide is how much longer its way behind it has become: u = sum a_j w_j over the
-    hinges behind, with the line's arm a_j at each (of the straight tail) and its rate w_j. So guides couple hinges, by a
-    matrix A = sum k a a', k = 2 F / sqrt(u^2 + `CREEP_M_S`^2). The engine's own damping has no such matrix: it is given
-    D = the sums of the sizes in A's rows, and D - A is given back at the speed of now. Since neither A nor D - A is ever
-    negative, that cannot grow.
+    hinges behind, with the line's arm a_j at each (of the straight tail) and its rate w_j. So guides couple hinges, by
+    a matrix A = sum k a a', k = 2 F / sqrt(u^2 + `CREEP_M_S`^2). The engine's own damping has no such matrix: it is
+    given D = the sums of the sizes in A's rows, and D - A is given back at the speed of now. Since neither A nor D - A
+    is ever negative, that cannot grow.
     """
 
     def __init__(self, robot: RobotSpec, force_n: np.ndarray) -> None:

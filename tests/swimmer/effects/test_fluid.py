@@ -163,11 +163,11 @@ def energy_lost(scale: float, timestep_s: float) -> float:
     return 1 - (energy[1] + shed) / energy[0]
 
 
-@pytest.mark.parametrize("scale", [0.2, 1.0])
+@pytest.mark.parametrize("scale", [0.1, 1.0])
 def test_body_water_and_wake_keep_their_energy(scale: float) -> None:
-    coarse, fine = (energy_lost(scale, step) for step in (1e-3, 2.5e-4))
-    assert abs(fine) < 0.01
-    assert fine == pytest.approx(coarse / 4, abs=0.2 * abs(coarse))  # what is lost is the integrator's, of first order
+    coarse, fine = (energy_lost(scale, step) for step in (5e-4, 2.5e-4))
+    assert abs(fine) < 0.005
+    assert abs(fine) < 0.6 * abs(coarse)  # what is lost is the integrator's, of first order
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.15])
@@ -277,32 +277,32 @@ def test_a_wall_resists_motion_across_it_by_the_square_of_depth_over_clearance()
     area, depth = wetted()
     share = depth**2 / (depth**2 + 0.25**2)
     for sign in (-1, 1):
-        found = force_of(WALL, sign * 4.0, straight(sway=-0.3))
+        found = force_of(WALL, sign * 16.0, straight(sway=-0.3))
         assert found[SWAY] == pytest.approx(0.5 * RHO * 1.2 * 0.3**2 * (area * share).sum())
-    far, farther = (force_of(WALL, nearness, straight(sway=-0.3))[SWAY] for nearness in (0.2, 0.1))
+    far, farther = (force_of(WALL, nearness, straight(sway=-0.3))[SWAY] for nearness in (0.04, 0.01))
     assert far / farther == pytest.approx(4.0, rel=1e-3)
 
 
 def test_a_wall_draws_what_passes_along_it_more_the_nearer_it_is() -> None:
-    left, right = (force_of(WALL, nearness, straight(surge=-0.3))[SWAY] for nearness in (4.0, -4.0))
+    left, right = (force_of(WALL, nearness, straight(surge=-0.3))[SWAY] for nearness in (16.0, -16.0))
     area, depth = wetted()
     assert left == pytest.approx(-0.5 * RHO * 0.3**2 * (area * depth**2 * 0.25 / (depth**2 + 0.25**2) ** 1.5).sum())
     assert right == -left  # left is -y
     near = straight(surge=-0.3)
     near.position[0, SWAY] = -0.1  # towards the wall on the left
-    assert force_of(WALL, 4.0, near)[SWAY] < 2 * left
-    assert force_of(WALL, 4.0, near)[SWAY] == pytest.approx(force_of(WALL, 1 / 0.15, straight(surge=-0.3))[SWAY])
+    assert force_of(WALL, 16.0, near)[SWAY] < 2 * left
+    assert force_of(WALL, 16.0, near)[SWAY] == pytest.approx(force_of(WALL, 0.15**-2, straight(surge=-0.3))[SWAY])
 
 
 def test_a_wall_runs_along_the_course() -> None:
     """Which a robot that has headed elsewhere for long has taken."""
     ahead, turned = straight(surge=-0.3), straight(surge=-0.3 * np.cos(0.3), sway=-0.3 * np.sin(0.3))
     turned.position[0, YAW] = 0.3
-    force = WALL.force(FISH, SWIM, np.array([[4.0]]))
+    force = WALL.force(FISH, SWIM, np.array([[16.0]]))
     assert force is not None
     for _ in range(round(10 * COURSE_S / SWIM.timestep_s)):
         found = force(turned)[0]
-    expected = force_of(WALL, 4.0, ahead)[SWAY] * np.array([-np.sin(0.3), np.cos(0.3)])
+    expected = force_of(WALL, 16.0, ahead)[SWAY] * np.array([-np.sin(0.3), np.cos(0.3)])
     np.testing.assert_allclose(found[:2], expected, rtol=1e-3)
 
 

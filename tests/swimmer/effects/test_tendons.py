@@ -122,7 +122,8 @@ def test_friction_takes_the_power_that_sliding_through_each_guide_costs() -> Non
     sliding = [np.abs(per_span[:, guide:].sum(axis=1)).sum() for guide in range(1, 5)]
     damper = FRICTION.damping(FISH, DRY, [plain_model(DRY)], np.array([[force]]))
     given_back = FRICTION.force(FISH, DRY, np.array([[force]]))
-    assert damper is not None and given_back is not None
+    assert damper is not None
+    assert given_back is not None
     state = still(np.zeros((1, 6)), np.concatenate([zero, speed])[None])
     lost = np.asarray(damper(state).joints)[0, 1:] @ speed**2 - given_back(state)[0, 1:] @ speed
     assert lost == pytest.approx(force * sum(sliding), rel=5e-3)
@@ -132,7 +133,8 @@ def test_friction_gives_back_no_more_than_its_damping_takes() -> None:
     """Neither the friction's own matrix over the rates nor what the damping has beyond it is ever negative."""
     damper = FRICTION.damping(FISH, DRY, [plain_model(DRY)], np.array([[2.0]]))
     given_back = FRICTION.force(FISH, DRY, np.array([[2.0]]))
-    assert damper is not None and given_back is not None
+    assert damper is not None
+    assert given_back is not None
     for rates in np.random.default_rng(0).normal(size=(50, 5)):
         state = still(np.zeros((1, 6)), np.concatenate([[0.0], rates])[None])
         taken, given = np.asarray(damper(state).joints)[0, 1:] @ rates**2, given_back(state)[0, 1:] @ rates
