@@ -8,6 +8,8 @@ import numpy as np
 
 from diagnosis.ground import Ground
 from fitting.forecast import fit_phase, forecast
+from fitting.posterior.session_model import START_PHASE_RAD
+from fitting.posterior.trial_model import TrialModel
 from fitting.scoring import score
 from fitting.signatures.view_of import picture_px, view_of
 from fitting.speed import forward_speed
@@ -64,7 +66,8 @@ def swum(
     size = picture_px([*ground.trials, *trials], ground.camera)
     found = []
     for trial in trials:
-        view = view_of(trial, ground.twin.robot, ground.camera, size)
+        plain = TrialModel(ground.twin, trial, START_PHASE_RAD).positions(ground.at[None])[0]
+        view = view_of(trial, plain, ground.camera, size)
         twin = SettledTwin(AffectedTwin(ground.twin, effects), values, view) if effects else ground.twin
         coefficients = FluidCoefficients(*map(float, at))
         hz = trial.start_frequency.hz

@@ -8,10 +8,9 @@ from scipy.linalg import solve_triangular
 
 from diagnosis.ground import Ground
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.signatures import AffectedTrial
 from fitting.signatures.session_row import PRIOR_SD
-from fitting.signatures.signature import affected_trials_of
-from swimmer.effects import AffectedTwin, Effect
+from fitting.signatures.signature import affected_trials
+from swimmer.effects import Effect
 
 _ROOT_STEP, _STEP_SD = 0.02, 0.25  # of the root of a coefficient; of a parameter, in standard deviations of its prior
 _WIDER = 5.0  # than its prior a parameter may lie
@@ -86,8 +85,7 @@ class _Joint:
     """Swims beside the twin with effects, at points (5 + p,) of coefficients and values."""
 
     def __init__(self, ground: Ground, effects: Sequence[Effect]) -> None:
-        twins = {id(each.twin): AffectedTwin(each.twin, effects) for each in ground.model.trials}
-        self.trials: tuple[AffectedTrial, ...] = affected_trials_of(ground.model, ground.camera, twins)
+        self.trials = affected_trials(effects, ground.model, ground.camera, ground.at)
         self.effects = self.trials[0].twin.effects
         self.ground = ground
         parameters = [parameter for effect in self.effects for parameter in effect.parameters]

@@ -59,7 +59,7 @@ class TrialModel:
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         """(s, k) gaits of coefficients (s, 5), in step with the measured tail; nan where the twin diverged."""
-        return self.in_step(self.gait(self._positions(coefficients)))
+        return self.in_step(self.gait(self.positions(coefficients)))
 
     def freedoms(self, coefficients: np.ndarray) -> "Freedoms":
         """By how much the gait moves with one standard deviation of each nuisance, at coefficients (5,).
@@ -86,7 +86,7 @@ class TrialModel:
         relative = max(frequency.se_hz / frequency.hz, LEAST_FREQUENCY_SE) if np.isfinite(frequency.se_hz) else 0.01
         step = np.array([*_START_STEP, _FREQUENCY_STEP])
         steps = np.vstack([np.diag(step), -np.diag(step)])  # (8, 4)
-        positions = self._positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
+        positions = self.positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
         up, down = np.split(self.in_step(self.gait(positions)), 2)
         return (np.array([*START_SD, relative]) / (2 * step))[:, None] * (up - down)
 
@@ -115,9 +115,16 @@ class TrialModel:
         """(..., k) gaits with their tails in step with the measured one."""
         return advanced(gait, phase_between(gait, self.measured, list(self.trial.tail)))
 
-    def _positions(
+    def positions(
         self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
     ) -> np.ndarray:
+        """(s, n, m, 2) markers of the twin in the kept frames, in its own frame, of coefficients (s, 5), m.
+
+        Args:
+            coefficients: of each.
+            faster: (s,) by which the crank turns faster.
+            shift: (s, 3) of the velocity at time 0.
+        """
         return self._kept(self._simulate(coefficients, faster, shift).marker_m)
 
     def _simulate(

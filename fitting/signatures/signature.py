@@ -1,7 +1,8 @@
 """By how much an effect of some strength moves what a session measured."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from fitting.posterior.session_model import SessionModel
 from fitting.signatures.affected_trial import AffectedTrial
 from fitting.signatures.view_of import picture_px, view_of
 from session import CameraSpec
-from swimmer.effects import AffectedTwin, Effect
+from swimmer.effects import AffectedTwin, Effect, View
 
 STRENGTHS = (-3.0, -1.0, 1.0, 3.0)  # standard deviations of a parameter's prior
 
@@ -49,7 +50,7 @@ def signature_of(
         values: (q, p) strengths; by default each parameter alone, one and three standard deviations either way as far
             as its bounds allow.
     """
-    trials = affected_trials(effect, model, camera)
+    trials = affected_trials([effect], model, camera, coefficients)
     suited = trials[0].twin.effects[0]
     values = strengths(suited) if values is None else values
     tried = np.vstack([np.zeros((1, values.shape[1])), values])
@@ -57,22 +58,22 @@ def signature_of(
     return Signature(suited, values, rows[1:] - rows[0], _hertz(tried, trials))
 
 
-def affected_trials(effect: Effect, model: SessionModel, camera: CameraSpec) -> tuple[AffectedTrial, ...]:
-    """The trials of a session beside a twin with an effect."""
-    return affected_trials_of(
-        model, camera, {id(each.twin): AffectedTwin(each.twin, [effect]) for each in model.trials}
-    )
-
-
-def affected_trials_of(
-    model: SessionModel, camera: CameraSpec, twins: Mapping[int, AffectedTwin]
+def affected_trials(
+    effects: Sequence[Effect], model: SessionModel, camera: CameraSpec, coefficients: np.ndarray
 ) -> tuple[AffectedTrial, ...]:
-    """The trials of a session beside twins with effects, by the `id` of the plain one that each has."""
-    size = picture_px([each.trial for each in model.trials], camera)
+    """The trials of a session beside twins with effects, seen as the plain twins of coefficients (5,) say."""
+    twins = {id(each.twin): AffectedTwin(each.twin, effects) for each in model.trials}
+    views = views_of(model, camera, tuple(map(float, coefficients)))
     return tuple(
-        AffectedTrial(each, twins[id(each.twin)], view_of(each.trial, each.twin.robot, camera, size))
-        for each in model.trials
+        AffectedTrial(each, twins[id(each.twin)], view) for each, view in zip(model.trials, views, strict=True)
     )
+
+
+@lru_cache(maxsize=8)
+def views_of(model: SessionModel, camera: CameraSpec, coefficients: tuple[float, ...]) -> tuple[View, ...]:
+    """The view of each trial of a session, one picture for all."""
+    size, at = picture_px([each.trial for each in model.trials], camera), np.array([coefficients])
+    return tuple(view_of(each.trial, each.positions(at)[0], camera, size) for each in model.trials)
 
 
 def strengths(effect: Effect) -> np.ndarray:

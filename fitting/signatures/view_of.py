@@ -6,7 +6,6 @@ import numpy as np
 
 from fitting.trial import MeasuredTrial
 from session import CameraSpec
-from swimmer import RobotSpec
 from swimmer.effects import View
 
 COMMON_PX = (
@@ -33,26 +32,41 @@ def picture_px(trials: Iterable[MeasuredTrial], camera: CameraSpec) -> tuple[flo
 
 
 def view_of(
-    trial: MeasuredTrial, robot: RobotSpec, camera: CameraSpec, size_px: tuple[float, float] | None = None
+    trial: MeasuredTrial,
+    simulated_m: np.ndarray,
+    camera: CameraSpec,
+    size_px: tuple[float, float] | None = None,
 ) -> View:
     """The view of a trial; without a calibrated lens its axis goes through the middle of the picture.
 
+    The twin's frame is laid on the pool so that both fish, over the kept frames, head the same way and are at the same
+    place in the mean: at a single frame each is somewhere else in its beat.
+
     Args:
         trial: as measured.
-        robot: whose nose and neck were filmed.
+        simulated_m: (n, m, 2) of the kept frames, the markers of the twin beside it, m.
         camera: that filmed it.
         size_px: of the picture; default: as the trial alone tells it.
     """
     width_px, height_px = size_px or picture_px([trial], camera)
     lens = camera.calibration
     middle_px = np.array([width_px / 2, height_px / 2] if lens is None else [lens.cx_px, lens.cy_px])
-    first = int(np.flatnonzero(np.isfinite(trial.head.heading_rad))[0])
-    cos, sin = np.cos(trial.head.heading_rad[first]), np.sin(trial.head.heading_rad[first])
+    measured_m = trial.position_m[trial.kept][: len(simulated_m)]
+    (line, place), (own_line, own_place) = (_mean_head(each, trial.markers) for each in (measured_m, simulated_m))
+    turn = np.angle(line / own_line)
+    cos, sin = np.cos(turn), np.sin(turn)
     to_pool = np.array([[cos, -sin], [sin, cos]])  # from the twin's frame
-    nose_m = robot.marker_positions_m(("nose",))[0, :2]
-    origin_m = trial.position_m[first, trial.markers.index("nose")] - to_pool @ nose_m
+    origin_m = place - to_pool @ own_place
     return View(
         axis_m=(trial.metres_per_px * TO_PX * middle_px - origin_m) @ to_pool,
         down=np.array([0.0, -1.0]) @ to_pool,
         half_height_m=height_px / 2 * trial.metres_per_px,
     )
+
+
+def _mean_head(position_m: np.ndarray, markers: tuple[str, ...]) -> tuple[complex, np.ndarray]:
+    """The mean direction from nose to neck, x + i y, and the mean place (2,) of the nose, of positions (n, m, 2)."""
+    nose, neck = (position_m[:, markers.index(name)] for name in ("nose", "neck"))
+    line = (neck - nose) / np.linalg.norm(neck - nose, axis=-1, keepdims=True)
+    along, across = np.nanmean(line, axis=0)
+    return complex(along, across), np.asarray(np.nanmean(nose, axis=0))

@@ -1,6 +1,6 @@
 """A withheld session without noise, as a diagnosis would see it: rows of gaits, and all that disturbs them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from calib.benchmarks.effects.drawn import KNOWN_TO, DrawnWorld
+from fitting.posterior.gait import advanced, phase_between
 from fitting.posterior.noise import GaitNoise
 from fitting.posterior.robot_doubt import Doubt, doubted_twins
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
@@ -89,11 +90,22 @@ class SessionRows:
     def change(self, recordings: Mapping[str, Recording]) -> np.ndarray:
         """(k,) what the refitted twin leaves of other recordings of the same trials, less what it leaves of these.
 
-        The twin beats at the frequency of either; how far that is from the base state stands behind the gaits.
+        The twin beats at the frequency of either; how far that is from the base state stands behind the gaits. Rows are
+        compared at one phase of the beat: what the twin leaves turns with it, and that is no effect.
         """
         others = measured(self.drawn, recordings, self.role)
         models = tuple(replace(model, trial=trial) for model, trial in zip(self.model.trials, others, strict=True))
-        return left_row(SessionModel(models), self.coefficients) - self.left
+        return self._turned_back(left_row(SessionModel(models), self.coefficients), models) - self.left
+
+    def _turned_back(self, row: np.ndarray, models: Sequence[TrialModel]) -> np.ndarray:
+        """(k,) gaits at the phase of the base state."""
+        count, tail = len(models), list(models[0].trial.tail)
+        gaits = row[:-count].reshape(count, -1)
+        ahead = [
+            float(phase_between(base.measured, other.measured, tail))
+            for base, other in zip(self.model.trials, models, strict=True)
+        ]
+        return np.append(np.concatenate([advanced(g, -by) for g, by in zip(gaits, ahead, strict=True)]), row[-count:])
 
     def signatures(self, catalogue: Mapping[str, Effect]) -> list[Signature]:
         """What every effect does to the refitted twin."""

@@ -18,7 +18,8 @@ from session import NotEnoughData, SimulationDiverged
 
 SEPARATE = 3.3  # distance from which two effects are confused in at most 5 % of cases
 Strong = Callable[[float], tuple[Mechanism, ...]]
-_FIRST, _MOST, _ROUNDS = 1.0, 30.0, 5
+_FIRST, _MOST, _ROUNDS = 1.0, 30.0, 6
+_GROWTH = 4.0  # of a strength from one try to the next
 _CLOSE = 0.05  # relative, of the distance that is asked
 
 
@@ -76,7 +77,8 @@ def strength_for(
             best = found
         if abs(found.detectability / asked - 1) < _CLOSE or (value == _MOST and found.detectability < asked):
             break
-        value = float(np.clip(value * asked / max(found.detectability, 1e-3), value / 10, min(10 * value, _MOST)))
+        grown = value * asked / max(found.detectability, asked / _GROWTH)
+        value = float(np.clip(grown, value / 10, _MOST))
     if best is None:
         raise SimulationDiverged(f"{own or 'an effect'}: no strength could be simulated, down to {value:g}")
     return best

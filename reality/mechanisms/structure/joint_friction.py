@@ -11,7 +11,7 @@ from reality.mechanisms import AtStrength
 from reality.parameters import Parameters
 
 _TORQUE_N_M, _MOST_N_M = 0.03, 0.3
-_BRISTLE_RAD = 0.002  # bend of the bristles of a hinge where they slip
+_BRISTLE_RAD = 0.005  # bend of the bristles of a hinge where they slip
 
 
 @dataclass(frozen=True)

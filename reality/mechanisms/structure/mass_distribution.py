@@ -10,7 +10,7 @@ from reality.mechanisms import AtStrength
 from reality.parameters import Parameters
 from swimmer.robot import load_robot
 
-_SHARE = 0.01
+_SHARE, _MOST = 0.01, 0.08
 _EVEN = 400.0  # of the draw: a tenth more or less on a guide
 
 
@@ -42,9 +42,14 @@ class MassDistribution(Mechanism):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:
-    """A hundredth of the head's mass at strength 1, shared by the guides nearly as the tail's own mass is."""
+    """A hundredth of the head's mass at strength 1, shared by the guides nearly as the tail's own mass is.
+
+    Saturates at 8 hundredths.
+    """
     robot = load_robot()
     kg = [robot.tail.density_kg_m3 * s.length_m * s.thickness_m * 2 * s.half_height_m for s in robot.tail.segment]
     kg[-1] += robot.caudal_fin.mass_kg
     at_guide = tuple(random.dirichlet(_EVEN * np.array(kg) / sum(kg)))
-    return lambda strength: (MassDistribution(_SHARE * strength, at_guide),) if strength else ()
+    return lambda strength: (
+        (MassDistribution(_MOST * float(np.tanh(_SHARE * strength / _MOST)), at_guide),) if strength else ()
+    )

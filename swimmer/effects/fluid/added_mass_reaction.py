@@ -75,7 +75,7 @@ class AddedMassReaction(Effect):
     physics = "Reaction -d(m_A v_y)/dt to the acceleration of a plate across itself; its momentum is shed at the tail."
     source = (
         "Lighthill, Proc. R. Soc. B 179 (1971), m_A = pi/4 rho d^2 a length; Candelier, Boyer and Leroyer, J. Fluid "
-        "Mech. 673 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has the part without acceleration."
+        "Mech. 673 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has all but the acceleration."
     )
     seen_in = frozenset({"swim"})
     parameters = (Parameter("scale", "1", 0.0, 1.0, 0.2),)

@@ -71,10 +71,9 @@ def test_the_view_stands_over_the_same_point_of_the_pool_wherever_the_fish_swims
     trial = model.trials[0].trial
     lens = CameraCalibration(width_px=1000, height_px=800, fx_px=900.0, fy_px=900.0, cx_px=500.0, cy_px=400.0)
     camera = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m, calibration=lens)
-    view, heading = view_of(trial, ROBOT, camera), trial.head.heading_rad[0]
-    to_pool = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-    nose = trial.markers.index("nose")
-    origin = trial.position_m[0, nose] - to_pool @ ROBOT.marker_positions_m(("nose",))[0, :2]
+    to_pool, origin = np.array([[np.cos(0.4), -np.sin(0.4)], [np.sin(0.4), np.cos(0.4)]]), np.array([0.7, -0.2])
+    in_its_own_frame = (trial.position_m[trial.kept] - origin) @ to_pool
+    view = view_of(trial, in_its_own_frame, camera)
     assert origin + to_pool @ view.axis_m == pytest.approx(np.array([500.0, -400.0]) * trial.metres_per_px)
     assert to_pool @ view.down == pytest.approx([0.0, -1.0])
     assert view.half_height_m == pytest.approx(400 * trial.metres_per_px)
