@@ -6,75 +6,95 @@ import mujoco
 import numpy as np
 
 from diagnosis import Diagnosis
+from diagnosis.affected_swims import SettledTwin
+from fitting.forecast import fit_phase
+from fitting.signatures.signature import views_of
 from session import program_version, write_whole
-from swimmer import ENGINE, FluidCoefficients, Runs
-from swimmer.effects import AffectedTwin
+from swimmer import ENGINE, FluidCoefficients
+from swimmer.effects import AffectedRuns, AffectedTwin
 
-_SCRIPT = '''"""Runs the twin with {names}, which plain MJCF cannot hold all of. Needs swimcal ({program})."""
+_SCRIPT = '''"""Runs the twin with {names}, which plain MJCF cannot hold all of. Needs swimcal ({program}).
+
+As the camera of trial {trial} would see it, at a command of 1 Hz. Parameters: {parameters}.
+"""
+
+from pathlib import Path
 
 import numpy as np
 
-from swimmer import Runs, Twin, load_robot
-from swimmer.effects import AffectedRuns, AffectedTwin, catalogue
+from swimmer import Twin, load_robot
+from swimmer.effects import AffectedRuns, AffectedTwin, View, catalogue
 
+ROBOT = {robot}
+MARKERS = {markers!r}
 EFFECTS = {names!r}
-VALUES = {values!r}  # of their parameters, one effect after the other: {parameters}
+VALUES = np.array({values!r})  # of all parameters of the effects, one after the other, in the frame of that trial
 COEFFICIENTS = {coefficients!r}  # blunt, slender and angular drag, Kutta and Magnus lift
+VIEW = View(np.array({axis!r}), np.array({down!r}), {half!r})
 
-twin = AffectedTwin(Twin(load_robot({robot!r})), [catalogue()[name] for name in EFFECTS])
+twin = AffectedTwin(Twin(load_robot(ROBOT), MARKERS), [catalogue()[name] for name in EFFECTS])
 runs = AffectedRuns(
     coefficients=np.array([COEFFICIENTS]),
-    frequency_hz=np.array([1.0]),
+    frequency_hz=np.array([twin.measured_hz(1.0, VALUES)]),  # what the command leads to
     phase_rad=np.zeros(1),
     velocity=np.array([[-0.1, 0.0, 0.0]]),
-    values=np.array([VALUES]),
+    values=VALUES[None],
 )
 trajectories = twin.simulate(runs, np.arange(0.0, 6.0, 1 / 60))
-start, end = trajectories.head[0, [60, -1], :2]
-print(f"{{np.linalg.norm(end - start) / (trajectories.time_s[-1] - trajectories.time_s[60]):.4f}} m/s at 1 Hz")
+seen = twin.observed(runs, trajectories, [VIEW])  # (1, frames, markers, 2) where camera and tracker find them, m
+start, end = seen[0, [60, -1], MARKERS.index("nose")]
+print(f"{{np.linalg.norm(end - start) / (trajectories.time_s[-1] - trajectories.time_s[60]):.4f}} m/s as seen")
 '''
 
 
-def write_affected_twin(results: Path, found: Diagnosis) -> list[Path]:
+def write_affected_twin(results: Path, found: Diagnosis, robot_file: Path | None) -> list[Path]:
     """``calibrated+<effects>.xml``: robot, coefficients and all of the effects that a model can hold.
 
-    Where it cannot hold all of them a script of the same name runs the twin with the rest. One keyframe a fit trial
-    starts it as that trial started.
+    Effects with an axis of the picture (a current) are in the frame of the first fit trial. One keyframe a fit trial
+    starts the model as that trial started. Where MJCF cannot hold all of the effects a script of the same name runs the
+    twin with them.
     """
-    best, twin = found.refit, found.ground.twin
+    best, ground = found.refit, found.ground
     assert best is not None
+    affected = AffectedTwin(ground.twin, best.effects)
+    views = views_of(ground.model, ground.camera, tuple(map(float, ground.at)))
+    values, coefficients = affected.in_trial(views[0], best.values), FluidCoefficients(*map(float, best.at))
     names = [effect.name for effect in best.effects]
-    affected = AffectedTwin(twin, best.effects)
-    coefficients = FluidCoefficients(*map(float, best.at))
-    spec = affected.spec(coefficients, best.values)
     said = ", ".join(
         f"{effect.name}.{parameter.name} = {value:.6g} {parameter.unit}"
-        for effect, values in zip(best.effects, best.by_effect.values(), strict=True)
-        for parameter, value in zip(effect.parameters, values, strict=True)
+        for effect, own in zip(best.effects, best.by_effect.values(), strict=True)
+        for parameter, value in zip(effect.parameters, own, strict=True)
     )
+    spec = affected.spec(coefficients, values)
     spec.add_text(name="calibrated_with", data=f"{program_version()}, MuJoCo {ENGINE}")
-    spec.add_text(name="effects", data=said)
-    for model in found.ground.model.trials:
-        trial, hz = model.trial, model.trial.frequency.hz
-        runs = Runs(best.at[None], np.array([hz]), np.array([model.phase_rad]), trial.start_velocity[None])
-        position, velocity = twin.start(runs)
+    spec.add_text(name="effects", data=f"{said}; in the frame of trial {ground.trials[0].name}")
+    for trial, view in zip(ground.trials, views, strict=True):
+        own, hz = affected.in_trial(view, best.values), trial.frequency.hz
+        phase = fit_phase(SettledTwin(affected, best.values, view), trial, coefficients)
+        runs = AffectedRuns(
+            best.at[None], np.array([hz]), np.array([phase]), trial.start_velocity[None], values=own[None]
+        )
+        position, velocity = affected.start(runs)
         spec.add_key(name=trial.name, qpos=position[0], qvel=velocity[0], ctrl=[2 * np.pi * hz])
     spec.compile()
     text: str = spec.to_xml()
     mujoco.MjModel.from_xml_string(text)  # what is written must load
-    stem = "calibrated+" + "+".join(names)
-    paths = [results / f"{stem}.xml"]
+    paths = [results / f"calibrated+{'+'.join(names)}.xml"]
     write_whole(paths[0], text)
     if not all(effect.in_mjcf() for effect in best.effects):
-        paths.append(results / f"{stem}.py")
-        robot = None
         script = _SCRIPT.format(
             names=names,
             program=program_version(),
-            values=[float(value) for value in best.values],
+            trial=ground.trials[0].name,
             parameters=said,
-            coefficients=[float(value) for value in best.at],
-            robot=robot,
+            robot="None  # the built-in one" if robot_file is None else f"Path({str(robot_file)!r})",
+            markers=ground.twin.markers,
+            values=values.tolist(),
+            coefficients=best.at.tolist(),
+            axis=views[0].axis_m.tolist(),
+            down=views[0].down.tolist(),
+            half=float(views[0].half_height_m),
         )
+        paths.append(paths[0].with_suffix(".py"))
         write_whole(paths[1], script)
     return paths

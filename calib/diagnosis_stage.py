@@ -31,7 +31,7 @@ from swimmer.effects import Effect, catalogue
 if TYPE_CHECKING:
     from diagnosis import Diagnosis
 
-FORM = 4  # of the files and of what they rest on
+FORM = 5  # of the files and of what they rest on
 
 
 class DiagnosisStage:
@@ -119,7 +119,11 @@ class DiagnosisStage:
             self._options.tell,
         )
         self._remove_models()
-        models = write_affected_twin(self._session.results, found) if found.refit is not None else []
+        models = (
+            write_affected_twin(self._session.results, found, self._session.robot_file)
+            if found.refit is not None
+            else []
+        )
         with writing_whole(self.arrays_file) as part:
             save_arrays(part, found)
         payload = diagnosis_payload(found) | {"withheld_from_catalogue": sorted(self._without)}

@@ -11,11 +11,14 @@ from fitting.forecast import fit_phase, forecast
 from fitting.posterior.session_model import START_PHASE_RAD
 from fitting.posterior.trial_model import TrialModel
 from fitting.scoring import score
-from fitting.signatures.view_of import picture_px, view_of
+from fitting.signatures.view_of import view_of
 from fitting.speed import forward_speed
+from fitting.swim import head_frame
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Runs, Trajectories
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
+
+_DRAWS = 8
 
 
 class Swum(NamedTuple):
@@ -63,15 +66,51 @@ def swum(
     ground: Ground, trials: Sequence[MeasuredTrial], effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
 ) -> list[Swum]:
     """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own."""
-    size = picture_px([*ground.trials, *trials], ground.camera)
     found = []
     for trial in trials:
         plain = TrialModel(ground.twin, trial, START_PHASE_RAD).positions(ground.at[None])[0]
-        view = view_of(trial, plain, ground.camera, size)
+        view = view_of(trial, plain, ground.camera)
         twin = SettledTwin(AffectedTwin(ground.twin, effects), values, view) if effects else ground.twin
         coefficients = FluidCoefficients(*map(float, at))
         hz = trial.start_frequency.hz
         frame = forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients), hz)
         speed = float(forward_speed(trial.time_s, frame.forward_m, trial.kept, trial.frequency.hz))
         found.append(Swum(trial.name, score(trial, frame).marker_error_m, trial.speed, speed))
+    return found
+
+
+def noise_floor_m(ground: Ground, number: int, seed: int = 0) -> float:
+    """The mean marker distance that tracking noise alone makes of one swim, as the public contract defines it, m.
+
+    A swim of the twin is scored against itself with noise like that of the trial on it, several times.
+    """
+    model, random = ground.model.trials[number], np.random.default_rng([seed, 17, number])
+    trial, found = model.trial, []
+    clean_m = ground.twin.simulate(
+        Runs(
+            ground.at[None],
+            np.array([trial.frequency.hz]),
+            np.array([model.phase_rad]),
+            trial.start_velocity[None],
+        ),
+        trial.time_s,
+    ).marker_m[0]
+    frame_s = float(np.median(np.diff(trial.time_s)))
+    for _ in range(_DRAWS):
+        noisy_m = clean_m + lasting_noise(clean_m.shape, model.noise.sd_m, model.noise.lasts_s, frame_s, random)
+        frames = [head_frame(trial, each) for each in (clean_m, noisy_m)]
+        found.append(score(replace(trial, head=frames[1]), frames[0]).marker_error_m)
+    return float(np.mean(found))
+
+
+def lasting_noise(
+    shape: Sequence[int], sd_m: np.ndarray, lasts_s: float, frame_s: float, random: np.random.Generator
+) -> np.ndarray:
+    """(n, m, 2) errors of standard deviations (m,) that last for some time (Ornstein-Uhlenbeck)."""
+    keep = np.exp(-frame_s / lasts_s)
+    steps = random.standard_normal(tuple(shape)) * sd_m[:, None]
+    found = np.empty_like(steps)
+    found[0] = steps[0]
+    for i in range(1, len(steps)):
+        found[i] = keep * found[i - 1] + np.sqrt(1 - keep**2) * steps[i]
     return found

@@ -1,13 +1,13 @@
 """The three questions about a session: where its gap lies, which effect makes it, how far it shrinks with that."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from scipy.stats import chi2
 
-from diagnosis.affected_swims import Swum, swum
+from diagnosis.affected_swims import Swum, noise_floor_m, swum
 from diagnosis.evidence import Belief, Explanations, Row
 from diagnosis.experiments import Experiment, next_experiments
 from diagnosis.forms import Shown, shown
@@ -20,12 +20,14 @@ from diagnosis.separation import separations
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
 from fitting.signatures import Signature, signature_of
+from fitting.signatures.view_of import with_picture
 from fitting.trial import MeasuredTrial
 from session import CameraSpec
 from swimmer import Twin
 from swimmer.effects import Effect
 
 Tell = Callable[[str, float | None], None]
+_UNEXPLAINED = 0.5  # share of a gap that may remain beside a name
 _COMPARED = 12  # effects in the table of separations
 _ROUNDS = {"quick": 2, "full": 5}
 
@@ -68,14 +70,12 @@ class Gap:
         shrinkage: in whitened squares.
         before, after: each held-out swim beside the plain twin and beside the one with effects; both run ahead alone.
         noise_floor_m: mean distance that tracking noise alone would make.
-        placebo: the shrinkage that the least likely effect with as many parameters reaches, refitted in the same way.
     """
 
     shrinkage: Shrinkage
     before: tuple[Swum, ...]
     after: tuple[Swum, ...]
     noise_floor_m: float
-    placebo: tuple[str, Shrinkage] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +145,7 @@ def diagnose(
     settings = settings or Settings()
     fitted = [trial for trial in trials if trial.role == "fit"]
     held = [trial for trial in trials if trial.role != "fit"]
+    camera = with_picture(camera, trials)
     tell("fitting the plain twin", 0.0)
     ground = Ground.fitted(fitted, twin, camera, discrepancy)
     signatures = []
@@ -156,14 +157,19 @@ def diagnose(
     probabilities = Probabilities.after(explanations)
     verdict = verdict_of(probabilities)
     tell("missing forces", 0.65)
-    where = locate(ground, responses(ground), signatures)
+    forces = responses(ground)
+    where = locate(ground, forces, signatures)
     best, remainder, gap = None, None, None
     rounds = _ROUNDS[settings.effort]
     beside = ground.held_out(held) if held else None
     if verdict.first:
         tell("refitting with the effects", 0.75)
         best = _refitted(ground, explanations, [effects[name] for name in verdict.first], rounds)
-        remainder = _remainder(ground, best, where)
+        rest = replace(ground)
+        rest.__dict__["left"] = best.left
+        remainder = _remainder(ground, best, locate(rest, forces, signatures))
+        if remainder.share > _UNEXPLAINED and _with_something_else(probabilities) > 0.5:
+            verdict, best, remainder = Verdict("unexplained", ()), None, None
     if beside is not None:
         tell("held-out swims", 0.85)
         gap = _gap(ground, beside, best, settings.seed)
@@ -213,6 +219,11 @@ def _refitted(ground: Ground, explanations: Explanations, effects: Sequence[Effe
     return refit(ground, effects, np.concatenate(start), rounds)
 
 
+def _with_something_else(found: Probabilities) -> float:
+    """Probability that there is something beside whatever effects."""
+    return sum(chance for (_, other), chance in found.of.items() if other)
+
+
 def _remainder(ground: Ground, best: Refit, where: Where) -> Remainder:
     plain, left = whitened(ground, ground.left), whitened(ground, best.left)
     freedom = max(len(left) - 5 - len(best.values), 1)
@@ -224,8 +235,8 @@ def _remainder(ground: Ground, best: Refit, where: Where) -> Remainder:
 
 def _gap(ground: Ground, beside: Ground, best: Refit | None, seed: int) -> Gap:
     effects, at, values = ((), ground.at, np.zeros(0)) if best is None else (best.effects, best.at, best.values)
-    left = beside.left if best is None else left_with(beside, effects, at, values)
     before = tuple(swum(ground, beside.trials, (), ground.at, np.zeros(0)))
     after = before if best is None else tuple(swum(ground, beside.trials, effects, at, values))
-    floor = [1.2533 * float(np.mean(model.noise.sd_m)) for model in beside.model.trials]
-    return Gap(shrinkage(beside, left, seed), before, after, float(np.mean(floor)), None)
+    left = None if best is None else left_with(beside, effects, at, values)
+    floor = float(np.nanmean([noise_floor_m(beside, number, seed) for number in range(len(beside.trials))]))
+    return Gap(shrinkage(beside, left, seed), before, after, floor)

@@ -21,8 +21,8 @@ def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
         "verdict": verdict.name,
         "groups": [list(group) for group in verdict.groups],
         "effects": list(verdict.effects),
-        "probabilities": dict(sorted(told.items(), key=lambda item: -item[1])) | {NONE: chances.other},
-        "no_gap_probability": chances.null,
+        "probabilities": dict(sorted(told.items(), key=lambda item: -item[1])) | {NONE: min(chances.other, 1.0)},
+        "no_gap_probability": min(chances.null, 1.0),
         "remainder": None if rest is None else {"share": rest.share, "stage": rest.stage, "p_value": rest.p_value},
         "where": {
             "by_stage": dict(where.by_stage),
@@ -74,7 +74,7 @@ def _gap(gap: Gap | None) -> dict[str, Any]:
 
 
 def _millimetres(swims: tuple[Swum, ...]) -> float:
-    return 1000 * float(np.mean([each.marker_error_m for each in swims]))
+    return 1000 * float(np.nanmean([each.marker_error_m for each in swims]))
 
 
 def _speed_error(swims: tuple[Swum, ...]) -> float:

@@ -25,7 +25,9 @@ def discrepancy_for(markers: tuple[str, ...], robot: RobotSpec) -> np.ndarray:
     along_m = robot.marker_positions_m(markers)[:, 0]
     if published:
         of_known = robot.marker_positions_m(tuple(published))[:, 0]
-        nearest = [FISHSIM_MARKERS.index(published[int(np.argmin(np.abs(of_known - x)))]) for x in along_m]
+        near = [published[int(np.argmin(np.abs(of_known - x)))] for x in along_m]
+        near = [own if own in published else other for own, other in zip(markers, near, strict=True)]
+        nearest = [FISHSIM_MARKERS.index(name) for name in near]
     else:
         nearest = [round(i) for i in np.linspace(0, len(FISHSIM_MARKERS) - 1, len(markers))]
     parts = [np.arange(1 + _OF_A_MARKER * i, 1 + _OF_A_MARKER * (i + 1)) for i in nearest]

@@ -109,15 +109,27 @@ class Explanations:
             forms = self.effects[present[0]].forms
             return _mean([self._over_sizes((form,), other) for form in forms])
         best = [self.best[i] for i in present]
-        return -np.inf if None in best else self._over_sizes(tuple(form for form in best if form), other)
+        if None in best:
+            return -np.inf
+        found = self._over_sizes(tuple(form for form in best if form), other)
+        return found - sum(self._gained[i] for i in present)
 
     @cached_property
     def best(self) -> tuple[Form | None, ...]:
         """The form of each effect that explains most; None where it does nothing."""
         return tuple(
-            max(each.forms, key=lambda form: self._over_sizes((form,), other=False), default=None)
-            for each in self.effects
+            each.forms[int(np.argmax(logs))] if logs else None
+            for each, logs in zip(self.effects, self._of_forms, strict=True)
         )
+
+    @cached_property
+    def _of_forms(self) -> list[list[float]]:
+        return [[self._over_sizes((form,), other=False) for form in each.forms] for each in self.effects]
+
+    @cached_property
+    def _gained(self) -> list[float]:
+        """What the choice of each effect's best form gains over the mean of its forms, which is what it is worth."""
+        return [max(logs) - _mean(logs) if logs else 0.0 for logs in self._of_forms]
 
     def _over_sizes(self, forms: tuple[Form, ...], other: bool) -> float:
         """Log evidence, averaged over the sizes of the forms and of something else, whichever way that may be."""

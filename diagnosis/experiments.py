@@ -14,10 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
+from diagnosis.affected_swims import lasting_noise
 from diagnosis.evidence import Explanations
 from diagnosis.ground import Ground
 from diagnosis.verdict import Verdict
 from fitting.signatures import Signature, signature_of
+from fitting.signatures.view_of import TO_PX, picture_px
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, NotEnoughData, SimulationDiverged, Tracks, TrialSpec
 from swimmer import DRY, Runs, Twin
@@ -64,9 +66,9 @@ def next_experiments(
     now = {name: signature_of(effects[name], ground.model, ground.camera, ground.at) for name in strengths}
     found = []
     for pair in pairs:
-        found += _with_a_number_more(ground, pair, strengths, now)
+        found += _with_a_number_more(ground, pair, strengths, now, _apart(ground, pair, strengths, now, effects))
     for trial in _trials(ground, seed):
-        with suppress(NotEnoughData, SimulationDiverged, np.linalg.LinAlgError):
+        with suppress(NotEnoughData, SimulationDiverged, np.linalg.LinAlgError, ValueError):  # nan where one diverged
             wider = ground.with_trial(trial.twin, trial.measured)
             then = {name: signature_of(effects[name], wider.model, wider.camera, ground.at) for name in strengths}
             found += [
@@ -85,8 +87,7 @@ def _strengths(
         if each.name in names and form is not None:
             suited = effects[each.name].suited(ground.twin.robot, ground.trials[0].markers)
             values = np.zeros(len(suited.parameters))
-            own = np.linalg.lstsq(form.columns, target, rcond=None)[0]
-            values[list(form.parameters)] = np.clip(own, form.low, form.high) * form.sd
+            values[list(form.parameters)] = form.nearest(target) * form.sd
             found[each.name] = values
     return found
 
@@ -108,20 +109,26 @@ def _apart(
 
 
 def _with_a_number_more(
-    ground: Ground, pair: tuple[str, str], strengths: Mapping[str, np.ndarray], signatures: Mapping[str, Signature]
+    ground: Ground,
+    pair: tuple[str, str],
+    strengths: Mapping[str, np.ndarray],
+    signatures: Mapping[str, Signature],
+    apart: float,
 ) -> list[Experiment]:
-    """A clock in view, or a motor's log: each gives a frequency that an effect of the clock leaves as it is."""
+    """A clock in view, or a motor's log: each gives a frequency that an effect of the clock leaves as it is.
+
+    Beside what already holds the two apart.
+    """
     if not all(name in strengths for name in pair):
         return []
     hertz = {name: _hertz(ground, signatures[name], strengths[name]) for name in pair}
     clocks = {name: change if name == _CLOCK else 0.0 for name, change in hertz.items()}
     turned = {name: 0.0 if name == _CLOCK else change for name, change in hertz.items()}
-    ways = (
-        ("Put a running clock into the picture and film one more swim", clocks, _CLOCKED_TO),
-        ("Log the motor in one more swim", turned, _LOGGED_TO),
-    )
+    ways = [("Put a running clock into the picture and film one more swim", clocks, _CLOCKED_TO)]
+    if not any(trial.motor is not None for trial in ground.trials):
+        ways.append(("Log the motor in one more swim", turned, _LOGGED_TO))
     return [
-        Experiment(describe, pair, _error(abs(told[pair[0]] - told[pair[1]]) / to))
+        Experiment(describe, pair, _error(float(np.hypot(apart, (told[pair[0]] - told[pair[1]]) / to))))
         for describe, told, to in ways
         if told[pair[0]] != told[pair[1]]
     ]
@@ -159,7 +166,9 @@ def _measured(ground: Ground, twin: Twin, hz: float, kind: str, seed: int) -> Me
     velocity = np.array([[-_START_M_S * hz, 0.0, 0.0]])
     told = twin.simulate(Runs(ground.at[None], np.array([hz]), np.zeros(1), velocity), time_s)
     noise_m = _noise_m(ground, told.marker_m[0].shape, frame_s, np.random.default_rng([seed, 13]))
-    position_px = (told.marker_m[0] + noise_m) / like.metres_per_px * np.array([1.0, -1.0])
+    middle_px = np.array(picture_px(ground.trials, ground.camera)) / 2
+    position_px = (told.marker_m[0] - told.marker_m[0].mean(axis=(0, 1)) + noise_m) / like.metres_per_px
+    position_px = position_px * TO_PX + middle_px
     tracks = Tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
     spec = TrialSpec(f"{kind}_{hz:.2f}", "swim", commanded_hz=hz, role="fit")
     camera = CameraSpec(1 / frame_s, twin.robot.scale_length_m)
@@ -170,14 +179,8 @@ def _measured(ground: Ground, twin: Twin, hz: float, kind: str, seed: int) -> Me
 def _noise_m(ground: Ground, shape: Sequence[int], frame_s: float, random: np.random.Generator) -> np.ndarray:
     """(n, m, 2) errors that last, as those of the session do."""
     noises = [model.noise for model in ground.model.trials]
-    lasts = np.exp(-frame_s / float(np.median([noise.lasts_s for noise in noises])))
-    sd_m = np.median([noise.sd_m for noise in noises], axis=0)
-    steps = random.standard_normal(tuple(shape)) * sd_m[:, None]
-    found = np.empty_like(steps)
-    found[0] = steps[0]
-    for i in range(1, len(steps)):
-        found[i] = lasts * found[i - 1] + np.sqrt(1 - lasts**2) * steps[i]
-    return found
+    lasts_s = float(np.median([noise.lasts_s for noise in noises]))
+    return lasting_noise(shape, np.median([noise.sd_m for noise in noises], axis=0), lasts_s, frame_s, random)
 
 
 def _error(distance: float) -> float:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
 
 from fitting.signatures import Signature, Whitened
 
@@ -34,6 +35,15 @@ class Form:
     def one_sided(self) -> bool:
         """Whether its only parameter has one sign."""
         return len(self.low) == 1 and bool(self.low[0] * self.high[0] == 0)
+
+    def nearest(self, target: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:
+        """(p,) strengths within bounds, in standard deviations, that come nearest to a whitened row (q,).
+
+        Args:
+            target: the row.
+            columns: (q, p) of this form in the row's directions; default: its own.
+        """
+        return np.asarray(lsq_linear(self.columns if columns is None else columns, target, (self.low, self.high)).x)
 
     @property
     def size(self) -> float:

@@ -20,7 +20,7 @@ class Shrinkage:
 
     Attributes:
         plain, with_effects: mean squared whitened residual.
-        value: S; None where the plain twin leaves no more than noise.
+        value: S; None where the plain twin leaves no more than noise, or nothing was added.
         interval: 95 %, over the noise of these trials alone; None where S is.
     """
 
@@ -41,18 +41,21 @@ def whitened(ground: Ground, left: np.ndarray) -> np.ndarray:
     return np.asarray(solve_triangular(ground.space.root, left, lower=True))
 
 
-def shrinkage(held: Ground, left: np.ndarray, seed: int = 0) -> Shrinkage:
+def shrinkage(held: Ground, left: np.ndarray | None, seed: int = 0) -> Shrinkage:
     """Of what the refitted twin with effects leaves (k,) of the held-out swims, against what the plain one does.
 
     Args:
         held: the held-out swims beside the plain twin that was fitted to the others.
-        left: what the twin with effects leaves.
+        left: what the twin with effects leaves; None where no effect was added.
         seed: of the draws.
     """
-    before, after = of_gaits(held, held.left), of_gaits(held, left)
+    before = of_gaits(held, held.left)
+    after = before if left is None else of_gaits(held, left)
     count = len(before)
     over, under = before @ before - count, after @ after - count
     plain, with_effects = float(before @ before / count), float(after @ after / count)
+    if left is None:
+        return Shrinkage(plain, plain, None, None)
     if over < _CLEAR * np.sqrt(2 * count + 4 * max(over, 0.0)):
         return Shrinkage(plain, with_effects, None, None)
     noise = np.random.default_rng([seed, 11]).standard_normal((_DRAWS, count))

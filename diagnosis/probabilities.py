@@ -63,7 +63,7 @@ class Probabilities:
         total = np.zeros(len(self.names))
         for (present, _), chance in self.of.items():
             total[list(present)] += chance
-        return total
+        return np.minimum(total, 1.0)  # sums of exponentials round
 
     @property
     def likeliest(self) -> Key:

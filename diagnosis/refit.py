@@ -15,6 +15,7 @@ from swimmer.effects import Effect
 _ROOT_STEP, _STEP_SD = 0.02, 0.25  # of the root of a coefficient; of a parameter, in standard deviations of its prior
 _WIDER = 5.0  # than its prior a parameter may lie
 _HALVINGS = (1.0, 0.5, 0.2)
+_TINY = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,9 @@ def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: 
     joint = _Joint(ground, effects)
     point = np.concatenate([ground.at, np.clip(start, joint.low[5:], joint.high[5:])])
     left, misfit = joint.look(point)
+    while not np.isfinite(misfit) and np.abs(point[5:]).max(initial=0.0) > _TINY:
+        point[5:] /= 2  # towards the plain twin, which stands
+        left, misfit = joint.look(point)
     slopes = joint.slopes(point)
     for _ in range(rounds):
         step = joint.step(point, left, slopes)

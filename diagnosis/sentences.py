@@ -27,7 +27,8 @@ def _where(data: Mapping[str, Any]) -> str:
     if data["verdict"] == "no_gap":
         return f"Where: nowhere that these trials show; {floor:.0%} of what the nearest twin leaves is noise."
     stage = max(shares, key=lambda name: shares[name])
-    marker = max(data["where"]["by_marker"], key=lambda name: data["where"]["by_marker"][name])
+    markers = {name: p for name, p in data["where"]["by_marker"].items() if name not in ("speed", "frequency")}
+    marker = max(markers, key=lambda name: markers[name])
     return (
         f"Where: mostly {_OF_STAGE[stage]} ({shares[stage]:.0%} of what the nearest twin leaves; {floor:.0%} is "
         f"noise), most of all at {plain(marker)}."
@@ -38,6 +39,9 @@ def _which(data: Mapping[str, Any]) -> str:
     verdict, chances = data["verdict"], data["probabilities"]
     if verdict == "no_gap":
         return f"Which: no effect is called for (probability of nothing {data['no_gap_probability']:.2f})."
+    if verdict == "unexplained" and chances["none_of_these"] < 0.5:
+        several = [plain(name) for name, chance in chances.items() if name != "none_of_these"][:4]
+        return f"Which: no effect stands out; among the likeliest are {', '.join(several)}. See the missing forces."
     if verdict == "unexplained":
         return (
             "Which: no effect of the catalogue explains it "
@@ -57,6 +61,8 @@ def _how_far(data: Mapping[str, Any]) -> str:
     gap = data["gap"]
     if not gap["evaluated_on"]:
         return "How far: not known, for no swim was held out."
+    if gap["baseline_mm"] is None or gap["with_effects_mm"] is None:
+        return "How far: not known, for no marker of the held-out swims could be compared."
     trials = f"{len(gap['evaluated_on'])} held-out swim{'s' * (len(gap['evaluated_on']) > 1)}"
     if data["verdict"] in ("no_gap", "unexplained"):
         return (

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.evidence import Explanations
-from diagnosis.forms import Form
 
 
 def separations(explanations: Explanations, chosen: Sequence[int]) -> np.ndarray:
@@ -16,7 +15,7 @@ def separations(explanations: Explanations, chosen: Sequence[int]) -> np.ndarray
     forms = [explanations.best[i] for i in chosen]
     columns = [None if form is None else explanations.row.turn @ form.columns for form in forms]
     strengths = [
-        None if c is None or f is None else _nearest(explanations.row.left, c, f)
+        None if c is None or f is None else f.nearest(explanations.row.left, c)
         for c, f in zip(columns, forms, strict=True)
     ]
     found = np.full((len(chosen), len(chosen)), np.nan)
@@ -26,10 +25,5 @@ def separations(explanations: Explanations, chosen: Sequence[int]) -> np.ndarray
         change = own @ strength
         for j, (other, form) in enumerate(zip(columns, forms, strict=True)):
             if other is not None and form is not None:
-                found[i, j] = 0.0 if i == j else float(np.linalg.norm(change - other @ _nearest(change, other, form)))
+                found[i, j] = 0.0 if i == j else float(np.linalg.norm(change - other @ form.nearest(change, other)))
     return found
-
-
-def _nearest(target: np.ndarray, columns: np.ndarray, form: Form) -> np.ndarray:
-    """(p,) within bounds."""
-    return np.clip(np.linalg.lstsq(columns, target, rcond=None)[0], form.low, form.high)

@@ -114,10 +114,16 @@ def _ways(ground: Ground, responses: Responses, signatures: Sequence[Signature])
     found[Way("camera", "scale")] = _in_each_trial(ground, lambda gait: _SCALE * gait[:, None])
     found[Way("drive", "ripple")] = _in_each_trial(ground, _ripples)
     found[Way("drive", "frequency")] = _other_frequencies(ground)
-    told = [s.rows[np.isfinite(s.rows).all(axis=1)].T[:, [0, -1]] for s in signatures if s.effect.stage == "drive"]
-    if told:
-        found[Way("drive", "effects")] = np.hstack(told)
-    return found
+    told = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
+    found[Way("drive", "effects")] = np.hstack([np.zeros((len(ground.left), 0)), *told])
+    return {way: columns for way, columns in found.items() if columns.size and np.any(ground.space.freed(columns.T))}
+
+
+def _of_each_parameter(signature: Signature) -> np.ndarray:
+    """(k, p) what each parameter does, as strong as it was tried without divergence."""
+    which, standing = np.abs(signature.values).argmax(axis=1), np.isfinite(signature.rows).all(axis=1)
+    rows = [signature.rows[(which == number) & standing] for number in range(signature.values.shape[1])]
+    return np.column_stack([np.zeros((signature.rows.shape[1], 0)), *[own[-1] for own in rows if len(own)]])
 
 
 def _in_each_trial(ground: Ground, columns: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
@@ -223,7 +229,9 @@ def _forces(
     mean, sd = np.zeros((2, len(responses.joints), trials, PER_JOINT))
     for stage, joints in (("body", slice(None, len(HEAD))), ("tail", slice(len(HEAD), None))):
         for what, harmonics in (("steady", slice(None, 1)), ("beating", slice(1, None))):
-            columns, prior = parts[Way(stage, what)], weights[Way(stage, what)]
+            if (way := Way(stage, what)) not in parts:
+                continue
+            columns, prior = parts[way], weights[way]
             explained = np.einsum("ij,ij->j", columns, np.linalg.solve(covariance, columns))
             shape = mean[joints, :, harmonics].shape
             mean[joints, :, harmonics] = (prior * (columns.T @ solved)).reshape(shape)

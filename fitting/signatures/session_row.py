@@ -11,6 +11,7 @@ from fitting.signatures.separation import Whitened
 
 PRIOR_SD = np.full(5, (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0))
 TOLD_TO = 0.002  # relative standard deviation of a measured frequency about the commanded one
+_LEAST = 0.01  # of a coefficient about which slopes are taken: nearer to 0 steps are lost in the twin's roughness
 _STEP = 0.02  # of the root of a coefficient, either way
 _ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
 
@@ -25,7 +26,7 @@ def left_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
 
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
     """(k + t, 5) of the row with the coefficients, on which no frequency depends; even steps in their roots."""
-    roots = np.sqrt(at) + _STEP * np.vstack([np.eye(5), -np.eye(5)])
+    roots = np.sqrt(np.maximum(at, _LEAST)) + _STEP * np.vstack([np.eye(5), -np.eye(5)])
     points = np.clip(roots, 0.0, np.sqrt(COEFFICIENT_BOUNDS[1])) ** 2
     gaits = model.simulated(points)
     slopes = (gaits[:5] - gaits[5:]) / np.diag(points[:5] - points[5:])[:, None]

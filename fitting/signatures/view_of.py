@@ -1,11 +1,12 @@
 """Where the camera stood over a swim, in the frame in which the twin swims it."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
 from fitting.trial import MeasuredTrial
-from session import CameraSpec
+from session import CameraCalibration, CameraSpec
 from swimmer.effects import View
 
 COMMON_PX = (
@@ -29,6 +30,20 @@ def picture_px(trials: Iterable[MeasuredTrial], camera: CameraSpec) -> tuple[flo
     reached = np.max([np.nanmax(TO_PX * each.position_m / each.metres_per_px, axis=(0, 1)) for each in trials], axis=0)
     holding = [size for size in COMMON_PX if (reached < size).all()]
     return holding[0] if holding else (float(reached[0]), float(reached[1]))
+
+
+def with_picture(camera: CameraSpec, trials: Iterable[MeasuredTrial]) -> CameraSpec:
+    """The camera with the picture that all trials of a session tell, so that every part of it is seen in the same one.
+
+    For views alone: its focal length is only a place holder.
+    """
+    if camera.calibration is not None:
+        return camera
+    width, height = (round(size) for size in picture_px(trials, camera))
+    picture = CameraCalibration(
+        width_px=width, height_px=height, fx_px=width, fy_px=width, cx_px=width / 2, cy_px=height / 2
+    )
+    return replace(camera, calibration=picture)
 
 
 def view_of(

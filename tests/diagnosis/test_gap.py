@@ -37,6 +37,11 @@ def test_a_gap_within_noise_has_no_shrinkage() -> None:
     assert found.interval is None
 
 
+def test_where_nothing_was_added_nothing_shrank() -> None:
+    gap = coloured(30 * np.eye(K)[0])
+    assert shrinkage(held(gap), None).value is None  # type: ignore[arg-type]
+
+
 def test_the_frequency_does_not_count() -> None:
     noise = np.random.default_rng(3).standard_normal(K)
     left = coloured(noise)

@@ -7,15 +7,14 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import block_diag
 
-from calib.benchmarks.effects.drawn import KNOWN_TO, DrawnWorld
+from calib.benchmarks.effects.drawn import DrawnWorld
+from diagnosis.described import robot_doubts
 from fitting.posterior.gait import advanced, phase_between
 from fitting.posterior.noise import GaitNoise
-from fitting.posterior.robot_doubt import Doubt, doubted_twins
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
 from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import Signature, Whitened, signature_of
 from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes
-from fitting.structure import assumed
 from fitting.trial import MeasuredTrial, measure_trial
 from reality import PixelNoise, Recording
 from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
@@ -23,7 +22,6 @@ from swimmer import Twin, load_robot
 from swimmer.effects import Effect
 
 WARMUP_S = 1.0
-_ARM_SD = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +53,7 @@ class SessionRows:
     ) -> "SessionRows":
         """From recordings of the base state of all trials, without noise."""
         twin = Twin(load_robot(), FISHSIM_MARKERS, workers=1)
-        sd = {"crank_arm": _ARM_SD, **KNOWN_TO}
-        doubts = [Doubt(source, sd[source.quantity]) for source in assumed(twin.robot).sources]
-        doubted = doubted_twins(twin, doubts)
+        doubted = robot_doubts(twin)
         trials = (TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in measured(drawn, base, role))
         return cls(drawn, role, SessionModel(tuple(trials)), discrepancy, given)
 
