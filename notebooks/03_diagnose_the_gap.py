@@ -5,6 +5,8 @@
 #     text_representation:
 #       extension: .py
 #       format_name: percent
+#       format_version: '1.3'
+#       jupytext_version: 1.19.6
 #   kernelspec:
 #     display_name: Python 3
 #     language: python
@@ -36,7 +38,7 @@ from session import read_result_json
 # %matplotlib inline
 
 # %%
-suite, name = Path("../datasets/withheld/small"), "wc4264fc2"
+suite, name = Path("../datasets/withheld/small"), "w31986ec6"
 session = open_session(suite / "sessions" / name)
 for trial in session.trials:
     print(f"{trial.name}: {trial.kind}, role {trial.role}, {trial.commanded_hz or 0:.2f} Hz commanded")
