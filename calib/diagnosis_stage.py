@@ -81,7 +81,8 @@ class DiagnosisStage:
     @cached_property
     def fingerprint(self) -> str:
         """Of the recordings, of the catalogue and of how it is diagnosed."""
-        told = {"form": FORM, "effort": self._options.effort, "effects": list(self.effects), "seed": self._session.seed}
+        effects = {name: [list(parameter) for parameter in effect.parameters] for name, effect in self.effects.items()}
+        told = {"form": FORM, "effort": self._options.effort, "effects": effects, "seed": self._session.seed}
         return fingerprint_of({}, told, [self._recordings])
 
     @property

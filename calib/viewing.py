@@ -44,7 +44,7 @@ def make_recording(pipeline: Pipeline) -> Path:
 
 
 def _recorded(
-    pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | None, forces: MissingForces | None
+    pipeline: Pipeline, spec: TrialSpec, fitted: CalibratedTrial | None, forces: MissingForces | None = None
 ) -> RecordedTrial:
     session = pipeline.session
     picture: tuple[int, int] | None = None

@@ -10,13 +10,12 @@ import numpy as np
 
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from session import SwimcalError
 
 Program = Callable[[Path, np.ndarray, frozenset[str]], None]
 """Diagnoses a session's folder, given the discrepancy (127, 127) and the names that its catalogue is to lack."""
 
 
-class ProgramFailed(SwimcalError):
+class ProgramFailed(RuntimeError):
     """A program ended with an error; its last words are the message."""
 
 
