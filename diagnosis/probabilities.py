@@ -22,12 +22,10 @@ class Probabilities:
 
     Attributes:
         names: (e,) of the effects.
-        stages: (e,) where each acts.
         of: probability of each explanation that was tried; they add up to 1.
     """
 
     names: tuple[str, ...]
-    stages: tuple[str, ...]
     of: dict[Key, float]
 
     @classmethod
@@ -44,8 +42,7 @@ class Probabilities:
                 _try(explanations, logs, present)
         total = logsumexp(list(logs.values()))
         chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
-        effects = explanations.effects
-        return cls(tuple(e.name for e in effects), tuple(e.stage for e in effects), chances)
+        return cls(tuple(each.name for each in explanations.effects), chances)
 
     @property
     def null(self) -> float:
@@ -64,15 +61,6 @@ class Probabilities:
         for (present, _), chance in self.of.items():
             total[list(present)] += chance
         return np.minimum(total, 1.0)  # sums of exponentials round
-
-    @property
-    def likeliest(self) -> Key:
-        """Explanation."""
-        return max(self.of, key=lambda key: self.of[key])
-
-    def number(self, count: int) -> float:
-        """That so many effects are present."""
-        return sum(chance for (present, _), chance in self.of.items() if len(present) == count)
 
 
 def _try(explanations: Explanations, logs: dict[Key, float], present: tuple[int, ...]) -> None:

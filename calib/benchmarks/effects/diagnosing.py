@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 
 from calib.benchmarks.effects.discrepancy import load_discrepancy
+from calib.benchmarks.effects.each_session import each_session
 from calib.benchmarks.effects.folder import DIAGNOSIS, SECONDS, Failure, SuiteFolder, Tell
 from calib.benchmarks.effects.program import Program
-from calib.benchmarks.spread import spread
 from session import write_whole
 
 Piece = tuple[str, frozenset[str]]
@@ -83,14 +83,8 @@ def _diagnosed(
     how: tuple[int, str | None, Tell | None],
 ) -> tuple[Failure, ...]:
     workers, scheduler, tell = how
-    todo, failures = [piece for piece in pieces if not (folder / piece[0] / DIAGNOSIS).exists()], []
-    work = partial(_attempt, program, folder, suite.discrepancy)
-    for number, failure in enumerate(spread(work, todo, workers, scheduler)):
-        if failure is not None:
-            failures.append(failure)
-        if tell is not None:
-            tell(f"{number + 1} of {len(todo)} sessions", (number + 1) / len(todo))
-    return tuple(failures)
+    todo = [piece for piece in pieces if not (folder / piece[0] / DIAGNOSIS).exists()]
+    return each_session(partial(_attempt, program, folder, suite.discrepancy), todo, workers, scheduler, tell)
 
 
 def _attempt(program: Program, folder: Path, discrepancy: Path, piece: Piece) -> Failure | None:

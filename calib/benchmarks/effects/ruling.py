@@ -6,10 +6,10 @@ from functools import partial
 import numpy as np
 
 from calib.benchmarks.effects.discrepancy import load_discrepancy
+from calib.benchmarks.effects.each_session import each_session
 from calib.benchmarks.effects.evidence import evidence_of
 from calib.benchmarks.effects.folder import Failure, SuiteFolder, Tell
 from calib.benchmarks.effects.rules import RULES
-from calib.benchmarks.spread import spread
 from session import SwimcalError, write_whole
 from swimmer.effects import catalogue
 
@@ -32,13 +32,7 @@ def judge_suite(
         InputError: no scheduler answers.
     """
     todo = [name for name in suite.names if not all(suite.rule(rule, name).exists() for rule in RULES)]
-    failures = []
-    for number, failure in enumerate(spread(partial(_judged, suite), todo, workers, scheduler)):
-        if failure is not None:
-            failures.append(failure)
-        if tell is not None:
-            tell(f"{number + 1} of {len(todo)} sessions", (number + 1) / len(todo))
-    return tuple(failures)
+    return each_session(partial(_judged, suite), todo, workers, scheduler, tell)
 
 
 def _judged(suite: SuiteFolder, name: str) -> Failure | None:

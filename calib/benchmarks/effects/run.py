@@ -7,10 +7,10 @@ from functools import partial
 
 from calib.benchmarks.effects.answer import checksum, seal
 from calib.benchmarks.effects.discrepancy import load_discrepancy
+from calib.benchmarks.effects.each_session import each_session
 from calib.benchmarks.effects.folder import Failure, SuiteFolder, Tell
 from calib.benchmarks.effects.making import Making, undated
 from calib.benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
-from calib.benchmarks.spread import spread
 from reality.mechanisms import catalogued, uncatalogued
 from session import FaultCollector, SwimcalError, write_whole
 from swimmer.effects import catalogue
@@ -42,16 +42,11 @@ def make_suite(
     plans = plan_suite(seed, size, tuple(catalogued()), tuple(uncatalogued()))
     _check_same(suite, plans)
     todo = [plan for plan in plans if not suite.made(plan.name)]
-    failures = []
-    for number, failure in enumerate(spread(partial(_made, suite), todo, workers, scheduler)):
-        if failure is not None:
-            failures.append(failure)
-        if tell is not None:
-            tell(f"{number + 1} of {len(todo)} sessions", (number + 1) / len(todo))
+    failures = each_session(partial(_made, suite), todo, workers, scheduler, tell)
     there = sorted(path.stem for path in suite.answers.glob("*.sealed"))
     sums = {name: checksum(suite.answer(name)) for name in there}
     write_whole(suite.checksums, json.dumps(sums, indent=1) + "\n")
-    return tuple(failures)
+    return failures
 
 
 def _made(suite: SuiteFolder, plan: SessionPlan) -> Failure | None:
