@@ -6,17 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.posterior.box_size import BOX_SD_M, box_size
-from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
-from fitting.posterior.trial_model import TrialModel
+from diagnosis.ground import Ground
 from fitting.signatures import Signature, Whitened, signature_of
-from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes
+from fitting.signatures.view_of import with_picture
 from fitting.trial import MeasuredTrial, measure_trial
 from session import Session, TrialSpec, load_session, load_tracks
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect
-
-_START = np.array([0.6, 3.0, 6.0, 4.0, 1.5])
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,18 +46,9 @@ def evidence_of(folder: Path, discrepancy: np.ndarray, effects: Mapping[str, Eff
     twin = Twin(load_robot(session.robot_file), session.markers, workers=1)
     fitted = [spec for spec in session.trials if spec.kind == "swim" and spec.role == "fit"]
     trials = [_measured(session, spec, twin) for spec in fitted]
-    model = SessionModel(tuple(TrialModel(twin, trial, START_PHASE_RAD) for trial in trials))
-
-    def covariance(at: np.ndarray) -> np.ndarray:
-        disturbances = model.disturbances(at)
-        left = left_row(model, at)[: -len(trials)]
-        box_sd_m = box_size(left, len(trials), disturbances)
-        return row_covariance(model, disturbances.of(max(box_sd_m, BOX_SD_M / 3)), discrepancy)
-
-    at = nearest(model, _START, covariance)
-    space = Whitened.of(covariance(at), row_slopes(model, at), PRIOR_SD)
-    found = tuple(signature_of(effect, model, session.camera, at) for effect in effects.values())
-    return Evidence(left_row(model, at), space, found)
+    ground = Ground.fitted(trials, twin, with_picture(session.camera, trials), discrepancy)
+    found = tuple(signature_of(effect, ground.model, ground.camera, ground.at) for effect in effects.values())
+    return Evidence(ground.left, ground.space, found)
 
 
 def _measured(session: Session, spec: TrialSpec, twin: Twin) -> MeasuredTrial:
