@@ -8,9 +8,9 @@ restarts end apart, the result says so.
 """
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
-from itertools import count
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import count, zip_longest
 
 import numpy as np
 from mujoco.minimize import IterLog, least_squares
@@ -20,6 +20,7 @@ from fitting.coefficient_fit import CoefficientFit, Restart, flags_of
 from fitting.objective import Swims
 from fitting.precision import covariance, intervals
 from fitting.search_space import ROOTS, SearchSpace, parameters
+from fitting.starts import promising
 from fitting.valley import along_valley
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
@@ -112,39 +113,58 @@ def fit_coefficients(
         progress: called with the share done, 0 to 1, and the best mean distance so far, m.
         starts: points (p,) of the search space to begin with; default: the best of a screening of the box.
     """
-    began = time.perf_counter()
-    space, random = SearchSpace(swims), np.random.default_rng(seed)
-    restarts: list[Restart] = []
-    trace: list[tuple[float, float]] = []
-    done, told = count(1), progress or _untold
+    began, random = time.perf_counter(), np.random.default_rng(seed)
+    search = _Search(swims, effort, progress or _untold)
+    space = search.space
+    heats = search.descend(_starts(space, effort, random) if starts is None else starts, effort.heat_iterations)
+    if effort.second_heat:
+        heats = search.go_on(heats[: effort.second_heat], effort.heat_iterations)
+    search.go_on(heats[: effort.finalists], effort.final_iterations)
+    if effort.valley_steps:
+        search.descend(_elsewhere(space, search.best, effort.valley_steps), _HOP_ITERATIONS)
+        search.descend(_hops_on_floor(space, search.best, random)[:1], _HOP_ITERATIONS)
+    if effort.last_iterations and not search.best.converged:
+        search.go_on([search.best], effort.last_iterations, central=True)
+    search.told(1.0, search.best.objective_m)
+    return _result(swims, space, search.restarts, began, tuple(search.trace), intervals(space, search.best.point))
 
-    def descend(points: list[np.ndarray], iterations: int) -> list[Restart]:
-        return sorted((note(_descend(space, point, iterations)) for point in points), key=_rank)
 
-    def go_on(starts: list[Restart], iterations: int, central: bool = False) -> list[Restart]:
-        return sorted((note(_descend(space, r.point, iterations, r, central), r) for r in starts), key=_rank)
+class _Search:
+    """Descents, some of which go on from others, and what has come of them so far, best first."""
 
-    def note(restart: Restart, before: Restart | None = None) -> Restart:
-        if before is not None and restart.swims_forward >= before.swims_forward:
-            restarts.remove(before)
-        restarts.append(restart)
-        restarts.sort(key=_rank)
-        if restarts[0] is restart and restart.swims_forward:
-            trace.append((space.spent_s, _mean_distance(swims, restart)))
-        told(min(next(done) / effort.descents, 1.0), restarts[0].objective_m)
+    def __init__(self, swims: Swims, effort: Effort, told: Progress) -> None:
+        self.space, self.told = SearchSpace(swims), told
+        self.restarts: list[Restart] = []
+        self.trace: list[tuple[float, float]] = []
+        self._swims, self._effort, self._done = swims, effort, count(1)
+
+    @property
+    def best(self) -> Restart:
+        return self.restarts[0]
+
+    def descend(self, points: list[np.ndarray], iterations: int) -> list[Restart]:
+        """From points (p,); what came of each, best first."""
+        return self._ranked([self._tell(_descend(self.space, point, iterations)) for point in points])
+
+    def go_on(self, starts: list[Restart], iterations: int, central: bool = False) -> list[Restart]:
+        """From where others ended, whose place they take unless they turned round."""
+        ended = [self._tell(_descend(self.space, r.point, iterations, r, central)) for r in starts]
+        return self._ranked(ended, starts)
+
+    def _tell(self, restart: Restart) -> Restart:
+        share = min(next(self._done) / self._effort.descents, 1.0)
+        self.told(share, (*self.restarts[:1], restart)[0].objective_m)
         return restart
 
-    heats = descend(_starts(space, effort, random) if starts is None else starts, effort.heat_iterations)
-    if effort.second_heat:
-        heats = go_on(heats[: effort.second_heat], effort.heat_iterations)
-    go_on(heats[: effort.finalists], effort.final_iterations)
-    if effort.valley_steps:
-        descend(_elsewhere(space, restarts[0], effort.valley_steps), _HOP_ITERATIONS)
-        descend(_hops_on_floor(space, restarts[0], random)[:1], _HOP_ITERATIONS)
-    if effort.last_iterations and not restarts[0].converged:
-        go_on(restarts[:1], effort.last_iterations, central=True)
-    told(1.0, restarts[0].objective_m)
-    return _result(swims, space, restarts, began, tuple(trace), intervals(space, restarts[0].point))
+    def _ranked(self, ended: list[Restart], before: Sequence[Restart] = ()) -> list[Restart]:
+        ended = _checked(self.space, ended)
+        for restart, earlier in zip_longest(ended, before):
+            if earlier is not None and restart.swims_forward >= earlier.swims_forward:
+                self.restarts.remove(earlier)
+        self.restarts = sorted((*self.restarts, *ended), key=_rank)
+        if any(self.best is restart for restart in ended) and self.best.swims_forward:
+            self.trace.append((self.space.spent_s, _mean_distance(self._swims, self.best)))
+        return sorted(ended, key=_rank)
 
 
 def _untold(_share: float, _best_m: float) -> None:
@@ -163,8 +183,8 @@ def refine_coefficients(
         central: central differences, or one-sided ones at half the price.
     """
     began, space = time.perf_counter(), SearchSpace(swims)
-    restarts = sorted((_descend(space, point, iterations, central=central) for point in points), key=_rank)
-    return _result(swims, space, restarts, began)
+    ended = [_descend(space, point, iterations, central=central) for point in points]
+    return _result(swims, space, sorted(_checked(space, ended), key=_rank), began)
 
 
 def _result(
@@ -195,14 +215,8 @@ def _starts(space: SearchSpace, effort: Effort, random: np.random.Generator) -> 
     """(p,) the most promising points of the box that lie apart, forward swimmers first, in step with the trials."""
     roots = ROOTS[0] + np.ptp(ROOTS) * qmc.Sobol(5, rng=random).random(effort.screened)
     points = space.in_step(np.vstack([PUBLISHED_COEFFICIENTS, roots**2]))
-    points = _forward_first(space, points[:, np.argsort(space.objectives(points))[: effort.screened // 2]])
-    chosen: list[np.ndarray] = []
-    for point in points.T:
-        if all(np.linalg.norm(point[:5] - other[:5]) > effort.apart for other in chosen):
-            chosen.append(point)
-        if len(chosen) == effort.starts:
-            break
-    return chosen
+    best = np.argsort(space.objectives(points))[: effort.screened // 2]
+    return promising(space, points[:, best], effort.starts, effort.apart)
 
 
 def _elsewhere(space: SearchSpace, best: Restart, steps: int) -> list[np.ndarray]:
@@ -227,7 +241,7 @@ def _forward_first(space: SearchSpace, points: np.ndarray) -> np.ndarray:
 def _descend(
     space: SearchSpace, start: np.ndarray, iterations: int, before: Restart | None = None, central: bool = False
 ) -> Restart:
-    """Gauss-Newton from a point; what a heat did before is put in front of its history."""
+    """Gauss-Newton from a point, unchecked; what a heat did before is put in front of its history."""
     trace: list[IterLog]
     x, trace = least_squares(
         start.copy(),
@@ -250,8 +264,15 @@ def _descend(
         objective_m=float(history[-1]),
         history_m=history if before is None else np.append(before.history_m[:-1], history),
         converged=len(trace) <= iterations,
-        swims_forward=bool(space.swims_forward(x[:, None])[0]),
     )
+
+
+def _checked(space: SearchSpace, ended: list[Restart]) -> list[Restart]:
+    """The same, with the note which of them swim forward from rest: all in one batch."""
+    if not ended:
+        return []
+    forward = space.swims_forward(np.stack([restart.point for restart in ended], axis=1))
+    return [replace(restart, swims_forward=bool(swims)) for restart, swims in zip(ended, forward, strict=True)]
 
 
 def _rank(restart: Restart) -> tuple[bool, float]:

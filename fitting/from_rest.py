@@ -30,14 +30,18 @@ def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
 
 def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
     """(s, f) forward speed after half of some beats from rest, m/s, for s sets of coefficients (s, 5)."""
-    sets = len(coefficients)
+    sets, hz = len(coefficients), np.tile(frequency_hz, len(coefficients))
     nose, neck = twin.markers.index("nose"), twin.markers.index("neck")
-    speeds = np.zeros((sets, len(frequency_hz)))
-    for i, hz in enumerate(frequency_hz):
-        time_s = np.arange(0.0, BEATS / hz, FRAME_S)
-        runs = Runs(np.asarray(coefficients, float), np.full(sets, hz), np.zeros(sets))
-        head = to_head_frame(twin.simulate(runs, time_s, allow_divergence=True).marker_m, nose, neck)
-        speeds[:, i] = forward_speed(time_s, head.forward_m, time_s >= BEATS / 2 / hz, hz)
+    runs = Runs(np.repeat(np.asarray(coefficients, float), len(frequency_hz), axis=0), hz, np.zeros(len(hz)))
+    times = [np.arange(0.0, BEATS / f, FRAME_S) for f in frequency_hz]
+    longest = max(map(len, times))
+    padded = np.tile([np.pad(t, (0, longest - len(t)), mode="edge") for t in times], (sets, 1))
+    marker_m = twin.simulate(runs, padded, allow_divergence=True).marker_m
+    marker_m = marker_m.reshape(sets, len(times), longest, *marker_m.shape[2:])
+    speeds = np.zeros((sets, len(times)))
+    for i, (f, time_s) in enumerate(zip(frequency_hz, times, strict=True)):
+        head = to_head_frame(marker_m[:, i, : len(time_s)], nose, neck)
+        speeds[:, i] = forward_speed(time_s, head.forward_m, time_s >= BEATS / 2 / f, f)
     return speeds
 
 

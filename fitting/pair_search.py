@@ -14,11 +14,12 @@ from fitting.coefficient_fit import Restart
 from fitting.coefficients import refine_coefficients
 from fitting.objective import Swims
 from fitting.search_space import ROOTS, SearchSpace
+from fitting.starts import promising
 from fitting.trial import MeasuredTrial
 from swimmer import PUBLISHED_COEFFICIENTS, Twin
 
 SCREENED = 64  # points of the box
-CHECKED, STARTS = 6, 2  # of these the best that lie apart; of these again the best that swim forward
+CHECKED, STARTS = 32, 2  # of these the best; of these again the best that lie apart and swim forward
 APART = 1.0  # in roots
 HEAT, POLISH = 3, 10  # iterations of Gauss-Newton at most
 
@@ -55,9 +56,4 @@ def _starts(space: SearchSpace, screened: Sequence[Screened]) -> list[np.ndarray
     """(p,) the best points that lie apart, forward swimmers first."""
     objective_m = np.mean([of_trial.objective_m for of_trial in screened], axis=0)
     points = np.vstack([screened[0].points[:5], *(of_trial.points[5] for of_trial in screened)])
-    apart: list[np.ndarray] = []
-    for point in points[:, np.argsort(objective_m)].T:
-        if len(apart) < CHECKED and all(np.linalg.norm(point[:5] - other[:5]) > APART for other in apart):
-            apart.append(point)
-    backward = ~space.swims_forward(np.stack(apart, axis=1))
-    return [apart[i] for i in np.argsort(backward, kind="stable")[:STARTS]]
+    return promising(space, points[:, np.argsort(objective_m)[:CHECKED]], STARTS, APART)

@@ -64,7 +64,8 @@ def sweep_speed(
         phase_rad=np.zeros(count),
         velocity=np.tile([-START_SPEED_M_S, 0.0, 0.0], (count, 1)),
     )
-    markers = twin.simulate(runs, time_s, allow_divergence=True).marker_m
+    until = np.minimum(time_s, seconds[:, None])  # the last frame of a run comes again and again
+    markers = twin.simulate(runs, until, allow_divergence=True).marker_m
     head = to_head_frame(markers, twin.markers.index("nose"), twin.markers.index("neck"))
     tail = tail_markers(twin.robot, twin.markers)[-2:]
     speed_twin = np.full(count, np.nan)

@@ -27,6 +27,7 @@ _PHASES, _SLOW_TURN_S = 48, 4.0  # of the table of quasi-static tail poses
 FOLLOWING_N_M_S = 1e5  # speed gain of a crank that follows a measured turn, whatever pulls at it
 CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 _CHUNK = 512  # simulations whose trajectories are held in memory at once
+_TOGETHER = 64  # steps; runs whose ends lie within as many end together
 
 
 class Twin:
@@ -99,20 +100,31 @@ class Twin:
         start, velocity = self.start(runs)
         batch.bind("qpos")[:], batch.bind("qvel")[:] = start, velocity
         batch.bind("ctrl")[:, 0] = 2 * np.pi * runs.frequency_hz
-        steps = int(np.ceil(time_s.max() / self.scene.timestep_s)) + 2
+        steps = self._steps(np.broadcast_to(np.max(time_s, axis=-1), len(runs)))
         with quiet_engine():
             rolled = self._rolled(batch, runs, steps)
         states = np.concatenate([start[:, None], rolled], axis=1)
-        diverged = self._diverged(states, runs)
+        diverged = self._diverged(states, runs, steps)
         states[diverged] = np.nan
         at = _interpolate(states, time_s / self.scene.timestep_s)  # (n, f, q)
         head = np.zeros((*at.shape[:2], 3)) if self.scene.head_clamped else at[..., :3]
         return head, at[..., self._hinges], at[..., self._crank], diverged
 
-    def _rolled(self, batch: Batch, runs: Runs, steps: int) -> np.ndarray:
-        """(n, steps, q) positions after each step."""
-        speeds = runs.crank_speeds(steps, self.scene.timestep_s)
-        return np.asarray(batch.rollout(steps, speeds, CONTROL, record=("qpos",))["qpos"])
+    def _steps(self, last_s: np.ndarray) -> np.ndarray:
+        """(n,) steps for runs until some times (n,), s: two more to interpolate with, all multiples of a few."""
+        return _TOGETHER * np.ceil((np.ceil(last_s / self.scene.timestep_s) + 2) / _TOGETHER).astype(int)
+
+    def _rolled(self, batch: Batch, runs: Runs, steps: np.ndarray) -> np.ndarray:
+        """(n, s, q) positions after each of the most steps of all; a run with fewer (n,) rests where it ends."""
+        speeds = runs.crank_speeds(int(steps.max()), self.scene.timestep_s)
+        rolled, begin = np.empty((len(runs), steps.max(), self.model.nq)), 0
+        for end in np.unique(steps):
+            ids = np.flatnonzero(steps >= end)
+            control = None if speeds is None else speeds[ids, begin:end]
+            rolled[ids, begin:end] = batch.rollout(end - begin, control, CONTROL, record=("qpos",), ids=ids)["qpos"]
+            rolled[steps == end, end:] = rolled[steps == end, end - 1, None]
+            begin = end
+        return rolled
 
     def _batch(self, runs: Runs) -> Batch:
         """A batch of the right size that expands just the fields these runs set."""
@@ -171,12 +183,13 @@ class Twin:
             table[-1] = table[0]
         return CubicSpline(np.linspace(0.0, 2 * np.pi, _PHASES + 1), table, bc_type="periodic")
 
-    def _diverged(self, states: np.ndarray, runs: Runs) -> np.ndarray:
-        """(n,) True where a state is not finite, stands still, or is out of all proportion."""
+    def _diverged(self, states: np.ndarray, runs: Runs, steps: np.ndarray) -> np.ndarray:
+        """(n,) True where a state is not finite, stands still in the last of its steps (n,) or is out of scale."""
         with np.errstate(invalid="ignore"):
             finite = np.isfinite(states).all(axis=(1, 2))
             bent = np.abs(states[..., self._hinges]).max(axis=(1, 2)) > PLAUSIBLE_HINGE_RAD
-            stopped = (np.diff(states[:, -3:, self._crank], axis=1) == 0).all(axis=1)
+            last = np.take_along_axis(states[..., self._crank], steps[:, None] + np.array([-2, -1, 0]), axis=1)
+            stopped = (np.diff(last, axis=1) == 0).all(axis=1)
             stopped &= runs.turns is None or np.array([turn is None for turn in runs.turns])  # a measured one may rest
             fast = np.zeros(len(states), bool)
             if not self.scene.head_clamped:

@@ -176,18 +176,19 @@ class AffectedTwin(Twin):
         batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
         return batch
 
-    def _rolled(self, batch: Batch, runs: Runs, steps: int) -> np.ndarray:
+    def _rolled(self, batch: Batch, runs: Runs, steps: np.ndarray) -> np.ndarray:
         forces, dampers = self._forces(runs), self._dampers(runs, batch.models)
         if not forces and not dampers:
             return super()._rolled(batch, runs, steps)
-        speeds, dt = runs.crank_speeds(steps, self.scene.timestep_s), self.scene.timestep_s
+        most, dt = int(steps.max()), self.scene.timestep_s
+        speeds = runs.crank_speeds(most, dt)
         position, velocity, fluid = (batch.bind(name) for name in ("qpos", "qvel", "qfrc_fluid"))
         applied, control = batch.bind("qfrc_applied"), batch.bind("ctrl")
-        rolled, before = np.empty((len(runs), steps, position.shape[1])), velocity.copy()
+        rolled, before = np.empty((len(runs), most, position.shape[1])), velocity.copy()
         acceleration = np.zeros_like(before)
         joints, tendons = ([getattr(m, name) for m in batch.models] for name in ("dof_damping", "tendon_damping"))
         joint_base, tendon_base = np.array(joints), np.array(tendons)
-        for k in range(steps):
+        for k in range(most):
             state = StepState(k * dt, position, velocity, acceleration, fluid)
             if forces:
                 applied[:] = sum(force(state) for force in forces)

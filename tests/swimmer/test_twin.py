@@ -234,3 +234,17 @@ def test_arrays_that_do_not_belong_together_are_refused(change: dict[str, Any], 
 def test_a_time_before_the_start_is_refused() -> None:
     with pytest.raises(ValueError, match=r"found -0.1 s, expected times from 0"):
         Twin(FISH).simulate(runs(1.0), np.array([-0.1, 0.0]))
+
+
+@every_robot
+def test_a_run_that_is_wanted_for_less_long_is_the_same(robot: RobotSpec) -> None:
+    """Runs of one batch end at times of their own, which no state shows."""
+    twin, ends_s = Twin(robot), np.array([0.4, 1.3, 0.9, 0.41])
+    many = random_runs(4, seed=5)
+    longest = np.arange(0, 1.3, 1 / 60)
+    times = np.minimum(longest, ends_s[:, None])
+    swum = twin.simulate(many, times)
+    for i, end in enumerate(ends_s):
+        own = longest[longest <= end]
+        single = twin.simulate(alone(many, i), own)
+        np.testing.assert_array_equal(swum.marker_m[i, : len(own)], single.marker_m[0])
