@@ -67,8 +67,8 @@ def write_affected_twin(results: Path, found: Diagnosis, robot_file: Path | None
     )
     spec = affected.spec(coefficients, values)
     spec.add_text(name="calibrated_with", data=f"{program_version()}, MuJoCo {ENGINE}")
-    spec.add_text(name="effects", data=f"{said}; in the frame of trial {ground.trials[0].name}")
-    for trial, view in zip(ground.trials, views, strict=True):
+    spec.add_text(name="effects", data=f"{said}; in the frame of trial {ground.swims[0].name}")
+    for trial, view in zip(ground.swims, views, strict=False):  # the views of dry runs come last
         own, hz = affected.in_trial(view, best.values), trial.frequency.hz
         phase = fit_phase(SettledTwin(affected, best.values, view), trial, coefficients)
         runs = AffectedRuns(
@@ -85,7 +85,7 @@ def write_affected_twin(results: Path, found: Diagnosis, robot_file: Path | None
         script = _SCRIPT.format(
             names=names,
             program=program_version(),
-            trial=ground.trials[0].name,
+            trial=ground.swims[0].name,
             parameters=said,
             robot="None  # the built-in one" if robot_file is None else f"Path({str(robot_file)!r})",
             markers=ground.twin.markers,

@@ -5,6 +5,7 @@ The diagnosis takes a second to load: it is imported where it is needed.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,7 +32,7 @@ from swimmer.effects import Effect, catalogue
 if TYPE_CHECKING:
     from diagnosis import Diagnosis
 
-FORM = 5  # of the files and of what they rest on
+FORM = 6  # of the files and of what they rest on
 
 
 class DiagnosisStage:
@@ -90,13 +91,19 @@ class DiagnosisStage:
         """Whether it belongs to these recordings."""
         return is_current(self.file, self.fingerprint)
 
-    def make(self, trials: list[MeasuredTrial], discrepancy: np.ndarray | None = None) -> Diagnosis:
+    def make(
+        self,
+        trials: list[MeasuredTrial],
+        discrepancy: np.ndarray | None = None,
+        dry: Sequence[MeasuredTrial] = (),
+    ) -> Diagnosis:
         """Diagnoses and writes.
 
         Args:
             trials: all swims.
             discrepancy: (g, g) covariance of what a refitted twin leaves of a gait where nothing is wrong; default:
                 that between the toolkit's two simulators.
+            dry: runs with the head clamped in air, measured as swims are.
 
         Raises:
             NotEnoughData: no swim has the role "fit".
@@ -118,6 +125,7 @@ class DiagnosisStage:
             discrepancy_for(markers, self._robot) if discrepancy is None else discrepancy,
             Settings(self._options.effort, seed=self._session.seed),
             self._options.tell,
+            dry,
         )
         self._remove_models()
         models = (

@@ -228,7 +228,7 @@ class Pipeline:
         stage = self.diagnoses(without)
         self.recordings.tracks()
         if not stage.is_current:
-            stage.make(self.trials, discrepancy)
+            stage.make(self.trials, discrepancy, self.recordings.dry_gaits)
             self.made += stage.made
         return stage.file
 

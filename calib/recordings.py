@@ -1,6 +1,7 @@
 """The trials of a session, measured: from their tracks, or from their videos."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -107,6 +108,24 @@ class Recordings:
         decays = [trial for trial in measured if isinstance(trial, DecayTrial) and trial.name not in held_out]
         runs = [trial for trial in measured if isinstance(trial, DryTrial) and trial.name not in held_out]
         return DryExperiments(decays, runs, lost["free_decay"], lost["dry"])
+
+    @property
+    def dry_gaits(self) -> list[MeasuredTrial]:
+        """All usable dry runs that may be fitted, measured as swims are; those that cannot be are left out.
+
+        Raises:
+            InputError: as `swims`.
+        """
+        found, robot = [], self._robot
+        for spec in self._usable:
+            if spec.kind == "dry" and spec.role == "fit":
+                recorded = self._recorded(spec)
+                tracks, camera = recorded.tracks, recorded.camera
+                with suppress(NotEnoughData):
+                    motor = read_motor(spec, tracks, camera, robot)
+                    run = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
+                    found.append(recorded.flagged(run, run.metres_per_px))
+        return found
 
     @property
     def has_swims(self) -> bool:

@@ -7,15 +7,16 @@ from typing import Literal
 import numpy as np
 from scipy.stats import chi2
 
-from diagnosis.affected_swims import Swum, noise_floor_m, swum
+from diagnosis.controls import placebo_for
 from diagnosis.evidence import Belief, Explanations, Row
 from diagnosis.experiments import Experiment, next_experiments
 from diagnosis.forms import Shown, shown
-from diagnosis.gap import Shrinkage, shrinkage, whitened
+from diagnosis.gap import whitened
 from diagnosis.ground import Ground
+from diagnosis.held_out import Gap, held_out_gap
 from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import responses
-from diagnosis.refit import Refit, left_with, refit
+from diagnosis.refit import Refit, refit
 from diagnosis.separation import separations
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
@@ -63,22 +64,6 @@ class Remainder:
 
 
 @dataclass(frozen=True, eq=False)
-class Gap:
-    """The held-out gap before and after.
-
-    Attributes:
-        shrinkage: in whitened squares.
-        before, after: each held-out swim beside the plain twin and beside the one with effects; both run ahead alone.
-        noise_floor_m: mean distance that tracking noise alone would make.
-    """
-
-    shrinkage: Shrinkage
-    before: tuple[Swum, ...]
-    after: tuple[Swum, ...]
-    noise_floor_m: float
-
-
-@dataclass(frozen=True, eq=False)
 class Diagnosis:
     """Of one session.
 
@@ -92,7 +77,7 @@ class Diagnosis:
         where: shares of the gap.
         refit: the twin with the likeliest of the named effects; None where none is named.
         remainder: what it leaves; None where none is named.
-        gap: on held-out swims; None without any.
+        gap: on held-out swims; None without any that the twins can follow.
         experiments: what to measure next, the most telling first.
     """
 
@@ -126,6 +111,7 @@ def diagnose(
     discrepancy: np.ndarray,
     settings: Settings | None = None,
     tell: Tell = lambda _message, _share: None,
+    dry: Sequence[MeasuredTrial] = (),
 ) -> Diagnosis:
     """Diagnoses a session.
 
@@ -137,6 +123,7 @@ def diagnose(
         discrepancy: (g, g) covariance of what a refitted twin leaves of one gait where nothing is wrong.
         settings: how much work, what is believed before, seed.
         tell: of the progress.
+        dry: runs with the head clamped in air, measured as swims are: they too say which effect.
 
     Raises:
         SimulationDiverged: the plain twin, from every start.
@@ -145,9 +132,9 @@ def diagnose(
     settings = settings or Settings()
     fitted = [trial for trial in trials if trial.role == "fit"]
     held = [trial for trial in trials if trial.role != "fit"]
-    camera = with_picture(camera, trials)
+    camera = with_picture(camera, (*trials, *dry))
     tell("fitting the plain twin", 0.0)
-    ground = Ground.fitted(fitted, twin, camera, discrepancy)
+    ground = Ground.fitted(fitted, twin, camera, discrepancy, dry)
     signatures = []
     for number, effect in enumerate(effects.values()):
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))
@@ -161,7 +148,6 @@ def diagnose(
     where = locate(ground, forces, signatures)
     best, remainder, gap = None, None, None
     rounds = _ROUNDS[settings.effort]
-    beside = ground.held_out(held) if held else None
     if verdict.first:
         tell("refitting with the effects", 0.75)
         best = _refitted(ground, explanations, [effects[name] for name in verdict.first], rounds)
@@ -170,9 +156,14 @@ def diagnose(
         remainder = _remainder(ground, best, locate(rest, forces, signatures))
         if remainder.share > _UNEXPLAINED and _with_something_else(probabilities) > 0.5:
             verdict, best, remainder = Verdict("unexplained", ()), None, None
-    if beside is not None:
+    if held:
         tell("held-out swims", 0.85)
-        gap = _gap(ground, beside, best, settings.seed)
+        other = None
+        if best is not None:
+            named = {name for group in verdict.groups for name in group}
+            placebo = placebo_for(explanations, probabilities, named)
+            other = None if placebo is None else _refitted(ground, explanations, [effects[placebo]], rounds)
+        gap = held_out_gap(ground, held, best, other, settings.seed)
     tell("what to measure next", 0.95)
     experiments = next_experiments(ground, explanations, verdict, effects, settings.seed)
     return Diagnosis(
@@ -231,12 +222,3 @@ def _remainder(ground: Ground, best: Refit, where: Where) -> Remainder:
     stages = {stage: share for stage, share in where.by_stage.items() if stage != "floor"}
     share = float(np.clip(excess / before, 0.0, 1.0)) if before > 0 else 0.0
     return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(left @ left, freedom)))
-
-
-def _gap(ground: Ground, beside: Ground, best: Refit | None, seed: int) -> Gap:
-    effects, at, values = ((), ground.at, np.zeros(0)) if best is None else (best.effects, best.at, best.values)
-    before = tuple(swum(ground, beside.trials, (), ground.at, np.zeros(0)))
-    after = before if best is None else tuple(swum(ground, beside.trials, effects, at, values))
-    left = None if best is None else left_with(beside, effects, at, values)
-    floor = float(np.nanmean([noise_floor_m(beside, number, seed) for number in range(len(beside.trials))]))
-    return Gap(shrinkage(beside, left, seed), before, after, floor)

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 
 from diagnosis.affected_swims import Swum
-from diagnosis.diagnosis import Diagnosis, Gap
+from diagnosis.diagnosis import Diagnosis
+from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
 
 NONE = "none_of_these"
@@ -60,6 +61,7 @@ def _gap(gap: Gap | None) -> dict[str, Any]:
         "evaluated_on": [each.name for each in gap.before],
         "squares_before": told.plain,
         "squares_after": told.with_effects,
+        "controls": None if gap.controls is None else gap.controls._asdict(),
         "trials": {
             b.name: {
                 "before_mm": 1000 * b.marker_error_m,
@@ -106,12 +108,12 @@ def _coefficients(found: Diagnosis) -> dict[str, Any]:
 
 
 def _forces(found: Diagnosis) -> dict[str, Any]:
-    forces = found.where.forces
+    forces, swims = found.where.forces, found.ground.swims  # of which nothing acts on the head in a dry run
     return {
         "joints": list(forces.joints),
-        "trials": [trial.name for trial in found.ground.trials],
-        "mean": forces.mean.tolist(),
-        "sd": forces.sd.tolist(),
+        "trials": [trial.name for trial in swims],
+        "mean": forces.mean[: len(swims)].tolist(),
+        "sd": forces.sd[: len(swims)].tolist(),
     }
 
 

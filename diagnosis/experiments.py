@@ -22,7 +22,7 @@ from fitting.signatures import Signature, signature_of
 from fitting.signatures.view_of import TO_PX, picture_px
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, NotEnoughData, SimulationDiverged, Tracks, TrialSpec
-from swimmer import DRY, Runs, Twin
+from swimmer import Runs, Twin
 from swimmer.effects import Effect
 
 SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)
@@ -142,15 +142,17 @@ def _hertz(ground: Ground, signature: Signature, strength: np.ndarray) -> float:
 
 
 def _trials(ground: Ground, seed: int) -> list[_Trial]:
-    """Swims at other speeds, and a dry run."""
-    swum = np.array([trial.commanded_hz or trial.frequency.hz for trial in ground.trials])
+    """Swims at other speeds, and a dry run where there was none."""
+    swum = np.array([trial.commanded_hz or trial.frequency.hz for trial in ground.swims])
     found = []
     for hz in (hz for hz in SPEEDS_HZ if np.abs(swum - hz).min() > _NEW_HZ):
         with suppress(NotEnoughData, SimulationDiverged):
             found.append(
                 _Trial(f"Film a swim at {hz:.1f} Hz", ground.twin, _measured(ground, ground.twin, hz, "swim", seed))
             )
-    dry = Twin(ground.twin.robot, ground.twin.markers, DRY, ground.twin.workers)
+    if ground.has_dry:
+        return found
+    dry = ground.clamped_twin
     with suppress(NotEnoughData, SimulationDiverged):
         found.append(
             _Trial("Film a dry run at 1 Hz, the head clamped in air", dry, _measured(ground, dry, 1.0, "dry", seed))

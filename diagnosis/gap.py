@@ -1,6 +1,11 @@
 """How far the gap shrinks on held-out swims once effects are added, both twins refitted on the fitted ones.
 
 S = 1 - (L_with - F) / (L_plain - F), with L the mean squared whitened residual and F what noise alone would leave.
+
+Its interval is that of the S which the true coefficients and strengths would have on these swims without noise: the
+noise is taken off as a normal draw, and coefficients and strengths that were fitted are moved as far as they may be
+off. Whatever moves them makes a held-out gap larger, more often than not, and the truth made it smaller: so their
+draws are reflected about what was found (Davison and Hinkley 1997, section 5.2).
 """
 
 from dataclasses import dataclass
@@ -21,7 +26,7 @@ class Shrinkage:
     Attributes:
         plain, with_effects: mean squared whitened residual.
         value: S; None where the plain twin leaves no more than noise, or nothing was added.
-        interval: 95 %, over the noise of these trials alone; None where S is.
+        interval: 95 %, over the noise of these trials, and over how far what was fitted may be off; None where S is.
     """
 
     plain: float
@@ -41,13 +46,20 @@ def whitened(ground: Ground, left: np.ndarray) -> np.ndarray:
     return np.asarray(solve_triangular(ground.space.root, left, lower=True))
 
 
-def shrinkage(held: Ground, left: np.ndarray | None, seed: int = 0) -> Shrinkage:
+def shrinkage(
+    held: Ground,
+    left: np.ndarray | None,
+    seed: int = 0,
+    otherwise: tuple[np.ndarray, np.ndarray] | None = None,
+) -> Shrinkage:
     """Of what the refitted twin with effects leaves (k,) of the held-out swims, against what the plain one does.
 
     Args:
         held: the held-out swims beside the plain twin that was fitted to the others.
         left: what the twin with effects leaves; None where no effect was added.
         seed: of the draws.
+        otherwise: (d, k) each, what draws of the plain twin and of the one with effects leave, fitted as they might
+            have been; default: that they are known.
     """
     before = of_gaits(held, held.left)
     after = before if left is None else of_gaits(held, left)
@@ -63,9 +75,22 @@ def shrinkage(held: Ground, left: np.ndarray | None, seed: int = 0) -> Shrinkage
     drawn_over, drawn_under = (
         excess - 2 * noise @ _noise_free(row, excess) - chance for row, excess in ((before, over), (after, under))
     )
+    value = 1 - under / over
     drawn = 1 - drawn_under / np.maximum(drawn_over, 1e-9)
+    if otherwise is not None:
+        drawn = np.add.outer(value - _values(held, *otherwise), drawn).ravel()
     low, high = np.quantile(drawn, [0.025, 0.975])
-    return Shrinkage(plain, with_effects, float(1 - under / over), (float(low), float(high)))
+    return Shrinkage(plain, with_effects, float(value), (float(low), float(high)))
+
+
+def _values(held: Ground, plain: np.ndarray, with_effects: np.ndarray) -> np.ndarray:
+    """(d,) S of draws (d, k); those that diverged are left out."""
+    standing = np.isfinite(plain).all(axis=1) & np.isfinite(with_effects).all(axis=1)
+    over, under = (
+        np.array([gait @ gait - len(gait) for gait in (of_gaits(held, row) for row in rows[standing])])
+        for rows in (plain, with_effects)
+    )
+    return np.asarray(1 - under / np.maximum(over, 1e-9))
 
 
 def _noise_free(row: np.ndarray, excess: float) -> np.ndarray:

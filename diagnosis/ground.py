@@ -9,6 +9,7 @@ from scipy.linalg import solve_triangular
 
 from diagnosis.described import robot_doubts
 from diagnosis.generic import generic_covariance, generic_size
+from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.box_size import BOX_SD_M, box_size
 from fitting.posterior.session_model import START_PHASE_RAD, Disturbances, SessionModel
 from fitting.posterior.trial_model import TrialModel
@@ -16,7 +17,7 @@ from fitting.signatures import Whitened
 from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial
 from session import CameraSpec, SimulationDiverged
-from swimmer import Twin
+from swimmer import DRY, Twin
 
 STARTS = ((0.6, 3.0, 6.0, 4.0, 1.5), (1.2, 1.5, 4.0, 3.0, 0.5))
 _LOOKS = 2  # at what disturbs the row
@@ -25,7 +26,7 @@ _LEAST_BOX_M = BOX_SD_M / 3  # boxes are placed by hand, however well the means 
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """The swims of one role beside the twin that comes nearest to the fitted ones.
+    """The trials of one role beside the twin that comes nearest to the fitted ones: swims, and dry runs after them.
 
     A row holds the gaits of t trials, and then the frequencies that their commands lead to: k numbers in all.
 
@@ -52,14 +53,25 @@ class Ground:
         twin: Twin,
         camera: CameraSpec,
         discrepancy: np.ndarray,
+        dry: Sequence[MeasuredTrial] = (),
         starts: Sequence[Sequence[float]] = STARTS,
     ) -> "Ground":
         """Of the swims that the coefficients are fitted to; the likeliest of what several starts lead to.
+
+        Args:
+            trials: the swims.
+            twin: plain, in water.
+            camera: that filmed them.
+            discrepancy: (g, g), see above.
+            dry: runs with the head clamped in air, which say nothing of coefficients.
+            starts: (5,) coefficients to begin with.
 
         Raises:
             SimulationDiverged: from every start.
         """
         model = _beside(twin, trials)
+        if dry:
+            model = SessionModel((*model.trials, *_beside(_clamped(twin), dry).trials))
         found = [cls._from(model, camera, np.array(start, float), discrepancy) for start in starts]
         standing = [ground for ground in found if ground is not None]
         if not standing:
@@ -79,9 +91,10 @@ class Ground:
                 known = row_covariance(model, disturbances.of(box_sd_m), discrepancy)
                 gap = generic_size(left_row(model, at), known, generic) ** 2 * generic
                 at = nearest(model, at, _same(known + gap))
-        except (np.linalg.LinAlgError, ValueError):
+            found = cls(model, camera, at, discrepancy, _box_size(model, at, disturbances), disturbances)
+            return found if np.isfinite(found.misfit) else None
+        except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
             return None
-        return cls(model, camera, at, discrepancy, _box_size(model, at, disturbances), disturbances)
 
     @cached_property
     def generic(self) -> np.ndarray:
@@ -91,7 +104,11 @@ class Ground:
     @cached_property
     def with_gap(self) -> Whitened:
         """As `space`, with what the plain twin leaves counted as disturbance: in this, twins are fitted."""
-        size = generic_size(self.left, self.covariance, self.generic)
+        return self.with_gap_in(self.left)
+
+    def with_gap_in(self, left: np.ndarray) -> Whitened:
+        """As `space`, with what some twin leaves (k,) counted as disturbance."""
+        size = generic_size(left, self.covariance, self.generic)
         return Whitened.of(self.covariance + size**2 * self.generic, self.slopes, PRIOR_SD)
 
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
@@ -107,8 +124,23 @@ class Ground:
 
     @property
     def trials(self) -> tuple[MeasuredTrial, ...]:
-        """The swims."""
+        """The swims, and the dry runs after them."""
         return tuple(each.trial for each in self.model.trials)
+
+    @property
+    def swims(self) -> tuple[MeasuredTrial, ...]:
+        """Without the dry runs."""
+        return tuple(each.trial for each in self.model.trials if not each.twin.scene.head_clamped)
+
+    @property
+    def has_dry(self) -> bool:
+        """Whether there is a dry run."""
+        return len(self.swims) < len(self.trials)
+
+    @property
+    def clamped_twin(self) -> Twin:
+        """The plain twin with its head clamped in air."""
+        return _clamped(self.twin)
 
     @property
     def twin(self) -> Twin:
@@ -119,6 +151,19 @@ class Ground:
     def left(self) -> np.ndarray:
         """(k,) measured less simulated."""
         return left_row(self.model, self.at)
+
+    def left_at(self, coefficients: np.ndarray) -> np.ndarray:
+        """(s, k) the same with other coefficients (s, 5); nan where a twin diverged."""
+        count = len(self.model.measured)
+        gaits = self.model.measured - self.model.simulated(coefficients)
+        return np.hstack([gaits, np.tile(self.left[count:], (len(gaits), 1))])
+
+    def coefficients_drawn(self, draws: int, seed: int) -> np.ndarray:
+        """(d, 5) as they might have been fitted, what the plain twin leaves counted as disturbance."""
+        space, random = self.with_gap, np.random.default_rng([seed, 23])
+        slopes = solve_triangular(space.root, self.slopes, lower=True)
+        covariance = np.linalg.inv(slopes.T @ slopes + np.diag(space.precision))
+        return np.clip(random.multivariate_normal(self.at, covariance, draws), *COEFFICIENT_BOUNDS)
 
     @cached_property
     def slopes(self) -> np.ndarray:
@@ -157,6 +202,10 @@ def _same(covariance: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
 def _box_size(model: SessionModel, at: np.ndarray, disturbances: Disturbances) -> float:
     left = left_row(model, at)[: -len(model.trials)]
     return max(box_size(left, len(model.trials), disturbances), _LEAST_BOX_M)
+
+
+def _clamped(twin: Twin) -> Twin:
+    return Twin(twin.robot, twin.markers, DRY, twin.workers)
 
 
 def _beside(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:

@@ -28,7 +28,6 @@ class Refit:
         values: (p,) of all effects, one after the other.
         left: (k,) what it leaves of the fitted swims.
         covariance: (5 + p, 5 + p) of coefficients and values.
-        misfit: squared whitened length of what is left, and of how far coefficients and values are from their priors.
     """
 
     effects: tuple[Effect, ...]
@@ -36,7 +35,6 @@ class Refit:
     values: np.ndarray
     left: np.ndarray
     covariance: np.ndarray
-    misfit: float
 
     @property
     def by_effect(self) -> dict[str, np.ndarray]:
@@ -44,16 +42,12 @@ class Refit:
         ends = np.cumsum([len(effect.parameters) for effect in self.effects])[:-1]
         return {e.name: part for e, part in zip(self.effects, np.split(self.values, ends), strict=True)}
 
-    @property
-    def squares(self) -> float:
-        """Of what is left, whitened; `misfit` without the priors."""
-        return self.misfit - self._priors
-
-    _priors: float = 0.0
-
 
 def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: int = 3) -> Refit:
-    """By steps of Gauss and Newton, each shortened until it helps; what the plain twin leaves counts as disturbance.
+    """By steps of Gauss and Newton, each shortened until it helps.
+
+    What is left before a step counts as disturbance in it, of whatever cause: at first all that the plain twin leaves,
+    then what the effects have not explained.
 
     Args:
         ground: the fitted swims beside the nearest plain twin.
@@ -69,6 +63,7 @@ def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: 
         left, misfit = joint.look(point)
     slopes = joint.slopes(point)
     for _ in range(rounds):
+        misfit = joint.count_as_disturbance(left, point)
         step = joint.step(point, left, slopes)
         tried = [np.clip(point + share * step, joint.low, joint.high) for share in _HALVINGS]
         looks = joint.looks(np.array(tried))
@@ -77,12 +72,17 @@ def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: 
             break
         point, (left, misfit) = tried[best], looks[best]
         slopes = joint.slopes(point)
-    return Refit(joint.effects, point[:5], point[5:], left, joint.covariance(slopes), misfit, joint.priors(point))
+    joint.count_as_disturbance(left, point)
+    return Refit(joint.effects, point[:5], point[5:], left, joint.covariance(slopes))
 
 
-def left_with(ground: Ground, effects: Sequence[Effect], at: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """(k,) what the twin with effects at coefficients (5,) and values (p,) leaves of other swims."""
-    return _Joint(ground, effects).rows(np.concatenate([at, values])[None])[0]
+def left_with(ground: Ground, best: Refit, draws: int = 0, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) what a refitted twin leaves of other swims, and (d, k) what it would leave, fitted as it might have been."""
+    joint, random = _Joint(ground, best.effects), np.random.default_rng([seed, 19])
+    point = np.concatenate([best.at, best.values])
+    drawn = np.clip(random.multivariate_normal(point, best.covariance, draws), joint.low, joint.high)
+    rows = joint.rows(np.vstack([point, drawn]))
+    return rows[0], rows[1:]
 
 
 class _Joint:
@@ -97,6 +97,7 @@ class _Joint:
         self.mean = np.concatenate([ground.at, np.zeros(len(parameters))])
         self.low = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[0]), [p.low for p in parameters]])
         self.high = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[1]), [p.high for p in parameters]])
+        self._root = ground.with_gap.root
 
     def rows(self, points: np.ndarray) -> np.ndarray:
         """(s, k) measured less simulated, of points (s, 5 + p)."""
@@ -105,6 +106,12 @@ class _Joint:
         told = np.column_stack([trial.hertz(values) for trial in self.trials])  # (s, t)
         measured = np.array([trial.model.trial.frequency.hz for trial in self.trials])
         return np.hstack([self.ground.model.measured - gaits, np.nan_to_num(measured - told)])
+
+    def count_as_disturbance(self, left: np.ndarray, point: np.ndarray) -> float:
+        """Sets the size of a gap of no particular cause by what is left (k,) at a point; the misfit there with it."""
+        self._root = self.ground.with_gap_in(left).root
+        white = self._white(left)
+        return float(white @ white) + self.priors(point)
 
     def looks(self, points: np.ndarray) -> list[tuple[np.ndarray, float]]:
         """What is left at each point, and its misfit; infinite where the twin diverged."""
@@ -143,4 +150,4 @@ class _Joint:
         return np.asarray(np.linalg.inv(columns.T @ columns + np.diag(self.sd**-2.0)))
 
     def _white(self, rows: np.ndarray) -> np.ndarray:
-        return np.asarray(solve_triangular(self.ground.with_gap.root, rows, lower=True))
+        return np.asarray(solve_triangular(self._root, rows, lower=True))

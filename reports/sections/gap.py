@@ -1,6 +1,7 @@
 """The sim-to-real gap: where it lies, which effect makes it, how far it shrinks with that."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from markupsafe import Markup
 
@@ -197,6 +198,25 @@ def _shrinkage(found: Diagnosed) -> str:
     low, high = gap["shrinkage_ci95"]
     told = f"With {added}, both twins refitted to the fitted swims, {whole_percent(gap['shrinkage'])} of the held-out "
     told += f"gap is gone (95 % interval {whole_percent(low)} to {whole_percent(high)})."
-    why = " The interval is over the noise of these swims alone; others may fare otherwise."
+    why = (
+        " The interval is over the noise of these swims and over how far what was fitted may be off; other swims may "
+        "fare otherwise."
+    )
     worse = " The gap grows: what explains the fitted swims does not carry over." if gap["shrinkage"] < 0 else ""
-    return told + why + worse
+    return told + why + worse + _controls(gap.get("controls"))
+
+
+def _controls(told: Mapping[str, Any] | None) -> str:
+    """What the gap would shrink by anyhow."""
+    if told is None or told["carried_over"] is None:
+        return ""
+    text = ""
+    if told["with_placebo"] is not None:
+        text += (
+            f" With {in_words(told['placebo'])} in its place, which the evidence speaks against, it would be "
+            f"{whole_percent(told['with_placebo'])};"
+        )
+    return (
+        f"{text or ' It would be'} {whole_percent(told['carried_over'])} with what is left of the fitted swims carried "
+        "over to these, whatever its cause."
+    )

@@ -10,7 +10,7 @@ from fitting import MeasuredTrial
 from session import FISHSIM_MARKERS, CameraSpec
 from swimmer import RobotSpec, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
-from tests.fitting.exact_swims import ROBOT, exact_swims
+from tests.fitting.exact_swims import ROBOT, exact_dry_run, exact_swims
 
 CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)
 ARM = 0.03  # by which the arm of the robot that swims is longer than that of the twin
@@ -27,8 +27,13 @@ def trials() -> tuple[MeasuredTrial, ...]:
     return exact_swims(hz=(0.7, 1.1), seconds=4.0, noise_m=3e-4)
 
 
+@lru_cache(maxsize=1)
+def dry_run() -> MeasuredTrial:
+    return exact_dry_run(0.9, seconds=4.0, noise_m=3e-4, seed=3)
+
+
 @lru_cache(maxsize=2)
 def ground(robot: str = "same") -> Ground:
     twin = Twin(ROBOT if robot == "same" else shorter(), FISHSIM_MARKERS, workers=1)
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
-    return Ground.fitted(trials(), twin, CAMERA, discrepancy, (PLAUSIBLE_COEFFICIENTS,))
+    return Ground.fitted(trials(), twin, CAMERA, discrepancy, starts=(PLAUSIBLE_COEFFICIENTS,))

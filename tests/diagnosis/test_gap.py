@@ -58,3 +58,26 @@ def test_the_interval_holds_the_value_without_noise() -> None:
         assert found.interval is not None
         inside += found.interval[0] <= 1 - (rest @ rest) / (gap @ gap) <= found.interval[1]
     assert 0.90 <= inside / 200 <= 0.99
+
+
+def test_the_interval_holds_the_value_of_the_truth_where_strengths_were_fitted() -> None:
+    """Of a linear twin: its strengths are off as far as their covariance says, and a held-out gap tells."""
+    random, inside, narrow = np.random.default_rng(5), 0, 0
+    slopes, spread = random.standard_normal((K, 3)), 0.35
+    for seed in range(200):
+        gap, rest = (size * random.standard_normal(K) / np.sqrt(K) for size in (25.0, 3.0))
+        seen = gap + random.standard_normal(K)
+        off = spread * random.standard_normal(3)
+        left = rest + (seen - gap) - slopes @ off
+        draws = left - (spread * random.standard_normal((32, 3))) @ slopes.T
+        otherwise = (np.array([coloured(seen)] * 32), np.array([coloured(row) for row in draws]))
+        told = held(coloured(seen))
+        truth = 1 - (rest @ rest) / (gap @ gap)
+        with_both = shrinkage(told, coloured(left), seed, otherwise)  # type: ignore[arg-type]
+        with_noise = shrinkage(told, coloured(left), seed)  # type: ignore[arg-type]
+        assert with_both.interval is not None
+        assert with_noise.interval is not None
+        inside += with_both.interval[0] <= truth <= with_both.interval[1]
+        narrow += with_noise.interval[0] <= truth <= with_noise.interval[1]
+    assert 0.90 <= inside / 200 <= 1.0
+    assert narrow / 200 < 0.85

@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting import MeasuredTrial, SwimFrequency, forward_speed, tail_markers
 from session import FISHSIM_MARKERS
-from swimmer import FluidCoefficients, Runs, Twin, load_robot
+from swimmer import DRY, FluidCoefficients, Runs, Twin, load_robot
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.swims import by_hand
 
@@ -52,6 +52,15 @@ def exact_swims(
     marker_m = twin.simulate(runs, time_s).marker_m
     noisy = marker_m + noise_m * lasting_noise(marker_m.shape, random, lasts_s)
     return tuple(_trial(f"f{f:.2f}", f, positions) for f, positions in zip(hz, noisy, strict=True))
+
+
+def exact_dry_run(hz: float = 1.0, seconds: float = 5.0, noise_m: float = 0.0, seed: int = 0) -> MeasuredTrial:
+    """The same robot with its head clamped in air."""
+    time_s = np.arange(round(seconds * FPS) + 1) / FPS
+    runs = Runs(np.array([PLAUSIBLE_COEFFICIENTS], float), np.array([hz]), np.zeros(1))
+    marker_m = Twin(ROBOT, FISHSIM_MARKERS, DRY, 1).simulate(runs, time_s).marker_m
+    noise = noise_m * lasting_noise(marker_m.shape, np.random.default_rng(seed), 1 / 3)
+    return _trial(f"dry{hz:.2f}", hz, (marker_m + noise)[0])
 
 
 def lasting_noise(shape: tuple[int, ...], random: np.random.Generator, lasts_s: float) -> np.ndarray:

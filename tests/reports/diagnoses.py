@@ -96,6 +96,7 @@ def _gap(named: bool) -> dict[str, Any]:
         "evaluated_on": ["slow"],
         "squares_before": 5.0,
         "squares_after": after[2],
+        "controls": {"placebo": "motor_speed_sag", "with_placebo": 0.05, "carried_over": 0.3} if named else None,
         "trials": {
             "slow": {
                 "before_mm": 12.0,

@@ -17,7 +17,7 @@ from swimmer.effects import Effect
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Of one session, from its fitted swims.
+    """Of one session, from its fitted swims and dry runs.
 
     Attributes:
         left: (k,) what the refitted twin leaves of gaits, and of the commanded frequencies.
@@ -44,9 +44,9 @@ def evidence_of(folder: Path, discrepancy: np.ndarray, effects: Mapping[str, Eff
     """
     session = load_session(folder)
     twin = Twin(load_robot(session.robot_file), session.markers, workers=1)
-    fitted = [spec for spec in session.trials if spec.kind == "swim" and spec.role == "fit"]
-    trials = [_measured(session, spec, twin) for spec in fitted]
-    ground = Ground.fitted(trials, twin, with_picture(session.camera, trials), discrepancy)
+    fitted = [spec for spec in session.trials if spec.role == "fit"]
+    trials, dry = ([_measured(session, spec, twin) for spec in fitted if spec.kind == kind] for kind in ("swim", "dry"))
+    ground = Ground.fitted(trials, twin, with_picture(session.camera, (*trials, *dry)), discrepancy, dry)
     found = tuple(signature_of(effect, ground.model, ground.camera, ground.at) for effect in effects.values())
     return Evidence(ground.left, ground.space, found)
 

@@ -1,0 +1,69 @@
+"""What a held-out gap would shrink by anyhow: with an effect that is not there, and with a correction without physics.
+
+A name under which the gap shrinks no further than under these has not earned it.
+"""
+
+from collections.abc import Collection
+from typing import NamedTuple
+
+import numpy as np
+
+from diagnosis.evidence import Explanations
+from diagnosis.generic import generic_size
+from diagnosis.ground import Ground
+from diagnosis.probabilities import Probabilities
+
+_AGAINST = 0.02  # probability up to which the evidence speaks against an effect
+
+
+class Controls(NamedTuple):
+    """Shrinkages of the same held-out swims.
+
+    Attributes:
+        placebo: name of an effect that the evidence speaks against, fitted as the named ones were; None where there
+            is none.
+        with_placebo: S with it.
+        carried_over: S with what is left of the fitted swims carried over, whatever its cause.
+    """
+
+    placebo: str | None
+    with_placebo: float | None
+    carried_over: float | None
+
+
+def placebo_for(explanations: Explanations, probabilities: Probabilities, named: Collection[str]) -> str | None:
+    """Of the effects that the evidence speaks against, the one that moves the fitted swims most.
+
+    With as many parameters as the named ones have, or as near to that as there is.
+    """
+    count = sum(_parameters(explanations, i) for i, name in enumerate(probabilities.names) if name in named)
+    found = []
+    for i, (name, chance) in enumerate(zip(probabilities.names, probabilities.marginal, strict=True)):
+        if explanations.best[i] is not None and name not in named and chance <= _AGAINST:
+            size = max(form.size for form in explanations.effects[i].forms)
+            found.append((abs(_parameters(explanations, i) - count), -size, name))
+    return min(found)[-1] if found else None
+
+
+def _parameters(explanations: Explanations, effect: int) -> int:
+    return max((len(form.parameters) for form in explanations.effects[effect].forms), default=0)
+
+
+def carried_over(ground: Ground, beside: Ground) -> np.ndarray:
+    """(k,) what is left of other swims once what is left of the fitted ones is carried over to them (kriging).
+
+    As much of it as is no noise: smooth along the body as a gap of no particular cause is, and alike in all swims.
+    """
+    fitted, others = len(ground.swims), len(beside.trials)
+    gait = len(ground.left) // len(ground.trials) - 1
+    seen = slice(fitted * gait)
+    covariance = ground.covariance[seen, seen]
+    alike = ground.generic[:gait, :gait]
+    among = np.kron(np.ones((fitted, fitted)), alike)
+    left = ground.left[seen]
+    size = generic_size(left, covariance, among)
+    told = np.linalg.solve(covariance + size**2 * among, left)
+    guess = size**2 * np.kron(np.ones((others, fitted)), alike) @ told
+    result = np.array(beside.left)
+    result[: others * gait] -= guess
+    return result

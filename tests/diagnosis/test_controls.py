@@ -1,0 +1,61 @@
+"""Controls: what is carried over is what swims have in common, and a placebo is no candidate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+
+from diagnosis.controls import carried_over, placebo_for
+from diagnosis.gap import of_gaits
+from diagnosis.ground import Ground
+from tests.diagnosis.grounds import ground
+
+GAIT = len(ground().left) // len(ground().trials) - 1
+
+
+def gap_of(size_m: float, seed: int = 0) -> np.ndarray:
+    """(g,) of one gait: smooth along the body, as a gap of no particular cause is."""
+    alike = ground().generic[:GAIT, :GAIT]
+    return size_m * np.linalg.cholesky(alike) @ np.random.default_rng(seed).standard_normal(GAIT)
+
+
+def with_left(gaps: list[np.ndarray]) -> Ground:
+    other: Ground = replace(ground())
+    other.__dict__["left"] = np.concatenate([*gaps, np.zeros(len(gaps))])
+    return other
+
+
+def squares(at: Ground, left: np.ndarray) -> float:
+    return float((of_gaits(at, left) ** 2).sum())
+
+
+def test_what_swims_have_in_common_is_carried_over() -> None:
+    same = with_left([gap_of(5e-3)] * 2)
+    assert squares(same, carried_over(same, same)) < 0.1 * squares(same, same.left)
+
+
+def test_what_each_swim_has_to_itself_is_not() -> None:
+    fitted, other = with_left([gap_of(5e-3, 1), gap_of(5e-3, 2)]), with_left([gap_of(5e-3, 3), gap_of(5e-3, 4)])
+    assert squares(other, carried_over(fitted, other)) > 0.8 * squares(other, other.left)
+
+
+def test_noise_is_not_carried_over() -> None:
+    at = ground()
+    root = np.linalg.cholesky(at.covariance)
+    noise = root @ np.random.default_rng(5).standard_normal(len(at.left))
+    fitted: Ground = replace(at)
+    fitted.__dict__["left"] = noise
+    other = with_left([gap_of(5e-3)] * 2)
+    assert squares(other, carried_over(fitted, other)) > 0.9 * squares(other, other.left)
+
+
+def test_a_placebo_is_unlikely_not_named_and_as_free_as_the_named() -> None:
+    forms = {"named": (1, 5.0), "likely": (1, 9.0), "weak": (1, 1.0), "strong": (1, 4.0), "free": (3, 8.0)}
+    effects = [SimpleNamespace(forms=[SimpleNamespace(parameters=range(p), size=s)]) for p, s in forms.values()]
+    explanations = SimpleNamespace(effects=effects, best=[1] * len(forms))
+    chances = SimpleNamespace(names=tuple(forms), marginal=np.array([0.95, 0.4, 0.001, 0.001, 0.001]))
+    assert placebo_for(explanations, chances, {"named"}) == "strong"  # type: ignore[arg-type]
+    assert placebo_for(explanations, chances, {"named", "likely", "strong"}) == "free"  # type: ignore[arg-type]
+    assert placebo_for(explanations, chances, set(forms)) is None  # type: ignore[arg-type]

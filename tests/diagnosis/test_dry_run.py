@@ -1,0 +1,65 @@
+"""A dry run is evidence beside the swims: of the robot, and of nothing that water does."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from diagnosis import Diagnosis, Settings, diagnose, discrepancy_for
+from diagnosis.diagnosis_file import diagnosis_payload
+from diagnosis.ground import Ground
+from fitting.signatures import Signature, signature_of
+from session import FISHSIM_MARKERS, plain_json
+from swimmer import Twin
+from swimmer.effects import catalogue
+from tests.diagnosis.grounds import CAMERA, ROBOT, dry_run, shorter, trials
+
+NAMES = ("crank_arm_error", "entrained_water")
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    swims, twin = [*trials(), trials()[0].with_role("holdout")], Twin(shorter(), FISHSIM_MARKERS, workers=1)
+    effects = {name: catalogue()[name] for name in (*NAMES, "scale_error")}
+    discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
+    return diagnose(swims, twin, CAMERA, effects, discrepancy, Settings("quick"), dry=[dry_run()])
+
+
+@pytest.fixture(scope="module")
+def signatures(found: Diagnosis) -> dict[str, Signature]:
+    at = found.ground
+    return {name: signature_of(catalogue()[name], at.model, at.camera, at.at) for name in NAMES}
+
+
+def dry_part(ground: Ground, rows: np.ndarray) -> np.ndarray:
+    """The gait of the last trial."""
+    count = len(ground.trials)
+    gaits = rows[..., : rows.shape[-1] - count]
+    return np.asarray(np.split(gaits, count, axis=-1)[-1])
+
+
+def test_it_stands_after_the_swims(found: Diagnosis) -> None:
+    assert [trial.name for trial in found.ground.trials] == ["f0.70", "f1.10", "dry0.90"]
+    assert [trial.name for trial in found.ground.swims] == ["f0.70", "f1.10"]
+
+
+def test_no_coefficient_moves_it(found: Diagnosis) -> None:
+    np.testing.assert_allclose(dry_part(found.ground, found.ground.slopes.T), 0.0, atol=1e-9)
+
+
+def test_what_water_does_is_not_in_it(found: Diagnosis, signatures: dict[str, Signature]) -> None:
+    size = {name: np.abs(dry_part(found.ground, told.rows)).max() for name, told in signatures.items()}
+    assert size["entrained_water"] < 1e-9
+    assert size["crank_arm_error"] > 1e-3
+
+
+def test_the_arm_is_named_from_both(found: Diagnosis) -> None:
+    assert found.verdict.groups == (("crank_arm_error",),)
+
+
+def test_nothing_is_missing_on_a_clamped_head(found: Diagnosis) -> None:
+    told = json.loads(json.dumps(plain_json(diagnosis_payload(found))))
+    assert told["missing_forces"]["trials"] == ["f0.70", "f1.10"]
+    assert "dry0.90" in told["where"]["by_trial"]
