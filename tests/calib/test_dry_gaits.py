@@ -1,0 +1,39 @@
+"""Dry runs as a diagnosis takes them: measured as swims are, beside those that may be fitted."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.pipeline import Options, Pipeline, open_session
+from tests.calib.door import ROOT, edit
+
+WITH_DRY_RUN = ROOT / "datasets" / "withheld" / "small" / "sessions" / "w5dee115d"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(WITH_DRY_RUN, tmp_path / "pool", ignore=shutil.ignore_patterns("results")))
+
+
+def pipeline(folder: Path) -> Pipeline:
+    return Pipeline(open_session(folder), Options("quick", workers=1))
+
+
+def test_a_dry_run_has_a_gait_whose_head_stands_still(folder: Path) -> None:
+    (run,) = pipeline(folder).recordings.dry_gaits
+    assert run.name.startswith("dry")
+    assert run.commanded_hz is not None
+    assert run.frequency.hz == pytest.approx(run.commanded_hz, rel=0.01)
+    nose = run.position_m[:, run.markers.index("nose")]
+    fin = run.position_m[:, run.markers.index("caudal_fin")]
+    assert np.nanstd(nose, axis=0).max() < 0.1 * np.nanstd(fin, axis=0).max()
+    assert abs(run.speed) < 1e-3
+
+
+def test_one_that_is_held_out_is_no_evidence(folder: Path) -> None:
+    edit(folder / "session.toml", 'commanded_hz = 0.73\nrole = "fit"', 'commanded_hz = 0.73\nrole = "holdout"')
+    assert pipeline(folder).recordings.dry_gaits == []
