@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -15,6 +16,7 @@ from diagnosis.gap import whitened
 from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, held_out_gap
 from diagnosis.probabilities import Probabilities
+from diagnosis.pruning import pruned
 from diagnosis.pushes import responses
 from diagnosis.refit import Refit, refit
 from diagnosis.separation import separations
@@ -150,7 +152,12 @@ def diagnose(
     rounds = _ROUNDS[settings.effort]
     if verdict.first:
         tell("refitting with the effects", 0.75)
-        best = _refitted(ground, explanations, [effects[name] for name in verdict.first], rounds)
+        refitting = partial(_refitted, ground, explanations, rounds=rounds)
+        best = refitting([effects[name] for name in verdict.first])
+        best, log_odds = pruned(ground, best, refitting, settings.belief, len(effects))
+        verdict = verdict.without(log_odds)
+        for name, against in log_odds.items():
+            probabilities = probabilities.with_odds(name, against)
         rest = replace(ground)
         rest.__dict__["left"] = best.left
         remainder = _remainder(ground, best, locate(rest, forces, signatures))

@@ -5,7 +5,7 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.special import expit, logsumexp
 
 from diagnosis.evidence import Explanations
 
@@ -43,6 +43,18 @@ class Probabilities:
         total = logsumexp(list(logs.values()))
         chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
         return cls(tuple(each.name for each in explanations.effects), chances)
+
+    def with_odds(self, name: str, log_odds: float) -> "Probabilities":
+        """With these odds of an effect that was taken for likelier; its sets pass the rest on to those without it."""
+        effect = self.names.index(name)
+        kept = min(float(expit(log_odds)) / max(float(self.marginal[effect]), 1e-300), 1.0)
+        found: dict[Key, float] = {}
+        for (present, other), chance in self.of.items():
+            without = tuple(i for i in present if i != effect)
+            share = kept if effect in present else 1.0
+            for key, own in (((present, other), share), ((without, other), 1 - share)):
+                found[key] = found.get(key, 0.0) + own * chance
+        return Probabilities(self.names, found)
 
     @property
     def null(self) -> float:

@@ -1,5 +1,6 @@
 """What may be said: a name, a few names that cannot be told apart, that something else is there, or nothing."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
@@ -37,6 +38,10 @@ class Verdict:
         """The likeliest of each group."""
         return tuple(group[0] for group in self.groups)
 
+    def without(self, names: Collection[str]) -> "Verdict":
+        """Without those groups whose likeliest has one of these names."""
+        return _naming(tuple(group for group in self.groups if group[0] not in names))
+
 
 def verdict_of(found: Probabilities) -> Verdict:
     """From probabilities.
@@ -50,11 +55,13 @@ def verdict_of(found: Probabilities) -> Verdict:
     groups: list[tuple[int, ...]] = []
     while (group := _group(found, groups)) is not None:
         groups.append(group)
+    return _naming(tuple(tuple(found.names[i] for i in group) for group in groups))
+
+
+def _naming(groups: tuple[tuple[str, ...], ...]) -> Verdict:
     if not groups:
         return Verdict("unexplained", ())
-    named = all(len(group) == 1 for group in groups)
-    names = tuple(tuple(found.names[i] for i in group) for group in groups)
-    return Verdict("named" if named else "inseparable", names)
+    return Verdict("named" if all(len(group) == 1 for group in groups) else "inseparable", groups)
 
 
 def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ...] | None:

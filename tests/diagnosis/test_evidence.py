@@ -82,3 +82,12 @@ def test_chances_come_true() -> None:
 def test_an_effect_that_does_nothing_is_left_out() -> None:
     found = Probabilities.after(explanations(noise(8), [signature("idle", np.zeros(K)), signature("e", DIRECTIONS[1])]))
     assert found.marginal[0] == 0.0
+
+
+def test_an_effect_that_did_not_stand_hands_its_chance_to_the_sets_without_it() -> None:
+    before = Probabilities(("a", "b"), {((0,), False): 0.2, ((0, 1), False): 0.7, ((1,), True): 0.1})
+    after = before.with_odds("b", -np.log(9.0))
+    assert sum(after.of.values()) == pytest.approx(1.0)
+    assert after.marginal == pytest.approx([0.9, 0.1])
+    assert after.of[(0,), False] == pytest.approx(0.2 + 0.7 * (1 - 0.1 / 0.8))
+    assert before.with_odds("a", 20.0).marginal == pytest.approx(before.marginal)
