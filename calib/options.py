@@ -24,16 +24,16 @@ class Options:
     Attributes:
         effort: "quick" or "full".
         workers: threads; 0 for all cores.
-        method: the search, see `fitting.METHODS`.
-        comparison: what it minimises, see `fitting.Swims`.
+        method: the search, see `fitting.METHODS`; None: that of the calibration which stands, else gradient.
+        comparison: what it minimises, see `fitting.Swims`; None: as in the calibration which stands, else published.
         tracker: see `tracking.tracker.TRACKERS`; None: that of the tracks which stand there, else hybrid.
         tell: receives progress.
     """
 
     effort: EffortName = "full"
     workers: int = 0
-    method: MethodName = "gradient"
-    comparison: Comparison = "published"
+    method: MethodName | None = None
+    comparison: Comparison | None = None
     tracker: TrackerName | None = None
     tell: Tell = field(default=_silent)
 

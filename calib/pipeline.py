@@ -15,11 +15,11 @@ from calib.posterior_stage import PosteriorStage
 from calib.recordings import Recordings
 from calib.structure_stage import StructureStage
 from fitting import (
-    METHODS,
     Calibration,
     Comparison,
     Evidence,
     MeasuredTrial,
+    MethodName,
     SearchRun,
     Structure,
     assemble,
@@ -32,6 +32,7 @@ from fitting import (
     read_comparison,
     read_evidence,
     read_fit,
+    read_objective,
 )
 from reports import ReportContext, read_diagnosed, write_report
 from session import (
@@ -87,14 +88,28 @@ class Pipeline:
         return Provenance(ENGINE, sha256, inputs, self.session.seed, self.options.effort)
 
     @cached_property
+    def chosen(self) -> tuple[MethodName, Comparison]:
+        """The search and what it minimises: as asked for, else those of the calibration that stands, else the usual.
+
+        So that a fit by another search is reported, and not replaced by the usual one.
+        """
+        options = self.options
+        methods = get_args(MethodName) if options.method is None else (options.method,)
+        comparisons = get_args(Comparison) if options.comparison is None else (options.comparison,)
+        possible = list(itertools.product(methods, comparisons))  # the usual ones come first
+        return next((pair for pair in possible if self._stands(options.effort, *pair)), possible[0])
+
+    @cached_property
     def fingerprint(self) -> str:
         """Of all that the calibration depends on."""
-        options = self.options
-        return self._fingerprint(options.effort, options.method, options.comparison)
+        return self._fingerprint(self.options.effort, *self.chosen)
+
+    def _stands(self, effort: str, method: str, comparison: str) -> bool:
+        return is_current(self.calibration_file, self._fingerprint(effort, method, comparison))
 
     def _fingerprint(self, effort: str, method: str, comparison: str) -> str:
         parameters = {"seed": self.session.seed, "effort": effort, "method": method, "comparison": comparison}
-        parameters["form"] = 3  # of calibration.json and evidence.json
+        parameters["form"] = 4  # of calibration.json and evidence.json
         return fingerprint_of({}, parameters, [self.recordings.fingerprint])
 
     @property
@@ -177,10 +192,8 @@ class Pipeline:
 
     def standing_calibration(self) -> Calibration | None:
         """The calibration that stands, whatever its effort and search; None where there is none of these inputs."""
-        settings = itertools.product(EFFORTS, METHODS, get_args(Comparison))
-        if any(is_current(self.calibration_file, self._fingerprint(*setting)) for setting in settings):
-            return self.read_calibration()
-        return None
+        settings = itertools.product(EFFORTS, get_args(MethodName), get_args(Comparison))
+        return self.read_calibration() if any(self._stands(*setting) for setting in settings) else None
 
     def read_calibration(self) -> Calibration:
         """Rebuilds the calibration from `calibration.json`: only the comparison is simulated again.
@@ -193,7 +206,7 @@ class Pipeline:
         check_engine(data, self.robot, str(self.calibration_file))
         fit, phases = read_fit(data)
         twin = self._twin()
-        return assemble(self.trials, twin, fit, phases, self.structure)
+        return assemble(self.trials, twin, fit, phases, self.structure, read_objective(data))
 
     @cached_property
     def posteriors(self) -> PosteriorStage:
@@ -310,14 +323,15 @@ class Pipeline:
         self._say_why_again()
         structure, trials = self.structure, self.trials  # in this order: it stands even where there is no swim
         tell("fitting the coefficients", 0.0)
+        method, comparison = self.chosen
         calibration = calibrate(
             trials,
             structure,
             effort=EFFORTS[self.options.effort],
             seed=self.session.seed,
             workers=self.options.workers,
-            method=self.options.method,
-            comparison=self.options.comparison,
+            method=method,
+            comparison=comparison,
             progress=progress,
         )
         self.posteriors.remove()
@@ -333,9 +347,10 @@ class Pipeline:
             before = read_result_json(self.calibration_file)
         except (OSError, SwimcalError):
             return
-        now = self.provenance.to_json() | {"method": self.options.method}
-        then = before | {"method": before.get("fit", {}).get("method")}
-        keys = ("program", "mujoco", "model_sha256", "inputs", "seed", "effort", "method")
+        now = self.provenance.to_json() | dict(zip(("method", "objective"), self.chosen, strict=True))
+        fit = before.get("fit", {})
+        then = before | {"method": fit.get("method"), "objective": fit.get("objective", "published")}
+        keys = ("program", "mujoco", "model_sha256", "inputs", "seed", "effort", "method", "objective")
         differ = [f"{key} {_short(then.get(key))} -> {_short(now[key])}" for key in keys if then.get(key) != now[key]]
         if differ:
             self.said.append(f"{self.calibration_file} was made otherwise ({'; '.join(differ)}) and is made again.")

@@ -2,9 +2,10 @@
 
 from fitting.body_wave import BodyWave, SwimNumbers, body_wave, swim_numbers
 from fitting.calibration import CalibratedTrial, Calibration, Summary, assemble, calibrate, speeds_of
-from fitting.calibration_file import calibration_payload, read_fit
+from fitting.calibration_file import calibration_payload, read_fit, read_objective
 from fitting.coefficient_fit import CoefficientFit, Restart
 from fitting.coefficients import FULL, QUICK, Effort, fit_coefficients
+from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
 from fitting.ebt import EBT_RATIO_ONLY, FORMS, EbtFit, EbtForm, fit_ebt
 from fitting.evidence import Evidence, YawFit, gather_evidence
 from fitting.evidence_file import evidence_payload, read_evidence
@@ -41,6 +42,7 @@ __all__ = [
     "Calibration",
     "CoefficientFit",
     "CoefficientProfiles",
+    "CommandForecast",
     "Comparison",
     "EbtFit",
     "EbtForm",
@@ -67,6 +69,7 @@ __all__ = [
     "YawFit",
     "assemble",
     "assumed",
+    "beat_to_command",
     "body_wave",
     "calibrate",
     "calibration_payload",
@@ -80,6 +83,7 @@ __all__ = [
     "fit_pairs",
     "fit_phase",
     "forecast",
+    "forecast_from_command",
     "forward_speed",
     "gather_evidence",
     "measure_trial",
@@ -89,6 +93,7 @@ __all__ = [
     "read_comparison",
     "read_evidence",
     "read_fit",
+    "read_objective",
     "residuals",
     "score",
     "search",

@@ -1,7 +1,7 @@
 """The first identification from end to end: measured swims in, a calibrated twin with its scores out."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,7 +35,7 @@ class CalibratedTrial:
         scores: marker distances over the scored frames.
         speed_twin: forward speed of the twin over the kept whole beats, m/s.
         ebt: speed by each form of elongated body theory from the measured tail, m/s, by the form's name.
-        ebt_of_twin: the same from the twin's own tail, so that EBT too forecasts from the command alone.
+        ebt_of_twin: the same from the twin's own tail, as EBT forecasts without the measured one.
         flags: of tracks and frequency, and of this comparison.
     """
 
@@ -87,6 +87,7 @@ class Calibration:
         ebts: elongated body theory in its forms, each fitted to the same fit trials, by name.
         trials: all swims, in the order of the session.
         sweep: simulated speed over frequency.
+        objective: what the search minimised, see `Swims`; every distance told here is the published one all the same.
     """
 
     structure: Structure
@@ -94,6 +95,7 @@ class Calibration:
     ebts: Mapping[str, EbtFit]
     trials: tuple[CalibratedTrial, ...]
     sweep: SpeedSweep
+    objective: Comparison = "published"
 
     @property
     def robot(self) -> RobotSpec:
@@ -155,7 +157,8 @@ def calibrate(
         seed: of the search.
         workers: threads; 0 for all cores.
         method: a key of `fitting.methods.METHODS`.
-        comparison: what the search minimises, see `Swims`; scores are the published ones whatever it was.
+        comparison: what the search minimises, see `Swims`; scores, and the fit's mean distance, are the published
+            ones whatever it was.
         progress: see `fit_coefficients`.
 
     Raises:
@@ -168,8 +171,15 @@ def calibrate(
     fit = search(method, swims, effort, seed, progress=progress)
     if effort.valley_steps and comparison == "published":
         fit = settled(swims, fit, seed)
+    if comparison != "published":
+        fit = replace(fit, mean_distance_m=_published_distance(replace(swims, comparison="published"), fit))
     phases = dict(zip([t.name for t in fitted], fit.phase_rad, strict=True))
-    return assemble(trials, twin, fit, phases, structure)
+    return assemble(trials, twin, fit, phases, structure, comparison)
+
+
+def _published_distance(swims: Swims, fit: CoefficientFit) -> float:
+    """Of a fit that another objective led to, m."""
+    return float(swims.mean_distance(np.append(fit.coefficients, fit.phase_rad)[:, None])[0])
 
 
 def _refuse_unusable(trials: list[MeasuredTrial], robot: RobotSpec) -> None:
@@ -189,7 +199,12 @@ def _refuse_unusable(trials: list[MeasuredTrial], robot: RobotSpec) -> None:
 
 
 def assemble(
-    trials: list[MeasuredTrial], twin: Twin, fit: CoefficientFit, phases: dict[str, float], structure: Structure
+    trials: list[MeasuredTrial],
+    twin: Twin,
+    fit: CoefficientFit,
+    phases: dict[str, float],
+    structure: Structure,
+    objective: Comparison = "published",
 ) -> Calibration:
     """Every trial beside a twin whose coefficients are known.
 
@@ -199,6 +214,7 @@ def assemble(
         fit: the coefficients.
         phases: crank phase of each trial by name; those that are missing are found from the trial's known part.
         structure: that the coefficients were fitted with.
+        objective: that they were found by.
     """
     robot = structure.robot
     fitted = [trial for trial in trials if trial.role == "fit"]
@@ -218,6 +234,7 @@ def assemble(
         ebts=ebts,
         trials=tuple(compared),
         sweep=sweep_speed(twin, fit.coefficients, ebts, frequencies, fitted_hz),
+        objective=objective,
     )
 
 

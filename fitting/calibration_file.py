@@ -7,6 +7,8 @@ import numpy as np
 
 from fitting.calibration import CalibratedTrial, Calibration, Summary
 from fitting.coefficient_fit import NAMES, CoefficientFit, Restart
+from fitting.command_forecast import CommandForecast, forecast_from_command
+from fitting.objective import Comparison
 from fitting.structure import Source, Structure
 from session import Flag
 from swimmer import FluidCoefficients
@@ -16,14 +18,17 @@ MILLIMETRES = 1000.0
 
 def calibration_payload(calibration: Calibration) -> dict[str, Any]:
     """Everything of `calibration.json` but its provenance; what is not known yet is None."""
-    fit = calibration.fit
+    fit, foretold = calibration.fit, forecast_from_command(calibration)
     return {
         "coefficients": calibration.coefficients._asdict(),
         "hinge_stiffness": calibration.robot.tail.hinge_stiffness_n_m,
         "crank_arm_m": calibration.robot.crank.arm_m,
         "structure": {source.quantity: _source(source) for source in calibration.structure.sources},
         "experiments": _experiments(calibration.structure),
-        "trials": {trial.measured.name: _trial(trial) for trial in calibration.trials},
+        "trials": {
+            trial.measured.name: _trial(trial) | {"from_command": _foretold(foretold.get(trial.measured.name))}
+            for trial in calibration.trials
+        },
         "ebt": {
             "beta": calibration.ebt.beta,
             "drag_coefficient": calibration.ebt.drag_coefficient,
@@ -36,6 +41,7 @@ def calibration_payload(calibration: Calibration) -> dict[str, Any]:
             "evaluations": fit.evaluations,
             "seconds": round(fit.seconds, 2),
             "method": fit.method,
+            "objective": calibration.objective,
             "in_the_middle": fit.in_the_middle,
             "interval95": None if fit.interval is None else dict(zip(NAMES, fit.interval.tolist(), strict=True)),
             "simulated_s": round(fit.spent_s, 1),
@@ -92,6 +98,17 @@ def _trial(trial: CalibratedTrial) -> dict[str, Any]:
     }
 
 
+def _foretold(forecast: CommandForecast | None) -> dict[str, Any] | None:
+    """None for a fit trial, which needs no forecast."""
+    if forecast is None:
+        return None
+    return {
+        "frequency_hz": forecast.frequency_hz,
+        "speeds": dict(forecast.speeds),
+        "flags": [flag.to_json() for flag in forecast.flags],
+    }
+
+
 def _summary(summary: Summary | None) -> dict[str, Any] | None:
     if summary is None:
         return None
@@ -134,6 +151,12 @@ def read_fit(data: Mapping[str, Any]) -> tuple[CoefficientFit, dict[str, float]]
         interval=None if (found := fit.get("interval95")) is None else np.array([found[name] for name in NAMES]),
         in_the_middle=fit.get("in_the_middle", False),
     ), phases
+
+
+def read_objective(data: Mapping[str, Any]) -> Comparison:
+    """What the fit in a `calibration.json` minimised."""
+    objective: Comparison = data["fit"].get("objective", "published")
+    return objective
 
 
 def _read_restart(data: Mapping[str, Any]) -> Restart:

@@ -1,5 +1,6 @@
 """What a search for the coefficients gives: where each start ended, the best, and what is doubtful about it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +25,7 @@ class Restart:
         phase_rad: (t,) crank phase of each trial at its time 0.
         objective_m: softened mean distance at the end, m.
         history_m: (i,) the same after each iteration, m.
-        converged: the last step was small enough before the iterations ran out.
+        converged: the last step, or simplex, was small enough before iterations or budget ran out.
         swims_forward: the twin swims forward from rest.
     """
 
@@ -97,15 +98,33 @@ def flags_of(restarts: list[Restart], interval: np.ndarray | None = None) -> tup
         if abs(value - bound) < _AT_BOUND * (high - low)
     ]
     if not best.converged:
-        flags.append(Flag("not_converged", message="the best start was still improving when the iterations ran out"))
+        message = "the best start had not converged when its iterations or its budget ran out: lower points may be near"
+        flags.append(Flag("not_converged", message=message))
     flags += _direction_flags(restarts)
-    peers = [r for r in restarts if r.swims_forward == best.swims_forward]
-    as_good = [r.coefficients for r in peers if r.objective_m <= _AS_GOOD * best.objective_m]
-    spread = np.ptp(as_good, axis=0)  # (5,)
+    as_good = equals_of(restarts)
+    spread = np.ptp([restart.coefficients for restart in as_good], axis=0)  # (5,)
     if apart := [f"{name} (by {s:.2g})" for name, s in zip(NAMES, spread, strict=True) if s > _APART]:
         message = f"{len(as_good)} restarts fit equally well (within 1 %) but differ in {', '.join(apart)}"
         flags.append(Flag("restarts_disagree", message=message))
     return (*flags, *_undetermined(best, interval))
+
+
+def is_polished(restarts: Sequence[Restart]) -> bool:
+    """Whether the first was finished by a simplex (see `fitting.methods`): where it was before comes next."""
+    if len(restarts) < 2:
+        return False
+    best, second = restarts[:2]
+    return best.swims_forward == second.swims_forward and np.array_equal(best.start, second.start)
+
+
+def equals_of(restarts: Sequence[Restart]) -> list[Restart]:
+    """Of restarts, best first: the best, and those from other starts that fit as well and swim the same way.
+
+    A simplex finishes the best alone, so the others are held against where that was before.
+    """
+    best, *others = (r for r in restarts if r.swims_forward == restarts[0].swims_forward)
+    reached_m = others.pop(0).objective_m if is_polished(restarts) else best.objective_m
+    return [best, *(r for r in others if r.objective_m <= _AS_GOOD * reached_m)]
 
 
 def _undetermined(best: Restart, interval: np.ndarray | None) -> list[Flag]:

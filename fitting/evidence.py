@@ -27,11 +27,14 @@ class YawFit:
         coefficients: with the turns.
         mean_distance_m: the objective with them, m.
         yaw_rad: turn of each fit trial's measured head frame by the trial's name, counter-clockwise from above.
+        converged: the descent ended before its iterations ran out. It begins at restarts of the plain fit, so even
+            then `mean_distance_m` is an upper bound: a search of its own could end lower.
     """
 
     coefficients: FluidCoefficients
     mean_distance_m: float
     yaw_rad: Mapping[str, float]
+    converged: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +87,7 @@ def fit_yaw(fitted: tuple[MeasuredTrial, ...], twin: Twin, fit: CoefficientFit) 
     """The fit with a free yaw a trial, from the best restarts of the plain fit."""
     swims = Swims(twin, fitted, "yaw")
     turned = refine_coefficients(swims, [restart.point for restart in fit.restarts[:BESIDE]], central=False)
-    yaws = swims.yaws(parameters(turned.restarts[0].point)[:, None])[0]
-    names = [trial.name for trial in fitted]
-    return YawFit(turned.coefficients, turned.mean_distance_m, dict(zip(names, map(float, yaws), strict=True)))
+    best = turned.restarts[0]
+    yaws = swims.yaws(parameters(best.point)[:, None])[0]
+    by_name = dict(zip([trial.name for trial in fitted], map(float, yaws), strict=True))
+    return YawFit(turned.coefficients, turned.mean_distance_m, by_name, best.converged)

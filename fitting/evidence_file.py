@@ -21,12 +21,15 @@ def evidence_payload(evidence: Evidence) -> dict[str, Any]:
             "coefficients": yaw.coefficients._asdict(),
             "mean_distance_mm": yaw.mean_distance_m * MILLIMETRES,
             "yaw_rad": dict(yaw.yaw_rad),
+            "converged": yaw.converged,
         },
         "profiles": {
             "value": profiles.value.tolist(),
             "slice_mm": (profiles.slice_m * MILLIMETRES).tolist(),
             "profile_mm": (profiles.profile_m * MILLIMETRES).tolist(),
             "best_mm": profiles.best_m * MILLIMETRES,
+            "restart": profiles.restart.tolist(),
+            "restart_mm": (profiles.restart_m * MILLIMETRES).tolist(),
         },
         "pairs": [
             {
@@ -47,13 +50,18 @@ def read_evidence(data: Mapping[str, Any]) -> Evidence:
     yaw, profiles = data["yaw"], data["profiles"]
     return Evidence(
         yaw=YawFit(
-            FluidCoefficients(**yaw["coefficients"]), yaw["mean_distance_mm"] / MILLIMETRES, dict(yaw["yaw_rad"])
+            FluidCoefficients(**yaw["coefficients"]),
+            yaw["mean_distance_mm"] / MILLIMETRES,
+            dict(yaw["yaw_rad"]),
+            yaw["converged"],
         ),
         profiles=CoefficientProfiles(
             value=np.array(profiles["value"]),
             slice_m=np.array(profiles["slice_mm"]) / MILLIMETRES,
             profile_m=np.array(profiles["profile_mm"]) / MILLIMETRES,
             best_m=profiles["best_mm"] / MILLIMETRES,
+            restart=np.array(profiles["restart"], float).reshape(-1, 5),
+            restart_m=np.array(profiles["restart_mm"], float) / MILLIMETRES,
         ),
         pairs=tuple(
             PairFit(

@@ -28,13 +28,14 @@ class Method:
     Attributes:
         name: on the command line.
         label: for people.
-        spend: spends a budget of simulated seconds on an objective, with a seed; None: the gradient search, which
-            stops by itself and leaves its last millimetre to a simplex, because the objective's floor is rough.
+        spend: spends a budget of simulated seconds on an objective, with a seed, and tells whether it converged; None:
+            the gradient search, which stops by itself and leaves its last millimetre to a simplex, because the
+            objective's floor is rough.
     """
 
     name: MethodName
     label: str
-    spend: Callable[[PublishedObjective, float, int], None] | None
+    spend: Callable[[PublishedObjective, float, int], bool] | None
 
 
 METHODS: dict[str, Method] = {
@@ -83,13 +84,13 @@ def _searched(
         return _finished(swims, fit_coefficients(swims, effort, seed, progress), effort.finish_s)
     began, budget = time.perf_counter(), effort.budget_s if budget_s is None else budget_s
     objective = PublishedObjective(swims, budget, progress)
-    spend(objective, budget, seed)
+    converged = spend(objective, budget, seed)
     if not np.isfinite(objective.best_m):
         raise SimulationDiverged(
             f"{METHODS[method].label}: none of {objective.evaluations} points within {budget:g} simulated seconds "
             "swims forward from rest; give a larger budget or use the gradient search"
         )
-    best = _restart(swims, objective, objective.best_point[:5])
+    best = _restart(objective, objective.best_point[:5], converged)
     interval = intervals(SearchSpace(swims), best.point)
     return CoefficientFit(
         coefficients=FluidCoefficients(*map(float, best.coefficients)),
@@ -107,14 +108,17 @@ def _searched(
 
 
 def _finished(swims: Swims, fit: CoefficientFit, budget_s: float) -> CoefficientFit:
-    """A fit after simplices around its best point (see `fitting.valley_simplex`); the same where none helps."""
+    """A fit after simplices around its best point (see `fitting.valley_simplex`); where none helps, the same point."""
     best, began = fit.restarts[0], time.perf_counter()
     if budget_s <= 0 or not best.swims_forward:
         return fit
     objective = PublishedObjective(swims, budget_s)
     objective.best_m, objective.best_point = fit.mean_distance_m, np.append(best.coefficients, best.phase_rad)
-    descend_in_valley(objective, budget_s)
-    restarts = [_restart(swims, objective, best.start), *fit.restarts] if objective.trace else list(fit.restarts)
+    converged = descend_in_valley(objective, budget_s) or best.converged
+    if objective.trace:
+        restarts = [_restart(objective, best.start, converged), *fit.restarts]
+    else:
+        restarts = [replace(best, converged=converged), *fit.restarts[1:]]
     return replace(
         fit,
         coefficients=FluidCoefficients(*map(float, restarts[0].coefficients)),
@@ -129,14 +133,14 @@ def _finished(swims: Swims, fit: CoefficientFit, budget_s: float) -> Coefficient
     )
 
 
-def _restart(swims: Swims, objective: PublishedObjective, start: np.ndarray) -> Restart:
+def _restart(objective: PublishedObjective, start: np.ndarray, converged: bool) -> Restart:
     """The best of a search as a restart, with the softened objective that the gradient search ranks by."""
-    best = objective.best_point
+    history_m = objective.softened_m
     return Restart(
         start=start,
-        coefficients=best[:5],
-        phase_rad=best[5:],
-        objective_m=float(swims.norm.value(swims.errors(best[:, None]))),
-        history_m=np.array([value for _, value in objective.trace]),
-        converged=True,
+        coefficients=objective.best_point[:5],
+        phase_rad=objective.best_point[5:],
+        objective_m=float(history_m[-1]),
+        history_m=history_m,
+        converged=converged,
     )

@@ -1,7 +1,9 @@
 """How the objective rises along each coefficient: which the data hold, and which can slide.
 
 A profile lets all other parameters follow: a walk along the floor from the fit to either end of the coefficient's
-range, with a Gauss-Newton step in all else at every place (see `fitting.valley`).
+range, with a Gauss-Newton step in all else at every place (see `fitting.valley`), from the place before or, where that
+is lower, from the nearest restart of the search. One step a place is not a search: what is found bounds the true
+profile from above. So does every restart at its own coefficients; none of them lies below `CoefficientProfiles.curve`.
 """
 
 from dataclasses import dataclass
@@ -11,7 +13,7 @@ import numpy as np
 from fitting.coefficient_fit import CoefficientFit
 from fitting.objective import Swims
 from fitting.search_space import ROOTS, SearchSpace, parameters
-from fitting.valley import walk
+from fitting.valley import moved, settle
 
 POINTS = 7
 
@@ -20,33 +22,88 @@ POINTS = 7
 class CoefficientProfiles:
     """The mean marker distance along each coefficient.
 
+    Whether a twin swims forward from rest is asked of the fit and the restarts only, not of the other places.
+
     Attributes:
         value: (5, k) values of the coefficient.
         slice_m: (5, k) mean distance with all else held, m.
         profile_m: (5, k) mean distance with all else following, m; never above the slice.
         best_m: at the fit itself, m.
+        restart: (r, 5) coefficients where the other restarts that swim forward ended.
+        restart_m: (r,) mean distance there, m.
     """
 
     value: np.ndarray
     slice_m: np.ndarray
     profile_m: np.ndarray
     best_m: float
+    restart: np.ndarray
+    restart_m: np.ndarray
+
+    def curve(self, index: int, best: float) -> tuple[np.ndarray, np.ndarray]:
+        """The profile of one coefficient with all that is known: values (n,), mean distances (n,), m.
+
+        Straight between its values on the square-root scale; restarts below such a line become values of their own.
+
+        Args:
+            index: of the coefficient.
+            best: its value at the fit.
+        """
+        root, height = _inserted(np.sqrt(self.value[index]), self.profile_m[index], np.sqrt(best), self.best_m)
+        for at, distance in zip(np.sqrt(self.restart[:, index]), self.restart_m, strict=True):
+            if distance < np.interp(at, root, height):
+                root, height = _inserted(root, height, at, distance)
+        return root**2, height
+
+
+def _inserted(root: np.ndarray, height: np.ndarray, at: float, distance: float) -> tuple[np.ndarray, np.ndarray]:
+    """A curve (n,) with one more place; where there is one already, the lower of the two."""
+    place = int(np.searchsorted(root, at))
+    if place < len(root) and root[place] == at:
+        return root, np.where(root == at, np.minimum(height, distance), height)
+    return np.insert(root, place, at), np.insert(height, place, distance)
 
 
 def profile_objective(swims: Swims, fit: CoefficientFit) -> CoefficientProfiles:
     """Profiles around a fit, over the whole range of each coefficient; denser near zero."""
-    space, best = SearchSpace(swims), fit.restarts[0].point
-    roots = np.linspace(ROOTS[0], ROOTS[1], POINTS)
-    held = np.repeat(best[:, None], 5 * POINTS, axis=1)
+    space, roots = SearchSpace(swims), np.linspace(ROOTS[0], ROOTS[1], POINTS)
+    others = fit.restarts if fit.in_the_middle else fit.restarts[1:]  # the first restart is the fit itself
+    ends = [restart.point for restart in others if restart.swims_forward]
+    known = np.column_stack([np.append(np.sqrt(fit.coefficients), fit.phase_rad), *ends])  # (p, 1 + r)
+    held = np.repeat(known[:, :1], 5 * POINTS, axis=1)
     for i in range(5):
         held[i, i * POINTS : (i + 1) * POINTS] = roots
-    sliced = swims.mean_distance(parameters(held)).reshape(5, POINTS)
-    followed = np.array([_followed(space, best, i, roots) for i in range(5)])
-    return CoefficientProfiles(np.tile(roots**2, (5, 1)), sliced, np.minimum(sliced, followed), fit.mean_distance_m)
+    distances = swims.mean_distance(parameters(np.hstack([held, known])))
+    sliced, at_known = distances[: 5 * POINTS].reshape(5, POINTS), distances[5 * POINTS :]
+    followed = np.array([_followed(space, known, i, roots, at_known[0]) for i in range(5)])
+    return CoefficientProfiles(
+        value=np.tile(roots**2, (5, 1)),
+        slice_m=sliced,
+        profile_m=np.minimum(sliced, followed),
+        best_m=float(at_known[0]),
+        restart=parameters(known[:5, 1:]).T,
+        restart_m=at_known[1:],
+    )
 
 
-def _followed(space: SearchSpace, best: np.ndarray, index: int, roots: np.ndarray) -> list[float]:
-    """(k,) mean distance at each root of one coefficient, all else following from the best (p,), m."""
-    below, above = roots[roots < best[index]][::-1], roots[roots >= best[index]]
-    steps = walk(space, best, index, below)[::-1] + walk(space, best, index, above)
-    return [step.distance_m for step in steps]
+def _followed(space: SearchSpace, known: np.ndarray, index: int, roots: np.ndarray, best_m: float) -> list[float]:
+    """(k,) mean distance at each root of one coefficient, all else following from the first of known points, m."""
+    best = known[index, 0]
+    here = [best_m] * int((roots == best).sum())  # a fit at a bound
+    return (
+        _walk(space, known, index, roots[roots < best][::-1])[::-1]
+        + here
+        + _walk(space, known, index, roots[roots > best])
+    )
+
+
+def _walk(space: SearchSpace, known: np.ndarray, index: int, roots: np.ndarray) -> list[float]:
+    """(k,) mean distance at roots from near to far, each from the lower of the one before and the nearest known."""
+    distances, point = [], known[:, 0]
+    for root in roots:
+        nearest = known[:, np.argmin(np.abs(known[index] - root))]
+        starts = np.column_stack([moved(each, index, root) for each in (point, nearest)])
+        step = settle(space, np.unique(starts, axis=1), index)
+        distances.append(step.distance_m)
+        point = step.point
+    return distances

@@ -45,6 +45,7 @@ class PublishedObjective:
         self.spent_s, self.evaluations = 0.0, 0
         self.best_m, self.best_point = np.inf, np.zeros(len(free) + 5)
         self.trace: list[tuple[float, float]] = []
+        self._bests: list[np.ndarray] = []
         self._seconds = sum(float(t.time_s[t.scored][-1]) for t in swims.trials)
         self._seconds_from_rest = seconds_from_rest(swims.trials)
 
@@ -67,6 +68,7 @@ class PublishedObjective:
             if swims_forward(self.swims.twin, points[:5, i][None], self.swims.trials)[0]:
                 self.best_m, self.best_point = float(distances[i]), points[:, i].copy()
                 self.trace.append((self.spent_s, self.best_m))
+                self._bests.append(self.best_point)
                 break
             result[i] *= PENALTY
         return result
@@ -81,6 +83,12 @@ class PublishedObjective:
     def in_step(self, coefficients: np.ndarray) -> np.ndarray:
         """(s,) distances of sets of coefficients (s, 5), each with its own best phases, m."""
         return self(self.phased(coefficients))
+
+    @property
+    def softened_m(self) -> np.ndarray:
+        """(i,) the softened objective at every new best, m: simulated once more, which no budget pays for."""
+        errors = self.swims.errors(np.stack(self._bests, axis=1))
+        return np.array([float(self.swims.norm.value(column[:, None])) for column in errors.T])
 
     def _count(self, points: int) -> None:
         self.evaluations += points

@@ -41,8 +41,10 @@ def bayesian(objective: PublishedObjective, budget_s: float, seed: int) -> None:
             evaluate(np.array([[float(p[name]) for name in names] for p in proposals]))
 
 
-def nelder_mead(objective: PublishedObjective, budget_s: float, start: np.ndarray) -> None:
+def nelder_mead(objective: PublishedObjective, budget_s: float, start: np.ndarray) -> bool:
     """Spends the rest of a budget on bounded Nelder-Mead (nlopt) from a point (p,) of coefficients and phases.
+
+    Whether it converged: its simplex became small before the budget was spent.
 
     Args:
         objective: counts what is spent and keeps the best.
@@ -67,26 +69,36 @@ def nelder_mead(objective: PublishedObjective, budget_s: float, start: np.ndarra
     try:
         optimiser.optimize(np.clip(start, low, high))
     except BudgetSpent:
-        return
+        return False
+    return bool(optimiser.last_optimize_result() == nlopt.XTOL_REACHED)
 
 
-def bayesian_then_nelder_mead(objective: PublishedObjective, budget_s: float, seed: int) -> None:
-    """The published order of the two."""
+def bayesian_then_nelder_mead(objective: PublishedObjective, budget_s: float, seed: int) -> bool:
+    """The published order of the two; whether the second converged."""
     bayesian(objective, BAYESIAN_SHARE * budget_s, seed)
-    nelder_mead(objective, budget_s, objective.best_point)
+    return nelder_mead(objective, budget_s, objective.best_point)
 
 
-def nelder_mead_alone(objective: PublishedObjective, budget_s: float, seed: int) -> None:
-    """Nelder-Mead from random points of the box, started again until the budget is spent."""
+def nelder_mead_alone(objective: PublishedObjective, budget_s: float, seed: int) -> bool:
+    """Nelder-Mead from random points of the box, started again until the budget is spent.
+
+    Whether the descent that found the best converged.
+    """
     low, high = COEFFICIENT_BOUNDS
-    random = np.random.default_rng(seed)
+    random, best_converged = np.random.default_rng(seed), False
     while objective.spent_s < budget_s:
-        nelder_mead(objective, budget_s, objective.phased(low + (high - low) * random.random((1, 5)))[:, 0])
+        best_m = objective.best_m
+        start = objective.phased(low + (high - low) * random.random((1, 5)))[:, 0]
+        converged = nelder_mead(objective, budget_s, start)
+        if objective.best_m < best_m:
+            best_converged = converged
+    return best_converged
 
 
-def random_search(objective: PublishedObjective, budget_s: float, seed: int) -> None:
-    """Uniform points of the box, in batches."""
+def random_search(objective: PublishedObjective, budget_s: float, seed: int) -> bool:
+    """Uniform points of the box, in batches; it never converges."""
     low, high = COEFFICIENT_BOUNDS
     random = np.random.default_rng(seed)
     while objective.spent_s < budget_s:
         objective.in_step(low + (high - low) * random.random((INITIAL, 5)))
+    return False

@@ -4,7 +4,7 @@ The interval is a 90 % percentile bootstrap that draws trials with replacement a
 its speed from the scatter of its beats. With three trials it is wide and says little beyond the trials at hand.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +32,18 @@ class SpeedErrors(NamedTuple):
     worst: Interval
 
 
-def speed_errors(trials: Sequence[CalibratedTrial], seed: int = 0) -> dict[str, SpeedErrors]:
-    """The errors of every model over the trials, in whatever order, by the model's name; empty without trials."""
+def speed_errors(
+    trials: Sequence[CalibratedTrial],
+    seed: int = 0,
+    speeds: Callable[[CalibratedTrial], Mapping[str, float]] = speeds_of,
+) -> dict[str, SpeedErrors]:
+    """The errors of every model over the trials, in whatever order, by the model's name; empty without trials.
+
+    Args:
+        trials: to be predicted.
+        seed: of the draws.
+        speeds: what every model says of a trial, m/s, by the model's name.
+    """
     if not trials:
         return {}
     trials = sorted(trials, key=lambda trial: trial.measured.name)  # draws go by a trial's place
@@ -42,8 +52,8 @@ def speed_errors(trials: Sequence[CalibratedTrial], seed: int = 0) -> dict[str, 
     drawn = random.integers(len(trials), size=(DRAWS, len(trials)))
     noise = random.normal(size=drawn.shape) * spread[drawn]
     result = {}
-    for name in speeds_of(trials[0]):
-        error = np.array([speeds_of(trial)[name] - trial.measured.speed for trial in trials])
+    for name in speeds(trials[0]):
+        error = np.array([speeds(trial)[name] - trial.measured.speed for trial in trials])
         draws = error[drawn] - noise
         result[name] = SpeedErrors(
             _interval(np.abs(error).mean(), np.abs(draws).mean(axis=1)),

@@ -38,6 +38,12 @@ class SpeedSweep:
         """(f,) of elongated body theory as published, m/s."""
         return self.ebt["published"]
 
+    def at(self, hz: float) -> dict[str, float]:
+        """Speed (m/s) at a frequency by "twin" and the names of `ebt`: straight between those swept, nan beyond."""
+        curves = {"twin": self.speed_twin, **self.ebt}
+        beyond = {"left": np.nan, "right": np.nan}
+        return {name: float(np.interp(hz, self.frequency_hz, curve, **beyond)) for name, curve in curves.items()}
+
 
 def sweep_speed(
     twin: Twin,

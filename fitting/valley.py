@@ -59,20 +59,32 @@ def walk(space: SearchSpace, floor: np.ndarray, index: int, roots: np.ndarray) -
     """
     steps, point = [], floor
     for root in roots:
-        step = _settle(space, np.where(np.arange(space.size) == index, root, point), index)
+        step = settle(space, moved(point, index, root)[:, None], index)
         steps.append(step)
         point = step.point
     return steps
 
 
-def _settle(space: SearchSpace, point: np.ndarray, held: int) -> Step:
-    """A point (p,) after the best part of one Gauss-Newton step in all but the held coefficient."""
-    errors, free = space.errors(point[:, None]), np.delete(np.arange(space.size), held)
+def moved(point: np.ndarray, index: int, root: float) -> np.ndarray:
+    """(p,) a point (p,) with one of its parameters at a root."""
+    return np.where(np.arange(len(point)) == index, root, point)
+
+
+def settle(space: SearchSpace, points: np.ndarray, held: int) -> Step:
+    """The lowest of points (p, s) after the best part of one Gauss-Newton step in all but the held coefficient."""
+    errors, free = space.errors(points), np.delete(np.arange(space.size), held)
+    lowest = int(np.argmin(_values(space, errors)))
+    point, errors = points[:, lowest], errors[:, lowest, None]
     gradient, curvature = space.norm.grad_hess(errors, space.slopes_ahead(point[:, None], errors))
     step = np.zeros(space.size)
     step[free] = -np.linalg.lstsq(curvature[np.ix_(free, free)], gradient[free, 0], rcond=1e-8)[0]
     tried = np.clip(point[:, None] + step[:, None] * _FRACTIONS, space.low[:, None], space.high[:, None])
-    points, errors = np.column_stack([point, tried]), np.column_stack([errors, space.errors(tried)])
-    values = [float(space.norm.value(column[:, None])) for column in errors.T]
+    places, errors = np.column_stack([point, tried]), np.column_stack([errors, space.errors(tried)])
+    values = _values(space, errors)
     best = int(np.argmin(values))
-    return Step(points[:, best], values[best], float(space.norm.plain(errors[:, best, None])))
+    return Step(places[:, best], values[best], float(space.norm.plain(errors[:, best, None])))
+
+
+def _values(space: SearchSpace, errors: np.ndarray) -> list[float]:
+    """(s,) softened mean distance for errors (2 e, s), m."""
+    return [float(space.norm.value(column[:, None])) for column in errors.T]

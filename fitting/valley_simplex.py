@@ -14,18 +14,26 @@ from fitting.search_space import SearchSpace, parameters
 RISE_M = 2e-4  # of the objective along an edge, four times its roughness
 LONGEST = 0.5  # edge, in roots
 SMALL = 0.02  # of the edges: a simplex that has shrunk to it ends
+ROUGHNESS_M = 5e-5  # of the objective's floor: gains below it are luck
 
 
-def descend_in_valley(objective: PublishedObjective, budget_s: float) -> None:
-    """Spends the rest of a budget of simulated seconds on simplices, each around the best so far."""
+def descend_in_valley(objective: PublishedObjective, budget_s: float) -> bool:
+    """Spends the rest of a budget of simulated seconds on simplices, each around the best so far.
+
+    Whether it converged: a simplex became small without a gain above the roughness, nor did any after it gain more.
+    """
+    converged = False
     while objective.spent_s < budget_s:
+        before_m = objective.best_m
         best = objective.best_point
         point = np.append(np.sqrt(best[:5]), best[5:])
         space = SearchSpace(objective.swims)
         edges = _edges(space, point)
         objective.spent_s += space.spent_s
         objective.evaluations += space.evaluations
-        _descend(objective, budget_s, space, point, edges)
+        small = _descend(objective, budget_s, space, point, edges)
+        converged = (small or converged) and before_m - objective.best_m <= ROUGHNESS_M
+    return converged
 
 
 def _edges(space: SearchSpace, point: np.ndarray) -> np.ndarray:
@@ -37,7 +45,8 @@ def _edges(space: SearchSpace, point: np.ndarray) -> np.ndarray:
 
 def _descend(
     objective: PublishedObjective, budget_s: float, space: SearchSpace, point: np.ndarray, edges: np.ndarray
-) -> None:
+) -> bool:
+    """One simplex; whether it became small before the budget was spent."""
     optimiser = nlopt.opt(nlopt.LN_NELDERMEAD, space.size)
     optimiser.set_initial_step(np.ones(space.size))
     optimiser.set_xtol_abs(SMALL)
@@ -51,4 +60,5 @@ def _descend(
     try:
         optimiser.optimize(np.zeros(space.size))
     except BudgetSpent:
-        return
+        return False
+    return bool(optimiser.last_optimize_result() == nlopt.XTOL_REACHED)

@@ -150,8 +150,9 @@ for model in models:
     print(f"{model:40} {errors[0]:6.1f} {errors[1]:9.1f}")
 
 # %% [markdown]
-# The theory sees the measured tail of each trial; the twin sees only its frequency. Where a row says "twin's tail" the
-# theory forecasts from the command alone as well.
+# The theory sees the measured tail of each trial. The twin sees the trial's first two beats, which give it frequency,
+# phase and start, and runs on alone. Where a row says "twin's tail" the theory, too, does without the measured one.
+# (`fitting.forecast_from_command` looks at nothing of the trial but its command; the report has its errors.)
 
 # %%
 figures.sweep()

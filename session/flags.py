@@ -57,6 +57,7 @@ FLAG_KINDS: dict[str, str] = {
     "restarts_disagree": "different starts end at different estimates",
     "ebt_ratio_only": "of elongated body theory only c_D / beta is identifiable",
     "unidentifiable": "the data do not determine this number",
+    "no_command": "the commanded frequency is not known",
     "frequency_off_command": "the swim frequency differs from the command",
     "scale_off_robot": "the scale of the picture does not fit the robot",
     "few_beats": "too few beats for a frequency to be trusted",
@@ -64,6 +65,7 @@ FLAG_KINDS: dict[str, str] = {
     "rejected_restart": "closer coefficients were rejected because their twin swims backward from rest",
     "emulator_off": "the stand-in for the twin misses it by more than it may",
     "model_discrepancy": "the twin itself is off by more than noise and nuisances explain",
+    "noise_not_white": "the errors of the tracks are not as the posterior takes them to be",
     "extrapolated": "outside the range of the trials that were fitted",
 }
 """The kinds of flag and what each says. Later stages may use further kinds of their own."""

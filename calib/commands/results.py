@@ -40,6 +40,7 @@ def fit(
 
     Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not
     recorded is assumed to be as the robot is described, and that is said. Without a swim it ends with hinges and crank.
+    The other commands take the fit of this effort as it stands, by whatever search; only another fit replaces it.
     """
     with working(session, as_json, Options(effort, workers, method, objective)) as pipeline:
         result = pipeline.structured() if pipeline.only_dry else pipeline.fit()

@@ -16,16 +16,18 @@ _HIGHEST = 2.0  # times the best distance, where a panel ends
 
 @styled
 def coefficient_profiles_figure(profiles: CoefficientProfiles, best: FluidCoefficients) -> Figure:
-    """A panel for each coefficient, all to one scale: all else held, and all else following."""
+    """A panel for each coefficient, all to one scale: all else held, all else following, and where restarts ended."""
     figure, drawn = panels(len(NAMES), Grid(2, 0.66, gap_in=(0.2, 0.34)), HALF_WIDTH_IN, Margins(left=0.5, top=0.5))
     lowest = np.nanmin(profiles.profile_m, initial=profiles.best_m) * MM
     limits = (0.95 * lowest, _HIGHEST * profiles.best_m * MM)
     for i, (axes, name) in enumerate(zip(drawn, NAMES, strict=True)):
         at = np.searchsorted(profiles.value[i], best[i])  # both curves pass through the fit
         root = np.sqrt(np.insert(profiles.value[i], at, best[i]))
-        held, follows = (np.insert(curve[i], at, profiles.best_m) for curve in (profiles.slice_m, profiles.profile_m))
+        held = np.insert(profiles.slice_m[i], at, profiles.best_m)
+        value, follows = profiles.curve(i, best[i])
         axes.plot(root, held * MM, color=MUTED, linewidth=0.9, linestyle=(0, (3, 2)))
-        axes.plot(root, follows * MM, color=TWIN, linewidth=1.4)
+        axes.plot(np.sqrt(value), follows * MM, color=TWIN, linewidth=1.4)
+        axes.plot(np.sqrt(profiles.restart[:, i]), profiles.restart_m * MM, "o", color=MUTED, markersize=3)
         axes.plot(np.sqrt(best[i]), profiles.best_m * MM, "D", color=TWIN, markersize=4.5)
         _dress(axes, limits, labels=(i % 2 == 0, i + 2 >= len(NAMES)))
         axes.set_title(name, loc="left", pad=2)
@@ -35,8 +37,9 @@ def coefficient_profiles_figure(profiles: CoefficientProfiles, best: FluidCoeffi
         Line2D([], [], color=TWIN, label="all else follows"),
         Line2D([], [], color=MUTED, linewidth=0.9, linestyle=(0, (3, 2)), label="all else held"),
         Line2D([], [], color=TWIN, marker="D", markersize=4.5, linestyle="none", label="fit"),
+        Line2D([], [], color=MUTED, marker="o", markersize=3, linestyle="none", label="other starts"),
     ]
-    legend_on_top(figure, handles, 3)
+    legend_on_top(figure, handles, 2)
     return figure
 
 

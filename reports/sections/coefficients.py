@@ -3,6 +3,7 @@
 import numpy as np
 
 from fitting import METHODS, CoefficientFit, Evidence
+from fitting.coefficient_fit import equals_of, is_polished
 from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
@@ -16,7 +17,6 @@ from reports.numbers import MISSING, counted, in_mm, listed, sentence, shown, si
 from reports.svg import inline_svg
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
-AS_GOOD = 1.01  # objective within this factor of the best: a start that fits as well
 NEARLY = 1.1  # distance within this factor of the best: a value that the data hardly refuse
 
 COLUMNS = (
@@ -58,8 +58,10 @@ def _values(fit: CoefficientFit, evidence: Evidence | None) -> tuple[Plot, ...]:
         inline_svg(figure, "coefficient-profiles", "Mean marker distance along each coefficient"),
         "coefficient-profiles",
         "Mean marker distance along each coefficient, from bound to bound: dashed with all else held, solid where the "
-        "others follow (to first order). A narrow valley is a coefficient that the data hold; a flat one can slide at "
-        "no cost; a valley that is narrow dashed and wide solid is traded against the others.",
+        "others follow (to first order); dots where other starts that swim forward ended. The true profile may lie "
+        "below the solid line, not above it: the line is an upper bound at its corners, which the dots below it are "
+        "among. A narrow valley is a coefficient that the data hold; a flat one can slide at no cost; a valley that is "
+        "narrow dashed and wide solid is traded against the others.",
         tall=True,
     )
     return values, profiles
@@ -70,8 +72,9 @@ def _ways(fit: CoefficientFit) -> tuple[Plot, ...]:
         inline_svg(convergence_figure(fit), "convergence", "Objective after each iteration of each start"),
         "convergence",
         "The objective, a softened mean marker distance, after each iteration of each start. A filled end "
-        "converged; an open one ran out of iterations or was given up for a better start. Where Nelder-Mead "
-        "finished the search, its line has a step for each new best.",
+        "converged; an open one ran out of iterations or budget or was given up for a better start. Where a search "
+        "has no iterations, or Nelder-Mead finished it, its line has a step for each new best; these are chosen by "
+        "the mean marker distance itself, so that the softened one may rise.",
     )
     if not fit.trace:
         return (restarts,)
@@ -92,40 +95,39 @@ def _determined(fit: CoefficientFit, evidence: Evidence | None) -> str:
     profiles = evidence.profiles
     ranges = []
     for i, name in enumerate(FluidCoefficients._fields):
-        ends = _valley(profiles.value[i], profiles.profile_m[i] / profiles.best_m, fit.coefficients[i])
+        value, distance_m = profiles.curve(i, fit.coefficients[i])
+        ends = _reach(value, distance_m / profiles.best_m)
         ranges.append(f"{name.replace('_', ' ')} {' to '.join(significant(end) for end in ends)}")
-    return f"By their profiles the distance grows by less than a tenth over {listed(ranges)}."
+    return (
+        f"By their profiles the distance comes within a tenth of the best over {listed(ranges)}; profiles are upper "
+        "bounds, so the true ranges may be wider."
+    )
 
 
-def _valley(value: np.ndarray, ratio: np.ndarray, best: float) -> tuple[float, float]:
-    """Where the profile, straight between its values (k,) on the square-root scale, first rises over NEARLY."""
-    ends = []
-    for side, order in ((value < best, -1), (value > best, 1)):
-        root = np.append(np.sqrt(best), np.sqrt(value[side][::order]))
-        height = np.append(1.0, ratio[side][::order])
-        over = np.flatnonzero(~(height <= NEARLY))
-        if len(over):
-            last = slice(over[0] - 1, over[0] + 1)
-            ends.append(float(np.interp(NEARLY, height[last], root[last]) ** 2))
-        else:
-            ends.append(float(root[-1] ** 2))
-    return ends[0], ends[1]
+def _reach(value: np.ndarray, ratio: np.ndarray) -> tuple[float, float]:
+    """From the least to the greatest value at which a profile lies below NEARLY; straight between values (n,) on the
+    square-root scale, some of which lie below.
+    """
+    root, below = np.sqrt(value), np.flatnonzero(ratio <= NEARLY)
+    first, last = int(below[0]), int(below[-1])
+    low = root[0] if first == 0 else np.interp(NEARLY, ratio[[first, first - 1]], root[[first, first - 1]])
+    high = root[-1] if last == len(root) - 1 else np.interp(NEARLY, ratio[last : last + 2], root[last : last + 2])
+    return float(low**2), float(high**2)
 
 
 def _equals(fit: CoefficientFit) -> np.ndarray:
     """(r, 5) the coefficients of the starts that fit as well as the best and swim the same way from rest."""
     if not fit.restarts:
         return np.array([fit.coefficients], float)
-    best = fit.restarts[0]
-    peers = [restart for restart in fit.restarts if restart.swims_forward == best.swims_forward]
-    return np.array([r.coefficients for r in peers if r.objective_m <= AS_GOOD * best.objective_m], float)
+    return np.array([restart.coefficients for restart in equals_of(fit.restarts)], float)
 
 
 def _agreement(fit: CoefficientFit) -> str:
     equals = len(_equals(fit))
+    before = ", as it was before Nelder-Mead" if is_polished(fit.restarts) else ""
     if equals == 1:
-        return "No other start came within 1 % of it."
-    return f"{equals} starts fit equally well (within 1 %); the table shows how far apart they are."
+        return f"No other start came within 1 % of it{before}."
+    return f"{equals} starts fit equally well (within 1 % of the best{before}); the table shows how far apart they are."
 
 
 def _middle(fit: CoefficientFit) -> str:
@@ -160,8 +162,8 @@ def _table(fit: CoefficientFit) -> Table:
         )
     caption = (
         f"Coefficients of the fluid forces (no unit), bounds {low:g} to {high:g}. “Equals” are the starts "
-        "whose objective lies within 1 % of the best; “published” values belong to the authors' own model. The "
-        "interval is from the curvature at the best and the noise around it: it knows of no other valley, and takes "
-        "what the twin cannot follow for noise."
+        "whose objective lies within 1 % of the best, as it was before Nelder-Mead, which no other start gets; "
+        "“published” values belong to the authors' own model. The interval is from the curvature at the best and the "
+        "noise around it: it knows of no other valley, and takes what the twin cannot follow for noise."
     )
     return Table(caption, COLUMNS, tuple(rows))

@@ -56,7 +56,7 @@ TERMS = (
     (
         "profile",
         "The objective along one coefficient while all others follow to where, to first order, they best make up "
-        "for it. A slice holds them.",
+        "for it: an upper bound, since one step a place is not a search. A slice holds them.",
     ),
     (
         "flag",

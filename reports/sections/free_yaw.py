@@ -32,7 +32,15 @@ def _text(calibration: Calibration, yaw: YawFit) -> str:
         "the whole measured way. With one turn of the head frame for each fit trial set free, the mean marker "
         f"distance over the fit trials is {in_mm(turned)} mm instead of {in_mm(plain)} mm. Every other number of "
         "this report belongs to the plain fit; this one stands beside it to show how much of its distance may be a "
-        "matter of where the boxes were put."
+        f"matter of where the boxes were put. {_bound(yaw)}"
+    )
+
+
+def _bound(yaw: YawFit) -> str:
+    ended = "converged" if yaw.converged else "was still improving when its iterations ran out"
+    return (
+        f"Its distance is an upper bound: the descent starts from the plain fit’s restarts and {ended}; a search of "
+        "its own might end lower."
     )
 
 

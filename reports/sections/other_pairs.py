@@ -117,7 +117,7 @@ def _spread(pairs: tuple[PairFit, ...]) -> Table:
     caption = (
         f"Mean absolute speed error over the trials left out, over {counted(len(pairs), 'pair')} of fit trials. EBT "
         "is fitted to the same pair and predicts from the measured tail of the trial left out or, where it says so, "
-        "from the twin’s, so that it too forecasts from the command alone."
+        "from the twin’s, so that it too predicts without the measured tail."
     )
     return Table(caption, SPREAD, tuple(rows))
 

@@ -1,8 +1,10 @@
 """Where the numbers come from: inputs, versions, the robot, and what was assumed rather than measured."""
 
+from fitting import METHODS
 from reports.blocks import Column, Points, Section, Table, Terms
 from reports.context import ReportContext
 from reports.numbers import MISSING, listed, sentence, shown, significant
+from reports.objectives import OBJECTIVES
 
 
 def build(context: ReportContext) -> Section:
@@ -43,13 +45,15 @@ def _turns(context: ReportContext) -> tuple[str, ...]:
 
 
 def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:
-    made = context.provenance
+    made, fit = context.provenance, context.calibration.fit
     return (
         ("program", made.program),
         ("engine", f"MuJoCo {made.mujoco}"),
         ("model sha256", made.model_sha256),
         ("seed", str(made.seed)),
         ("effort", made.effort),
+        ("search", METHODS[fit.method].label if fit.method in METHODS else fit.method),
+        ("minimised", OBJECTIVES[context.calibration.objective]),
         ("warm-up", f"{context.session.warmup_s:g} s of every trial left out"),
     )
 

@@ -4,18 +4,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting import METHODS, SearchRun
+from fitting import METHODS, Comparison, SearchRun
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures import search_convergence_figure
 from reports.figures.search_convergence import SHORT
 from reports.numbers import MISSING, counted, in_mm, listed, shown
+from reports.objectives import OBJECTIVES
 from reports.svg import inline_svg
 
-OBJECTIVES = {
-    "published": "published objective: mean marker distance in the head frame",
-    "shape": "shape-only objective: distance relative to the nose, so that a drift in heading does not hide the tail",
-}
 TITLE, ANCHOR = "Comparison of searches", "searches"
 LABELS = {name: method.label for name, method in METHODS.items()}
 LEVEL = 1.01  # mean distance within this factor of the lowest: no worse
@@ -74,7 +71,7 @@ def _winner(objective: str, runs: Sequence[SearchRun]) -> str:
     return f"{first}{in_mm(means[order[0]])} mm on average{behind}{lost}."
 
 
-def _plot(objective: str, runs: Sequence[SearchRun]) -> Plot:
+def _plot(objective: Comparison, runs: Sequence[SearchRun]) -> Plot:
     searches = {name: [(run.trace, run.simulated_s) for run in of] for name, of in _by_method(runs).items()}
     name = f"search-{objective}"
     return Plot(
@@ -85,7 +82,7 @@ def _plot(objective: str, runs: Sequence[SearchRun]) -> Plot:
     )
 
 
-def _table(objective: str, runs: Sequence[SearchRun]) -> Table:
+def _table(objective: Comparison, runs: Sequence[SearchRun]) -> Table:
     rows = []
     for name, of in _by_method(runs).items():
         best = _bests(of)
@@ -95,9 +92,10 @@ def _table(objective: str, runs: Sequence[SearchRun]) -> Table:
             for key in ("evaluations", "simulated_s", "seconds")
         )
         rows.append((LABELS.get(name, name), *distances, f"{len(best)} of {len(of)}", *cost))
+    what = OBJECTIVES[objective]
     return Table(
-        f"{OBJECTIVES.get(objective, objective)[:1].upper()}{OBJECTIVES.get(objective, objective)[1:]}. Best, mean and "
-        "worst are over the seeds that found a point that swims forward; costs are means.",
+        f"{what[:1].upper()}{what[1:]}. Best, mean and worst are over the seeds that found a point that swims forward; "
+        "costs are means.",
         COLUMNS,
         tuple(rows),
     )

@@ -1,11 +1,13 @@
 """How large the speed errors are, model by model, each number with an interval; and what of EBT is identifiable."""
 
-from fitting import FORMS, Interval, SpeedErrors, speed_errors
+import numpy as np
+
+from fitting import FORMS, Interval, SpeedErrors, beat_to_command, forecast_from_command, speed_errors
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures import speed_intervals_figure
 from reports.models import model_label
-from reports.numbers import counted, in_mm, listed, sentence, significant
+from reports.numbers import counted, in_mm, listed, sentence, shown, significant
 from reports.svg import inline_svg
 
 COLUMNS = (
@@ -44,17 +46,42 @@ def build(context: ReportContext) -> Section:
     )
     tables = tuple(_table(role, len(context.trials(role)), found) for role, found in errors.items())
     theory = Prose(_identifiable(context))
-    return Section("Speed errors", "errors", (Plots(plots), *tables, theory), _caveats(context))
+    blocks = (Plots(plots), *tables, *_by_command(context), theory)
+    return Section("Speed errors", "errors", blocks, _caveats(context))
 
 
 def _table(role: str, count: int, errors: dict[str, SpeedErrors]) -> Table:
-    rows = tuple((model_label(name), *map(_with_interval, found)) for name, found in errors.items())
     return Table(
         f"Speed errors over {counted(count, f'{ROLES[role]} trial')}. EBT predicts from the measured tail or, where "
-        "it says so, from the twin’s, so that it too forecasts from the command alone.",
+        "it says so, from the twin’s, so that it too predicts without the measured tail.",
         COLUMNS,
-        rows,
+        _rows(errors),
     )
+
+
+def _by_command(context: ReportContext) -> tuple[Table | Prose, ...]:
+    """The same for forecasts that nothing measured in the trial enters; without any, why there is none."""
+    calibration = context.calibration
+    foretold = forecast_from_command(calibration)
+    if not foretold:
+        return ()
+    known = [trial for trial in context.trials("holdout") if np.isfinite(foretold[trial.measured.name].speeds["twin"])]
+    missing = [f"{name}: {flag.message}" for name, forecast in foretold.items() for flag in forecast.flags]
+    without = "".join(f" No forecast of {sentence(text)}" for text in missing)
+    if not known:
+        return (Prose(f"Nothing could be forecast from the command alone.{without}"),)
+    errors = speed_errors(known, context.session.seed, lambda trial: foretold[trial.measured.name].speeds)
+    caption = (
+        f"Speed errors over {counted(len(known), 'held-out trial')}, forecast from the command alone: the frequency is "
+        f"the command times {shown(beat_to_command(calibration), 3)}, the mean ratio of beat to command over the fit "
+        "trials, and the speed the one at which the twin settles there (the lines of the sweep). Nothing measured in "
+        f"the trials enters, neither their beat, phase and start, nor their tail.{without}"
+    )
+    return (Table(caption, COLUMNS, _rows(errors)),)
+
+
+def _rows(errors: dict[str, SpeedErrors]) -> tuple[tuple[str, ...], ...]:
+    return tuple((model_label(name), *map(_with_interval, found)) for name, found in errors.items())
 
 
 def _with_interval(interval: Interval) -> str:

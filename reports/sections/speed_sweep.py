@@ -1,8 +1,10 @@
 """Speed over frequency, with the speeds of each trial behind it."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
-from fitting import CalibratedTrial
+from fitting import CalibratedTrial, Calibration, CommandForecast, beat_to_command, forecast_from_command
 from reports.blocks import Column, Plot, Plots, Section, Table
 from reports.caveats import speed_caveats
 from reports.context import ReportContext
@@ -18,6 +20,7 @@ COLUMNS = (
     Column("measured", "mm/s"),
     Column("twin", "mm/s"),
     Column("error", "mm/s"),
+    Column("by command", "error, mm/s"),
     Column("EBT, publ.", "error, mm/s"),
     Column("EBT, large", "error, mm/s"),
     Column("mind", numeric=False),
@@ -33,8 +36,8 @@ def build(context: ReportContext) -> Section:
         inline_svg(speed_sweep_figure(calibration), "sweep", "Forward speed over swim frequency"),
         "sweep",
         "Forward speed over swim frequency. Look for the measured points on the twin’s line, the open ones "
-        "above all: they took no part in the fit. The lines forecast from the command alone: those of elongated "
-        "body theory (EBT) use the twin’s tail, its points the measured one.",
+        "above all: they took no part in the fit. The lines are simulated from the crank’s frequency, without the "
+        "measured tail: those of elongated body theory (EBT) use the twin’s, its points the measured one.",
         f"Shaded and dashed: outside the fitted {shown(low, 2)} to {shown(high, 2)} Hz, so extrapolated."
         + (f" The twin diverged at {diverged} frequencies, which are left out." if diverged else ""),
     )
@@ -46,31 +49,45 @@ def build(context: ReportContext) -> Section:
     return Section(
         "Speed",
         "speed",
-        (Plots((sweep, errors)), _table(context)),
+        (Plots((sweep, errors)), _table(context.calibration)),
         () if context.trials("holdout") else ("No trial was held out: every speed error below is one of the fit.",),
     )
 
 
-def _table(context: ReportContext) -> Table:
-    trials = sorted(context.calibration.trials, key=lambda trial: trial.measured.frequency.hz)
+def _table(calibration: Calibration) -> Table:
+    trials = sorted(calibration.trials, key=lambda trial: trial.measured.frequency.hz)
+    foretold = forecast_from_command(calibration)
     totals = []
     for role, title in (("fit", "fit"), ("holdout", "held out")):
-        if summary := context.calibration.summary(role):
+        if summary := calibration.summary(role):
             twin, published, large = (in_mm(summary.speed_mae[name]) for name in ("twin", "published", "large"))
-            totals.append(("mean", title, "", "", "", "", twin, published, large, ""))
+            commanded = _mean_by_command(trials, foretold) if role == "holdout" else ""
+            totals.append(("mean", title, "", "", "", "", twin, commanded, published, large, ""))
     return Table(
         "Forward speed of each trial: slope over the whole beats of the compared frames, forward positive. "
-        "Means are of absolute errors.",
+        "The twin has the frequency, phase and start of a held-out trial from its first two beats; by command, its "
+        f"frequency is the command times {shown(beat_to_command(calibration), 3)}, the mean ratio over the fit trials, "
+        "and nothing of the trial is looked at. Means are of absolute errors.",
         COLUMNS,
-        tuple(_row(trial) for trial in trials),
+        tuple(_row(trial, foretold.get(trial.measured.name)) for trial in trials),
         tuple(totals),
     )
 
 
-def _row(trial: CalibratedTrial) -> tuple[str, ...]:
+def _mean_by_command(trials: Sequence[CalibratedTrial], foretold: Mapping[str, CommandForecast]) -> str:
+    """Over the trials that have such a forecast."""
+    speeds = {trial.measured.name: trial.measured.speed for trial in trials}
+    errors = np.array([forecast.speeds["twin"] - speeds[name] for name, forecast in foretold.items()])
+    known = np.abs(errors[np.isfinite(errors)])
+    return in_mm(float(known.mean())) if len(known) else MISSING
+
+
+def _row(trial: CalibratedTrial, foretold: CommandForecast | None) -> tuple[str, ...]:
     measured = trial.measured
     frequency = f"{shown(measured.frequency.hz, 4)} ± {shown(measured.frequency.se_hz, 4)}"
-    models = (trial.speed_twin, trial.ebt["published"], trial.ebt["large"])
+    by_command = float("nan") if foretold is None else foretold.speeds["twin"]
+    models = (trial.speed_twin, by_command, trial.ebt["published"], trial.ebt["large"])
+    unknown = () if foretold is None else tuple(flag.kind.replace("_", " ") for flag in foretold.flags)
     return (
         measured.name,
         "fit" if measured.role == "fit" else "held out",
@@ -79,5 +96,5 @@ def _row(trial: CalibratedTrial) -> tuple[str, ...]:
         in_mm(measured.speed),
         in_mm(trial.speed_twin),
         *(in_mm(speed - measured.speed, signed=True) for speed in models),
-        ", ".join(speed_caveats(trial)) or MISSING,
+        ", ".join(dict.fromkeys((*speed_caveats(trial), *unknown))) or MISSING,
     )

@@ -2,12 +2,13 @@
 
 from markupsafe import Markup
 
-from fitting import EBT_RATIO_ONLY, CalibratedTrial, Summary
+from fitting import EBT_RATIO_ONLY, CalibratedTrial, Comparison, Summary
 from reports.blocks import Block, Plot, Plots, Points, Prose, Section, Tile, Tiles
 from reports.caveats import beats_compared, whole_trial_flags
 from reports.context import ReportContext
 from reports.figures import planform_figure
 from reports.numbers import counted, in_mm, listed, percent, sentence, shown
+from reports.objectives import OBJECTIVES
 from reports.svg import inline_svg
 from session import FLAG_KINDS
 
@@ -128,6 +129,8 @@ def _doubts(context: ReportContext) -> tuple[str, ...]:
     """Flags of the fit in full, those of whole trials by kind."""
     calibration = context.calibration
     doubts = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != EBT_RATIO_ONLY]
+    if calibration.objective != "published":
+        doubts.insert(0, _other_objective(calibration.objective))
     names: dict[str, list[str]] = {}
     for trial in calibration.trials:
         for kind in dict.fromkeys(flag.kind for flag in whole_trial_flags(trial)):
@@ -138,6 +141,14 @@ def _doubts(context: ReportContext) -> tuple[str, ...]:
         size = _off_command(context) if kind == "frequency_off_command" else ""
         doubts.append(sentence(f"{where}: {FLAG_KINDS.get(kind, kind.replace('_', ' '))}{size}"))
     return tuple(doubts)
+
+
+def _other_objective(objective: Comparison) -> str:
+    return (
+        f"The coefficients were found by the {OBJECTIVES[objective]}. Marker distances in this report are the "
+        "published ones all the same, which these coefficients were not chosen to make small; only the convergence of "
+        "the search is told in what it minimised."
+    )
 
 
 def _off_command(context: ReportContext) -> str:

@@ -45,7 +45,8 @@ def _matrices(trials: tuple[CalibratedTrial, ...]) -> tuple[Plot, ...]:
             Plot(
                 inline_svg(flagged_samples_figure(measured), name, f"Flagged samples of {measured.name}"),
                 name,
-                f"{measured.name}: {percent(share)} of {counted(measured.weight.size, 'sample')} count.",
+                f"{measured.name}: {percent(share)} of {counted(measured.weight.size, 'sample')} count. A long "
+                "coloured row is a marker to track again, a coloured column a moment at which no marker can be used.",
             )
         )
     return tuple(plots)

@@ -23,7 +23,7 @@ from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise
 
 ROOT = Path(__file__).resolve().parents[2]
 
-TINY = replace(QUICK, screened=8, starts=1, finalists=1, heat_iterations=2, final_iterations=2)
+TINY = replace(QUICK, screened=8, starts=1, finalists=1, heat_iterations=2, final_iterations=2, budget_s=100.0)
 """Just enough of a search for the machinery around it."""
 
 FEW_EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "scale_error")}

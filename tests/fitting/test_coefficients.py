@@ -125,6 +125,16 @@ def test_equally_good_restarts_that_differ_are_flagged_with_what_differs() -> No
     assert "slender_drag" not in flag.message
 
 
+def test_other_starts_are_held_against_the_best_as_it_was_before_its_simplex() -> None:
+    """The simplex gained 2 %, which the others were not given the chance of; its own start is no other."""
+    best, before = restart(GOOD, 0.0098), replace(restart((0.4, 2.6, 7.0, 4.0, 1.0), 0.01), start=np.array(GOOD))
+    other, worse = restart((0.4, 2.2, 7.5, 4.0, 1.0), 0.01008), restart((9.0, 9.0, 9.0, 9.0, 9.0), 0.0102)
+
+    assert kinds(best, before, worse) == []
+    assert kinds(best, before, other, worse) == ["restarts_disagree"]
+    assert kinds(best, other, worse) == []
+
+
 def test_a_closer_twin_that_swims_backward_is_rejected_aloud() -> None:
     backward = restart((0.0, 3.5, 9.0, 1.1, 0.1), 0.008, swims_forward=False)
     (flag,) = flags_of([restart(GOOD), backward])

@@ -62,7 +62,7 @@ def test_a_profile_is_never_above_its_slice(evidence: Evidence) -> None:
 def test_profiles_are_lowest_at_the_fit(evidence: Evidence, fit: CoefficientFit) -> None:
     """To within what the roughness of the objective leaves, far less than the rise to either end."""
     profiles = evidence.profiles
-    assert profiles.best_m == fit.mean_distance_m
+    assert profiles.best_m == pytest.approx(fit.mean_distance_m, rel=1e-9)
     assert (profiles.profile_m > 0.98 * profiles.best_m).all()
     for i, coefficient in enumerate(fit.coefficients[:4]):
         nearest = np.argsort(np.abs(np.sqrt(profiles.value[i]) - np.sqrt(coefficient)))[:2]
@@ -159,7 +159,7 @@ def test_evidence_comes_back_from_its_file_as_it_went(evidence: Evidence) -> Non
     for name, values in vars(evidence.profiles).items():
         np.testing.assert_allclose(getattr(back.profiles, name), values, rtol=1e-14)
     assert back.yaw.coefficients == evidence.yaw.coefficients
-    assert back.yaw.yaw_rad == evidence.yaw.yaw_rad
+    assert (back.yaw.yaw_rad, back.yaw.converged) == (evidence.yaw.yaw_rad, evidence.yaw.converged)
     assert back.yaw.mean_distance_m == pytest.approx(evidence.yaw.mean_distance_m, rel=1e-14)
     for one, other in zip(back.pairs, evidence.pairs, strict=True):
         assert replace(one, marker_error_m=0.0) == replace(other, marker_error_m=0.0)

@@ -2,22 +2,48 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from fitting import METHODS, QUICK, CoefficientFit, Swims, search
+from fitting.mean_distance import SOFTENING_M
 from fitting.published_objective import PENALTY, PublishedObjective
 from fitting.published_search import BATCH, INITIAL
 from session import SimulationDiverged
 from synthetic import PLAUSIBLE_COEFFICIENTS
-from tests.fitting.exact_swims import exact_swims, exact_twin
+from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 
-BUDGET_S = 300.0
+BUDGET_S, CUT_S, LONG_S = 300.0, 50.0, 5000.0
+SLOPE, OFF_M = 3e-3, 2e-3  # of the easy swims
 TINY = replace(QUICK, screened=4, starts=1, finalists=1, heat_iterations=1, final_iterations=1, finish_s=120.0)
 SPENDING = [name for name, method in METHODS.items() if method.spend is not None]
 each_method = pytest.mark.parametrize("method", METHODS)
+
+
+@dataclass(frozen=True, eq=False)
+class EasySwims(Swims):
+    """Errors that are linear in coefficients and phases, beside some that no coefficient takes away."""
+
+    def errors(self, parameters: np.ndarray) -> np.ndarray:
+        random, samples = np.random.default_rng(0), sum(int((t.weight[t.scored] > 0).sum()) for t in self.trials)
+        truth = np.append(PLAUSIBLE_COEFFICIENTS, PHASES[: len(self.trials)])[:, None]
+        slopes = SLOPE * random.normal(size=(2 * samples, len(truth)))
+        return OFF_M * random.normal(size=(2 * samples, 1)) + slopes @ (parameters - truth)
+
+    def mean_distance(self, parameters: np.ndarray) -> np.ndarray:
+        return np.array([float(self.norm.plain(column[:, None])) for column in self.errors(parameters).T])
+
+
+@pytest.fixture
+def easy(monkeypatch: pytest.MonkeyPatch) -> EasySwims:
+    """Nothing is simulated: all swim forward, and all phases begin at zero."""
+    for module in ("published_objective", "search_space"):
+        monkeypatch.setattr(f"fitting.{module}.swims_forward", lambda _twin, c, _trials: np.ones(len(c), bool))
+        monkeypatch.setattr(f"fitting.{module}.seconds_from_rest", lambda _trials: 0.0)
+        monkeypatch.setattr(f"fitting.{module}.phase_from_harmonic", lambda _twin, _trial, c, _hz: np.zeros(len(c)))
+    return EasySwims(exact_twin(), exact_swims(hz=(0.7, 1.2), seconds=1.2))
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +79,46 @@ def test_the_trace_comes_down_as_budget_is_spent_and_ends_at_the_best(
     assert (np.diff(best) < 0).all()
     assert best[-1] == fits[method].mean_distance_m
     assert spent[-1] <= fits[method].spent_s
+
+
+@each_method
+def test_every_start_ends_with_the_softened_objective_that_its_history_came_down_to(
+    method: str, swims: Swims, fits: dict[str, CoefficientFit]
+) -> None:
+    for restart in fits[method].restarts:
+        point = np.append(restart.coefficients, restart.phase_rad)[:, None]
+        assert restart.history_m[-1] == restart.objective_m
+        assert restart.objective_m == pytest.approx(float(swims.norm.value(swims.errors(point))), rel=1e-6)
+
+
+@pytest.mark.parametrize("method", SPENDING)
+def test_the_history_is_the_softened_objective_at_every_new_best(method: str, fits: dict[str, CoefficientFit]) -> None:
+    """Softening takes away at most its width of every distance, and always something."""
+    lost = np.array([best for _, best in fits[method].trace]) - fits[method].restarts[0].history_m
+
+    assert ((lost > 0) & (lost < SOFTENING_M)).all()
+
+
+@each_method
+def test_a_cut_budget_is_flagged_and_a_long_one_is_not(
+    method: str, easy: EasySwims, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Random search cannot know; the gradient search is stopped after one iteration, so its simplices decide."""
+    monkeypatch.setattr("fitting.published_search.BAYESIAN_SHARE", 0.01)
+    kinds = []
+    for budget_s in (CUT_S, LONG_S):
+        fit = search(method, easy, replace(TINY, finish_s=budget_s), budget_s=budget_s)
+        kinds.append([flag.kind for flag in fit.flags])
+        assert fit.restarts[0].converged == ("not_converged" not in kinds[-1])
+
+    assert "not_converged" in kinds[0]
+    assert ("not_converged" in kinds[1]) == (method == "random")
+
+
+def test_the_gradient_search_keeps_that_it_converged_before_its_simplices(easy: EasySwims) -> None:
+    fit = search("gradient", easy, replace(TINY, final_iterations=150, finish_s=CUT_S))
+
+    assert fit.restarts[0].converged
 
 
 @pytest.mark.parametrize("method", SPENDING)

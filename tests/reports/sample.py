@@ -77,7 +77,7 @@ def made_fit() -> CoefficientFit:
     ends = (BEST, BEST._replace(angular_drag=6.0), BEST._replace(kutta_lift=9.0))
     restarts = tuple(
         Restart(
-            start=np.full(5, 5.0),
+            start=np.full(5, 5.0 - rank),
             coefficients=np.array(end),
             phase_rad=np.zeros(2),
             objective_m=objective,
@@ -98,9 +98,13 @@ def made_evidence(names: tuple[str, ...] = tuple(ROLES)) -> Evidence:
     """A yaw that helps, parabolas for profiles, and every pair of trials; one of them swims backward."""
     root = np.linspace(0.0, np.sqrt(10.0), 11)
     away = (root - np.sqrt(BEST)[:, None]) ** 2  # (5, 11)
-    profiles = CoefficientProfiles(np.tile(root**2, (5, 1)), 0.031 + 0.02 * away, 0.031 + 0.003 * away, 0.031)
+    restart = np.array([BEST._replace(angular_drag=6.0)])
+    profiles = CoefficientProfiles(
+        np.tile(root**2, (5, 1)), 0.031 + 0.02 * away, 0.031 + 0.003 * away, 0.031, restart, np.array([0.0312])
+    )
     fitted = [name for name in names if ROLES[name][0] == "fit"]
-    yaw = YawFit(BEST._replace(blunt_drag=0.5), 0.027, {name: 0.02 * (i + 1) for i, name in enumerate(fitted)})
+    turns = {name: 0.02 * (i + 1) for i, name in enumerate(fitted)}
+    yaw = YawFit(BEST._replace(blunt_drag=0.5), 0.027, turns, converged=True)
     pairs = tuple(made_pair(pair, rank) for rank, pair in enumerate(combinations(names, 2)) if len(names) > 2)
     return Evidence(yaw, profiles, pairs)
 

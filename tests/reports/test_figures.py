@@ -248,6 +248,7 @@ def test_a_dot_for_each_pair_and_the_own_pair_open() -> None:
 def test_profiles_pass_through_the_fit() -> None:
     evidence = made_evidence()
     for axes in coefficient_profiles_figure(evidence.profiles, BEST).axes:
-        held, follows, fit = axes.lines
+        held, follows, ends, fit = axes.lines
+        assert list(ends.get_ydata()) == [pytest.approx(31.2)]
         for curve in (held, follows):
             assert (fit.get_xdata()[0], fit.get_ydata()[0]) in zip(curve.get_xdata(), curve.get_ydata(), strict=True)

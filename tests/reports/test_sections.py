@@ -137,6 +137,41 @@ def test_profiles_say_how_far_each_coefficient_can_slide(full: Page) -> None:
     assert high == pytest.approx(np.sqrt(10.0))
 
 
+def test_a_start_that_fits_widens_the_range_a_coefficient_can_slide_over() -> None:
+    """Beyond a rise: the first profile lies high where a start ended at 6.25, within a tenth of the best."""
+    evidence = made_evidence()
+    height = np.where(evidence.profiles.value > 2.0, 0.05, evidence.profiles.profile_m)
+    end = np.array([made_calibration().coefficients._replace(blunt_drag=6.25)])
+    profiles = replace(evidence.profiles, profile_m=height, restart=end, restart_m=np.array([0.032]))
+    page = page_of(evidence=replace(evidence, profiles=profiles))
+    found = re.search(r"blunt drag ([\d.]+) to ([\d.]+), slender", page.text)
+
+    assert found
+    assert float(found[2]) > 6.25
+    assert "profiles are upper bounds, so the true ranges may be wider" in page.text
+
+
+def test_the_best_is_held_against_other_starts_as_it_was_before_its_simplex() -> None:
+    fit = made_calibration().fit
+    best, other, backward = fit.restarts
+    before = replace(best, objective_m=0.0304)
+    polished = page_of(fit=replace(fit, restarts=(best, before, replace(other, objective_m=0.0306), backward)))
+    alone = page_of(fit=replace(fit, restarts=(best, before, replace(other, objective_m=0.0309), backward)))
+
+    assert "2 starts fit equally well (within 1 % of the best, as it was before Nelder-Mead)" in polished.text
+    assert "No other start came within 1 % of it, as it was before Nelder-Mead." in alone.text
+
+
+def test_the_distance_with_a_free_yaw_is_called_an_upper_bound(full: Page) -> None:
+    evidence = made_evidence()
+    page = page_of(evidence=replace(evidence, yaw=replace(evidence.yaw, converged=False)))
+
+    assert (
+        "Its distance is an upper bound: the descent starts from the plain fit’s restarts and converged;" in full.text
+    )
+    assert "from the plain fit’s restarts and was still improving when its iterations ran out;" in page.text
+
+
 def test_searches_are_ranked_and_those_that_found_nothing_named(full: Page) -> None:
     assert (
         "On the published objective Gauss-Newton from many starts, then Nelder-Mead ends lowest, at 31.0" in full.text

@@ -113,5 +113,27 @@ def test_thrust_does_not_know_left_from_right(seed: int, speed: float) -> None:
     assert mean_thrust_large(mirrored, speed, MASS) == pytest.approx(mean_thrust_large(motion, speed, MASS))
 
 
+@given(amplitude=amplitudes, wave_number=wave_numbers, angular=angulars, speed=speeds)
+def test_a_tip_that_leans_the_other_way_is_on_a_wave_that_runs_forward(
+    amplitude: float, wave_number: float, angular: float, speed: float
+) -> None:
+    motion = wave(amplitude, wave_number, angular)
+    scale = MASS * amplitude**2 * (angular**2 + (speed * wave_number) ** 2)
+    rounding = 1e-9 + 1e-14 / (amplitude * wave_number) ** 2
+
+    other_way = mean_thrust_large(motion._replace(angle_rad=-motion.angle_rad), speed, MASS)
+    assert other_way == pytest.approx(thrust_of_wave(amplitude, -wave_number, angular, speed), abs=rounding * scale)
+
+
+@given(seed=st.integers(0, 10_000), speed=speeds, share=st.floats(0.0, 1.0))
+def test_a_tip_that_moves_forward_is_one_of_a_faster_fish(seed: int, speed: float, share: float) -> None:
+    motion = any_motion(seed, 0.3)
+    ahead = motion._replace(forward_speed=motion.forward_speed + share * speed)
+
+    assert mean_thrust_large(ahead, (1 - share) * speed, MASS) == pytest.approx(
+        mean_thrust_large(motion, speed, MASS), abs=1e-12
+    )
+
+
 def test_a_tail_that_gives_no_thrust_does_not_swim() -> None:
     assert steady_speed_large(wave(0.05, 8.0, 0.0), FISH, 1.0, 0.3) == 0.0

@@ -1,0 +1,125 @@
+"""A fit by another search or objective than the usual one stands until another fit is asked for."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from calib import pipeline as pipeline_module
+from calib.pipeline import Options, Pipeline, open_session
+from fitting import METHODS, Swims, compare_methods
+from tests.calib.door import TINY, Front, edit, with_little_effort
+from tests.calib.test_run import remade
+
+QUICK = ["--effort", "quick"]
+CHOSEN = {
+    "method": Options("quick", method="random", comparison="published"),
+    "objective": Options("quick", method="gradient", comparison="shape"),
+}
+FOUND, USUAL = {"method": "random", "objective": "shape"}, {"method": "gradient", "objective": "published"}
+NAMED = {"method": "random search", "objective": "shape-only objective: distance relative to the nose"}
+
+
+def fit_of(folder: Path) -> dict[str, Any]:
+    fit: dict[str, Any] = json.loads((folder / "results" / "calibration.json").read_text())["fit"]
+    return fit
+
+
+@pytest.fixture(scope="module", params=list(CHOSEN))
+def choice(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def fitted_otherwise(choice: str, fresh_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = Path(shutil.copytree(fresh_session, tmp_path_factory.mktemp(choice) / "pool"))
+    with pytest.MonkeyPatch.context() as patch:
+        with_little_effort(patch)
+        Pipeline(open_session(folder), CHOSEN[choice]).fit()
+    return folder
+
+
+@pytest.fixture
+def otherwise(fitted_otherwise: Path, tmp_path: Path) -> Path:
+    """A session with such a fit, of the test's own."""
+    return Path(shutil.copytree(fitted_otherwise, tmp_path / "pool"))
+
+
+def test_the_command_line_asks_for_it(calib: Front, otherwise: Path, choice: str) -> None:
+    """What it asks for stands there already, so that nothing is made again."""
+    with remade(otherwise):
+        assert calib("fit", otherwise, *QUICK, f"--{choice}", FOUND[choice]).code == 0
+    fit = fit_of(otherwise)
+    assert {key: fit[key] for key in USUAL} == USUAL | {choice: FOUND[choice]}
+
+
+@pytest.mark.usefixtures("true_report")
+def test_the_report_tells_of_the_fit_that_was_asked_for(calib: Front, otherwise: Path, choice: str) -> None:
+    with remade(otherwise, "evidence.json", "report.html"):
+        assert calib("report", otherwise, *QUICK).code == 0
+        assert calib("run", otherwise, *QUICK).code == 0
+
+    page = (otherwise / "results" / "report.html").read_text()
+    assert NAMED[choice] in page
+    assert ("The coefficients were found by the shape-only objective" in page) == (choice == "objective")
+
+
+def test_neither_model_nor_recording_replaces_it(calib: Front, otherwise: Path, tmp_path: Path) -> None:
+    with remade(otherwise, "session.rrd"):
+        assert calib("mjcf", otherwise, "--out", tmp_path / "fish.xml", *QUICK).code == 0
+        assert calib("view", otherwise).code == 0
+
+    assert (tmp_path / "fish.xml").read_text() == (otherwise / "results" / "calibrated.xml").read_text()
+
+
+def test_a_fit_that_replaces_it_says_what_differs(calib: Front, otherwise: Path, choice: str) -> None:
+    outcome = calib("fit", otherwise, *QUICK)
+
+    assert f"was made otherwise ({choice} {FOUND[choice]} -> {USUAL[choice]}) and is made again" in outcome.out
+    assert fit_of(otherwise)[choice] == USUAL[choice]
+
+
+def test_of_other_inputs_the_usual_search_makes_it_again(calib: Front, otherwise: Path, choice: str) -> None:
+    edit(otherwise / "session.toml", "[fit]", "[fit]\nseed = 7")
+    outcome = calib("mjcf", otherwise, "--out", otherwise / "fish.xml", *QUICK)
+
+    assert outcome.code == 0
+    assert fit_of(otherwise)[choice] == USUAL[choice]
+
+
+def test_distances_beside_it_are_the_published_ones(otherwise: Path) -> None:
+    pipeline = Pipeline(open_session(otherwise), Options("quick"))
+    calibration = pipeline.calibrated()
+    evidence = pipeline.evidence(calibration)
+
+    fit, fitted = calibration.fit, tuple(trial for trial in pipeline.trials if trial.role == "fit")
+    point = np.append(calibration.coefficients, fit.phase_rad)[:, None]
+    distances = {of: Swims(pipeline._twin(), fitted, of).mean_distance(point)[0] for of in ("published", "shape")}
+    assert distances["published"] > 1.2 * distances["shape"]
+    assert [evidence.profiles.best_m, fit.mean_distance_m] == pytest.approx([distances["published"]] * 2, rel=1e-9)
+    assert fit.trace[-1][1] == pytest.approx(distances[calibration.objective], rel=1e-9)
+
+
+@pytest.mark.long
+def test_the_searches_are_compared_and_the_report_then_shows_them(
+    calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline_module, "compare_methods", partial(compare_methods, effort=TINY))
+    with remade(finished, "search.json"):
+        outcome = calib("benchmark", "search", finished, "--seeds", "1", "--budget", "100", "--json")
+    with remade(finished, "report.html"):
+        calib("report", finished, *QUICK)
+
+    told = json.loads(outcome.out)
+    assert outcome.code == 0
+    assert told["runs"] == json.loads((finished / "results" / "search.json").read_text())["runs"]
+    assert {(run["comparison"], run["method"]) for run in told["runs"]} == {
+        (comparison, method) for comparison in ("published", "shape") for method in METHODS
+    }
+    assert all(run["simulated_s"] >= 100 for run in told["runs"] if run["method"] != "gradient")

@@ -1,0 +1,115 @@
+"""A profile bounds the true one from above as well as the search knows it: no restart of the fit lies below it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.pipeline import Options, Pipeline, open_session
+from fitting import CoefficientFit, CoefficientProfiles, Swims, profile_objective
+from fitting.coefficients import refine_coefficients
+from fitting.search_space import ROOTS, parameters
+from fitting.valley import moved
+from session import new_from_fishsim
+from swimmer import FluidCoefficients, Twin
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
+from tests.session.sample import FISHSIM, needs_fishsim
+
+POINTS = 3
+ROUNDING = 1 + 1e-9
+
+
+@pytest.fixture(scope="module")
+def swims() -> Swims:
+    return Swims(exact_twin(), exact_swims(hz=(1.0,), seconds=2.0))
+
+
+@pytest.fixture(scope="module")
+def fit(swims: Swims) -> CoefficientFit:
+    """A poor best, and restarts that know better: far away in some coefficient and nearer to the tracks there."""
+    roots = np.sqrt([(0.4, 7.0, 1.0, 4.0, 3.0), (0.4, 2.2, 6.0, 3.0, 9.0), tuple(PLAUSIBLE_COEFFICIENTS)])
+    points = [np.append(each, PHASES[0]) for each in roots]
+    found = refine_coefficients(swims, points, iterations=1, central=False)
+    restarts = tuple(replace(restart, swims_forward=True) for restart in found.restarts[::-1])
+    return replace(
+        found,
+        coefficients=FluidCoefficients(*map(float, restarts[0].coefficients)),
+        phase_rad=restarts[0].phase_rad,
+        mean_distance_m=float(swims.mean_distance(parameters(restarts[0].point)[:, None])[0]),
+        restarts=restarts,
+    )
+
+
+@pytest.fixture(scope="module")
+def profiles(swims: Swims, fit: CoefficientFit) -> CoefficientProfiles:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fitting.profile.POINTS", POINTS)
+        return profile_objective(swims, fit)
+
+
+def assert_no_restart_lies_below(profiles: CoefficientProfiles, swims: Swims, fit: CoefficientFit) -> None:
+    points = [restart.point for restart in fit.restarts if restart.swims_forward]
+    distances = swims.mean_distance(parameters(np.column_stack(points)))
+    for i in range(5):
+        value, height = profiles.curve(i, fit.coefficients[i])
+        assert (np.diff(value) > 0).all()
+        for point, distance in zip(points, distances, strict=True):
+            assert np.interp(point[i], np.sqrt(value), height) <= distance * ROUNDING
+
+
+def test_no_profile_lies_above_a_restart_at_its_own_value(
+    profiles: CoefficientProfiles, swims: Swims, fit: CoefficientFit
+) -> None:
+    assert profiles.restart_m.min() < 0.8 * profiles.best_m
+    assert_no_restart_lies_below(profiles, swims, fit)
+
+
+def test_no_place_lies_above_the_nearest_restart_moved_there(
+    profiles: CoefficientProfiles, swims: Swims, fit: CoefficientFit
+) -> None:
+    """Places are ranked by the softened distance, which may prefer one that is a little farther off."""
+    ends = np.column_stack([restart.point for restart in fit.restarts])
+    for i in range(5):
+        for root, height in zip(np.linspace(*ROOTS, POINTS), profiles.profile_m[i], strict=True):
+            nearest = ends[:, np.argmin(np.abs(ends[i] - root))]
+            there = swims.mean_distance(parameters(moved(nearest, i, root))[:, None])[0]
+            assert height <= 1.02 * there
+
+
+def test_a_backward_restart_is_no_part_of_a_profile(swims: Swims, fit: CoefficientFit) -> None:
+    backward = (fit.restarts[0], *(replace(restart, swims_forward=False) for restart in fit.restarts[1:]))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fitting.profile.POINTS", 2)
+        profiles = profile_objective(swims, replace(fit, restarts=backward))
+
+    assert profiles.restart.shape == (0, 5)
+    assert len(profiles.curve(1, fit.coefficients[1])[0]) == 3
+
+
+def test_a_curve_takes_in_the_restarts_below_it_and_leaves_out_those_above() -> None:
+    """Straight from 0.04 m at 0 to the fit's 0.03 m at 1 and to 0.06 m at 4: 0.035 m at 0.25, 0.045 m at 2.25."""
+    value = np.tile([0.0, 4.0], (5, 1))
+    restart = np.tile([2.25, 2.25, 0.25, 1.0], (5, 1)).T
+    profiles = CoefficientProfiles(
+        value, value, np.tile([0.04, 0.06], (5, 1)), 0.03, restart, np.array([0.044, 0.02, 0.036, 0.031])
+    )
+    found, height = profiles.curve(2, 1.0)
+
+    np.testing.assert_allclose(found, [0.0, 1.0, 2.25, 4.0])
+    np.testing.assert_allclose(height, [0.04, 0.03, 0.02, 0.06])
+
+
+@pytest.mark.long
+@needs_fishsim
+def test_no_restart_of_the_public_tracks_lies_below_its_profile(tmp_path: Path) -> None:
+    folder = new_from_fishsim(tmp_path / "fishsim", FISHSIM, ("f1_00", "f1_75"))
+    pipeline = Pipeline(open_session(folder), Options("full"))
+    calibration = pipeline.calibrated()
+    trials = [trial.measured for trial in calibration.trials if trial.measured.role == "fit"]
+    swims = Swims(Twin(calibration.robot, trials[0].markers), tuple(trials))
+
+    assert_no_restart_lies_below(profile_objective(swims, calibration.fit), swims, calibration.fit)

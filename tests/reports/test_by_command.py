@@ -1,0 +1,68 @@
+"""What is foretold from the command alone stands beside the other forecasts, and its absence is explained."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from fitting import Calibration
+from reports import render_report
+from tests.fitting.test_command_forecast import commanded
+from tests.reports.page import Page
+from tests.reports.sample import made_calibration, made_context
+
+SLOW_M_S = 0.05
+"""Measured in the held-out trial; the twin's sweep says a tenth of a metre a second for every hertz."""
+
+
+def page_of(calibration: Calibration) -> Page:
+    return Page(render_report(made_context(calibration)))
+
+
+@pytest.fixture(scope="module")
+def page() -> Page:
+    """The beat is 0.75 of the command, so 0.6 Hz instead of the 0.5 Hz that were measured."""
+    return page_of(commanded(0.8, 0.8 / 0.75, 1.3 / 0.75))
+
+
+def test_the_error_of_the_forecast_stands_beside_that_of_the_twin(page: Page) -> None:
+    error = 1000 * (0.06 - SLOW_M_S)
+
+    assert "its frequency is the command times 0.750, the mean ratio over the fit trials" in page.text
+    assert re.search(rf"slow held out 0\.80 0\.5000 ± 0\.0005 50\.0 55\.0 \+5\.0 \+{error:.1f} ", page.text)
+    assert re.search(r"medium fit 1\.07 .{25,35}\+8\.0 – ", page.text)
+    assert re.search(rf"mean held out +5\.0 {error:.1f} ", page.text)
+
+
+def test_a_line_of_the_sweep_comes_from_a_frequency_not_from_the_command(page: Page) -> None:
+    assert "The lines are simulated from the crank’s frequency, without the measured tail" in page.text
+
+
+def test_its_errors_have_intervals_and_use_the_tail_of_the_twin(page: Page) -> None:
+    table = page.text.split("held-out trial, forecast from the command alone: ")[1].split("Elongated body theory has")[
+        0
+    ]
+
+    assert table.startswith("the frequency is the command times 0.750")
+    for label, error in (("twin", 10.0), ("EBT, large amplitude (twin’s tail)", 19.0)):
+        assert re.search(rf"{re.escape(label)} {error} \([\d.]+ to [\d.]+\)", table), label
+    assert "from the measured tail" not in table
+
+
+@pytest.mark.parametrize("command", [None, 9.0], ids=["unknown", "beyond the sweep"])
+def test_without_it_the_reason_is_told(command: float | None) -> None:
+    page = page_of(commanded(command, 1.0, 1.5))
+    told = "slow: its command is not known" if command is None else "foretold from the command, lies outside"
+
+    assert "Nothing could be forecast from the command alone. No forecast of slow:" in page.text
+    assert told in page.text
+    assert ("no command" in page.text.split("Speed errors over")[0]) == (command is None)
+    assert not re.search(r"\bnan\b", page.text)
+
+
+def test_where_no_trial_was_held_out_nothing_is_foretold() -> None:
+    text = page_of(made_calibration(("medium", "fast"))).text
+
+    assert "forecast from the command alone" not in text
+    assert "Nothing could be forecast" not in text
