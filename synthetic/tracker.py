@@ -17,7 +17,8 @@ def tracked(
     """The tracks of a trial whose markers are at (n, m, 2), and (m, 2) where its boxes sit on their markers, px."""
     noise = plan.noise
     offsets_px = placement_offsets(len(plan.markers), noise, random)
-    errors_px = lasting_errors(position_px.shape, 1 / plan.camera.fps, noise, random)
+    place_m = plan.swimmer.marker_positions_m(plan.markers)[:, 0]
+    errors_px = lasting_errors(position_px.shape, 1 / plan.camera.fps, noise, random, place_m)
     boxes_px = with_faults(position_px + offsets_px + errors_px, plan.markers, trial.faults)
     found_px = np.round(on_grid(boxes_px, noise), _DECIMALS_PX)
     confidence = np.isfinite(found_px).all(axis=2).astype(float)

@@ -12,13 +12,13 @@ import numpy as np
 
 from calib.benchmarks.posterior_effects import Effect, effect_of
 from calib.benchmarks.posterior_exact import exact_widths
-from calib.benchmarks.posterior_truth import NOISE, DrawnSession, draw_session
+from calib.benchmarks.posterior_truth import DrawnSession, draw_session
 from fitting.posterior import Posterior, sample_posterior
 from fitting.posterior.posterior import MISFIT_P
 
 RANKED = 99  # draws among which the truth has a rank: 100 ranks, ten to a bin
 EFFECTIVE = 100
-WARNINGS = ("model_discrepancy", "robot_off", "emulator_off", "not_converged")
+WARNINGS = ("model_discrepancy", "robot_off", "emulator_off", "not_converged", "noise_not_white")
 """Flags that tell a reader not to believe the intervals."""
 Five = tuple[float, ...]
 
@@ -124,7 +124,7 @@ def _score(drawn: DrawnSession, posterior: Posterior, seconds: float) -> Posteri
         q95=_five(q95),
         mean=_five(draws.mean(axis=0)),
         sd=_five(draws.std(axis=0, ddof=1)),
-        exact_width=_five(exact_widths(posterior.model, truth, NOISE, drawn.seed)),
+        exact_width=_five(exact_widths(posterior, drawn.noise, drawn.seed)),
         r_hat=_five(posterior.draws.r_hat[:5]),
         ess_bulk=_five(posterior.draws.ess_bulk[:5]),
         box_sd_m=posterior.found.box_sd_m,

@@ -1,23 +1,63 @@
 """What a robot may do that its twin leaves out, as `calib benchmark posterior --effect` puts it in."""
 
-from typing import Literal, NamedTuple, get_args
+from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 
-from swimmer import RobotSpec
+from swimmer import RobotSpec, Runs, Scene, Trajectories, Twin
+from swimmer.effects import AffectedRuns, AffectedTwin, catalogue
 
-Effect = Literal["none", "hinge_stiffness", "hinge_damping", "crank_arm", "current", "any"]
-"""Hinges 15 % stiffer, or damped twice as much; a crank arm 5 % shorter; a current; any of these, in turn by seed."""
+Effect = Literal[
+    "none",
+    "hinge_stiffness",
+    "hinge_damping",
+    "crank_arm",
+    "current",
+    "entrained_water",
+    "tendon_compliance",
+    "segment_coefficients",
+    "any",
+]
+"""Hinges 15 % stiffer, or damped twice as much; a crank arm 5 % shorter; a current; effects of the catalogue, two
+standard deviations strong, that no nuisance stands for; any of these, in turn by seed."""
 EFFECTS: tuple[Effect, ...] = get_args(Effect)[1:-1]
 CURRENT_M_S = 0.02
 _STIFFER, _DAMPED, _ARM = 1.15, 2.0, 0.95
+_OF_CATALOGUE = {"entrained_water": (0.004,), "tendon_compliance": (4.0,), "segment_coefficients": (0.6, -0.6)}
 
 
-class Unmodelled(NamedTuple):
-    """What a swim has and the twin has not: a robot that differs, and a current (2,) that carries it, m/s."""
+@dataclass(frozen=True, eq=False)
+class Unmodelled:
+    """What a swim has and the twin has not.
+
+    Attributes:
+        robot: that differs.
+        current_m_s: (2,) that carries it, m/s.
+        effect: name of an effect of the catalogue that acts; None for none.
+    """
 
     robot: RobotSpec
     current_m_s: np.ndarray
+    effect: str | None = None
+
+    def twin(self, robot: RobotSpec, markers: tuple[str, ...], scene: Scene) -> Twin:
+        """The simulator of the swims."""
+        plain = Twin(robot, markers, scene)
+        return plain if self.effect is None else _Acting(plain, self.effect)
+
+
+class _Acting(AffectedTwin):
+    """A twin on which an effect of the catalogue acts in every run."""
+
+    def __init__(self, plain: Twin, effect: str) -> None:
+        super().__init__(plain, [catalogue()[effect]])
+        self._acting = np.array(_OF_CATALOGUE[effect])
+
+    def simulate(self, runs: Runs, time_s: np.ndarray, *, allow_divergence: bool = False) -> Trajectories:
+        """With the effect."""
+        own = AffectedRuns(**vars(runs), values=np.tile(self._acting, (len(runs), 1)))
+        return super().simulate(own, time_s, allow_divergence=allow_divergence)
 
 
 def effect_of(effect: Effect, seed: int) -> Effect:
@@ -44,7 +84,7 @@ def with_effect(robot: RobotSpec, effect: Effect, random: np.random.Generator) -
         robot = robot.model_copy(update={"crank": crank})
     elif effect == "current":
         current_m_s = CURRENT_M_S * np.array([np.cos(angle), np.sin(angle)])
-    return Unmodelled(robot, current_m_s)
+    return Unmodelled(robot, current_m_s, effect if effect in _OF_CATALOGUE else None)
 
 
 def _with_tail(robot: RobotSpec, **changes: float) -> RobotSpec:

@@ -16,6 +16,7 @@ from fitting.coefficient_fit import NAMES
 
 BINS = 10
 FAR_SD = 4.0  # a truth farther off than this is no chance
+WIDE = 1.3  # width over the exact likelihood's that is asked at most
 _FEWEST = 5 * BINS  # sessions, for five in each bin
 
 
@@ -30,6 +31,7 @@ class Calibration(NamedTuple):
         chi2_p, ks_p: of uniform ranks, by chi-square over ten bins and by Kolmogorov and Smirnov, both corrected for
             ten tests (Holm 1979); nan for fewer than 50 sessions.
         width, width_95: median and 95th percentile of the width of the 90 % interval over that of the exact likelihood.
+        wide: share of sessions in which that is more than 1.3.
         spread: root mean square of the truth's distance from the mean, in standard deviations.
     """
 
@@ -42,6 +44,7 @@ class Calibration(NamedTuple):
     ks_p: float
     width: float
     width_95: float
+    wide: float
     spread: float
 
 
@@ -54,12 +57,14 @@ class PosteriorOutcome:
         scores: of the sessions, of all shards in the folder.
         failures: sessions of this run that gave no posterior.
         others: files in the folder that other code made; they are left out.
+        gaps: seeds below the highest that have no score.
     """
 
     effect: Effect
     scores: tuple[PosteriorScore, ...]
     failures: tuple[Failure, ...] = ()
     others: int = 0
+    gaps: tuple[int, ...] = ()
 
     @property
     def calibrations(self) -> list[Calibration]:
@@ -92,6 +97,7 @@ class PosteriorOutcome:
             "sessions": [score.to_json() for score in self.scores],
             "failures": [failure._asdict() for failure in self.failures],
             "made_by_other_code": self.others,
+            "seeds_without_a_score": list(self.gaps),
             "warned": self.warned if self.scores else None,
             "silent": self.silent if self.scores else None,
             "far_silent": self.far_silent if self.scores else None,
@@ -102,6 +108,8 @@ class PosteriorOutcome:
         lines = [*_table(self)] if self.scores else ["no session yet"]
         if self.others:
             lines.append(f"{self.others} files in the folder are of other code and left out")
+        if self.gaps:
+            lines.append(f"no score of seeds {', '.join(map(str, self.gaps))}")
         lines += [f"session {failure.seed} failed: {failure.message}" for failure in self.failures]
         return "\n".join(lines)
 
@@ -139,7 +147,7 @@ def measure_posterior(folder: Path, asked: Asked, tell: Tell | None = None) -> P
     store = ScoreStore(folder, asked.effect)
     seeds = range(asked.first, asked.first + asked.count)
     failures = run_sessions(store, seeds, asked.workers, asked.scheduler, tell)
-    return PosteriorOutcome(asked.effect, tuple(store.scores()), failures, store.others)
+    return PosteriorOutcome(asked.effect, tuple(store.scores()), failures, store.others, tuple(store.gaps()))
 
 
 def uniform_p(rank: np.ndarray, below: np.ndarray) -> tuple[float, float]:
@@ -175,6 +183,7 @@ def _calibration(i: int, scores: Sequence[PosteriorScore], p: tuple[float, float
         ks_p=p[1],
         width=float(np.median(width)) if len(width) else np.nan,
         width_95=float(np.quantile(width, 0.95)) if len(width) else np.nan,
+        wide=float(np.mean(width > WIDE)) if len(width) else np.nan,
         spread=float(np.sqrt(np.mean([score.off_sd[i] ** 2 for score in scores]))),
     )
 
@@ -182,10 +191,12 @@ def _calibration(i: int, scores: Sequence[PosteriorScore], p: tuple[float, float
 def _table(outcome: PosteriorOutcome) -> list[str]:
     scores, count = outcome.scores, len(outcome.scores)
     seconds = np.array([score.seconds for score in scores])
-    head = f"{'coefficient':13} {'90 % covers':>11} {'(95 % of that)':>16} {'spread':>7} {'width':>6} {'95 %':>6} "
+    head = f"{'coefficient':13} {'90 % covers':>11} {'(95 % of that)':>16} {'spread':>7} "
+    head += f"{'width':>6} {'95 %':>6} {'> 1.3':>6} "
     rows = [
         f"{c.coefficient:13} {c.covered:11.1%} {f'{c.covered_low:.1%} to {c.covered_high:.1%}':>16} {c.spread:7.2f} "
-        f"{c.width:6.2f} {c.width_95:6.2f} {c.chi2_p:7.3f} {c.ks_p:7.3f}  {' '.join(f'{n:3d}' for n in c.ranks)}"
+        f"{c.width:6.2f} {c.width_95:6.2f} {c.wide:6.1%} {c.chi2_p:7.3f} {c.ks_p:7.3f}  "
+        + " ".join(f"{n:3d}" for n in c.ranks)
         for c in outcome.calibrations
     ]
     return [
@@ -193,7 +204,7 @@ def _table(outcome: PosteriorOutcome) -> list[str]:
         head + f"{'chi2 p':>7} {'KS p':>7}  truths in each tenth of the ranks",
         *rows,
         "spread: root mean square of truth less mean, in standard deviations. width: of the 90 % interval over that of "
-        "the exact likelihood, median and 95th percentile.",
+        "the exact likelihood (normal at the truth), median, 95th percentile and share above 1.3.",
         f"chi2 over {BINS} bins and Kolmogorov-Smirnov test uniform ranks, Holm-corrected for {2 * len(NAMES)} tests; "
         f"from {_FEWEST} sessions.",
         f"{np.median(seconds):.0f} s a session ({np.quantile(seconds, 0.95):.0f} s at the 95th percentile), "
@@ -201,4 +212,25 @@ def _table(outcome: PosteriorOutcome) -> list[str]:
         f"{min(min(s.ess_bulk) for s in scores):.0f} effective draws",
         f"{outcome.warned:.1%} of sessions warn; without a warning, {outcome.silent:.1%} miss a truth with a 90 % "
         f"interval and {outcome.far_silent:.1%} by more than {FAR_SD:g} standard deviations",
+        *_by_effect(scores),
     ]
+
+
+def _by_effect(scores: Sequence[PosteriorScore]) -> list[str]:
+    """A line an effect, where there are several."""
+    names = sorted({score.effect for score in scores})
+    if len(names) < 2:
+        return []
+    lines = [
+        f"{'effect':22} {'sessions':>8} {'warn':>5} {'missed':>6} {'silent':>6} {'> 3 sd':>6} {'> 4 sd':>6} silent"
+    ]
+    for name in names:
+        own = [score for score in scores if score.effect == name]
+        silent = [score for score in own if not score.warned]
+        far = [max(abs(off) for off in score.off_sd) for score in silent]
+        missed = [sum(not score.covered.all() for score in some) for some in (own, silent)]
+        lines.append(
+            f"{name:22} {len(own):8d} {len(own) - len(silent):5d} {missed[0]:6d} {missed[1]:6d} "
+            f"{sum(each > 3 for each in far):6d} {sum(each > FAR_SD for each in far):6d}"
+        )
+    return lines

@@ -10,29 +10,17 @@ from typing import Any
 
 import mujoco
 
+import fitting
 import swimmer
+import synthetic
 from calib.benchmarks import posterior, posterior_effects, posterior_exact, posterior_truth
 from calib.benchmarks.posterior import PosteriorScore
 from calib.benchmarks.posterior_effects import Effect
 from fitting import posterior as inference
+from fitting import structure
 from session import fingerprint_of, plain_json, sha256_of, write_whole
 
-_INFERENCE = (
-    "box_size",
-    "emulator",
-    "ensemble",
-    "exploration",
-    "gait",
-    "likelihood",
-    "noise",
-    "posterior",
-    "robot_doubt",
-    "sampling",
-    "session_model",
-    "shared",
-    "step_shift",
-    "trial_model",
-)
+_MEASURED = ("calibration", "frequency", "from_rest", "speed", "swim", "trial")  # modules of `fitting`
 
 
 @dataclass(frozen=True)
@@ -73,6 +61,11 @@ class ScoreStore:
             if (score := self._read(path)) is not None:
                 yield score
 
+    def gaps(self) -> list[int]:
+        """Seeds below the highest that have no score: sessions that failed, or that nobody has run."""
+        seeds = {score.seed for score in self.scores()}
+        return sorted(set(range(max(seeds, default=-1) + 1)) - seeds)
+
     @property
     def others(self) -> int:
         """How many stand there that other code or another engine made, or that cannot be read."""
@@ -112,8 +105,9 @@ def _code() -> dict[str, str]:
     """What a score depends on: the twin, the inference, how sessions are drawn and scored, and MuJoCo."""
     modules = (posterior, posterior_effects, posterior_exact, posterior_truth)
     files = [Path(str(module.__file__)) for module in modules]
-    files += [Path(inference.__file__).with_name(f"{name}.py") for name in _INFERENCE]
-    files += Path(swimmer.__file__).parent.glob("*.py")
+    files += [Path(fitting.__file__).with_name(f"{name}.py") for name in _MEASURED]
+    for package in (inference, structure, swimmer, synthetic):
+        files += Path(str(package.__file__)).parent.glob("*.py")
     return {"mujoco": mujoco.__version__} | {
-        f"{path.parent.name}/{path.name}": sha256_of(path) for path in sorted(files)
+        f"{path.parent.name}/{path.name}": sha256_of(path) for path in sorted(set(files))
     }

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from calib.benchmarks.posterior_effects import Effect, with_effect
+from calib.benchmarks.posterior_effects import Effect, Unmodelled, with_effect
 from fitting.from_rest import speed_from_rest
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.robot_doubt import doubts_of
@@ -23,6 +23,7 @@ SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
 SECONDS = 5.0
 CAMERA = SyntheticCamera(width_px=8000, height_px=8000)  # the scale of the published videos, and room for any course
 NOISE = TrackingNoise()
+MOST_SHARED = 0.8  # of the tracks' errors, by neighbours
 STEP = 1 / 128  # of the twin's own time step: with a sixteenth, Kutta lift was still 0.3 standard deviations off
 _FITTED = 2  # trials
 _TRIES = 16  # coefficients that are tried at once
@@ -40,6 +41,7 @@ class DrawnSession:
         twin: of the robot as the session believes it to be.
         robot: that swam.
         effect: what the robot does that the twin leaves out.
+        noise: that its tracks were made with.
         tried: how many sets of coefficients were drawn until one swam forward.
     """
 
@@ -50,19 +52,25 @@ class DrawnSession:
     twin: Twin
     robot: RobotSpec
     effect: Effect
+    noise: TrackingNoise
     tried: int
 
 
 def draw_session(
-    seed: int, effect: Effect = "none", workers: int = 0, seconds: float = SECONDS, held_out_hz: Sequence[float] = ()
+    seed: int,
+    effect: Effect = "none",
+    workers: int = 0,
+    seconds: float = SECONDS,
+    held_out_hz: Sequence[float] = (),
+    step: float = STEP,
 ) -> DrawnSession:
     """Draws a session from the prior of the posterior and of its nuisances.
 
     Coefficients are uniform over the box, of those with which the robot swims forward from rest at both frequencies.
     Two frequencies are uniform from 0.5 to 1.4 Hz, at least 0.3 Hz apart; phases and headings are uniform. Each marker
     sits off its place on the body by 1 mm (standard deviation, each way); hinges and crank arm are off by
-    what the posterior allows for where nobody measured them. The swims are simulated with steps so fine that they no
-    longer matter.
+    what the posterior allows for where nobody measured them. The share of the tracks' errors that neighbours have in
+    common is uniform from 0 to 0.8. The swims are simulated with steps so fine that they no longer matter.
 
     Args:
         seed: of all draws.
@@ -70,6 +78,7 @@ def draw_session(
         workers: threads; 0 for all cores.
         seconds: of each trial.
         held_out_hz: of further swims.
+        step: of the simulation of the truth, in steps of the twin.
     """
     random = np.random.default_rng([seed, 6])
     nominal = load_robot()
@@ -77,17 +86,23 @@ def draw_session(
     frequency_hz = _frequencies(random)
     truth, tried = _forward_swimmer(twin, frequency_hz, random)
     unmodelled = with_effect(_reglued(_built(nominal, effect, seed), random), effect, random)
+    noise = drawn_noise(seed)
     plan = SyntheticPlan(
         trials=tuple(_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
         seed=seed,
         robot=unmodelled.robot,
-        timestep_s=STEP * SWIM.timestep_s,
+        timestep_s=step * SWIM.timestep_s,
         coefficients=truth,
-        noise=NOISE,
+        noise=noise,
         camera=CAMERA,
     )
-    swims = _measured(plan, unmodelled.current_m_s, nominal)
-    return DrawnSession(seed, truth, swims[:_FITTED], swims[_FITTED:], twin, unmodelled.robot, effect, tried)
+    swims = _measured(plan, unmodelled, nominal)
+    return DrawnSession(seed, truth, swims[:_FITTED], swims[_FITTED:], twin, unmodelled.robot, effect, noise, tried)
+
+
+def drawn_noise(seed: int) -> TrackingNoise:
+    """Of the tracks: the share in common is drawn from a stream of its own, so that all else of a seed stays."""
+    return NOISE.model_copy(update={"shared": float(np.random.default_rng([seed, 10]).uniform(0.0, MOST_SHARED))})
 
 
 def _frequencies(random: np.random.Generator) -> np.ndarray:
@@ -142,12 +157,12 @@ def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticT
     )
 
 
-def _measured(plan: SyntheticPlan, current_m_s: np.ndarray, nominal: RobotSpec) -> list[MeasuredTrial]:
+def _measured(plan: SyntheticPlan, unmodelled: Unmodelled, nominal: RobotSpec) -> list[MeasuredTrial]:
     """The trials of a plan as a session that knows the nominal robot alone measures them."""
     spec = CameraSpec(fps=plan.camera.fps, scale_length_m=nominal.scale_length_m)
     trials = []
-    for number, swim in enumerate(simulate_swims(plan)):
-        carried = swim.time_s[:, None] * current_m_s * plan.camera.px_per_m  # (n, 2)
+    for number, swim in enumerate(simulate_swims(plan, unmodelled.twin)):
+        carried = swim.time_s[:, None] * unmodelled.current_m_s * plan.camera.px_per_m  # (n, 2)
         tracks, _ = tracked(
             swim.trial, swim.position_px + carried[:, None], plan, Stream.SWIM_TRACKER.of(plan.seed, number)
         )

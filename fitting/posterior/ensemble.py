@@ -11,6 +11,7 @@ from fitting.posterior.likelihood import LEAST_DISCREPANCY, MOST_SPEED, MOST_WAV
 WALKERS = 64
 DIMENSIONS = 7  # five coefficients and the logarithms of the discrepancies of wave and speed
 LOG_MOST = np.log([MOST_WAVE, MOST_SPEED])
+MOVES = ((emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.2), (emcee.moves.KDEMove(), 0.2))
 
 
 def log_posterior(
@@ -36,12 +37,11 @@ def sampler(
     least_discrepancy: float = LEAST_DISCREPANCY,
 ) -> emcee.EnsembleSampler:
     """An ensemble (Foreman-Mackey et al. 2013) that moves by differential evolution (ter Braak and Vrugt 2008)."""
-    moves = [(emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.2), (emcee.moves.KDEMove(), 0.2)]
     return emcee.EnsembleSampler(
         WALKERS,
         DIMENSIONS,
         log_posterior(likelihood, least_discrepancy),
         vectorize=True,
-        moves=moves,
+        moves=MOVES,
         backend=backend,
     )

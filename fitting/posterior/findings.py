@@ -14,7 +14,7 @@ from fitting.posterior.posterior import Marginal, Posterior
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
 from fitting.posterior.sampling import Progress
 from fitting.posterior.shared import RobotPart, robot_parts
-from fitting.posterior.whiteness import Whiteness, whiteness
+from fitting.posterior.whiteness import Whiteness
 from fitting.sweep import sweep_frequencies
 from fitting.trial import MeasuredTrial
 from session import Flag
@@ -110,7 +110,7 @@ def find(
         further=further_trials(posterior, twin, seed),
         sweep=sweep,
         trials=predicted,
-        whiteness=tuple(whiteness(model) for model in posterior.model.trials),
+        whiteness=posterior.whiteness,
         flags=posterior.flags,
         **beside,
     )

@@ -103,12 +103,7 @@ class _Further:
         )
 
     def _noise(self) -> GaitNoise:
-        noises = [model.noise for model in self.posterior.model.trials]
-        lasts_s, white = (float(np.median([getattr(n, name) for n in noises])) for name in ("lasts_s", "white"))
-        time_s = self.model.gait.time_s
-        correlation = (1 - white) * np.exp(-np.abs(time_s[:, None] - time_s) / lasts_s)
-        np.fill_diagonal(correlation, 1.0)
-        return GaitNoise(np.median([n.sd_m for n in noises], axis=0), lasts_s, white, correlation)
+        return GaitNoise.typical([model.noise for model in self.posterior.model.trials], self.model.gait.time_s)
 
 
 def _measured(posterior: Posterior, twin: Twin, hz: float) -> MeasuredTrial:

@@ -1,22 +1,30 @@
-"""Tracking noise that lasts: its size at each marker and how long it stays, from what no smooth swim explains.
+"""Tracking noise that lasts: its size at each marker, how long it stays and what neighbours have of it in common.
 
 Errors of a box stay for several frames, so a trial holds far fewer independent samples than frames. The noise of each
-marker is taken as an Ornstein-Uhlenbeck process with a share of white noise (the tracker's grid), found by restricted
-maximum likelihood (Patterson and Thompson 1971) in what is left beside drift and harmonics.
+marker is taken as an Ornstein-Uhlenbeck process with a share of white noise (the tracker's grid); where the tracks ask
+for it a slow smooth process comes in, for real fish sway beside their beat, and neighbours do so together. All is found
+by restricted maximum likelihood (Patterson and Thompson 1971) in what is left beside drift and harmonics.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize
+from scipy.optimize import brentq, minimize
 from threadpoolctl import threadpool_limits
 
+from fitting.posterior.across_markers import across_markers
 from fitting.posterior.gait import Gait, waves
+from fitting.posterior.noise_part import NoisePart, falling
 
 _HARMONICS, _DRIFT = 5, 3
 _START = (np.log(0.08), -1.5)  # ln seconds, logit of the white share
-_SIMPLEX = np.array([[0.0, 0.0], [0.7, 0.0], [0.0, 1.0]])
+_WITH_SWAY = (np.log(0.06), -1.5, np.log(0.25), 0.5)  # and of the sway: ln seconds, logit of its share of the rest
+_STEP = 0.8  # of each of these in the first simplex
+_PRIOR_SD = 1.5
+_WORTH = 10.0  # by which -2 ln likelihood must fall for a sway: chance does that in fewer than one trial in 100
 _LEAST_M = 1e-6
 _JITTER = 1e-9
 
@@ -28,15 +36,30 @@ class GaitNoise:
     Attributes:
         sd_m: (m,) of each marker in each coordinate.
         lasts_s: time in which the correlation of its lasting share falls to 1/e.
-        white: share of the variance that is white.
+        white: share of the variance that is white, and each marker's own.
         correlation: (n, n) between frames.
-        effective: number of independent frames that would tell as much of a mean.
+        parts: of the lasting share, with what markers have in common of each; without any, markers are independent.
     """
 
     sd_m: np.ndarray
     lasts_s: float
     white: float
     correlation: np.ndarray
+    parts: tuple[NoisePart, ...] = ()
+
+    @classmethod
+    def of_parts(cls, sd_m: np.ndarray, parts: Sequence[NoisePart], time_s: np.ndarray) -> "GaitNoise":
+        """From the lasting parts, for frames at times (n,); what they leave of the variance is white."""
+        correlation = np.asarray(sum(part.over(time_s) for part in parts))
+        correlation[np.diag_indices_from(correlation)] = 1.0 + _JITTER
+        white = 1.0 - sum(part.share for part in parts)
+        return cls(sd_m, _lasting(parts), white, correlation, tuple(parts))
+
+    @classmethod
+    def typical(cls, noises: Sequence["GaitNoise"], time_s: np.ndarray) -> "GaitNoise":
+        """What the noises of some trials are like in the mean, for frames at times (n,); sizes are their medians."""
+        parts = [replace(part, share=part.share / len(noises)) for noise in noises for part in noise.parts]
+        return cls.of_parts(np.median([noise.sd_m for noise in noises], axis=0), parts, time_s)
 
     @property
     def effective(self) -> float:
@@ -46,49 +69,104 @@ class GaitNoise:
 
     def covariance(self, gait: Gait) -> np.ndarray:
         """(k, k) of a gait of these frames."""
-        beat = gait.beat_reader  # (m, 7, n)
-        speed = gait.speed_reader  # (m, n)
-        markers, columns, _ = beat.shape
-        total = np.zeros((1 + 2 * markers * columns,) * 2)
-        for m, (readers, along) in enumerate(zip(beat, speed, strict=True)):
-            rows = np.vstack([along, readers])  # (8, n)
-            own = self.sd_m[m] ** 2 * rows @ self.correlation @ rows.T
-            first = 1 + 2 * columns * m
-            x, y = np.arange(first, first + columns), np.arange(first + columns, first + 2 * columns)
-            total[0, 0] += own[0, 0]
-            total[0, x] = total[x, 0] = own[0, 1:]
-            total[np.ix_(x, x)] = total[np.ix_(y, y)] = own[1:, 1:]
-        return total
+        reader = np.concatenate([gait.speed_reader[:, None], gait.beat_reader], axis=1)  # (m, 8, n)
+        rows = self.sd_m[:, None, None] * reader
+        markers, columns = len(rows), rows.shape[1] - 1
+        each = np.zeros((markers, columns + 1) * 2)  # (m, 8, m, 8) between what is read of each marker
+        for part in self.parts:
+            each += part.across[:, None, :, None] * np.einsum("iam,jbm->iajb", rows @ part.over(gait.time_s), rows)
+        for m, own in enumerate(rows):
+            each[m, :, m] = own @ self.correlation @ own.T
+        beats, with_speed = np.zeros((markers, 2, columns) * 2), np.zeros((markers, 2, columns))
+        beats[:, 0, :, :, 0] = beats[:, 1, :, :, 1] = each[:, 1:, :, 1:]
+        with_speed[:, 0] = each[:, 0, :, 1:].sum(axis=0)
+        along = with_speed.reshape(1, -1)
+        return np.block([[each[:, 0, :, 0].sum(keepdims=True), along], [along.T, beats.reshape((along.size,) * 2)]])
 
 
 def noise_of(gait: Gait, position_m: np.ndarray) -> GaitNoise:
     """The noise in positions (n, m, 2) of the frames of a gait."""
-    time_s = gait.time_s
-    scaled = 2 * (time_s - time_s.mean()) / np.ptp(time_s)
-    columns = np.column_stack([scaled**k for k in range(_DRIFT + 1)] + [waves(gait.turn_rad, _HARMONICS)])
+    columns, time_s = smooth_swim(gait), gait.time_s
     groups = _by_mask(gait.usable, position_m, columns.shape[1])
-    lag_s = np.abs(time_s[:, None] - time_s[None])
+    with threadpool_limits(1):  # the matrices are small: threads cost more than they save
+        shares, sd_m = _in_time(groups, columns, time_s, gait.usable.shape[1])
+        sd_m = np.where(np.isfinite(sd_m), np.maximum(sd_m, _LEAST_M), np.nanmax(sd_m))
+        alone = [NoisePart(*share, np.eye(len(sd_m))) for share in shares]
+        apart = GaitNoise.of_parts(sd_m, alone, time_s)
+        across = across_markers(
+            position_m / sd_m[:, None], gait.usable, columns, [p.over(time_s) for p in alone], apart.correlation
+        )
+    parts = [NoisePart(*share, together) for share, together in zip(shares, across, strict=True)]
+    return GaitNoise.of_parts(sd_m, parts, time_s)
 
-    def correlation(x: np.ndarray) -> np.ndarray:
-        white = 1 / (1 + np.exp(-x[1]))
-        matrix = (1 - white) * np.exp(-lag_s / np.exp(x[0]))
+
+def smooth_swim(gait: Gait) -> np.ndarray:
+    """(n, 14) drift and harmonics, beside which noise is looked for."""
+    scaled = 2 * (gait.time_s - gait.time_s.mean()) / np.ptp(gait.time_s)
+    return np.column_stack([scaled**k for k in range(_DRIFT + 1)] + [waves(gait.turn_rad, _HARMONICS)])
+
+
+class _Share(NamedTuple):
+    """Of the variance, that lasts."""
+
+    share: float
+    scale_s: float
+    smooth: bool
+
+
+def _plain(x: np.ndarray) -> list[_Share]:
+    return [_Share(1.0 - _logistic(x[1]), float(np.exp(x[0])), False)]
+
+
+def _swaying(x: np.ndarray) -> list[_Share]:
+    lasting, sway = 1.0 - _logistic(x[1]), _logistic(x[3])
+    return [
+        _Share(lasting * (1.0 - sway), float(np.exp(x[0])), False),
+        _Share(lasting * sway, float(np.exp(x[2])), True),
+    ]
+
+
+def _in_time(
+    groups: Sequence["_Group"], columns: np.ndarray, time_s: np.ndarray, markers: int
+) -> tuple[list[_Share], np.ndarray]:
+    """The lasting shares, and the (m,) standard deviations; nan for a marker that is hardly seen."""
+    lag_s = np.abs(time_s[:, None] - time_s)
+
+    def correlation(shares: Sequence[_Share]) -> np.ndarray:
+        matrix = np.asarray(sum(share * falling(lag_s, scale_s, smooth) for share, scale_s, smooth in shares))
         matrix[np.diag_indices_from(matrix)] = 1.0 + _JITTER
         return matrix
 
-    def deviance(x: np.ndarray) -> float:
-        matrix = correlation(x)
-        prior = 0.5 * ((x[0] - _START[0]) / 1.5) ** 2 + 0.5 * ((x[1] - _START[1]) / 1.5) ** 2
-        return sum(group.restricted(columns, matrix)[0] for group in groups) + 2 * prior
+    def found(shares_of: Callable[[np.ndarray], list[_Share]], start: np.ndarray) -> tuple[float, list[_Share]]:
+        def deviance(x: np.ndarray) -> float:
+            matrix = correlation(shares_of(x))
+            prior = (((x - start) / _PRIOR_SD) ** 2).sum()
+            return sum(group.restricted(columns, matrix)[0] for group in groups) + prior
 
-    with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        options = {"xatol": 0.03, "fatol": 0.3, "initial_simplex": _START + _SIMPLEX}
-        found = minimize(deviance, np.array(_START), method="Nelder-Mead", options=options).x
-    matrix = correlation(found)
-    sd_m = np.full(gait.usable.shape[1], np.nan)
+        simplex = start + _STEP * np.vstack([np.zeros(len(start)), np.eye(len(start))])
+        options = {"xatol": 0.03, "fatol": 0.3, "initial_simplex": simplex}
+        best = minimize(deviance, start, method="Nelder-Mead", options=options)
+        return float(best.fun), shares_of(best.x)
+
+    plain, swaying = found(_plain, np.array(_START)), found(_swaying, np.array(_WITH_SWAY))
+    shares = swaying[1] if swaying[0] < plain[0] - _WORTH else plain[1]
+    matrix, sd_m = correlation(shares), np.full(markers, np.nan)
     for group in groups:
         sd_m[group.markers] = group.restricted(columns, matrix)[1]
-    sd_m = np.where(np.isfinite(sd_m), np.maximum(sd_m, _LEAST_M), np.nanmax(sd_m))
-    return GaitNoise(sd_m, float(np.exp(found[0])), float(1 / (1 + np.exp(-found[1]))), matrix)
+    return shares, sd_m
+
+
+def _logistic(value: float) -> float:
+    return float(1 / (1 + np.exp(-value)))
+
+
+def _lasting(parts: Sequence[NoisePart]) -> float:
+    """In which the correlation of all parts together falls to 1/e, s."""
+
+    def above(lag_s: float) -> float:
+        return float(sum(p.share * (falling(np.array(lag_s), p.scale_s, p.smooth) - np.exp(-1)) for p in parts))
+
+    return float(brentq(above, 0.0, 2.0 * max(part.scale_s for part in parts)))
 
 
 @dataclass(frozen=True, eq=False)

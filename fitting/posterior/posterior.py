@@ -16,6 +16,7 @@ from fitting.posterior.robot_doubt import Doubt
 from fitting.posterior.sampling import Draws, Progress, sample
 from fitting.posterior.session_model import SessionModel
 from fitting.posterior.shared import robot_flags
+from fitting.posterior.whiteness import Whiteness, noise_flags, whiteness
 from fitting.trial import MeasuredTrial
 from session import Flag
 from swimmer import FluidCoefficients, Twin
@@ -59,6 +60,7 @@ class Posterior:
         draws: from the posterior.
         misfit_p: how often gaits would lie as far from the twin at the posterior median if nothing but noise and
             nuisances stood between them.
+        whiteness: of what the noise model leaves of each trial.
         flags: when not to believe it.
     """
 
@@ -66,6 +68,7 @@ class Posterior:
     found: Exploration
     draws: Draws
     misfit_p: float
+    whiteness: tuple[Whiteness, ...]
     flags: tuple[Flag, ...]
 
     @property
@@ -142,8 +145,9 @@ def sample_posterior(
         found = explore(model, start, seed, tell)
         draws = sample(found, effective, seed, backend, tell)
         misfit_p = _misfit_p(model, found, draws)
-    result = Posterior(model, found, draws, misfit_p, ())
-    return replace(result, flags=(*draws.flags, *_flags(result), *robot_flags(result)))
+        white = tuple(whiteness(trial) for trial in model.trials)
+    result = Posterior(model, found, draws, misfit_p, white, ())
+    return replace(result, flags=(*draws.flags, *_flags(result), *noise_flags(white), *robot_flags(result)))
 
 
 def _misfit_p(model: SessionModel, found: Exploration, draws: Draws) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fitting.posterior.findings import Findings
+from fitting.posterior.whiteness import noise_flags
 from reports import figures, render_report
 from tests.reports.page import Page
 from tests.reports.posteriors import made_findings
@@ -66,14 +67,25 @@ def test_the_most_telling_swim_is_named_for_what_is_not_determined(page: Page) -
 def test_checks_carry_their_numbers(page: Page) -> None:
     assert "16 walkers, 4000 steps each, acceptance 0.31, autocorrelation 42 steps: at least 500" in page.text
     assert "R-hat at most 1.002" in page.text
-    assert "medium 150 21 0.10 10 0.80 yes" in page.text
+    assert "medium 150 21 0.10 10 0.80 0.50 0.04 (chance 0.20) yes" in page.text
 
 
 def test_noise_that_the_model_does_not_explain_is_said() -> None:
     found = made_findings()
     coloured = tuple(replace(white, left=np.full(10, 0.2)) for white in found.whiteness)
 
-    assert "medium 150 21 0.10 10 0.80 no" in page_of(replace(found, whiteness=coloured)).text
+    assert "(chance 0.20) no" in page_of(replace(found, whiteness=coloured)).text
+
+
+def test_noise_that_neighbours_still_share_is_said() -> None:
+    found = made_findings()
+    alike = tuple(replace(white, beside_left=0.4 + 0 * white.beside_left) for white in found.whiteness)
+    text = page_of(replace(found, whiteness=alike, flags=tuple(noise_flags(alike)))).text
+
+    assert "medium 150 21 0.10 10 0.80 0.50 0.40 (chance 0.20) no" in text
+    assert (
+        "medium: what the noise model leaves of the tracks is not white: neighbouring markers correlate by 0.40" in text
+    )
 
 
 @pytest.mark.parametrize(

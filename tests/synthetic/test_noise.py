@@ -44,6 +44,33 @@ def test_markers_and_axes_err_independently() -> None:
     assert np.abs(matrix - np.eye(6)).max() < 0.1
 
 
+PLACE_M = np.array([0.0, 0.1, 0.15, 0.4])
+
+
+@pytest.mark.parametrize("shared", [0.3, 0.8, 1.0])
+@pytest.mark.parametrize("length_m", [0.05, 0.4])
+def test_neighbours_share_what_is_asked_for_in_each_axis(shared: float, length_m: float) -> None:
+    noise = TrackingNoise(sd_px=0.7, correlation_s=0.02, shared=shared, shared_length_m=length_m)
+    values = lasting_errors((20000, 4, 2), STEP_S, noise, np.random.default_rng(3), PLACE_M)
+    seen = np.corrcoef(values.reshape(len(values), -1).T).reshape(4, 2, 4, 2)
+    expected = shared * np.exp(-np.abs(PLACE_M[:, None] - PLACE_M) / length_m)
+    np.fill_diagonal(expected, 1.0)
+
+    np.testing.assert_allclose(seen[:, 0, :, 0], expected, atol=0.03)
+    np.testing.assert_allclose(seen[:, 1, :, 1], expected, atol=0.03)
+    np.testing.assert_allclose(seen[:, 0, :, 1], 0.0, atol=0.03)
+    assert values.std() == pytest.approx(0.7, rel=0.03)
+    assert correlation(values, 1) == pytest.approx(np.exp(-STEP_S / 0.02), abs=0.03)
+
+
+def test_by_default_nothing_is_shared_and_draws_are_the_same_to_the_bit() -> None:
+    plain, placed = (
+        lasting_errors((50, 4, 2), STEP_S, TrackingNoise(), np.random.default_rng(3), place)
+        for place in (None, PLACE_M)
+    )
+    np.testing.assert_array_equal(plain, placed)
+
+
 def test_boxes_sit_off_their_markers_by_the_spread_asked_for() -> None:
     offsets = placement_offsets(5000, TrackingNoise(placement_sd_px=3.0), np.random.default_rng(2))
 

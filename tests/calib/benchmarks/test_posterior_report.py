@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,3 +55,24 @@ def test_failures_and_files_of_other_code_are_told() -> None:
     assert "3 files in the folder are of other code" in outcome.text()
     assert plain_json(outcome.to_json())["failures"] == [{"seed": 7, "message": "NotEnoughData: too short"}]
     assert "no session yet" in PosteriorOutcome("none", ()).text()
+
+
+def test_seeds_without_a_score_are_told() -> None:
+    outcome = PosteriorOutcome("none", (score(0),), gaps=(3, 8))
+    assert "no score of seeds 3, 8" in outcome.text()
+    assert outcome.to_json()["seeds_without_a_score"] == [3, 8]
+
+
+def test_each_effect_of_a_mixed_set_has_a_line_with_what_was_missed_in_silence() -> None:
+    still = replace(score(1), effect="current")
+    far = replace(score(2, narrow=0.05), effect="entrained_water")
+    lines = PosteriorOutcome("any", (still, far)).text().splitlines()
+    assert next(line for line in lines if line.startswith("entrained_water")).split()[1:] == [
+        "1",
+        "0",
+        "1",
+        "1",
+        "1",
+        "1",
+    ]
+    assert next(line for line in lines if line.startswith("current")).split()[1:3] == ["1", "0"]

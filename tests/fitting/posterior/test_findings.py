@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,10 +12,8 @@ import pytest
 from fitting.posterior.findings_file import findings_payload, read_findings
 from fitting.posterior.identifiability import identifiability
 from fitting.posterior.laplace import laplace
-from fitting.posterior.noise import GaitNoise
 from fitting.posterior.posterior import Marginal, Posterior, _flags
 from fitting.posterior.posterior_file import VARIABLES
-from fitting.posterior.whiteness import whiteness
 from session import Provenance, read_result_json, write_result_json
 from tests.reports.posteriors import made_findings
 
@@ -129,33 +127,6 @@ def test_laplace_of_a_normal_posterior_is_that_posterior() -> None:
     np.testing.assert_allclose(found.q95 - found.q05, 2 * half, rtol=0.02)
 
 
-def tracks(lasts_s: float, believed_s: float) -> Any:
-    """A trial of nothing but noise that lasts so long, taken for noise that lasts otherwise."""
-    random, time_s, markers = np.random.default_rng(1), np.arange(240) / 60, 6
-    lag = np.abs(time_s[:, None] - time_s)
-    root = np.linalg.cholesky(np.exp(-lag / lasts_s) + 1e-9 * np.eye(len(lag)))
-    position_m = np.einsum("nk,kmc->nmc", root, random.standard_normal((len(lag), markers, 2)))
-    usable = np.ones((len(lag), markers), bool)
-    usable[50:80, 2] = False
-    return SimpleNamespace(
-        gait=SimpleNamespace(time_s=time_s, turn_rad=2 * np.pi * time_s, usable=usable),
-        noise=GaitNoise(np.ones(markers), believed_s, 0.0, np.exp(-lag / believed_s) + 1e-9 * np.eye(len(lag))),
-        trial=SimpleNamespace(name="noise", position_m=position_m, kept=np.ones(len(lag), bool)),
-    )
-
-
-def test_noise_that_is_as_it_is_taken_to_be_leaves_white_noise() -> None:
-    found = whiteness(tracks(0.1, 0.1))
-
-    assert found.is_white
-    np.testing.assert_allclose(found.raw[:6], found.modelled[:6], atol=0.06)
-    assert found.effective < found.frames / 4
-
-
-def test_noise_that_lasts_longer_than_it_is_taken_to_is_not_white_afterwards() -> None:
-    assert not whiteness(tracks(0.3, 0.02)).is_white
-
-
 def test_findings_are_read_back_as_they_were_written(tmp_path: Path) -> None:
     xarray = pytest.importorskip("xarray")
     before = made_findings()
@@ -173,3 +144,4 @@ def test_findings_are_read_back_as_they_were_written(tmp_path: Path) -> None:
     assert after.flags == before.flags
     assert after.identifiability.sentence == before.identifiability.sentence
     assert after.whiteness[0].is_white
+    np.testing.assert_allclose(after.whiteness[0].beside_left, before.whiteness[0].beside_left)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fitting.posterior.gait import SPEED
 from fitting.posterior.noise import GaitNoise, noise_of
+from fitting.posterior.noise_part import NoisePart
 from synthetic import TrackingNoise
 from synthetic.noise import lasting_errors
 from tests.fitting.posterior.waves import ALONG_M, FPS, TIME_S, cruising, reader
+
+ALIKE = 0.7 ** np.abs(np.subtract.outer(np.arange(len(ALONG_M)), np.arange(len(ALONG_M))))
 
 
 def _noisy(lasts_s: float, seed: int) -> np.ndarray:
@@ -54,3 +59,88 @@ def test_the_covariance_of_a_gait_is_that_of_repeated_draws() -> None:
     assert np.diag(seen)[beats] == pytest.approx(np.diag(told)[beats], rel=0.2)
     white = np.linalg.cholesky(np.linalg.inv(told[np.ix_(beats, beats)]))
     assert np.trace(white.T @ seen[np.ix_(beats, beats)] @ white) / len(beats) == pytest.approx(1.0, abs=0.05)
+
+
+def _shared(part: NoisePart, white: float, seed: int, count: int = 1) -> np.ndarray:
+    """(s, n, m, 2) noise of unit variance: a part that lasts, and a white share of each marker's own."""
+    random = np.random.default_rng(seed)
+    drawn = random.standard_normal((count, *cruising().shape))
+    in_time = np.linalg.cholesky(part.over(TIME_S) + 1e-9 * np.eye(len(TIME_S)))
+    lasting = np.einsum("nk,ml,sklc->snmc", in_time, np.linalg.cholesky(part.across), drawn, optimize=True)
+    return np.asarray(lasting + np.sqrt(white) * random.standard_normal(drawn.shape))
+
+
+def test_the_covariance_of_gaits_of_markers_that_err_together_is_that_of_repeated_draws() -> None:
+    usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
+    usable[40:80, 3] = False
+    read, sd_m, part = reader(usable), 1e-3 * np.linspace(0.3, 0.9, len(ALONG_M)), NoisePart(0.8, 0.1, False, ALIKE)
+    noise = GaitNoise.of_parts(sd_m, [part], TIME_S)
+    seen = np.cov(read(cruising() + sd_m[:, None] * _shared(part, 0.2, 0, 2000)).T)
+
+    def misfit(told: np.ndarray) -> float:
+        """Mean square of the gaits in standard deviations of `told`, in the directions that differences see."""
+        places = np.arange(1, len(told)).reshape(-1, 2, 7)
+        beats = np.append(places[:, :, 1:].ravel(), SPEED)
+        values, vectors = np.linalg.eigh(told[np.ix_(beats, beats)])
+        return float(np.mean(np.diag(vectors.T @ seen[np.ix_(beats, beats)] @ vectors) / values))
+
+    told, apart = noise.covariance(read), replace(noise, parts=()).covariance(read)
+    assert misfit(told) == pytest.approx(1.0, abs=0.05)
+    assert seen[SPEED, SPEED] == pytest.approx(told[SPEED, SPEED], rel=0.1)  # sampling error 3 %
+    assert seen[SPEED, SPEED] > 2 * apart[SPEED, SPEED]
+    neighbours = [(1 + 14 * m + 8, 1 + 14 * (m + 1) + 8) for m in range(len(ALONG_M) - 1)]  # first cosine across
+    for pair in neighbours:
+        assert seen[pair] == pytest.approx(
+            told[pair], abs=0.1 * np.sqrt(told[pair[0], pair[0]] * told[pair[1], pair[1]])
+        )
+        assert apart[pair] == 0
+        assert told[pair] > 0.4 * np.sqrt(told[pair[0], pair[0]] * told[pair[1], pair[1]])
+
+
+@pytest.mark.parametrize(("scale_s", "smooth", "shrunk"), [(0.1, False, 0.05), (0.15, True, 0.12)])
+def test_what_markers_have_in_common_is_found(scale_s: float, smooth: bool, shrunk: float) -> None:
+    """Of a smooth sway 4 s hold few independent samples: it is shrunk the more."""
+    part = NoisePart(0.8, scale_s, smooth, ALIKE)
+    usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
+    usable[20:50, 2] = False
+    found = []
+    for seed in range(4):
+        position_m = cruising() + 1e-3 * _shared(part, 0.2, seed)[0]
+        noise = noise_of(reader(usable), np.where(usable[..., None], position_m, np.nan))
+        found.append(max(noise.parts, key=lambda each: each.share))
+    assert all(each.smooth is smooth for each in found)
+    assert np.mean([each.share for each in found]) == pytest.approx(0.8, abs=0.12)
+    across = np.mean([each.across for each in found], axis=0)
+    assert np.diag(across, 1) == pytest.approx(0.7 - shrunk, abs=0.15)
+    assert np.mean(np.diag(across, 1)) == pytest.approx(0.7 - shrunk, abs=0.1)
+    assert np.mean(np.diag(across, 4)) == pytest.approx(0.7**4, abs=0.15)
+
+
+def test_independent_markers_are_given_no_correlation_beyond_chance() -> None:
+    pairs = np.triu_indices(len(ALONG_M), 1)
+    found = [noise_of(reader(), _noisy(0.1, seed)).parts for seed in range(6)]
+    assert [len(parts) for parts in found] == [1] * 6
+    across = np.array([parts[0].across[pairs] for parts in found])
+    assert np.sqrt((across**2).mean()) < 0.06
+    assert np.abs(across).max() < 0.25
+
+
+def test_a_marker_that_is_never_seen_with_another_is_independent_of_it() -> None:
+    usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
+    usable[20:, 4] = False
+    position_m = cruising() + 1e-3 * _shared(NoisePart(0.8, 0.1, False, ALIKE), 0.2, 0)[0]
+    noise = noise_of(reader(usable), np.where(usable[..., None], position_m, np.nan))
+    others = np.delete(np.arange(len(ALONG_M)), 4)
+    assert noise.parts[0].across[4, others] == pytest.approx(0.0)
+    assert np.linalg.eigvalsh(noise.covariance(reader(usable)))[0] > -1e-15
+    assert np.isfinite(noise.sd_m).all()
+
+
+def test_typical_noise_has_the_parts_of_all() -> None:
+    first = GaitNoise.of_parts(np.full(7, 1e-3), [NoisePart(0.8, 0.1, False, ALIKE)], TIME_S)
+    second = GaitNoise.of_parts(np.full(7, 3e-3), [NoisePart(0.6, 0.3, True, np.eye(7))], TIME_S)
+    typical = GaitNoise.typical([first, second], TIME_S)
+    np.testing.assert_allclose(typical.correlation, (first.correlation + second.correlation) / 2)
+    np.testing.assert_allclose(typical.sd_m, 2e-3)
+    assert typical.white == pytest.approx(0.3)
+    assert 0.1 < typical.lasts_s < 0.3 * np.sqrt(2)
