@@ -84,7 +84,6 @@ def _mean_by_command(trials: Sequence[CalibratedTrial], foretold: Mapping[str, C
 
 def _row(trial: CalibratedTrial, foretold: CommandForecast | None) -> tuple[str, ...]:
     measured = trial.measured
-    frequency = f"{shown(measured.frequency.hz, 4)} ± {shown(measured.frequency.se_hz, 4)}"
     by_command = float("nan") if foretold is None else foretold.speeds["twin"]
     models = (trial.speed_twin, by_command, trial.ebt["published"], trial.ebt["large"])
     unknown = () if foretold is None else tuple(flag.kind.replace("_", " ") for flag in foretold.flags)
@@ -92,7 +91,7 @@ def _row(trial: CalibratedTrial, foretold: CommandForecast | None) -> tuple[str,
         measured.name,
         "fit" if measured.role == "fit" else "held out",
         shown(measured.commanded_hz, 2),
-        frequency,
+        shown(measured.frequency.hz, 4),
         in_mm(measured.speed),
         in_mm(trial.speed_twin),
         *(in_mm(speed - measured.speed, signed=True) for speed in models),
