@@ -16,13 +16,13 @@ COLUMNS = (
     Column("trial", numeric=False),
     Column("role", numeric=False),
     Column("command", "Hz"),
-    Column("frequency", "Hz"),
+    Column("beat", "Hz"),
     Column("measured", "mm/s"),
     Column("twin", "mm/s"),
     Column("error", "mm/s"),
-    Column("by command", "error, mm/s"),
-    Column("EBT, publ.", "error, mm/s"),
-    Column("EBT, large", "error, mm/s"),
+    Column("by command", "error"),
+    Column("EBT, publ.", "error"),
+    Column("EBT, large", "error"),
     Column("mind", numeric=False),
 )
 
@@ -67,7 +67,7 @@ def _table(calibration: Calibration) -> Table:
         "Forward speed of each trial: slope over the whole beats of the compared frames, forward positive. "
         "The twin has the frequency, phase and start of a held-out trial from its first two beats; by command, its "
         f"frequency is the command times {shown(beat_to_command(calibration), 3)}, the mean ratio over the fit trials, "
-        "and nothing of the trial is looked at. Means are of absolute errors.",
+        "and nothing of the trial is looked at. Errors are in mm/s, their means of absolute ones.",
         COLUMNS,
         tuple(_row(trial, foretold.get(trial.measured.name)) for trial in trials),
         tuple(totals),
