@@ -95,22 +95,8 @@ def noise_floor_m(ground: Ground, number: int, seed: int = 0) -> float:
         ),
         trial.time_s,
     ).marker_m[0]
-    frame_s = float(np.median(np.diff(trial.time_s)))
     for _ in range(_DRAWS):
-        noisy_m = clean_m + lasting_noise(clean_m.shape, model.noise.sd_m, model.noise.lasts_s, frame_s, random)
+        noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
         frames = [head_frame(trial, each) for each in (clean_m, noisy_m)]
         found.append(score(replace(trial, head=frames[1]), frames[0]).marker_error_m)
     return float(np.mean(found))
-
-
-def lasting_noise(
-    shape: Sequence[int], sd_m: np.ndarray, lasts_s: float, frame_s: float, random: np.random.Generator
-) -> np.ndarray:
-    """(n, m, 2) errors of standard deviations (m,) that last for some time (Ornstein-Uhlenbeck)."""
-    keep = np.exp(-frame_s / lasts_s)
-    steps = random.standard_normal(tuple(shape)) * sd_m[:, None]
-    found = np.empty_like(steps)
-    found[0] = steps[0]
-    for i in range(1, len(steps)):
-        found[i] = keep * found[i - 1] + np.sqrt(1 - keep**2) * steps[i]
-    return found

@@ -5,7 +5,7 @@ noise of the session; a motor's log or a clock in view is one more number a tria
 Phi(-d / 2) afterwards, with d the whitened distance from the one to the other, refitted.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from diagnosis.affected_swims import lasting_noise
 from diagnosis.evidence import Explanations
 from diagnosis.ground import Ground
 from diagnosis.verdict import Verdict
+from fitting.posterior.noise import GaitNoise
 from fitting.signatures import Signature, signature_of
 from fitting.signatures.view_of import TO_PX, picture_px
 from fitting.trial import MeasuredTrial, measure_trial
@@ -167,7 +167,8 @@ def _measured(ground: Ground, twin: Twin, hz: float, kind: str, seed: int) -> Me
     time_s = np.arange(0.0, run_in_s + _SECONDS, frame_s)
     velocity = np.array([[-_START_M_S * hz, 0.0, 0.0]])
     told = twin.simulate(Runs(ground.at[None], np.array([hz]), np.zeros(1), velocity), time_s)
-    noise_m = _noise_m(ground, told.marker_m[0].shape, frame_s, np.random.default_rng([seed, 13]))
+    noise = GaitNoise.typical([model.noise for model in ground.model.trials], time_s)
+    noise_m = noise.drawn(time_s, np.random.default_rng([seed, 13]))
     middle_px = np.array(picture_px(ground.trials, ground.camera)) / 2
     position_px = (told.marker_m[0] - told.marker_m[0].mean(axis=(0, 1)) + noise_m) / like.metres_per_px
     position_px = position_px * TO_PX + middle_px
@@ -176,13 +177,6 @@ def _measured(ground: Ground, twin: Twin, hz: float, kind: str, seed: int) -> Me
     camera = CameraSpec(1 / frame_s, twin.robot.scale_length_m)
     later = tracks.since(int(np.searchsorted(time_s, run_in_s)))
     return measure_trial(spec, later, camera, twin.robot, like.warmup_s)
-
-
-def _noise_m(ground: Ground, shape: Sequence[int], frame_s: float, random: np.random.Generator) -> np.ndarray:
-    """(n, m, 2) errors that last, as those of the session do."""
-    noises = [model.noise for model in ground.model.trials]
-    lasts_s = float(np.median([noise.lasts_s for noise in noises]))
-    return lasting_noise(shape, np.median([noise.sd_m for noise in noises], axis=0), lasts_s, frame_s, random)
 
 
 def _error(distance: float) -> float:

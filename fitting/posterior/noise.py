@@ -67,6 +67,24 @@ class GaitNoise:
         n = len(self.correlation)
         return float(n**2 / self.correlation.sum())
 
+    def drawn(self, time_s: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        """(n, m, 2) errors like these in frames at times (n,), m.
+
+        Raises:
+            ValueError: the parts of the noise are not known.
+        """
+        if not self.parts:
+            raise ValueError("parts: found none, expected those of a noise from `noise_of` or `of_parts`")
+        shape = (2, len(time_s), len(self.sd_m))
+        total = np.sqrt(max(self.white, 0.0)) * random.standard_normal(shape)
+        for part in self.parts:
+            in_time, across = (
+                np.linalg.cholesky(matrix + _JITTER * np.eye(len(matrix)))
+                for matrix in (part.over(time_s), part.across)
+            )
+            total += in_time @ random.standard_normal(shape) @ across.T
+        return np.moveaxis(total, 0, -1) * self.sd_m[:, None]
+
     def covariance(self, gait: Gait) -> np.ndarray:
         """(k, k) of a gait of these frames."""
         reader = np.concatenate([gait.speed_reader[:, None], gait.beat_reader], axis=1)  # (m, 8, n)

@@ -144,3 +144,24 @@ def test_typical_noise_has_the_parts_of_all() -> None:
     np.testing.assert_allclose(typical.sd_m, 2e-3)
     assert typical.white == pytest.approx(0.3)
     assert 0.1 < typical.lasts_s < 0.3 * np.sqrt(2)
+
+
+def test_draws_are_like_the_noise_they_are_drawn_from() -> None:
+    sd_m = 1e-3 * np.linspace(0.3, 0.9, len(ALONG_M))
+    parts = [NoisePart(0.5, 0.1, False, ALIKE), NoisePart(0.3, 0.2, True, np.eye(len(ALONG_M)))]
+    noise, random = GaitNoise.of_parts(sd_m, parts, TIME_S), np.random.default_rng(1)
+    drawn = np.array([noise.drawn(TIME_S, random) for _ in range(60)]) / sd_m[:, None]  # (d, n, m, 2)
+    assert drawn.std(axis=(0, 1, 3)) == pytest.approx(1.0, rel=0.1)
+    across = np.einsum("dnic,dnjc->ij", drawn, drawn) / drawn[..., 0, :].size
+    assert across == pytest.approx(0.5 * ALIKE + 0.5 * np.eye(len(ALONG_M)), abs=0.07)
+    lag = round(0.1 * FPS)
+    later = (drawn[:, lag:] * drawn[:, :-lag]).mean()
+    assert later == pytest.approx(
+        0.5 * np.exp(-lag / FPS / 0.1) + 0.3 * np.exp(-0.5 * (lag / FPS / 0.2) ** 2), abs=0.05
+    )
+
+
+def test_a_noise_whose_parts_are_not_known_cannot_be_drawn() -> None:
+    alone = GaitNoise(np.ones(2), 0.1, 1.0, np.eye(len(TIME_S)))
+    with pytest.raises(ValueError, match="parts"):
+        alone.drawn(TIME_S, np.random.default_rng(0))
