@@ -17,7 +17,8 @@ SHORT = {"gradient": "Gauss-Newton + NM", "bo-nm": "BO + NM (published)", "nelde
 """Labels of the methods that leave room for the lines."""
 _COLOURS = {"gradient": TWIN, "bo-nm": EBT, "nelder-mead": EBT_LARGE, "random": MUTED}
 _DASHES = {"gradient": "-", "bo-nm": (0, (5, 1.5)), "nelder-mead": (0, (2, 1.2)), "random": (0, (1, 1))}
-_WORST = 3.0  # times the best distance of all, where the panel ends
+_WORST = 1.5  # times the best distance of all, where the panel ends
+_DECADES = 1.5  # of simulated time from which ticks are one a decade
 
 
 @styled
@@ -42,7 +43,8 @@ def search_convergence_figure(
     axes.set_xscale("log")
     if best:
         axes.set_ylim(0.96 * best, min(1.02 * axes.get_ylim()[1], _WORST * best))
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    first, last = axes.get_xlim()
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0,) if last > 10**_DECADES * first else (1.0, 2.0, 5.0)))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _position: f"{value:,.0f}".replace(",", " ")))
     axes.yaxis.set_major_locator(MaxNLocator(5))
