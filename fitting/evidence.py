@@ -13,7 +13,7 @@ from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Twin
 
 BEFORE_PAIRS = 0.15  # share of the time that what comes before the pairs takes
-BESIDE = 2  # restarts that the fit with a free yaw goes on from
+BESIDE = 1  # restart that the fit with a free yaw goes on from: the next is where the best was before its simplex
 
 
 @dataclass(frozen=True, eq=False)

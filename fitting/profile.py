@@ -15,7 +15,7 @@ from fitting.objective import Swims
 from fitting.search_space import ROOTS, SearchSpace, parameters
 from fitting.valley import moved, settle
 
-POINTS = 7
+POINTS = 6
 
 
 @dataclass(frozen=True, eq=False)
