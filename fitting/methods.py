@@ -14,7 +14,7 @@ from fitting.precision import intervals
 from fitting.published_objective import PublishedObjective
 from fitting.published_search import bayesian_then_nelder_mead, nelder_mead_alone, random_search
 from fitting.search_space import SearchSpace
-from fitting.valley_simplex import descend_in_valley
+from fitting.valley_simplex import ROUGHNESS_M, descend_in_valley
 from session import SimulationDiverged
 from swimmer import FluidCoefficients
 
@@ -114,7 +114,8 @@ def _finished(swims: Swims, fit: CoefficientFit, budget_s: float) -> Coefficient
         return fit
     objective = PublishedObjective(swims, budget_s)
     objective.best_m, objective.best_point = fit.mean_distance_m, np.append(best.coefficients, best.phase_rad)
-    converged = descend_in_valley(objective, budget_s) or best.converged
+    small = descend_in_valley(objective, budget_s)
+    converged = small or (best.converged and fit.mean_distance_m - objective.best_m <= ROUGHNESS_M)
     if objective.trace:
         restarts = [_restart(objective, best.start, converged), *fit.restarts]
     else:

@@ -11,6 +11,7 @@ from fitting import METHODS, QUICK, CoefficientFit, Swims, search
 from fitting.mean_distance import SOFTENING_M
 from fitting.published_objective import PENALTY, PublishedObjective
 from fitting.published_search import BATCH, INITIAL
+from fitting.valley_simplex import ROUGHNESS_M
 from session import SimulationDiverged
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
@@ -115,10 +116,23 @@ def test_a_cut_budget_is_flagged_and_a_long_one_is_not(
     assert ("not_converged" in kinds[1]) == (method == "random")
 
 
-def test_the_gradient_search_keeps_that_it_converged_before_its_simplices(easy: EasySwims) -> None:
+@pytest.mark.parametrize(("gained", "converged"), [(0.5, True), (10.0, False)])
+def test_what_a_cut_simplex_still_gains_says_whether_the_gradient_search_had_converged(
+    easy: EasySwims, monkeypatch: pytest.MonkeyPatch, gained: float, converged: bool
+) -> None:
+    """Whatever that thought of its own end; a gain within the roughness of the floor is luck."""
+
+    def gaining(objective: PublishedObjective, _budget_s: float) -> bool:
+        better = objective.best_m - gained * ROUGHNESS_M
+        objective.consider(objective.best_point[:, None], np.array([better]))
+        return False
+
+    monkeypatch.setattr("fitting.methods.descend_in_valley", gaining)
     fit = search("gradient", easy, replace(TINY, final_iterations=150, finish_s=CUT_S))
 
-    assert fit.restarts[0].converged
+    assert fit.restarts[1].converged
+    assert fit.restarts[0].converged == converged
+    assert ("not_converged" in [flag.kind for flag in fit.flags]) != converged
 
 
 @pytest.mark.parametrize("method", SPENDING)
