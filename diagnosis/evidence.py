@@ -33,7 +33,7 @@ class Belief:
         other: prior probability that there is something else, beside whatever effects.
     """
 
-    unlike: float = 0.15
+    unlike: float = 0.25
     number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015, 0.005)
     other: float = 0.1
 
