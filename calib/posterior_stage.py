@@ -107,7 +107,7 @@ class PosteriorStage:
         write_result_json(self.findings_file, self._stamp, findings_payload(findings))
         self._tell_calibration(marginals_payload(posterior))
         mark_current(self.file, self.fingerprint, [self.findings_file])
-        chain.unlink(missing_ok=True)
+        self._forget(chain)
         return [self.file, self.findings_file]
 
     def read(self) -> Findings | None:
@@ -124,8 +124,10 @@ class PosteriorStage:
 
     def remove(self) -> None:
         """Takes away what belonged to a calibration that is no more."""
-        for path in (self.file, self.findings_file, *self._chains()):
+        for path in (self.file, self.findings_file):
             path.unlink(missing_ok=True)
+        for chain in self._chains():
+            self._forget(chain)
 
     def _tell_calibration(self, marginals: dict[str, dict[str, object]]) -> None:
         """Puts the posterior into ``calibration.json``; all else stays as it is."""
@@ -142,15 +144,23 @@ class PosteriorStage:
         )
 
     def _chains(self) -> list[Path]:
-        return list(self._session.results.glob(".posterior-*.h5"))
+        """By their name; one that was stopped before the first step has a file of its search only."""
+        kept = self._session.results.glob(".posterior-*")
+        return sorted({path.with_suffix(".h5") for path in kept})
 
     def _chain(self) -> Path:
         """Where every step is kept while sampling; other calibrations' chains, and unreadable ones, are removed."""
         path = self._session.results / f".posterior-{self.fingerprint[:12]}.h5"
         for other in self._chains():
-            if other != path or not _readable(other):
-                other.unlink()
+            if other != path or (other.exists() and not _readable(other)):
+                self._forget(other)
         return path
+
+    @staticmethod
+    def _forget(chain: Path) -> None:
+        """A chain, and the search that it began with."""
+        for path in (chain, chain.with_suffix(".npz")):
+            path.unlink(missing_ok=True)
 
 
 def _readable(chain: Path) -> bool:

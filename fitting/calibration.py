@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.coefficient_fit import CoefficientFit
 from fitting.coefficients import FULL, Effort, Progress
-from fitting.ebt import FORMS, EbtFit, fit_ebt
+from fitting.ebt import FORMS, FROM_TWIN, EbtFit, fit_ebt
 from fitting.forecast import fit_phase, forecast
 from fitting.methods import search
 from fitting.objective import Comparison, Swims
@@ -134,7 +134,7 @@ class Calibration:
 
 def speeds_of(trial: CalibratedTrial) -> dict[str, float]:
     """Every model's forward speed for one trial, m/s: the twin, EBT from the measured tail, EBT from the twin's."""
-    from_twin = {f"{name}, twin's tail": speed for name, speed in trial.ebt_of_twin.items()}
+    from_twin = {name + FROM_TWIN: speed for name, speed in trial.ebt_of_twin.items()}
     return {"twin": trial.speed_twin, **trial.ebt, **from_twin}
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.calibration import Calibration
+from fitting.ebt import FROM_TWIN
 from session import Flag
 
 
@@ -45,7 +46,7 @@ def beat_to_command(calibration: Calibration) -> float:
 
 def _foretold(calibration: Calibration, ratio: float, commanded_hz: float | None) -> CommandForecast:
     hz = ratio * (commanded_hz or np.nan)
-    speeds = {name if name == "twin" else f"{name}, twin's tail": v for name, v in calibration.sweep.at(hz).items()}
+    speeds = {name if name == "twin" else name + FROM_TWIN: v for name, v in calibration.sweep.at(hz).items()}
     return CommandForecast(hz, speeds, _flags(calibration.sweep.frequency_hz, ratio, hz))
 
 

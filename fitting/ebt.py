@@ -37,6 +37,7 @@ PUBLISHED = EbtForm("published", "steady, finite difference (as published)", pub
 SMOOTHED = EbtForm("smoothed", "steady, smoothed derivative", smoothed_motion, steady_speed)
 LARGE = EbtForm("large", "large amplitude, smoothed derivative", tip_motion, steady_speed_large)
 FORMS = (PUBLISHED, SMOOTHED, LARGE)
+FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from the tail of the twin
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Twin
 
 BEFORE_PAIRS = 0.15  # share of the time that what comes before the pairs takes
-BESIDE = 1  # restart that the fit with a free yaw goes on from: the next is where the best was before its simplex
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +26,7 @@ class YawFit:
         coefficients: with the turns.
         mean_distance_m: the objective with them, m.
         yaw_rad: turn of each fit trial's measured head frame by the trial's name, counter-clockwise from above.
-        converged: the descent ended before its iterations ran out. It begins at restarts of the plain fit, so even
+        converged: the descent ended before its iterations ran out. It begins at the plain fit, so even
             then `mean_distance_m` is an upper bound: a search of its own could end lower.
     """
 
@@ -84,9 +83,9 @@ def gather_evidence(
 
 
 def fit_yaw(fitted: tuple[MeasuredTrial, ...], twin: Twin, fit: CoefficientFit) -> YawFit:
-    """The fit with a free yaw a trial, from the best restarts of the plain fit."""
+    """The fit with a free yaw a trial, from the plain fit."""
     swims = Swims(twin, fitted, "yaw")
-    turned = refine_coefficients(swims, [restart.point for restart in fit.restarts[:BESIDE]], central=False)
+    turned = refine_coefficients(swims, [fit.restarts[0].point], central=False)
     best = turned.restarts[0]
     yaws = swims.yaws(parameters(best.point)[:, None])[0]
     by_name = dict(zip([trial.name for trial in fitted], map(float, yaws), strict=True))

@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from fitting.ebt import FORMS, EbtFit, fit_ebt
+from fitting.ebt import FORMS, FROM_TWIN, EbtFit, fit_ebt
 from fitting.forecast import forecast
 from fitting.objective import Swims
 from fitting.pair_search import Screened, screen, search_pair
@@ -23,7 +23,6 @@ from session import NotEnoughData
 from swimmer import FluidCoefficients, Twin
 
 MOST_PAIRS = 10
-FROM_TWIN = ", twin's tail"  # after the name of a form that predicts from it, as in `speeds_of`
 MODELS = ("twin", *(form.name + tail for tail in ("", FROM_TWIN) for form in FORMS))
 
 Tell = Callable[[str, float], None]

@@ -7,15 +7,17 @@ until it predicts fresh draws. What it misses counts as an error of the model, s
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy.stats import qmc
 
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.box_size import BOX_SD_M, box_size
+from fitting.posterior.box_size import box_size
 from fitting.posterior.emulator import Emulator, fit_emulator
 from fitting.posterior.ensemble import LOG_MOST, WALKERS, log_posterior, sampler
 from fitting.posterior.likelihood import Likelihood
+from fitting.posterior.search_state import Halved, SearchState
 from fitting.posterior.session_model import Disturbances, SessionModel
 from fitting.posterior.step_shift import StepShift
 
@@ -61,7 +63,11 @@ class Exploration:
 
 
 def explore(
-    model: SessionModel, start: np.ndarray | None = None, seed: int = 0, tell: Tell | None = None
+    model: SessionModel,
+    start: np.ndarray | None = None,
+    seed: int = 0,
+    tell: Tell | None = None,
+    backend: Path | None = None,
 ) -> Exploration:
     """Finds the posterior.
 
@@ -70,149 +76,153 @@ def explore(
         start: (s, 5) coefficients to look at as well, such as those of a fit.
         seed: of all draws.
         tell: of the progress.
+        backend: a file that keeps how far every round came; the search goes on from it.
     """
-    search = _Search(model, np.random.default_rng([seed, 1]))
-    search.simulate(_worldwide(seed) if start is None else np.vstack([_worldwide(seed), start]))
-    for number in range(_ROUNDS[1]):
+    state = None if backend is None else SearchState.load(backend)
+    search = _Search(model, state or SearchState.beginning(np.random.default_rng([seed, 1]), len(model.measured)))
+    if state is None:
+        search.simulate(_worldwide(seed) if start is None else np.vstack([_worldwide(seed), start]))
+    while not search.state.looked_closer:
+        done = search.state.rounds
+        found = search.state.settled or done >= _ROUNDS[1]
         if tell is not None:
-            tell(f"looking for the posterior, round {number + 1}", number / _ROUNDS[1])
-        likelihood = search.likelihood()
-        if search.round(likelihood) and number >= _ROUNDS[0]:
-            return search.result(True)
-    return search.result(False)
+            what = "looking closer at" if found else f"round {done + 1} of looking for"
+            tell(f"{what} the posterior", done / _ROUNDS[1])
+        if found:
+            search.look_closer()
+        else:
+            search.round()
+        if backend is not None:
+            search.state.save(backend)
+    return search.result()
 
 
 class _Search:
-    """Simulations so far, and the emulator they make."""
+    """Goes on from what is known so far."""
 
-    def __init__(self, model: SessionModel, random: np.random.Generator) -> None:
-        self.model, self.random = model, random
-        k = len(model.measured)
-        self.points, self.gaits = np.zeros((0, 5)), np.zeros((0, k))
-        self.at_half_steps: list[
-            tuple[np.ndarray, np.ndarray, np.ndarray]
-        ] = []  # points, gaits by whole and half steps
-        self.step_shift = StepShift.none(k)
-        self.relevance = np.zeros(0)
-        self.looks: list[Disturbances] = []  # at one draw of each round
-        self.box_sd_m = BOX_SD_M
-        self.walkers: np.ndarray | None = None
-        self.mean: np.ndarray | None = None  # (5,) of the last round
-        self.error = np.inf
+    def __init__(self, model: SessionModel, state: SearchState) -> None:
+        self.model, self.state = model, state
+        self.step_shift = StepShift.none(len(model.measured))
 
     def simulate(self, points: np.ndarray) -> np.ndarray:
         """(s,) whether each point (s, 5) could be simulated; those that could are kept."""
-        gaits = self.model.simulated(points)
+        state, gaits = self.state, self.model.simulated(points)
         good = np.isfinite(gaits).all(axis=1)
-        self.points, self.gaits = np.vstack([self.points, points[good]]), np.vstack([self.gaits, gaits[good]])
-        self.relevance = np.append(self.relevance, np.ones(int(good.sum())))
+        state.points, state.gaits = np.vstack([state.points, points[good]]), np.vstack([state.gaits, gaits[good]])
+        state.relevance = np.append(state.relevance, np.ones(int(good.sum())))
         return good
 
     @property
     def shifted(self) -> np.ndarray:
         """(s, k) the gaits so far, as if the time step had vanished."""
-        return self.gaits + self.step_shift(self.points)
+        return self.state.gaits + self.step_shift(self.state.points)
 
     @property
     def disturbances(self) -> Disturbances:
         """The mean of the later looks."""
-        return Disturbances.mean(self.looks[-_LATER:])
+        return Disturbances.mean(self.state.looks[-_LATER:])
 
     def likelihood(self) -> Likelihood:
         """By an emulator of all simulations so far."""
-        whole = fit_emulator(self.points, self.gaits, self.relevance)
+        whole = fit_emulator(self.state.points, self.state.gaits, self.state.relevance)
         self.step_shift = self._step_shift(whole)
         emulator = whole.moved(self.step_shift.weights)
-        disturbances = self.disturbances.of(self.box_sd_m) if self.looks else self.model.noise
+        disturbances = self.disturbances.of(self.state.box_sd_m) if self.state.looks else self.model.noise
         return Likelihood(
             self.model.measured, disturbances + emulator.error + self.step_shift.error, self.model.discrepancy, emulator
         )
 
-    def round(self, likelihood: Likelihood) -> bool:
-        """One more look by a likelihood; whether its emulator held."""
+    def round(self) -> None:
+        """One more look by a likelihood, the last one if its emulator holds."""
+        likelihood = self.likelihood()
         chain = self._sampled(likelihood)
-        count = min(_ROUND * (1 + len(self.points) // 1000), 4 * _ROUND)
-        drawn = chain[self.random.choice(len(chain), count, replace=False)]
+        count = min(_ROUND * (1 + len(self.state.points) // 1000), 4 * _ROUND)
+        drawn = chain[self.state.random.choice(len(chain), count, replace=False)]
         half = count // 2
         points = drawn[:, :5].copy()
         points[half:] = self._ahead(points[half:], chain[:, :5].mean(axis=0))
-        before = len(self.gaits)
+        before = len(self.state.gaits)
         good = self.simulate(points)[:half]
         fresh = self.shifted[before : before + int(good.sum())]
         discrepancy = np.exp(drawn[:half, 5:][good])
         told = likelihood(points[:half][good], discrepancy)
         missed = (likelihood.of_gaits(fresh, discrepancy) - told)[np.isfinite(told)]
-        self.error = float(missed.std()) if len(missed) > 1 else np.inf
+        self.state.error = float(missed.std()) if len(missed) > 1 else np.inf
         middle, spread = chain[:, :5].mean(axis=0), chain[:, :5].std(axis=0)
-        moved = np.full(5, np.inf) if self.mean is None else np.abs(middle - self.mean) / spread
-        self.mean = middle
+        moved = np.abs(middle - self.state.mean) / spread if len(self.state.mean) else np.full(5, np.inf)
+        self.state.mean = middle
         self._halve(slice(before, before + min(_HALVED, int(good.sum()))))
         self._look(drawn[:half, :5][good])
         left = self.model.measured - likelihood.emulator(middle[None])[0]
-        if self.looks:
-            self.box_sd_m = box_size(left, len(self.model.trials), self.disturbances)
+        if self.state.looks:
+            self.state.box_sd_m = box_size(left, len(self.model.trials), self.disturbances)
         self._weigh(likelihood, np.exp(np.median(chain[:, 5:], axis=0)))
-        return self.error < _GOOD_ENOUGH and float(moved.max()) < _STABLE_SD
+        self.state.rounds += 1
+        held = self.state.error < _GOOD_ENOUGH and float(moved.max()) < _STABLE_SD
+        self.state.settled = held and self.state.rounds > _ROUNDS[0]
 
-    def result(self, settled: bool) -> Exploration:
-        """By all simulations, and by a closer look at nuisances and step where the search ended."""
-        likelihood = self.likelihood()
-        drawn = self._sampled(likelihood)
-        points = drawn[self.random.choice(len(drawn), _FINALLY_HALVED, replace=False), :5]
-        before = len(self.gaits)
+    def look_closer(self) -> None:
+        """At nuisances and step where the search ended."""
+        drawn = self._sampled(self.likelihood())
+        points = drawn[self.state.random.choice(len(drawn), _FINALLY_HALVED, replace=False), :5]
+        before = len(self.state.gaits)
         self.simulate(points)
-        self._halve(slice(before, len(self.gaits)))
-        earlier, self.looks = self.looks, []
-        for few in np.array_split(self.points[before:], _FINALLY_LOOKED):
+        self._halve(slice(before, len(self.state.gaits)))
+        earlier, self.state.looks = self.state.looks, []
+        for few in np.array_split(self.state.points[before:], _FINALLY_LOOKED):
             self._look(few)
-        self.looks = self.looks or earlier
+        self.state.looks = self.state.looks or earlier
+        self.state.looked_closer = True
+
+    def result(self) -> Exploration:
+        """By all simulations."""
         likelihood = self.likelihood()
         return Exploration(
             likelihood=likelihood,
             walkers=self._placed(likelihood),
-            simulations=len(self.points),
-            box_sd_m=self.box_sd_m,
+            simulations=len(self.state.points),
+            box_sd_m=self.state.box_sd_m,
             disturbances=self.disturbances,
             step_shift=self.step_shift,
-            emulator_error=self.error,
-            settled=settled,
+            emulator_error=self.state.error,
+            settled=self.state.settled,
         )
 
     def _sampled(self, likelihood: Likelihood) -> np.ndarray:
         """(d, 7) draws by the emulator, from where the last walkers stood."""
         ensemble = sampler(likelihood, least_discrepancy=_LEAST_LOOKING)
-        ensemble.random_state = np.random.RandomState(int(self.random.integers(2**31))).get_state()
+        ensemble.random_state = np.random.RandomState(int(self.state.random.integers(2**31))).get_state()
         ensemble.run_mcmc(self._placed(likelihood), _STEPS, skip_initial_state_check=True)
-        self.walkers = ensemble.get_last_sample().coords
+        self.state.walkers = ensemble.get_last_sample().coords
         return ensemble.get_chain(discard=_STEPS // 2, flat=True)
 
     def _placed(self, likelihood: Likelihood) -> np.ndarray:
         """(w, 7) the walkers, those that stand where nothing is known put elsewhere."""
-        walkers = self._best(likelihood, WALKERS) if self.walkers is None else self.walkers.copy()
+        walkers = self.state.walkers.copy() if len(self.state.walkers) else self._best(likelihood, WALKERS)
         value = log_posterior(likelihood, _LEAST_LOOKING)
         lost = ~np.isfinite(value(walkers))
         walkers[lost] = self._best(likelihood, int(lost.sum()))
         lost = ~np.isfinite(value(walkers))
         if 0 < lost.sum() < WALKERS:  # copies part at their first moves
-            walkers[lost] = walkers[self.random.choice(np.flatnonzero(~lost), int(lost.sum()))]
+            walkers[lost] = walkers[self.state.random.choice(np.flatnonzero(~lost), int(lost.sum()))]
         return walkers
 
     def _best(self, likelihood: Likelihood, count: int) -> np.ndarray:
         """(c, 7) near the simulated points that were most like what was measured."""
-        like = likelihood.of_gaits(self.shifted, np.full((len(self.gaits), 2), 0.3))
-        first = self.points[np.argsort(-like)[:WALKERS]][self.random.permutation(WALKERS)[:count]]
-        near = _reflected(first * (1 + _JITTER * self.random.standard_normal(first.shape)))
-        return np.column_stack([near, LOG_MOST - self.random.uniform(1.0, 3.0, (count, 2))])
+        like = likelihood.of_gaits(self.shifted, np.full((len(self.state.gaits), 2), 0.3))
+        first = self.state.points[np.argsort(-like)[:WALKERS]][self.state.random.permutation(WALKERS)[:count]]
+        near = _reflected(first * (1 + _JITTER * self.state.random.standard_normal(first.shape)))
+        return np.column_stack([near, LOG_MOST - self.state.random.uniform(1.0, 3.0, (count, 2))])
 
     def _halve(self, rows: slice) -> None:
         """Simulates some points with half the time step too."""
-        halved = self.model.at_half_steps.simulated(self.points[rows])
+        halved = self.model.at_half_steps.simulated(self.state.points[rows])
         good = np.isfinite(halved).all(axis=1)
-        self.at_half_steps.append((self.points[rows][good], self.gaits[rows][good], halved[good]))
+        self.state.halved.append(Halved(self.state.points[rows][good], self.state.gaits[rows][good], halved[good]))
 
     def _step_shift(self, emulator: Emulator) -> StepShift:
         """From points of the last rounds; a good emulator of whole steps smooths their roughness away."""
-        last = self.at_half_steps[-_HALVED_ROUNDS:]
+        last = self.state.halved[-_HALVED_ROUNDS:]
         if sum(len(points) for points, *_ in last) < _FEWEST_HALVED:
             return StepShift.none(len(self.model.measured))
         points, whole, halved = map(np.concatenate, zip(*last, strict=True))
@@ -221,8 +231,8 @@ class _Search:
 
     def _ahead(self, points: np.ndarray, middle: np.ndarray) -> np.ndarray:
         """(s, 5) draws moved outward from their middle, and on in the direction in which that has moved."""
-        moved = np.zeros(5) if self.mean is None else middle - self.mean
-        onward = self.random.uniform(0.0, _ONWARD, (len(points), 1))
+        moved = middle - self.state.mean if len(self.state.mean) else np.zeros(5)
+        onward = self.state.random.uniform(0.0, _ONWARD, (len(points), 1))
         return _reflected(middle + _OUTWARD * (points - middle) + onward * moved)
 
     def _look(self, points: np.ndarray) -> None:
@@ -230,14 +240,14 @@ class _Search:
         for point in points[:_LOOKED]:
             look = self.model.disturbances(point)
             if look.finite:
-                self.looks.append(look)
+                self.state.looks.append(look)
                 return
 
     def _weigh(self, likelihood: Likelihood, discrepancy: np.ndarray) -> None:
         """The less a point's gait is like the measured one, the less it counts."""
-        misfit = -2 * likelihood.of_gaits(self.shifted, np.tile(discrepancy, (len(self.gaits), 1)))
+        misfit = -2 * likelihood.of_gaits(self.shifted, np.tile(discrepancy, (len(self.state.gaits), 1)))
         near = np.partition(misfit, min(_NEIGHBOURS, len(misfit) - 1))[min(_NEIGHBOURS, len(misfit) - 1)]
-        self.relevance = np.maximum(np.exp(-np.maximum(misfit - near, 0.0) / _FALL_OFF), 1e-6)
+        self.state.relevance = np.maximum(np.exp(-np.maximum(misfit - near, 0.0) / _FALL_OFF), 1e-6)
 
 
 def _worldwide(seed: int) -> np.ndarray:

@@ -136,13 +136,14 @@ def sample_posterior(
         start: (s, 5) coefficients to look at as well, such as those of a fit.
         effective: draws wanted for every coefficient.
         seed: of all draws.
-        backend: an HDF5 file that keeps every step of the sampler; sampling goes on from it.
+        backend: an HDF5 file that keeps every step of the sampler, and beside it one of the search (.npz) that keeps
+            every round; both go on from there.
         tell: of the progress.
         doubts: of the robot; None where nobody measured its hinges and crank.
     """
     model = SessionModel.of(twin, trials, doubts)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        found = explore(model, start, seed, tell)
+        found = explore(model, start, seed, tell, None if backend is None else backend.with_suffix(".npz"))
         draws = sample(found, effective, seed, backend, tell)
         misfit_p = _misfit_p(model, found, draws)
         white = tuple(whiteness(trial) for trial in model.trials)

@@ -39,7 +39,7 @@ def _text(calibration: Calibration, yaw: YawFit) -> str:
 def _bound(yaw: YawFit) -> str:
     ended = "converged" if yaw.converged else "was still improving when its iterations ran out"
     return (
-        f"Its distance is an upper bound: the descent starts from the plain fit’s restarts and {ended}; a search of "
+        f"Its distance is an upper bound: the descent starts from the plain fit and {ended}; a search of "
         "its own might end lower."
     )
 

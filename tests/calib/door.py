@@ -70,7 +70,6 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     """A short search, little beside it, and a report without figures."""
     patch.setattr(pipeline, "EFFORTS", {"quick": TINY, "full": TINY})
     patch.setattr(evidence, "refine_coefficients", partial(refine_coefficients, iterations=1))
-    patch.setattr(evidence, "BESIDE", 1)
     patch.setattr(profile, "POINTS", 3)
     patch.setattr(diagnosis_stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))

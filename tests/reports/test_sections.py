@@ -167,7 +167,7 @@ def test_the_distance_with_a_free_yaw_is_called_an_upper_bound(full: Page) -> No
     page = page_of(evidence=replace(evidence, yaw=replace(evidence.yaw, converged=False)))
 
     assert (
-        "Its distance is an upper bound: the descent starts from the plain fit’s restarts and converged;" in full.text
+        "Its distance is an upper bound: the descent starts from the plain fit and converged;" in full.text
     )
     assert "from the plain fit’s restarts and was still improving when its iterations ran out;" in page.text
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from fitting.posterior import explore, sample
 from fitting.posterior.likelihood import Discrepancy
 from fitting.posterior.sampling import R_HAT, Draws
+from fitting.posterior.search_state import SearchState
 from fitting.posterior.session_model import Disturbances
 
 pytestmark = pytest.mark.long
@@ -79,3 +81,30 @@ def test_draws_are_as_many_as_wanted_and_agree(draws: Draws) -> None:
     assert draws.r_hat[:5].max() <= R_HAT
     assert 0.1 < draws.acceptance < 0.9
     assert not draws.flags
+
+
+def test_a_search_that_was_stopped_goes_on_and_ends_as_if_it_had_not(session: LinearSession, tmp_path: Path) -> None:
+    steps: list[str] = []
+    whole = explore(session, seed=1, tell=lambda step, _share: steps.append(step))  # type: ignore[arg-type]
+    assert (steps[2], steps[-1]) == ("round 3 of looking for the posterior", "looking closer at the posterior")
+    told: list[str] = []
+
+    def stop_twice(step: str, _share: float | None) -> None:
+        told.append(step)
+        if len(told) in (3, len(steps) + 1):
+            raise KeyboardInterrupt
+
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            explore(session, None, 1, stop_twice, tmp_path / "search.npz")  # type: ignore[arg-type]
+    again = explore(session, None, 1, stop_twice, tmp_path / "search.npz")  # type: ignore[arg-type]
+    assert told == [*steps[:3], *steps[2:], steps[-1]]
+    assert np.array_equal(again.walkers, whole.walkers)
+    assert np.array_equal(again.likelihood.known, whole.likelihood.known)
+    assert again.simulations == whole.simulations
+
+
+def test_a_file_that_was_cut_off_is_no_search(tmp_path: Path) -> None:
+    (tmp_path / "search.npz").write_bytes(b"PK cut off")
+    assert SearchState.load(tmp_path / "search.npz") is None
+    assert SearchState.load(tmp_path / "none.npz") is None
