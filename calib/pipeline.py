@@ -109,7 +109,7 @@ class Pipeline:
 
     def _fingerprint(self, effort: str, method: str, comparison: str) -> str:
         parameters = {"seed": self.session.seed, "effort": effort, "method": method, "comparison": comparison}
-        parameters["form"] = 4  # of calibration.json and evidence.json
+        parameters["form"] = 5  # of calibration.json and evidence.json
         return fingerprint_of({}, parameters, [self.recordings.fingerprint])
 
     @property
@@ -253,7 +253,7 @@ class Pipeline:
         return next((stage for stage in stages if stage.is_current), None)
 
     def evidence(self, calibration: Calibration) -> Evidence:
-        """What stands beside the fit, up to date: a free yaw, profiles, and with full effort other pairs of trials."""
+        """What stands beside the fit, up to date (see `Evidence`); other pairs of trials with full effort only."""
         if is_current(self.evidence_file, self.fingerprint):
             return read_evidence(read_result_json(self.evidence_file))
         twin = self._twin()

@@ -6,6 +6,7 @@ from fitting.calibration_file import calibration_payload, read_fit, read_objecti
 from fitting.coefficient_fit import CoefficientFit, Restart
 from fitting.coefficients import FULL, QUICK, Effort, fit_coefficients
 from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
+from fitting.course import Course, course_of
 from fitting.ebt import EBT_RATIO_ONLY, FORMS, EbtFit, EbtForm, fit_ebt
 from fitting.evidence import Evidence, YawFit, gather_evidence
 from fitting.evidence_file import evidence_payload, read_evidence
@@ -22,6 +23,8 @@ from fitting.method_comparison import (
 from fitting.methods import METHODS, Method, MethodName, search
 from fitting.objective import Comparison, Swims
 from fitting.pairs import PairFit, fit_pairs
+from fitting.placed_fit import PlacedFit, PlacedTrial
+from fitting.placement import BoxesOff, Placement
 from fitting.profile import CoefficientProfiles, profile_objective
 from fitting.scoring import Scores, residuals, score
 from fitting.speed import forward_speed, speed_standard_error, whole_beats
@@ -38,12 +41,14 @@ __all__ = [
     "METHODS",
     "QUICK",
     "BodyWave",
+    "BoxesOff",
     "CalibratedTrial",
     "Calibration",
     "CoefficientFit",
     "CoefficientProfiles",
     "CommandForecast",
     "Comparison",
+    "Course",
     "EbtFit",
     "EbtForm",
     "Effort",
@@ -54,6 +59,9 @@ __all__ = [
     "Method",
     "MethodName",
     "PairFit",
+    "PlacedFit",
+    "PlacedTrial",
+    "Placement",
     "Restart",
     "Scores",
     "SearchRun",
@@ -76,6 +84,7 @@ __all__ = [
     "compare_methods",
     "comparison_payload",
     "comparison_table",
+    "course_of",
     "estimate_frequency",
     "evidence_payload",
     "fit_coefficients",

@@ -1,4 +1,6 @@
-"""What stands beside a fit so that it is not taken for more than it is: a free yaw, profiles, other pairs of trials."""
+"""What stands beside a fit so that it is not taken for more than it is: a free yaw, boxes put right, profiles, other
+pairs of trials.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -7,6 +9,7 @@ from fitting.coefficient_fit import CoefficientFit
 from fitting.coefficients import refine_coefficients
 from fitting.objective import Swims
 from fitting.pairs import PairFit, fit_pairs
+from fitting.placed_fit import PlacedFit, fit_placed
 from fitting.profile import CoefficientProfiles, profile_objective
 from fitting.search_space import parameters
 from fitting.trial import MeasuredTrial
@@ -42,11 +45,13 @@ class Evidence:
 
     Attributes:
         yaw: the fit with one yaw a trial.
+        placed: the fit with boxes where they most likely were put.
         profiles: the objective along each coefficient.
         pairs: the fit on other pairs of trials; empty with fewer than three swims, or when not asked for.
     """
 
     yaw: YawFit
+    placed: PlacedFit
     profiles: CoefficientProfiles
     pairs: tuple[PairFit, ...]
 
@@ -72,14 +77,16 @@ def gather_evidence(
     fitted = tuple(trial for trial in trials if trial.role == "fit")
     tell("fitting with one yaw a trial", 0.0)
     yaw = fit_yaw(fitted, twin, fit)
+    tell("fitting with boxes put right", 0.05)
+    placed = fit_placed(trials, twin, fit)
     tell("profiling the coefficients", 0.1)
     profiles = profile_objective(Swims(twin, fitted), fit)
     if not with_pairs:
-        return Evidence(yaw, profiles, ())
+        return Evidence(yaw, placed, profiles, ())
     pairs = fit_pairs(
         trials, twin, seed, lambda message, share: tell(message, BEFORE_PAIRS + (1 - BEFORE_PAIRS) * share)
     )
-    return Evidence(yaw, profiles, pairs)
+    return Evidence(yaw, placed, profiles, pairs)
 
 
 def fit_yaw(fitted: tuple[MeasuredTrial, ...], twin: Twin, fit: CoefficientFit) -> YawFit:

@@ -7,6 +7,8 @@ import numpy as np
 
 from fitting.evidence import Evidence, YawFit
 from fitting.pairs import PairFit
+from fitting.placed_fit import PlacedFit, PlacedTrial
+from fitting.placement import BoxesOff
 from fitting.profile import CoefficientProfiles
 from swimmer import FluidCoefficients
 
@@ -23,6 +25,7 @@ def evidence_payload(evidence: Evidence) -> dict[str, Any]:
             "yaw_rad": dict(yaw.yaw_rad),
             "converged": yaw.converged,
         },
+        "placed": _placed_payload(evidence.placed),
         "profiles": {
             "value": profiles.value.tolist(),
             "slice_mm": (profiles.slice_m * MILLIMETRES).tolist(),
@@ -55,6 +58,7 @@ def read_evidence(data: Mapping[str, Any]) -> Evidence:
             dict(yaw["yaw_rad"]),
             yaw["converged"],
         ),
+        placed=_read_placed(data["placed"]),
         profiles=CoefficientProfiles(
             value=np.array(profiles["value"]),
             slice_m=np.array(profiles["slice_mm"]) / MILLIMETRES,
@@ -75,3 +79,54 @@ def read_evidence(data: Mapping[str, Any]) -> Evidence:
             for pair in data["pairs"]
         ),
     )
+
+
+def _placed_payload(placed: PlacedFit) -> dict[str, Any]:
+    return {
+        "coefficients": placed.coefficients._asdict(),
+        "mean_distance_mm": placed.mean_distance_m * MILLIMETRES,
+        "converged": placed.converged,
+        "markers": {
+            name: {"off_mm": (off * MILLIMETRES).tolist(), "sd_mm": (sd * MILLIMETRES).tolist()}
+            for name, off, sd in zip(placed.markers, placed.marker_m, placed.marker_sd_m, strict=True)
+        },
+        "trials": {
+            trial.name: {
+                "boxes": trial.boxes._asdict(),
+                "boxes_sd": {name: _known(value) for name, value in trial.boxes_sd._asdict().items()},
+                "distance_mm": trial.distance_m * MILLIMETRES,
+                "shape_mm": trial.shape_m * MILLIMETRES,
+            }
+            for trial in placed.trials
+        },
+    }
+
+
+def _read_placed(data: Mapping[str, Any]) -> PlacedFit:
+    markers = data["markers"]
+    return PlacedFit(
+        FluidCoefficients(**data["coefficients"]),
+        data["mean_distance_mm"] / MILLIMETRES,
+        data["converged"],
+        tuple(markers),
+        np.array([each["off_mm"] for each in markers.values()]) / MILLIMETRES,
+        np.array([each["sd_mm"] for each in markers.values()]) / MILLIMETRES,
+        tuple(
+            PlacedTrial(
+                name,
+                BoxesOff(**told["boxes"]),
+                BoxesOff(**{key: _or_nan(value) for key, value in told["boxes_sd"].items()}),
+                told["distance_mm"] / MILLIMETRES,
+                told["shape_mm"] / MILLIMETRES,
+            )
+            for name, told in data["trials"].items()
+        ),
+    )
+
+
+def _known(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _or_nan(value: float | None) -> float:
+    return float("nan") if value is None else value

@@ -5,12 +5,14 @@ turn, or turns evenly at the measured frequency. Every column of parameters is o
 batch on all cores.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from fitting.mean_distance import MeanDistance
+from fitting.placement import placed_residuals
 from fitting.scoring import residuals, scored_trajectory
 from fitting.swim import head_frame
 from fitting.trial import MeasuredTrial
@@ -22,7 +24,7 @@ COEFFICIENT_BOUNDS = (0.0, 10.0)
 LOST_M = 1.0  # distance that stands for a simulation that blew up
 
 
-Comparison = Literal["published", "shape", "yaw"]
+Comparison = Literal["published", "shape", "yaw", "placed"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +37,8 @@ class Swims:
         comparison: "published": distance in the head frame, aligned at the first scored frame. "shape": relative to
             the nose in every frame, so that a drift of the path does not hide the tail. "yaw": as published, after
             one turn of each trial's head frame about its nose, the best one for the simulation at hand (the nose and
-            neck boxes are placed by hand, so the measured axis may be off by some degrees).
+            neck boxes are placed by hand, so the measured axis may be off by some degrees). "placed": as published,
+            with boxes where they most likely were put (see `fitting.placement`).
     """
 
     twin: Twin
@@ -78,13 +81,18 @@ class Swims:
             parameters: (p, s) coefficients, then a phase a trial (rad).
         """
         parts = []
-        for trial, simulated in zip(self.trials, self.simulate(parameters), strict=True):
-            error = self.compare(trial, simulated)[:, trial.weight[trial.scored] > 0]  # (s, e, 2)
+        for trial, compared in zip(self.trials, self.compare(self.simulate(parameters)), strict=True):
+            error = compared[:, trial.weight[trial.scored] > 0]  # (s, e, 2)
             parts.append(np.nan_to_num(error, nan=LOST_M).reshape(len(error), -1).T)
         return np.concatenate(parts)
 
-    def compare(self, trial: MeasuredTrial, simulated: HeadFrame) -> np.ndarray:
-        """(s, k, m, 2) simulated minus measured over the k scored frames of one trial, m."""
+    def compare(self, simulated: Sequence[HeadFrame]) -> list[np.ndarray]:
+        """(s, k, m, 2) simulated minus measured over the k scored frames of each trial, m."""
+        if self.comparison == "placed":
+            return placed_residuals(self.trials, simulated)
+        return [self._compare(*each) for each in zip(self.trials, simulated, strict=True)]
+
+    def _compare(self, trial: MeasuredTrial, simulated: HeadFrame) -> np.ndarray:
         if self.comparison == "shape":
             frames = trial.scored[: simulated.shape_m.shape[-3]]
             return simulated.shape_m[..., frames, :, :] - trial.head.shape_m[trial.scored]
@@ -113,8 +121,8 @@ class Swims:
     def mean_distance(self, parameters: np.ndarray) -> np.ndarray:
         """(s,) the objective itself for (p, s) parameters: mean distance a trial, mean over trials, m."""
         total = np.zeros(parameters.shape[1])
-        for trial, simulated in zip(self.trials, self.simulate(parameters), strict=True):
-            distance = np.linalg.norm(self.compare(trial, simulated), axis=-1)  # (s, k, m)
+        for trial, compared in zip(self.trials, self.compare(self.simulate(parameters)), strict=True):
+            distance = np.linalg.norm(compared, axis=-1)  # (s, k, m)
             good = trial.weight[trial.scored] > 0
             total += np.nan_to_num(distance[:, good], nan=LOST_M).mean(axis=1)
         return total / len(self.trials)

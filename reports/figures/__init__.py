@@ -15,6 +15,7 @@ from reports.figures.gap_shares import gap_shares_figure
 from reports.figures.gap_waterfall import gap_waterfall_figure
 from reports.figures.lateral_motion import lateral_motion_figure
 from reports.figures.marker_residuals import marker_residuals_figure
+from reports.figures.mean_shapes import mean_shapes_figure
 from reports.figures.pair_coefficients import pair_coefficients_figure
 from reports.figures.pair_errors import pair_errors_figure
 from reports.figures.phase_portrait import phase_portrait_figure
@@ -50,6 +51,7 @@ __all__ = [
     "gap_waterfall_figure",
     "lateral_motion_figure",
     "marker_residuals_figure",
+    "mean_shapes_figure",
     "pair_coefficients_figure",
     "pair_errors_figure",
     "phase_portrait_figure",

@@ -63,6 +63,11 @@ TERMS = (
         "A doubt with its place, found by rule and not by hand. Flagged samples have no weight; a flag of a "
         "fit or of a trial stands beside the numbers it concerns.",
     ),
+    (
+        "boxes off, markers off",
+        "By more than a hand misses (10 mm each way), or by more than 15 mm from where the robot's description has it, "
+        "a box or a marker would have to sit for the shape of the fish to come out as it was tracked.",
+    ),
     ("extrapolated", "The trial beats slower or faster than every trial that was fitted."),
 )
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from calib import cli, diagnosis_stage, pipeline, posterior_stage
-from fitting import QUICK, calibration, evidence, profile, sweep_frequencies
+from fitting import QUICK, calibration, evidence, placed_fit, profile, sweep_frequencies
 from fitting.coefficients import refine_coefficients
 from fitting.posterior import exploration, findings, further_trial, naive, predictive, sampling
 from session import write_whole
@@ -70,6 +70,7 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     """A short search, little beside it, and a report without figures."""
     patch.setattr(pipeline, "EFFORTS", {"quick": TINY, "full": TINY})
     patch.setattr(evidence, "refine_coefficients", partial(refine_coefficients, iterations=1))
+    patch.setattr(placed_fit, "ITERATIONS", 1)
     patch.setattr(profile, "POINTS", 3)
     patch.setattr(diagnosis_stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))

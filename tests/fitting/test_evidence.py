@@ -76,6 +76,15 @@ def test_the_free_yaw_of_straight_axes_is_small_and_named_by_trial(evidence: Evi
     assert evidence.yaw.mean_distance_m <= 1.02 * evidence.profiles.best_m
 
 
+def test_boxes_that_sit_right_stay_where_they_are(evidence: Evidence) -> None:
+    """Also of the held-out trial, which finds its own from its first beats."""
+    assert [trial.name for trial in evidence.placed.trials] == ["f0.70", "f1.20", "f1.00"]
+    assert np.abs([trial.boxes for trial in evidence.placed.trials]).max() < 0.001
+    assert np.abs(evidence.placed.marker_m).max() < 0.001
+    assert evidence.placed.mean_distance_m <= 1.05 * evidence.profiles.best_m
+    assert not evidence.placed.flags
+
+
 def test_every_pair_is_fitted_once_and_forecasts_what_it_has_not_seen(evidence: Evidence) -> None:
     assert [pair.fitted for pair in evidence.pairs] == [("f0.70", "f1.00"), ("f0.70", "f1.20"), ("f1.00", "f1.20")]
     for pair in evidence.pairs:
@@ -161,6 +170,12 @@ def test_evidence_comes_back_from_its_file_as_it_went(evidence: Evidence) -> Non
     assert back.yaw.coefficients == evidence.yaw.coefficients
     assert (back.yaw.yaw_rad, back.yaw.converged) == (evidence.yaw.yaw_rad, evidence.yaw.converged)
     assert back.yaw.mean_distance_m == pytest.approx(evidence.yaw.mean_distance_m, rel=1e-14)
+    np.testing.assert_allclose(back.placed.marker_m, evidence.placed.marker_m, rtol=1e-14)
+    np.testing.assert_allclose(back.placed.marker_sd_m, evidence.placed.marker_sd_m, rtol=1e-14)
+    for trial, before in zip(back.placed.trials, evidence.placed.trials, strict=True):
+        np.testing.assert_allclose(trial.boxes, before.boxes, rtol=1e-14)
+        np.testing.assert_allclose(trial.boxes_sd, before.boxes_sd, rtol=1e-14)
+        assert trial.distance_m == pytest.approx(before.distance_m, rel=1e-14)
     for one, other in zip(back.pairs, evidence.pairs, strict=True):
         assert replace(one, marker_error_m=0.0) == replace(other, marker_error_m=0.0)
         assert one.marker_error_m == pytest.approx(other.marker_error_m, rel=1e-14)

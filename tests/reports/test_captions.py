@@ -32,6 +32,7 @@ WITH_FIGURES = {
     "coefficients",
     "posterior",
     "gap",
+    "placement",
     "searches",
     "tracks",
 }

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import Evidence, SearchRun
+from fitting import BoxesOff, Evidence, SearchRun
 from reports import render_report
 from swimmer import load_robot
 from tests.reports.page import Page
@@ -120,6 +120,27 @@ def test_the_free_yaw_stands_beside_the_plain_fit(full: Page) -> None:
     assert "medium +1.1" in full.text
 
 
+def test_the_fit_with_boxes_put_right_stands_beside_the_plain_one(full: Page) -> None:
+    assert "over the fit trials is 13.0 mm instead of 31.0 mm. This is an upper bound" in full.text
+    assert "medium 1.0 ± 0.3 0.0 ± 0.2 −2.0 ± 0.5 −3.0 ± 0.6 +1.2 1.021" in full.text
+    assert "slow 1.0 0.0 −2.0 0.0 0.0 1.021" in full.text
+    assert "dorsal fin −20.0 ± 0.8 3.0 ± 0.8" in full.text
+    assert "Far from where the robot's description has them: dorsal_fin (-20 mm along, +3 mm across)" in full.text
+
+
+def test_boxes_that_no_hand_puts_there_are_doubted() -> None:
+    evidence = made_evidence()
+    far = replace(evidence.placed.trials[1], boxes=BoxesOff(neck_across=0.02))
+    trials = (evidence.placed.trials[0], far, evidence.placed.trials[2])
+    page = page_of(evidence=replace(evidence, placed=replace(evidence.placed, trials=trials)))
+
+    assert "Trial medium: the boxes of nose and neck would have to be 20 mm off, more than a hand misses" in page.text
+
+
+def test_the_course_says_what_a_symmetric_twin_does_not_do(full: Page) -> None:
+    assert "° a beat (counter-clockwise from above); a symmetric twin in still water swims straight." in full.text
+
+
 def test_a_large_yaw_is_doubted() -> None:
     evidence = made_evidence()
     page = page_of(evidence=replace(evidence, yaw=replace(evidence.yaw, yaw_rad={"medium": -0.3})))
@@ -166,9 +187,7 @@ def test_the_distance_with_a_free_yaw_is_called_an_upper_bound(full: Page) -> No
     evidence = made_evidence()
     page = page_of(evidence=replace(evidence, yaw=replace(evidence.yaw, converged=False)))
 
-    assert (
-        "Its distance is an upper bound: the descent starts from the plain fit and converged;" in full.text
-    )
+    assert "Its distance is an upper bound: the descent starts from the plain fit and converged;" in full.text
     assert "from the plain fit and was still improving when its iterations ran out;" in page.text
 
 

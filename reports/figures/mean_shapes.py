@@ -1,0 +1,66 @@
+"""Where markers are in the mean, trial by trial: measured, the twin's, and the twin's with boxes put right."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from fitting import CalibratedTrial, PlacedFit, Placement
+from reports.numbers import MM
+from reports.style import FAINT, FULL_WIDTH_IN, INK, SURFACE, TWIN, Grid, Margins, legend_on_top, panels, styled
+
+_MARGINS = Margins(left=0.55, bottom=0.40, top=0.52)
+_COLUMNS = 3
+
+
+@styled
+def mean_shapes_figure(trials: tuple[CalibratedTrial, ...], placed: PlacedFit) -> Figure:
+    """A panel a trial, to scale along and across alike; the nose is at 0."""
+    shapes = [_means(trial, placed) for trial in trials]
+    both = np.concatenate([np.concatenate(three) for three in shapes])
+    left, right = float(np.nanmin(both[:, 0])) - 25, float(np.nanmax(both[:, 0])) + 25
+    reach = max(1.2 * float(np.nanmax(np.abs(both[:, 1]))), 40.0)
+    columns = min(len(trials), _COLUMNS)
+    width = (FULL_WIDTH_IN - _MARGINS.left - _MARGINS.right - 0.14 * (columns - 1)) / columns
+    grid = Grid(columns, width * 2 * reach / (right - left))
+    figure, drawn = panels(len(trials), grid, FULL_WIDTH_IN, _MARGINS)
+    for number, (axes, trial, shape) in enumerate(zip(drawn, trials, shapes, strict=True)):
+        _draw(axes, *shape)
+        axes.set(xlim=(left, right), ylim=(-reach, reach))
+        role = "fit" if trial.measured.role == "fit" else "held out"
+        axes.set_title(f"{trial.measured.name}, {role}", loc="left", pad=3)
+        axes.tick_params(labelleft=number % columns == 0, labelbottom=number + columns >= len(trials))
+        if number % columns == 0:
+            axes.set_ylabel("across (mm)")
+        if number + columns >= len(trials):
+            axes.set_xlabel("behind the nose (mm)")
+    handles = [
+        Line2D([], [], color=INK, marker="o", linestyle="none", markersize=5, label="measured"),
+        Line2D([], [], color=TWIN, marker="o", linestyle="--", markerfacecolor=SURFACE, linewidth=1, label="twin"),
+        Line2D([], [], color=TWIN, marker="o", linestyle="-", label="twin, boxes and markers put right"),
+    ]
+    legend_on_top(figure, handles, columns=3)
+    return figure
+
+
+def _draw(axes: Axes, measured: np.ndarray, plain: np.ndarray, seen: np.ndarray) -> None:
+    axes.axhline(0.0, color=FAINT, linewidth=0.7, zorder=0)
+    axes.plot(*plain.T, "o--", color=TWIN, markerfacecolor=SURFACE, linewidth=0.9, markersize=4.5)
+    axes.plot(*seen.T, "o-", color=TWIN, linewidth=1.1, markersize=4.5)
+    axes.plot(*measured.T, "o", color=INK, markersize=4)
+
+
+def _means(trial: CalibratedTrial, placed: PlacedFit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(m, 2) mm each, in the order of their places along the twin; over the scored frames that count."""
+    measured = trial.measured
+    frames = measured.scored
+    good = (measured.weight[frames] > 0)[..., None] & np.isfinite(measured.head.shape_m[frames])
+    boxes = next(each.boxes for each in placed.trials if each.name == measured.name)
+    seen = Placement({measured.name: boxes}, placed.marker_m).seen(measured, trial.simulated)
+    with np.errstate(invalid="ignore"):
+        means = [
+            MM * np.where(good, head.shape_m[frames], 0.0).sum(axis=0) / good.sum(axis=0)
+            for head in (measured.head, trial.simulated, seen)
+        ]
+    order = np.argsort(means[1][:, 0])
+    return means[0][order], means[1][order], means[2][order]
