@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Effective draws of every coefficient."""
 
-FORM = 4  # of the files and of what they rest on
+FORM = 5  # of the files and of what they rest on
 
 
 class PosteriorStage:

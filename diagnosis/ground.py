@@ -10,8 +10,8 @@ from scipy.linalg import solve_triangular
 from diagnosis.described import robot_doubts
 from diagnosis.generic import generic_covariance, generic_size
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.box_size import BOX_SD_M, box_size
-from fitting.posterior.session_model import START_PHASE_RAD, Disturbances, SessionModel
+from fitting.posterior.places_off import TAKEN, places_off
+from fitting.posterior.session_model import START_PHASE_RAD, Disturbances, PlacesOff, SessionModel
 from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import Whitened
 from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes
@@ -21,7 +21,7 @@ from swimmer import DRY, Twin
 
 STARTS = ((0.6, 3.0, 6.0, 4.0, 1.5), (1.2, 1.5, 4.0, 3.0, 0.5))
 _LOOKS = 2  # at what disturbs the row
-_LEAST_BOX_M = BOX_SD_M / 3  # boxes are placed by hand, however well the means happen to agree
+_LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the means happen to agree
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Ground:
         camera: that filmed them.
         at: (5,) coefficients.
         discrepancy: (g, g) covariance of what the refitted twin leaves of one gait where nothing is wrong.
-        box_sd_m: how far boxes sit from their markers, each way.
+        off: how far boxes and markers are off; for markers stands an effect of the catalogue.
         disturbances: what noise and nuisances do, at the coefficients.
     """
 
@@ -43,7 +43,7 @@ class Ground:
     camera: CameraSpec
     at: np.ndarray
     discrepancy: np.ndarray
-    box_sd_m: float
+    off: PlacesOff
     disturbances: Disturbances
 
     @classmethod
@@ -87,11 +87,11 @@ class Ground:
         try:
             for _ in range(_LOOKS):  # what disturbs the row hardly changes with the coefficients
                 disturbances = model.disturbances(at)
-                box_sd_m = _box_size(model, at, disturbances)
-                known = row_covariance(model, disturbances.of(box_sd_m), discrepancy)
+                off = _places_off(model, at, disturbances)
+                known = row_covariance(model, disturbances.of(off), discrepancy)
                 gap = generic_size(left_row(model, at), known, generic) ** 2 * generic
                 at = nearest(model, at, _same(known + gap))
-            found = cls(model, camera, at, discrepancy, _box_size(model, at, disturbances), disturbances)
+            found = cls(model, camera, at, discrepancy, _places_off(model, at, disturbances), disturbances)
             return found if np.isfinite(found.misfit) else None
         except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
             return None
@@ -173,7 +173,7 @@ class Ground:
     @cached_property
     def covariance(self) -> np.ndarray:
         """(k, k) of all that disturbs the row."""
-        return row_covariance(self.model, self.disturbances.of(self.box_sd_m), self.discrepancy)
+        return row_covariance(self.model, self.disturbances.of(self.off), self.discrepancy)
 
     @cached_property
     def space(self) -> Whitened:
@@ -199,9 +199,10 @@ def _same(covariance: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     return lambda _at: covariance
 
 
-def _box_size(model: SessionModel, at: np.ndarray, disturbances: Disturbances) -> float:
+def _places_off(model: SessionModel, at: np.ndarray, disturbances: Disturbances) -> PlacesOff:
     left = left_row(model, at)[: -len(model.trials)]
-    return max(box_size(left, len(model.trials), disturbances), _LEAST_BOX_M)
+    found = places_off(left, len(model.trials), disturbances, TAKEN.marker_m)
+    return found._replace(box_m=max(found.box_m, _LEAST_BOX_M))
 
 
 def _clamped(twin: Twin) -> Twin:

@@ -17,6 +17,7 @@ from scipy.optimize import minimize
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
 from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED, advanced, harmonics_of
+from fitting.posterior.places_off import TAKEN
 from fitting.signatures import Signature
 
 STAGES = ("camera", "drive", "body", "tail", "floor")
@@ -134,7 +135,7 @@ def _in_each_trial(ground: Ground, columns: Callable[[np.ndarray], np.ndarray]) 
 
 def _misplaced(ground: Ground) -> np.ndarray:
     """(k, 2 m) each marker elsewhere on the body, the same in all trials."""
-    columns = ground.disturbances.shared[:, : 2 * len(ground.trials[0].markers)]
+    columns = TAKEN.marker_m * ground.disturbances.per_marker
     return np.vstack([columns, np.zeros((len(ground.trials), columns.shape[1]))])
 
 

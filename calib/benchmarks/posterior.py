@@ -127,7 +127,7 @@ def _score(drawn: DrawnSession, posterior: Posterior, seconds: float) -> Posteri
         exact_width=_five(exact_widths(posterior, drawn.noise, drawn.seed)),
         r_hat=_five(posterior.draws.r_hat[:5]),
         ess_bulk=_five(posterior.draws.ess_bulk[:5]),
-        box_sd_m=posterior.found.box_sd_m,
+        box_sd_m=posterior.found.off.box_m,
         discrepancy=_five(np.median(posterior.discrepancy, axis=0)),
         misfit_p=posterior.misfit_p,
         flags=tuple(flag.kind for flag in posterior.flags),

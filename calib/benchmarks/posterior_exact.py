@@ -4,12 +4,14 @@ import emcee
 import numpy as np
 from scipy.linalg import block_diag
 
+from calib.benchmarks.posterior_truth import GLUED_SD_M
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior import Posterior
 from fitting.posterior.emulator import terms
 from fitting.posterior.ensemble import MOVES, WALKERS
 from fitting.posterior.noise import GaitNoise
 from fitting.posterior.noise_part import NoisePart
+from fitting.posterior.session_model import PlacesOff
 from fitting.posterior.trial_model import TrialModel
 from synthetic import TrackingNoise
 
@@ -31,7 +33,7 @@ def exact_widths(posterior: Posterior, noise: TrackingNoise, seed: int = 0) -> n
     """
     model, found = posterior.model, posterior.found
     box_sd_m = noise.placement_sd_px * float(np.mean([trial.trial.metres_per_px for trial in model.trials]))
-    nuisances = found.disturbances.of(box_sd_m) - model.noise
+    nuisances = found.disturbances.of(PlacesOff(box_sd_m, GLUED_SD_M)) - model.noise
     known = nuisances + block_diag(*[_true_noise(trial, noise) for trial in model.trials])
     emulator, root = found.likelihood.emulator, np.linalg.cholesky(known)
     measured = np.linalg.solve(root, model.measured)

@@ -10,7 +10,6 @@ from calib.benchmarks.posterior_effects import Effect, Unmodelled, with_effect
 from fitting.from_rest import speed_from_rest
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.robot_doubt import doubts_of
-from fitting.posterior.trial_model import GLUED_SD_M
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial, measure_trial
 from session import FISHSIM_MARKERS, CameraSpec, TrialSpec
@@ -21,6 +20,7 @@ from synthetic.tracker import tracked
 
 SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
 SECONDS = 5.0
+GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
 CAMERA = SyntheticCamera(width_px=8000, height_px=8000)  # the scale of the published videos, and room for any course
 NOISE = TrackingNoise()
 MOST_SHARED = 0.8  # of the tracks' errors, by neighbours

@@ -2,8 +2,10 @@
 
 One step of Fisher's scoring of the restricted likelihood from independent markers, which are Rao's minimum norm
 quadratic estimates (MINQUE; Rao 1971, J. Multivar. Anal. 1, 257). Slow parts of real tracks are common to neighbours
-and fast ones are not, so each part has a correlation of its own. It is shrunk towards independence by how much of it
-chance alone would give (Schaefer and Strimmer 2005, Stat. Appl. Genet. Mol. Biol. 4, 32).
+and fast ones are not, so each part has a correlation of its own. It is shrunk towards one that is the same between all
+markers by how much chance alone would scatter it (Schaefer and Strimmer 2005, Stat. Appl. Genet. Mol. Biol. 4, 32;
+the target of Ledoit and Wolf 2004, J. Portf. Manag. 30, 110): towards independence, what all have in common, which
+moves the speed most, would be lost.
 """
 
 from collections.abc import Sequence
@@ -61,12 +63,22 @@ def _information(restricted: Sequence[np.ndarray], parts: Sequence[np.ndarray]) 
 
 
 def _shrunk(found: np.ndarray, variance: np.ndarray) -> np.ndarray:
-    """(m, m) correlation from what was found (m, m) and how far chance scatters it."""
+    """(m, m) correlation from what was found (m, m) and how far chance scatters it.
+
+    Each pair goes towards what all pairs have in common in the mean, by how much of their scatter chance alone would
+    give; and that towards independence.
+    """
     pairs = np.triu_indices(len(found), 1)
-    chance = variance[pairs].sum() / max((found[pairs] ** 2).sum(), 1e-12)
-    matrix = max(1.0 - chance, 0.0) * found
+    common = _without_chance(found[pairs].mean(), variance[pairs].mean() / len(pairs[0]))
+    matrix = common + _without_chance(found - common, variance[pairs].mean(), np.mean((found[pairs] - common) ** 2))
     np.fill_diagonal(matrix, 1.0)
     values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
     definite = (vectors * np.maximum(values, _LEAST_EIGENVALUE)) @ vectors.T
     size = np.sqrt(np.diag(definite))
     return np.asarray(definite / np.outer(size, size))
+
+
+def _without_chance(found: np.ndarray, chance: float, square: float | None = None) -> np.ndarray:
+    """What was found, shrunk by the share of its mean square (default: its own square) that chance would give."""
+    square = float(found**2) if square is None else square
+    return max(1.0 - chance / max(square, 1e-12), 0.0) * found

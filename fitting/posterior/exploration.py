@@ -13,12 +13,12 @@ import numpy as np
 from scipy.stats import qmc
 
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.box_size import box_size
 from fitting.posterior.emulator import Emulator, fit_emulator
 from fitting.posterior.ensemble import LOG_MOST, WALKERS, log_posterior, sampler
 from fitting.posterior.likelihood import Likelihood
+from fitting.posterior.places_off import places_off
 from fitting.posterior.search_state import Halved, SearchState
-from fitting.posterior.session_model import Disturbances, SessionModel
+from fitting.posterior.session_model import Disturbances, PlacesOff, SessionModel
 from fitting.posterior.step_shift import StepShift
 
 _WORLDWIDE, _ROUND, _STEPS = 256, 64, 400
@@ -45,7 +45,7 @@ class Exploration:
         likelihood: by the emulator, with all that disturbs it.
         walkers: (w, 7) draws from the posterior to start from: coefficients, then ln discrepancy of wave and speed.
         simulations: of each trial.
-        box_sd_m: of a box from its marker, each way.
+        off: how far boxes and markers are off.
         disturbances: of the row of gaits.
         step_shift: what a vanishing time step adds to simulated gaits; the likelihood is of gaits with it.
         emulator_error: standard deviation of emulated minus simulated ln likelihood at fresh draws.
@@ -55,7 +55,7 @@ class Exploration:
     likelihood: Likelihood
     walkers: np.ndarray
     simulations: int
-    box_sd_m: float
+    off: PlacesOff
     disturbances: Disturbances
     step_shift: StepShift
     emulator_error: float
@@ -127,7 +127,7 @@ class _Search:
         whole = fit_emulator(self.state.points, self.state.gaits, self.state.relevance)
         self.step_shift = self._step_shift(whole)
         emulator = whole.moved(self.step_shift.weights)
-        disturbances = self.disturbances.of(self.state.box_sd_m) if self.state.looks else self.model.noise
+        disturbances = self.disturbances.of(self.state.off) if self.state.looks else self.model.noise
         return Likelihood(
             self.model.measured, disturbances + emulator.error + self.step_shift.error, self.model.discrepancy, emulator
         )
@@ -155,7 +155,7 @@ class _Search:
         self._look(drawn[:half, :5][good])
         left = self.model.measured - likelihood.emulator(middle[None])[0]
         if self.state.looks:
-            self.state.box_sd_m = box_size(left, len(self.model.trials), self.disturbances)
+            self.state.off = places_off(left, len(self.model.trials), self.disturbances)
         self._weigh(likelihood, np.exp(np.median(chain[:, 5:], axis=0)))
         self.state.rounds += 1
         held = self.state.error < _GOOD_ENOUGH and float(moved.max()) < _STABLE_SD
@@ -181,7 +181,7 @@ class _Search:
             likelihood=likelihood,
             walkers=self._placed(likelihood),
             simulations=len(self.state.points),
-            box_sd_m=self.state.box_sd_m,
+            off=self.state.off,
             disturbances=self.disturbances,
             step_shift=self.step_shift,
             emulator_error=self.state.error,

@@ -83,7 +83,7 @@ class _Further:
         y = gaits[good] - gaits[good].mean(axis=0)
         slope = np.linalg.lstsq(x, y, rcond=None)[0]  # (5, k)
         left = y - x @ slope
-        slope = np.vstack([slope, self.freedoms.shared.T])  # (5 + q, k)
+        slope = np.vstack([slope, self.freedoms.shared(self.posterior.found.off.marker_m).T])  # (5 + q, k)
         disturbed = self._disturbed() + left.T @ left / max(len(left) - 6, 1)
         cross = covariance @ slope
         return np.asarray(covariance - cross @ np.linalg.solve(slope.T @ cross + disturbed, cross.T))[:5, :5]
@@ -97,7 +97,7 @@ class _Further:
         return np.asarray(
             self._noise().covariance(self.model.gait)
             + freedoms.own @ freedoms.own.T
-            + self.posterior.found.box_sd_m**2 * freedoms.boxes @ freedoms.boxes.T
+            + self.posterior.found.off.box_m**2 * freedoms.boxes @ freedoms.boxes.T
             + wave**2 * wave_discrepancy(gait, place_m)
             + speed**2 * np.outer(along, along)
         )

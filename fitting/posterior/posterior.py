@@ -25,6 +25,7 @@ EFFECTIVE = 400
 _WIDE, _WIDE_BY = 2.5, 0.5  # ratio and difference of the ends of a 90 % interval beyond which nothing is determined
 MISFIT_P = 0.01  # below which noise and nuisances alone do not explain a misfit
 _NEAR_BOUND = 0.02  # of the range
+_MARKERS_OFF_M = 0.005  # from which where markers sit is worth a flag
 _DISCREPANT = 0.02  # relative, from which the twin's own error is worth a flag
 
 
@@ -180,6 +181,12 @@ def _flags(posterior: Posterior) -> list[Flag]:
             "something that the twin leaves out moves them, and coefficients may be off by more than their intervals"
         )
         flags.append(Flag("model_discrepancy", message=message))
+    if found.off.marker_m > _MARKERS_OFF_M:
+        message = (
+            f"markers sit some {1000 * found.off.marker_m:.0f} mm from where the robot's description has them, in all "
+            "trials alike: measure their places, for on nose and neck hangs the scale, and with it every speed"
+        )
+        flags.append(Flag("markers_off", message=message))
     for name, marginal in posterior.marginals.items():
         interval = f"90 % interval {marginal.q05:.2g} to {marginal.q95:.2g}"
         if at := marginal.at_bounds:

@@ -65,7 +65,8 @@ def _statistics(posterior: Posterior) -> xarray.Dataset:
         "autocorrelation_steps": draws.autocorrelation,
         "steps": draws.steps,
         "simulations_of_each_trial": found.simulations,
-        "box_sd_m": found.box_sd_m,
+        "box_sd_m": found.off.box_m,
+        "marker_sd_m": found.off.marker_m,
         "emulator_error_ln_likelihood": found.emulator_error,
         "misfit_p": posterior.misfit_p,
     }

@@ -158,11 +158,11 @@ def _predict(model: TrialModel, posterior: Posterior, drawn: _Drawn, random: np.
         lambda twin, coefficients: replace(model, twin=twin).simulated(coefficients), model.twin, drawn.coefficients
     )  # (d, k)
     freedoms = model.freedoms(np.array(posterior.median))
-    gaits = gaits + drawn.shared @ freedoms.shared.T
+    gaits = gaits + drawn.shared @ freedoms.shared(posterior.found.off.marker_m).T
     good = np.isfinite(gaits).all(axis=1)
     gaits, discrepancy = gaits[good], drawn.discrepancy[good]
     place_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
-    columns = np.hstack([freedoms.in_step, posterior.found.box_sd_m * freedoms.boxes])
+    columns = np.hstack([freedoms.in_step, posterior.found.off.box_m * freedoms.boxes])
     known = _root(model.noise_covariance + columns @ columns.T)
     wave = _root(wave_discrepancy(np.median(gaits, axis=0), place_m))
     around = [

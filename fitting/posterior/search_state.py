@@ -10,8 +10,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from fitting.posterior.box_size import BOX_SD_M
-from fitting.posterior.session_model import Disturbances
+from fitting.posterior.places_off import TAKEN
+from fitting.posterior.session_model import Disturbances, PlacesOff
 from session import writing_whole
 
 
@@ -33,7 +33,7 @@ class SearchState:
         relevance: (s,) by which they count for the next emulator.
         halved: round by round.
         looks: at nuisances, one a round at most.
-        box_sd_m: of a box from its marker, each way.
+        off: how far boxes and markers are off.
         walkers: (w, 7) where those of the last round stood; none before the first.
         mean: (5,) of the last round; nothing before the first.
         error: standard deviation of emulated minus simulated ln likelihood in the last round.
@@ -48,7 +48,7 @@ class SearchState:
     relevance: np.ndarray
     halved: list[Halved] = field(default_factory=list)
     looks: list[Disturbances] = field(default_factory=list)
-    box_sd_m: float = BOX_SD_M
+    off: PlacesOff = TAKEN
     walkers: np.ndarray = field(default_factory=lambda: np.zeros((0, 7)))
     mean: np.ndarray = field(default_factory=lambda: np.zeros(0))
     error: float = np.inf
@@ -88,10 +88,10 @@ class SearchState:
         except (OSError, BadZipFile, KeyError, ValueError, EOFError):
             return None
         simple = {name: each if each.ndim else each.item() for name, each in zip(_SIMPLE, arrays, strict=True)}
-        return cls(random, halved=halved, looks=looks, **simple)
+        return cls(random, halved=halved, looks=looks, **simple | {"off": PlacesOff(*map(float, simple["off"]))})
 
 
-_SIMPLE = ("points", "gaits", "relevance", "box_sd_m", "walkers", "mean", "error", "rounds", "settled", "looked_closer")
+_SIMPLE = ("points", "gaits", "relevance", "off", "walkers", "mean", "error", "rounds", "settled", "looked_closer")
 
 
 def _stacked(name: str, parts: tuple[str, ...], rounds: list[Halved] | list[Disturbances]) -> dict[str, np.ndarray]:

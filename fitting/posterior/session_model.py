@@ -19,6 +19,18 @@ from swimmer import Twin
 START_PHASE_RAD = 1.0  # of the crank in simulations; gaits are put in step afterwards
 
 
+class PlacesOff(NamedTuple):
+    """How far off things sit, standard deviations each way, m.
+
+    Attributes:
+        box_m: a box from its marker, in the picture; anew in each trial.
+        marker_m: a marker from its place on the body; the same in all trials.
+    """
+
+    box_m: float
+    marker_m: float
+
+
 class Disturbances(NamedTuple):
     """Of gaits of length k: noise, and columns by which a standard deviation of each nuisance moves them.
 
@@ -26,13 +38,15 @@ class Disturbances(NamedTuple):
         noise: (k, k) covariance.
         own: (k, p) of the nuisances that each trial has to itself, but boxes.
         per_box: (k, b) of boxes 1 m off their markers.
-        shared: (k, q) of what all trials share: where markers are glued, and what is doubted of the robot.
+        per_marker: (k, 2 m) of markers 1 m off their places on the body, the same in all trials.
+        robot: (k, q) of what is doubted of it, the same in all trials.
     """
 
     noise: np.ndarray
     own: np.ndarray
     per_box: np.ndarray
-    shared: np.ndarray
+    per_marker: np.ndarray
+    robot: np.ndarray
 
     @classmethod
     def mean(cls, looks: Sequence["Disturbances"]) -> "Disturbances":
@@ -46,17 +60,17 @@ class Disturbances(NamedTuple):
 
     @property
     def fixed(self) -> np.ndarray:
-        """(k, k) covariance of noise and of all nuisances but boxes."""
-        return np.asarray(self.noise + self.own @ self.own.T + self.shared @ self.shared.T)
+        """(k, k) covariance of noise and of all nuisances but boxes and markers."""
+        return np.asarray(self.noise + self.own @ self.own.T + self.robot @ self.robot.T)
 
-    @property
-    def boxes(self) -> np.ndarray:
-        """(k, k) covariance of boxes 1 m off their markers."""
-        return np.asarray(self.per_box @ self.per_box.T)
+    def of(self, off: "PlacesOff") -> np.ndarray:
+        """(k, k) with boxes and markers that far off."""
+        boxes, markers = off.box_m * self.per_box, off.marker_m * self.per_marker
+        return np.asarray(self.fixed + boxes @ boxes.T + markers @ markers.T)
 
-    def of(self, box_sd_m: float) -> np.ndarray:
-        """(k, k) with boxes that far off (standard deviation, each way)."""
-        return np.asarray(self.fixed + box_sd_m**2 * self.boxes)
+    def shared(self, marker_sd_m: float) -> np.ndarray:
+        """(k, q) of what all trials share, by standard deviations: markers that far off their places, and the robot."""
+        return np.hstack([marker_sd_m * self.per_marker, self.robot])
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,5 +124,5 @@ class SessionModel:
         freedoms = [model.freedoms(coefficients) for model in self.trials]
         own = block_diag(*[freedom.own for freedom in freedoms])
         boxes = block_diag(*[freedom.boxes for freedom in freedoms])
-        shared = np.vstack([freedom.shared for freedom in freedoms])
-        return Disturbances(self.noise, own, boxes, shared)
+        markers, robot = (np.vstack(each) for each in zip(*[(f.markers, f.robot) for f in freedoms], strict=True))
+        return Disturbances(self.noise, own, boxes, markers, robot)

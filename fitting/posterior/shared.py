@@ -36,8 +36,9 @@ class SharedNuisances:
     @classmethod
     def of(cls, posterior: Posterior) -> SharedNuisances:
         """Of the trials that a posterior rests on."""
-        columns = posterior.found.disturbances.shared  # (k, q)
-        known = posterior.found.likelihood.covariance(np.median(posterior.discrepancy, axis=0))
+        found = posterior.found
+        columns = found.disturbances.shared(found.off.marker_m)  # (k, q)
+        known = found.likelihood.covariance(np.median(posterior.discrepancy, axis=0))
         gain = np.linalg.solve(known, columns)
         return cls(posterior, gain, np.eye(columns.shape[1]) - gain.T @ columns)
 

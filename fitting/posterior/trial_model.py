@@ -14,7 +14,6 @@ from swimmer import MarkerKinematics, Runs, Trajectories, Twin
 
 START_SD = (0.01, 0.02, 0.2)  # of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
 PHASE_SD_RAD = 0.5  # of the crank's phase beside the one that puts the tail in step
-GLUED_SD_M = 0.001  # of a marker from its place on the body, each way: the same in all trials
 PLACE_SD_M = 0.05  # of the whole fish beside its smooth path
 LEAST_FREQUENCY_SE = 1e-4  # relative
 _PHASE_COLUMN = -3  # of what nuisances of a trial do
@@ -66,7 +65,7 @@ class TrialModel:
 
         Of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each box
         sits on its marker (with the scale and the heading that go with the boxes of nose and neck). Of the session:
-        where each marker sits on the body, and then what is doubted of the robot.
+        by the metre, where each marker sits on the body; and what is doubted of the robot.
         """
         trajectories = self._simulate(coefficients[None])
         marker_m = self._kept(trajectories.marker_m[0])  # (n, m, 2)
@@ -76,9 +75,9 @@ class TrialModel:
         pool = np.broadcast_to(np.eye(2), body.shape)
         own = [*self._of_start(coefficients), PHASE_SD_RAD * _slope_of_phase(gait), *_of_place(len(gait))]
         boxes = self._of_shifts(marker_m, pool, gait)
-        shared = [GLUED_SD_M * column for column in self._of_shifts(marker_m, body, gait)]
-        shared += [self._of_doubt(doubted, coefficients) for doubted in self.doubted]
-        return Freedoms(np.column_stack(own), np.column_stack(boxes), np.column_stack(shared))
+        markers = self._of_shifts(marker_m, body, gait)
+        robot = [np.zeros((len(gait), 0)), *(self._of_doubt(each, coefficients)[:, None] for each in self.doubted)]
+        return Freedoms(np.column_stack(own), np.column_stack(boxes), np.column_stack(markers), np.hstack(robot))
 
     def _of_start(self, coefficients: np.ndarray) -> np.ndarray:
         """(4, k) of the velocity at time 0, and of the frequency."""
@@ -151,11 +150,22 @@ class TrialModel:
 
 
 class Freedoms(NamedTuple):
-    """(k, q) columns: what nuisances of the trial do to its gait, boxes 1 m off their markers, those of the session."""
+    """(k, q) columns: what nuisances do to a gait.
+
+    Attributes:
+        own: those of the trial, by their standard deviations.
+        boxes, markers: boxes 1 m off their markers, and markers 1 m off their places on the body.
+        robot: what is doubted of it, by its standard deviations.
+    """
 
     own: np.ndarray
     boxes: np.ndarray
-    shared: np.ndarray
+    markers: np.ndarray
+    robot: np.ndarray
+
+    def shared(self, marker_sd_m: float) -> np.ndarray:
+        """(k, q) of what all trials share, by standard deviations: markers that far off their places, and the robot."""
+        return np.hstack([marker_sd_m * self.markers, self.robot])
 
     @property
     def in_step(self) -> np.ndarray:

@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import block_diag
 
-from calib.benchmarks.effects.drawn import DrawnWorld
+from calib.benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
 from diagnosis.described import robot_doubts
 from fitting.posterior.gait import advanced, phase_between
 from fitting.posterior.noise import GaitNoise
-from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
+from fitting.posterior.session_model import START_PHASE_RAD, PlacesOff, SessionModel
 from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import Signature, Whitened, signature_of
 from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes
@@ -113,7 +113,8 @@ class SessionRows:
         noise = self.drawn.world.noise
         scale = float(np.mean([model.trial.metres_per_px for model in self.model.trials]))
         disturbances = self.model.disturbances(at)
-        known = disturbances.of(noise.placement_sd_px * scale) - disturbances.noise
+        off = PlacesOff(noise.placement_sd_px * scale, GLUED_SD_M)
+        known = disturbances.of(off) - disturbances.noise
         tracking = block_diag(*[_noise(model, noise) for model in self.model.trials])
         return row_covariance(self.model, known + tracking, self.discrepancy)
 

@@ -41,7 +41,7 @@ def linear(model: SessionModel) -> Any:
     slopes = root @ np.linalg.qr(random.standard_normal((count, 5)))[0] / LENGTH_SD
     points = random.uniform(0.0, 10.0, (64, 5))
     emulator = fit_emulator(points, model.measured + (points - TRUTH) @ slopes.T, np.ones(64))
-    nothing = SimpleNamespace(of=lambda _box_sd_m: model.noise)
+    nothing = SimpleNamespace(of=lambda _off: model.noise)
     found = SimpleNamespace(disturbances=nothing, likelihood=SimpleNamespace(emulator=emulator))
     near = TRUTH + LENGTH_SD * random.standard_normal((500, 5))
     return SimpleNamespace(model=model, found=found, coefficients=near, slopes=slopes)

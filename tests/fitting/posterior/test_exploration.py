@@ -49,7 +49,7 @@ class LinearSession:
         return (None,)
 
     def disturbances(self, _coefficients: np.ndarray) -> Disturbances:
-        return Disturbances(self.noise, *[np.zeros((LENGTH, 0))] * 3)
+        return Disturbances(self.noise, *[np.zeros((LENGTH, 0))] * 4)
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ import pytest
 from fitting.posterior.findings_file import findings_payload, read_findings
 from fitting.posterior.identifiability import identifiability
 from fitting.posterior.laplace import laplace
+from fitting.posterior.places_off import TAKEN
 from fitting.posterior.posterior import Marginal, Posterior, _flags
 from fitting.posterior.posterior_file import VARIABLES
 from session import Provenance, read_result_json, write_result_json
@@ -114,9 +115,20 @@ def test_one_that_a_bound_ends_is_not_determined_however_narrow() -> None:
 @pytest.mark.parametrize(("wave", "misfit_p", "warns"), [(0.005, 0.3, 0), (0.005, 0.001, 1), (0.05, 0.001, 1)])
 def test_a_misfit_beyond_noise_and_nuisances_is_flagged_once(wave: float, misfit_p: float, warns: int) -> None:
     made = SimpleNamespace(
-        found=SimpleNamespace(settled=True), discrepancy=np.full((4, 2), wave), misfit_p=misfit_p, marginals={}
+        found=SimpleNamespace(settled=True, off=TAKEN),
+        discrepancy=np.full((4, 2), wave),
+        misfit_p=misfit_p,
+        marginals={},
     )
     assert [flag.kind for flag in _flags(cast(Posterior, made))] == ["model_discrepancy"] * warns
+
+
+def test_markers_far_from_their_described_places_are_flagged() -> None:
+    found = SimpleNamespace(settled=True, off=TAKEN._replace(marker_m=0.0099))
+    made = SimpleNamespace(found=found, discrepancy=np.full((4, 2), 1e-3), misfit_p=0.5, marginals={})
+    (flag,) = _flags(cast(Posterior, made))
+    assert flag.kind == "markers_off"
+    assert "some 10 mm from where the robot's description has them" in flag.message
 
 
 def test_laplace_of_a_normal_posterior_is_that_posterior() -> None:

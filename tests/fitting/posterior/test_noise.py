@@ -116,6 +116,30 @@ def test_what_markers_have_in_common_is_found(scale_s: float, smooth: bool, shru
     assert np.mean(np.diag(across, 4)) == pytest.approx(0.7**4, abs=0.15)
 
 
+@pytest.mark.parametrize("shared", [0.0, 0.5, 0.8])
+def test_intervals_with_the_noise_that_was_found_hold_as_often_as_with_the_true_one(shared: float) -> None:
+    """Of five numbers that move gaits anyhow, fitted by least squares: 90 %, whatever neighbours have in common."""
+    read, inside = reader(), []
+    count = len(ALONG_M)
+    across = np.full((count, count), shared) + (1 - shared) * np.eye(count)
+    places = np.delete(np.arange(1 + 14 * count), np.arange(1, 1 + 14 * count, 7))  # means go with boxes
+    for seed in range(60):
+        random = np.random.default_rng([seed, round(100 * shared)])
+        true = GaitNoise.of_parts(np.full(count, 1e-3), [NoisePart(0.85, 0.15, False, across)], TIME_S)
+        position_m = cruising() + true.drawn(TIME_S, random)
+        left = (read(position_m) - read(cruising()))[places]
+        slopes = random.standard_normal((len(places), 5)) * np.sqrt(np.diag(true.covariance(read))[places])[:, None]
+        held = []
+        for noise in (true, noise_of(read, position_m)):
+            solved = np.linalg.solve(noise.covariance(read)[np.ix_(places, places)], slopes)
+            spread = np.linalg.inv(slopes.T @ solved)
+            held.append(np.abs(spread @ (solved.T @ left)) < 1.645 * np.sqrt(np.diag(spread)))
+        inside.append(np.mean(held, axis=1))
+    with_true, with_found = np.mean(inside, axis=0)
+    assert with_found > 0.86
+    assert with_found == pytest.approx(with_true, abs=0.03)
+
+
 def test_independent_markers_are_given_no_correlation_beyond_chance() -> None:
     pairs = np.triu_indices(len(ALONG_M), 1)
     found = [noise_of(reader(), _noisy(0.1, seed)).parts for seed in range(6)]
@@ -125,13 +149,14 @@ def test_independent_markers_are_given_no_correlation_beyond_chance() -> None:
     assert np.abs(across).max() < 0.25
 
 
-def test_a_marker_that_is_never_seen_with_another_is_independent_of_it() -> None:
+def test_a_marker_that_is_never_seen_with_another_has_what_all_have_in_common() -> None:
     usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
     usable[20:, 4] = False
     position_m = cruising() + 1e-3 * _shared(NoisePart(0.8, 0.1, False, ALIKE), 0.2, 0)[0]
     noise = noise_of(reader(usable), np.where(usable[..., None], position_m, np.nan))
     others = np.delete(np.arange(len(ALONG_M)), 4)
-    assert noise.parts[0].across[4, others] == pytest.approx(0.0)
+    assert np.ptp(noise.parts[0].across[4, others]) < 0.01
+    assert 0 <= noise.parts[0].across[4, others].mean() < 0.5
     assert np.linalg.eigvalsh(noise.covariance(reader(usable)))[0] > -1e-15
     assert np.isfinite(noise.sd_m).all()
 

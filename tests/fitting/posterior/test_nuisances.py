@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting.posterior.gait import advanced, phase_between
-from fitting.posterior.trial_model import GLUED_SD_M, PHASE_SD_RAD, START_SD, Freedoms, TrialModel
+from fitting.posterior.trial_model import PHASE_SD_RAD, START_SD, Freedoms, TrialModel
 from session import FISHSIM_MARKERS
 from swimmer import RobotSpec, Runs, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
@@ -87,13 +87,13 @@ def test_a_box_off_its_marker_moves_it_with_scale_and_heading(
 def test_a_marker_glued_off_its_place_moves_it_as_a_robot_made_so(
     model: TrialModel, freedoms: Freedoms, name: str, axis: int
 ) -> None:
-    off = np.eye(3)[axis] * GLUED_SD_M
+    off = np.eye(3)[axis] * 0.001
     marker = ROBOT.markers[name].model_copy(update={"position_m": tuple(np.add(ROBOT.markers[name].position_m, off))})
     robot = ROBOT.model_copy(update={"markers": ROBOT.markers | {name: marker}})
     marker_m = simulated(model, model.trial.start_velocity)
     shifted = rescaled(simulated(model, model.trial.start_velocity, robot=robot), marker_m)
     expected = read(model, shifted) - read(model, marker_m)
-    column = freedoms.shared[:, 2 * FISHSIM_MARKERS.index(name) + axis]
+    column = 0.001 * freedoms.markers[:, 2 * FISHSIM_MARKERS.index(name) + axis]
     sign = np.sign(column @ expected)  # each way along an axis is as likely
     assert sign * column == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fitting.posterior import Posterior, SessionModel
+from fitting.posterior.places_off import TAKEN
 from fitting.posterior.robot_doubt import UNMEASURED_SD, doubts_of
 from fitting.posterior.shared import SharedNuisances, robot_flags
 from fitting.structure import Source, assumed
@@ -39,8 +40,8 @@ def model() -> SessionModel:
 
 
 @pytest.fixture(scope="module")
-def shared(model: SessionModel) -> np.ndarray:
-    return model.trials[0].freedoms(TRUTH).shared
+def robot(model: SessionModel) -> np.ndarray:
+    return model.trials[0].freedoms(TRUTH).robot
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -62,20 +63,20 @@ def test_a_robot_without_damping_is_not_doubted_to_have_less() -> None:
 
 
 @pytest.mark.parametrize("which", range(3))
-def test_it_moves_a_gait_as_a_robot_made_so(model: SessionModel, shared: np.ndarray, which: int) -> None:
+def test_it_moves_a_gait_as_a_robot_made_so(model: SessionModel, robot: np.ndarray, which: int) -> None:
     doubt = doubts_of(assumed(ROBOT).sources)[which]
     twins = [exact_twin().of_robot(doubt.robot(ROBOT, sign * doubt.sd / 2)) for sign in (1, -1)]
     more, less = (SessionModel.of(twin, [model.trials[0].trial]).simulated(TRUTH[None])[0] for twin in twins)
-    column = shared[:, which - 3]
+    column = robot[:, which]
     expected = more - less
     assert column[1:] == pytest.approx(expected[1:], abs=0.1 * np.abs(expected[1:]).max())
     assert column[0] == pytest.approx(expected[0], abs=3e-4)  # m/s; the twin is a little rough
 
 
-def test_what_was_measured_ten_times_as_well_moves_it_a_tenth(model: SessionModel, shared: np.ndarray) -> None:
+def test_what_was_measured_ten_times_as_well_moves_it_a_tenth(model: SessionModel, robot: np.ndarray) -> None:
     known = doubts_of(source._replace(se=0.1 * UNMEASURED_SD[source.quantity] * source.value) for source in measured(1))
     trial = SessionModel.of(exact_twin(), [model.trials[0].trial], known).trials[0]
-    assert trial.freedoms(TRUTH).shared[:, -3:] == pytest.approx(0.1 * shared[:, -3:])
+    assert trial.freedoms(TRUTH).robot == pytest.approx(0.1 * robot)
 
 
 def known_posterior(nuisance: float) -> Posterior:
@@ -91,7 +92,9 @@ def known_posterior(nuisance: float) -> Posterior:
     trial = SimpleNamespace(doubted=((doubts_of(assumed(ROBOT).sources)[2],),))
     posterior = SimpleNamespace(
         model=SimpleNamespace(measured=np.array([3.0 + nuisance, nuisance]), trials=(trial,)),
-        found=SimpleNamespace(likelihood=likelihood, disturbances=SimpleNamespace(shared=columns)),
+        found=SimpleNamespace(
+            likelihood=likelihood, disturbances=SimpleNamespace(shared=lambda _marker_m: columns), off=TAKEN
+        ),
         discrepancy=np.full((20000, 2), 0.01),
         coefficients=coefficients,
     )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
-from fitting.posterior.trial_model import GLUED_SD_M, TrialModel
+from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import signature_of, view_of
 from fitting.signatures.signature import strengths
 from session import FISHSIM_MARKERS, CameraCalibration, CameraSpec
@@ -33,9 +33,9 @@ def test_a_marker_glued_elsewhere_is_the_column_that_the_posterior_knows(model: 
     marker = FISHSIM_MARKERS.index("tail_3")
     effect = MarkerOffset(FISHSIM_MARKERS)
     values = np.zeros((1, len(effect.parameters)))
-    values[0, [p.name for p in effect.parameters].index("tail_3_across")] = GLUED_SD_M
+    values[0, [p.name for p in effect.parameters].index("tail_3_across")] = 0.001
     found = signature_of(effect, model, CAMERA, TRUTH, values).gaits[0]
-    column = np.concatenate([trial.freedoms(TRUTH).shared[:, 2 * marker + 1] for trial in model.trials])
+    column = np.concatenate([0.001 * trial.freedoms(TRUTH).markers[:, 2 * marker + 1] for trial in model.trials])
     assert found == pytest.approx(column, abs=0.02 * np.abs(column).max())
 
 

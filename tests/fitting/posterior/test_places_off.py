@@ -1,0 +1,66 @@
+"""How far boxes and markers are off is found from where markers are in the mean, and from nothing else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fitting.posterior.places_off import TAKEN, mean_places, places_off
+from fitting.posterior.session_model import Disturbances, PlacesOff
+
+MARKERS, TRIALS = 9, 2
+LENGTH = TRIALS * (1 + 14 * MARKERS)
+MEANS = mean_places(LENGTH, TRIALS)
+
+
+@pytest.fixture(scope="module")
+def disturbed() -> Disturbances:
+    """Boxes move their own means, markers those of both trials; the fish may be anywhere, and noise is small."""
+    boxes = np.eye(LENGTH)[:, MEANS]
+    place = np.zeros((LENGTH, 2 * TRIALS))
+    for number in range(2 * TRIALS):
+        place[MEANS.reshape(TRIALS, MARKERS, 2)[number // 2, :, number % 2], number] = 0.05
+    markers = boxes.reshape(LENGTH, TRIALS, -1).sum(axis=1)
+    return Disturbances(1e-8 * np.eye(LENGTH), place, boxes, markers, np.zeros((LENGTH, 0)))
+
+
+def drawn(off: PlacesOff, seed: int) -> np.ndarray:
+    """(k,) of fish somewhere, with boxes and markers that far off."""
+    random, left = np.random.default_rng(seed), np.zeros(LENGTH)
+    where = 0.05 * random.standard_normal((TRIALS, 1, 2))
+    boxes = off.box_m * random.standard_normal((TRIALS, MARKERS, 2))
+    left[MEANS] = (where + boxes + off.marker_m * random.standard_normal((MARKERS, 2))).ravel()
+    return left + 1e-4 * random.standard_normal(LENGTH)
+
+
+@pytest.mark.parametrize("off", [PlacesOff(0.002, 0.001), PlacesOff(0.006, 0.001), PlacesOff(0.004, 0.011)])
+def test_both_sizes_are_recovered(disturbed: Disturbances, off: PlacesOff) -> None:
+    """That of markers less well, and held back by its prior, where boxes are off by more than they are."""
+    found = np.log([places_off(drawn(off, seed), TRIALS, disturbed) for seed in range(20)])
+    box_m, marker_m = np.exp(found.mean(axis=0))
+    assert box_m == pytest.approx(off.box_m, rel=0.12)
+    assert marker_m == pytest.approx(off.marker_m, rel=0.35)
+    assert found.std(axis=0)[0] < 0.25
+
+
+def test_what_is_known_of_markers_is_not_looked_for(disturbed: Disturbances) -> None:
+    found = places_off(drawn(PlacesOff(0.004, 0.0), 0), TRIALS, disturbed, marker_m=0.001)
+    assert found.marker_m == pytest.approx(0.001)
+    assert found.box_m == pytest.approx(0.004, rel=0.4)
+
+
+def test_a_beat_that_the_twin_misses_does_not_pass_for_boxes(disturbed: Disturbances) -> None:
+    left = drawn(TAKEN, 0)
+    worse = left + 0.05
+    worse[MEANS] = left[MEANS]
+    assert places_off(worse, TRIALS, disturbed) == pytest.approx(places_off(left, TRIALS, disturbed))
+
+
+def test_with_nothing_to_tell_them_by_the_sizes_are_those_of_the_prior(disturbed: Disturbances) -> None:
+    silent = disturbed._replace(per_box=np.zeros((LENGTH, 0)), per_marker=np.zeros((LENGTH, 0)))
+    assert places_off(np.zeros(LENGTH), TRIALS, silent) == pytest.approx(TAKEN, rel=0.02)
+
+
+def test_means_stand_first_of_each_marker_and_axis() -> None:
+    assert mean_places(29, 1).tolist() == [1, 8, 15, 22]
+    assert mean_places(58, 2).tolist() == [1, 8, 15, 22, 30, 37, 44, 51]
