@@ -116,14 +116,14 @@ def test_what_markers_have_in_common_is_found(scale_s: float, smooth: bool, shru
     assert np.mean(np.diag(across, 4)) == pytest.approx(0.7**4, abs=0.15)
 
 
-@pytest.mark.parametrize("shared", [0.0, 0.5, 0.8])
+@pytest.mark.parametrize("shared", [0.0, 0.8])
 def test_intervals_with_the_noise_that_was_found_hold_as_often_as_with_the_true_one(shared: float) -> None:
     """Of five numbers that move gaits anyhow, fitted by least squares: 90 %, whatever neighbours have in common."""
     read, inside = reader(), []
     count = len(ALONG_M)
     across = np.full((count, count), shared) + (1 - shared) * np.eye(count)
     places = np.delete(np.arange(1 + 14 * count), np.arange(1, 1 + 14 * count, 7))  # means go with boxes
-    for seed in range(60):
+    for seed in range(40):
         random = np.random.default_rng([seed, round(100 * shared)])
         true = GaitNoise.of_parts(np.full(count, 1e-3), [NoisePart(0.85, 0.15, False, across)], TIME_S)
         position_m = cruising() + true.drawn(TIME_S, random)
