@@ -25,6 +25,7 @@ from reports.figures import (
     forward_path_figure,
     lateral_motion_figure,
     marker_residuals_figure,
+    mean_shapes_figure,
     pair_coefficients_figure,
     pair_errors_figure,
     phase_portrait_figure,
@@ -74,7 +75,7 @@ class Gallery:
 
     Attributes:
         calibration: the calibrated twin beside every trial.
-        evidence: what stands beside the fit; `profiles`, `pair_errors` and `pair_coefficients` need it.
+        evidence: what stands beside the fit; `profiles`, `mean_shapes`, `pair_errors` and `pair_coefficients` need it.
         searches: the searches compared; `searches_compared` needs them.
     """
 
@@ -122,6 +123,15 @@ class Gallery:
         """
         figure = coefficient_profiles_figure(self._evidence().profiles, self.calibration.coefficients)
         return Picture(figure, "mean marker distance along each coefficient")
+
+    def mean_shapes(self) -> Picture:
+        """Mean places of the markers in each trial: measured, the twin's, and with boxes put right.
+
+        Raises:
+            ValueError: the gallery has no evidence.
+        """
+        figure = mean_shapes_figure(self.calibration.trials, self._evidence().placed)
+        return Picture(figure, "mean places of the markers in each trial")
 
     def speed_intervals(self, measure: Measure = "mean_absolute") -> Picture:
         """Mean absolute error, bias or worst error of each model's speed, with intervals."""

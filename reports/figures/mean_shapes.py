@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fitting import CalibratedTrial, PlacedFit, Placement
+from fitting import CalibratedTrial, PlacedFit, Placement, whole_beats
 from reports.numbers import MM
 from reports.style import FAINT, FULL_WIDTH_IN, INK, SURFACE, TWIN, Grid, Margins, legend_on_top, panels, styled
 
@@ -19,7 +19,7 @@ def mean_shapes_figure(trials: tuple[CalibratedTrial, ...], placed: PlacedFit) -
     shapes = [_means(trial, placed) for trial in trials]
     both = np.concatenate([np.concatenate(three) for three in shapes])
     left, right = float(np.nanmin(both[:, 0])) - 25, float(np.nanmax(both[:, 0])) + 25
-    reach = max(1.2 * float(np.nanmax(np.abs(both[:, 1]))), 40.0)
+    reach = max(1.2 * float(np.nanmax(np.abs(both[:, 1]))), 70.0)
     columns = min(len(trials), _COLUMNS)
     width = (FULL_WIDTH_IN - _MARGINS.left - _MARGINS.right - 0.14 * (columns - 1)) / columns
     grid = Grid(columns, width * 2 * reach / (right - left))
@@ -51,9 +51,9 @@ def _draw(axes: Axes, measured: np.ndarray, plain: np.ndarray, seen: np.ndarray)
 
 
 def _means(trial: CalibratedTrial, placed: PlacedFit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(m, 2) mm each, in the order of their places along the twin; over the scored frames that count."""
+    """(m, 2) mm each, in the order of their places along the twin; over whole beats of the scored frames."""
     measured = trial.measured
-    frames = measured.scored
+    frames = whole_beats(measured.time_s, measured.scored, measured.frequency.hz)
     good = (measured.weight[frames] > 0)[..., None] & np.isfinite(measured.head.shape_m[frames])
     boxes = next(each.boxes for each in placed.trials if each.name == measured.name)
     seen = Placement({measured.name: boxes}, placed.marker_m).seen(measured, trial.simulated)

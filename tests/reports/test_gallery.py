@@ -41,7 +41,7 @@ def test_a_trial_that_is_not_there_is_answered_with_those_that_are(gallery: Gall
         getattr(gallery, name)("nonsense")
 
 
-@pytest.mark.parametrize("name", ["profiles", "pair_errors", "pair_coefficients"])
+@pytest.mark.parametrize("name", ["profiles", "mean_shapes", "pair_errors", "pair_coefficients"])
 def test_what_needs_evidence_asks_for_it(gallery: Gallery, name: str) -> None:
     with pytest.raises(ValueError, match=r"evidence: found none, expected .* Gallery\(calibration, evidence\)"):
         getattr(Gallery(gallery.calibration), name)()
