@@ -140,7 +140,7 @@ class PosteriorStage:
         return (
             f"{self.file}: not written, nor are intervals reported; found: {why}. The chain is kept in {chain}. "
             "Look into the flags of the fit trials, leave out faulty ones, try another [fit] seed in session.toml, or "
-            "delete the chain to sample anew."
+            "delete the chain to sample anew, and with the .npz beside it to search anew."
         )
 
     def _chains(self) -> list[Path]:
@@ -152,8 +152,10 @@ class PosteriorStage:
         """Where every step is kept while sampling; other calibrations' chains, and unreadable ones, are removed."""
         path = self._session.results / f".posterior-{self.fingerprint[:12]}.h5"
         for other in self._chains():
-            if other != path or (other.exists() and not _readable(other)):
+            if other != path:
                 self._forget(other)
+            elif other.exists() and not _readable(other):
+                other.unlink()  # the search that it began with still stands
         return path
 
     @staticmethod

@@ -14,6 +14,8 @@ from fitting.speed import LONGEST_BEATS
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
 
+_FEWEST = 12  # frames
+
 
 class Rate(NamedTuple):
     """A slope and its standard error (nan for a simulation)."""
@@ -44,8 +46,8 @@ class Course(NamedTuple):
 def course_of(trial: MeasuredTrial, head: HeadFrame | None = None) -> Course:
     """The course after warm-up of a trial, or of a simulation of it: a line beside two harmonics of the beat.
 
-    Nothing is forecast by it, so a held-out trial's first beats count too: sideways the beat is as large as the drift,
-    and a single beat tells the one badly from the other.
+    All nan where fewer than twelve frames are known. Nothing is forecast by it, so a held-out trial's first beats count
+    too: sideways the beat is as large as the drift, and a single beat tells the one badly from the other.
 
     Args:
         trial: as measured.
@@ -54,6 +56,8 @@ def course_of(trial: MeasuredTrial, head: HeadFrame | None = None) -> Course:
     swum = head or trial.head
     series = np.column_stack([swum.forward_m, -swum.path_m[:, 1], swum.heading_rad])
     after = (trial.time_s >= trial.warmup_s - 1e-9) & np.isfinite(series).all(axis=1)
+    if after.sum() < _FEWEST:
+        return Course(*[Rate(float("nan"), float("nan"))] * 3)
     time_s, series, hz = trial.time_s[after], series[after], trial.frequency.hz
     columns, weight = design(time_s, hz, harmonics=2), np.ones_like(series)
     found, span = weighted_fit(columns, series, weight), float(np.ptp(time_s))

@@ -1,6 +1,6 @@
 """`results/evidence.json`: what stands beside a fit, in millimetres at the edge, and back."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -86,16 +86,19 @@ def _placed_payload(placed: PlacedFit) -> dict[str, Any]:
         "coefficients": placed.coefficients._asdict(),
         "mean_distance_mm": placed.mean_distance_m * MILLIMETRES,
         "converged": placed.converged,
+        "flags": [flag.message for flag in placed.flags],
         "markers": {
-            name: {"off_mm": (off * MILLIMETRES).tolist(), "sd_mm": (sd * MILLIMETRES).tolist()}
+            name: {"off_mm": _told(off * MILLIMETRES), "sd_mm": _told(sd * MILLIMETRES)}
             for name, off, sd in zip(placed.markers, placed.marker_m, placed.marker_sd_m, strict=True)
         },
         "trials": {
             trial.name: {
-                "boxes": trial.boxes._asdict(),
-                "boxes_sd": {name: _known(value) for name, value in trial.boxes_sd._asdict().items()},
-                "distance_mm": trial.distance_m * MILLIMETRES,
-                "shape_mm": trial.shape_m * MILLIMETRES,
+                "boxes_mm": _told(np.array(trial.boxes) * MILLIMETRES),
+                "boxes_sd_mm": _told(np.array(trial.boxes_sd) * MILLIMETRES),
+                "turn_rad": _told([trial.boxes.turn_rad])[0],
+                "scale": _told([trial.boxes.scale])[0],
+                "distance_mm": _told([trial.distance_m * MILLIMETRES])[0],
+                "shape_mm": _told([trial.shape_m * MILLIMETRES])[0],
             }
             for trial in placed.trials
         },
@@ -109,24 +112,26 @@ def _read_placed(data: Mapping[str, Any]) -> PlacedFit:
         data["mean_distance_mm"] / MILLIMETRES,
         data["converged"],
         tuple(markers),
-        np.array([each["off_mm"] for each in markers.values()]) / MILLIMETRES,
-        np.array([each["sd_mm"] for each in markers.values()]) / MILLIMETRES,
+        _metres([each["off_mm"] for each in markers.values()]),
+        _metres([each["sd_mm"] for each in markers.values()]),
         tuple(
             PlacedTrial(
                 name,
-                BoxesOff(**told["boxes"]),
-                BoxesOff(**{key: _or_nan(value) for key, value in told["boxes_sd"].items()}),
-                told["distance_mm"] / MILLIMETRES,
-                told["shape_mm"] / MILLIMETRES,
+                BoxesOff(*map(float, _metres(told["boxes_mm"]))),
+                BoxesOff(*map(float, _metres(told["boxes_sd_mm"]))),
+                float(_metres(told["distance_mm"])),
+                float(_metres(told["shape_mm"])),
             )
             for name, told in data["trials"].items()
         ),
     )
 
 
-def _known(value: float) -> float | None:
-    return value if np.isfinite(value) else None
+def _told(values: Sequence[float] | np.ndarray) -> list[float | None]:
+    """None where a number is not known."""
+    return [float(value) if np.isfinite(value) else None for value in values]
 
 
-def _or_nan(value: float | None) -> float:
-    return float("nan") if value is None else value
+def _metres(values: Any) -> np.ndarray:
+    """From millimetres; nan where a number is not known."""
+    return np.array(values, float) / MILLIMETRES

@@ -9,7 +9,8 @@ from fitting.coefficient_fit import CoefficientFit
 from fitting.coefficients import refine_coefficients
 from fitting.forecast import fit_phase, forecast
 from fitting.objective import Swims
-from fitting.placement import BoxesOff, place, placement_sd
+from fitting.phase import SETTLED_S
+from fitting.placement import BoxesOff, place
 from fitting.scoring import score
 from fitting.trial import MeasuredTrial
 from session import Flag
@@ -26,7 +27,8 @@ class PlacedTrial:
 
     Attributes:
         name: of the trial.
-        boxes, boxes_sd: what its boxes do, and the standard error of that; of a held-out trial from its known part.
+        boxes, boxes_sd: how far its boxes are off, and the standard deviation of that; from the known part of a
+            held-out trial.
         distance_m: mean marker distance as the public contract defines it, but with the placement, m.
         shape_m: the same relative to the nose in every frame, m.
     """
@@ -48,7 +50,8 @@ class PlacedFit:
         converged: the descent ended before its iterations ran out; it begins at the plain fit, so even then
             `mean_distance_m` is an upper bound.
         markers: names of the m markers.
-        marker_m, marker_sd_m: (m, 2) of each beside its described place, along and across, and the standard error.
+        marker_m, marker_sd_m: (m, 2) of each beside its described place, along and across, and the standard
+            deviation.
         trials: all swims.
     """
 
@@ -65,8 +68,8 @@ class PlacedFit:
         """Boxes farther off than a hand puts them, markers far from where the robot's description has them."""
         found = []
         for trial in self.trials:
-            off_m = float(np.abs(trial.boxes).max())
-            if off_m > FAR_M:
+            off_m = float(np.max(np.abs(trial.boxes)))
+            if not off_m <= FAR_M:
                 message = (
                     f"trial {trial.name}: the boxes of nose and neck would have to be {1000 * off_m:.0f} mm off, "
                     "more than a hand misses: something turns or bends the fish that the twin does not have"
@@ -100,30 +103,20 @@ def fit_placed(trials: Sequence[MeasuredTrial], twin: Twin, fit: CoefficientFit)
         phase = phases.get(trial.name)
         phase = fit_phase(twin, trial, found.coefficients) if phase is None else float(phase)
         heads[trial.name] = forecast(twin, trial, found.coefficients, phase, trial.start_frequency.hz)
-    swum = [heads[trial.name] for trial in fitted]
-    together, sd = place(fitted, swum), placement_sd(fitted, swum)
+    together = place(fitted, [heads[trial.name] for trial in fitted])
     told = []
     for trial in trials:
-        head, own, own_sd = heads[trial.name], together, sd
+        head, own = heads[trial.name], together
         if trial.role != "fit":
-            known = ([trial], [head], [trial.known], together.marker_m)
-            own, own_sd = place(*known), placement_sd(*known)
-        seen = score(trial, own.seen(trial, head))
-        told.append(
-            PlacedTrial(
-                trial.name,
-                own.boxes[trial.name],
-                own_sd.boxes[trial.name],
-                seen.marker_error_m,
-                seen.shape_error_m,
-            )
-        )
+            own = place([trial], [head], [trial.known & (trial.time_s > SETTLED_S)], together)
+        seen, name = score(trial, own.seen(trial, head)), trial.name
+        told.append(PlacedTrial(name, own.boxes[name], own.boxes_sd[name], seen.marker_error_m, seen.shape_error_m))
     return PlacedFit(
         found.coefficients,
         found.mean_distance_m,
         found.restarts[0].converged,
         twin.markers,
         together.marker_m,
-        sd.marker_m,
+        together.marker_sd_m,
         tuple(told),
     )

@@ -2,9 +2,11 @@
 
 The head frame hangs on two boxes that a hand has placed. Where they are off, everything else of that trial is turned,
 scaled and shifted by the same amount (the path too, but for the shift), and that is all they can do: a similarity
-transform a trial. What is the same in all trials is not a box but a marker that sits elsewhere on the body than the
-robot's description has it. Both enter a simulated shape to first order linearly, so the likeliest come in closed form:
-ridge regression with priors as wide as hands and rulers are off, reweighted for the mean distance (Weiszfeld 1937).
+transform a trial. What is the same in all trials is not a box but a marker that sits elsewhere on its link than the
+robot's description has it, and turns with the link. Both enter a simulated shape to first order linearly, so the
+likeliest come in closed form: ridge regression with priors as wide as hands and rulers are off, reweighted for the mean
+distance (Weiszfeld 1937). Errors are those of its posterior: what all trials share, boxes and markers explain alike,
+and there the prior decides.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,7 +20,7 @@ from fitting.scoring import residuals
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
 
-BOX_SD_M = 0.005  # of the box of nose or neck, each way: 4 to 6 mm on the public trials of the real robot
+BOX_SD_M = 0.005  # of the box of nose or neck, each way: 4 to 6 mm over all five public trials of the real robot
 MARKER_SD_M = 0.010  # of a marker from its described place, each way: 11 to 12 mm there
 _ERROR_SD_M = (0.001, 0.010)  # of one beat, of what neither explains: at least; to begin with
 _MEAN_DISTANCE = np.sqrt(np.pi / 2)  # of errors of unit standard deviation each way
@@ -33,7 +35,6 @@ _OF_BOXES = np.array(
     ]
 )  # what boxes that sit a metre off (columns, see `BoxesOff`) do to all else, to first order
 _OWN = 4  # unknowns of a trial
-_FEWEST_BEATS = 3  # from which they tell how much beats differ
 
 
 class BoxesOff(NamedTuple):
@@ -59,16 +60,6 @@ class BoxesOff(NamedTuple):
         """By which everything else of the trial, the path too, seems larger."""
         return float(np.abs(self._similarity))
 
-    def seen(self, points_m: np.ndarray) -> np.ndarray:
-        """(..., 2) turned and scaled, not shifted."""
-        like = self._similarity
-        return points_m @ np.array([[like.real, like.imag], [-like.imag, like.real]])
-
-    @property
-    def shift_m(self) -> np.ndarray:
-        """(2,) by which everything but nose, neck and path is shifted, along and across, m."""
-        return -np.array([self.nose_along, self.nose_across])
-
     @property
     def _similarity(self) -> complex:
         larger, turned = _OF_BOXES[:2] @ np.array(self)
@@ -77,23 +68,27 @@ class BoxesOff(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where boxes were put.
+    """Where boxes were put, and standard deviations of that.
 
     Attributes:
-        boxes: by the trial's name.
-        marker_m: (m, 2) of each marker beside its described place, along and across; 0 for nose and neck, which the
-            frame hangs on.
+        boxes, boxes_sd: by the trial's name.
+        marker_m, marker_sd_m: (m, 2) of each marker beside its described place, along its link and across; 0 for nose
+            and neck, which the frame hangs on.
     """
 
     boxes: Mapping[str, BoxesOff]
+    boxes_sd: Mapping[str, BoxesOff]
     marker_m: np.ndarray
+    marker_sd_m: np.ndarray
 
     def seen(self, trial: MeasuredTrial, head: HeadFrame) -> HeadFrame:
         """A simulation (n, m, 2) of a trial as tracks with boxes put so would show it."""
-        off, free = self.boxes[trial.name], _free(trial)
+        free, own = _free(trial), _OF_BOXES @ np.array(self.boxes[trial.name])
+        features, links = _features(head.shape_m[:, free]), _links(trial, head.shape_m)[:, free]
         shape = np.array(head.shape_m)
-        shape[:, free] = off.seen(shape[:, free]) + self.marker_m[free] + off.shift_m
-        path = off.seen(head.path_m)
+        shape[:, free] += features @ np.array(self.boxes[trial.name])
+        shape[:, free] += np.einsum("nicd,id->nic", links, self.marker_m[free])
+        path = head.path_m + own[0] * head.path_m + own[1] * _quarter(head.path_m)
         return replace(head, position_m=shape + path[:, None], shape_m=shape, path_m=path)
 
 
@@ -101,7 +96,7 @@ def place(
     trials: Sequence[MeasuredTrial],
     simulated: Sequence[HeadFrame],
     frames: Sequence[np.ndarray] | None = None,
-    marker_m: np.ndarray | None = None,
+    known: Placement | None = None,
 ) -> Placement:
     """The likeliest placement, given one simulation of each trial.
 
@@ -109,144 +104,139 @@ def place(
         trials: t measured.
         simulated: (n, m, 2) of each.
         frames: (n,) of each trial, those that may tell; default: the scored ones.
-        marker_m: (m, 2) where markers are beside their places, if that is known; default: found from the trials.
+        known: of other trials, whose markers are these trials' too; default: nothing is known but the priors.
     """
     told = [trial.scored for trial in trials] if frames is None else frames
     free = _free(trials[0])
-    beside = np.zeros((len(trials[0].markers), 2)) if marker_m is None else marker_m
-    shapes = [
-        _Shapes.of(trial, head.shape_m[None] + beside, each)
-        for trial, head, each in zip(trials, simulated, told, strict=True)
-    ]
-    found = _likeliest(shapes, marker_m is None)[0]
-    own = found[: _OWN * len(trials)].reshape(-1, _OWN)
-    boxes = {trial.name: BoxesOff(*map(float, each)) for trial, each in zip(trials, own, strict=True)}
-    moved = np.array(beside)
-    if marker_m is None:
-        moved[free] = found[_OWN * len(trials) :].reshape(-1, 2)
-    return Placement(boxes, moved)
-
-
-def placement_sd(
-    trials: Sequence[MeasuredTrial],
-    simulated: Sequence[HeadFrame],
-    frames: Sequence[np.ndarray] | None = None,
-    marker_m: np.ndarray | None = None,
-) -> Placement:
-    """Standard errors of what `place` finds, by leaving out each beat in turn (jackknife; Tukey 1958).
-
-    Errors that last longer than a beat, such as a body that differs from the twin's, are not in them. A trial of fewer
-    than three beats has nan, and adds nothing to the errors of others.
-    """
-    told = [trial.scored for trial in trials] if frames is None else frames
-    boxes, markers, few = np.zeros((len(trials), _OWN)), np.zeros((len(trials[0].markers), 2)), []
-    for number, (trial, own) in enumerate(zip(trials, told, strict=True)):
-        beats = _beats(trial, own)
-        if len(beats) < _FEWEST_BEATS:
-            few.append(number)
-            continue
-        without = [
-            place(trials, simulated, [*told[:number], own & ~beat, *told[number + 1 :]], marker_m) for beat in beats
-        ]
-        boxes += (len(beats) - 1) * np.var([list(each.boxes.values()) for each in without], axis=0)
-        markers += (len(beats) - 1) * np.var([each.marker_m for each in without], axis=0)
-    boxes[few] = np.nan
-    spread = [BoxesOff(*map(float, each)) for each in np.sqrt(boxes)]
-    return Placement(dict(zip([trial.name for trial in trials], spread, strict=True)), np.sqrt(markers))
+    shapes = [_Shapes.of(t, head.shape_m[None], each) for t, head, each in zip(trials, simulated, told, strict=True)]
+    prior = None if known is None else (known.marker_m[free].ravel(), known.marker_sd_m[free].ravel())
+    found, covariance = _likeliest(shapes, prior)
+    own, sd = found[0], np.sqrt(np.diagonal(covariance[0]))
+    names, size = [trial.name for trial in trials], _OWN * len(trials)
+    marker_m, marker_sd_m = np.zeros((2, len(trials[0].markers), 2))
+    marker_m[free], marker_sd_m[free] = own[size:].reshape(-1, 2), sd[size:].reshape(-1, 2)
+    boxes, boxes_sd = (
+        dict(zip(names, [BoxesOff(*map(float, each)) for each in part[:size].reshape(-1, _OWN)], strict=True))
+        for part in (own, sd)
+    )
+    return Placement(boxes, boxes_sd, marker_m, marker_sd_m)
 
 
 def placed_residuals(trials: Sequence[MeasuredTrial], simulated: Sequence[HeadFrame]) -> list[np.ndarray]:
     """Simulated minus measured over the k scored frames of each trial, each column with its likeliest placement.
+
+    Markers are common to all trials, so the residuals of one trial depend a little on the simulation of another.
 
     Args:
         trials: t measured.
         simulated: (s, n, m, 2) of each; column by column they belong together. It may end after the last scored frame.
 
     Returns:
-        (s, k, m, 2) of each trial, m.
+        (s, k, m, 2) of each trial, m; nan where the simulation is.
     """
     free = _free(trials[0])
     shapes = [_Shapes.of(t, head.shape_m, t.scored) for t, head in zip(trials, simulated, strict=True)]
-    found = _likeliest(shapes, True)
-    markers = found[:, _OWN * len(trials) :].reshape(len(found), 1, -1, 2)
+    found, _ = _likeliest(shapes)
+    markers = found[:, _OWN * len(trials) :].reshape(len(found), -1, 2)
     left = []
-    for number, (trial, head) in enumerate(zip(trials, simulated, strict=True)):
-        own = found[:, _OWN * number : _OWN * (number + 1)] @ _OF_BOXES.T
-        larger, turned, shifted = own[:, 0, None, None], own[:, 1, None, None], own[:, None, None, 2:]
+    for number, (trial, head, each) in enumerate(zip(trials, simulated, shapes, strict=True)):
+        boxes = found[:, _OWN * number : _OWN * (number + 1)]
+        larger, turned = (boxes @ _OF_BOXES.T)[:, :2].T[..., None, None]
         frames = trial.scored[: head.path_m.shape[-2]]
         first = int(np.flatnonzero(frames)[0])
         path = head.path_m[:, frames] - head.path_m[:, first : first + 1]
         error = residuals(trial, head, trial.scored) + (larger * path + turned * _quarter(path))[:, :, None]
-        shape = head.shape_m[:, frames][:, :, free]
-        error[:, :, free] += larger[..., None] * shape + turned[..., None] * _quarter(shape) + shifted + markers
+        error[:, :, free] += np.einsum("skicp,sp->skic", each.features, boxes)
+        error[:, :, free] += np.einsum("skicd,sid->skic", each.links, markers)
         left.append(error)
     return left
 
 
-def _beats(trial: MeasuredTrial, frames: np.ndarray) -> list[np.ndarray]:
-    """(n,) masks of the beats among some frames; what is less than half a beat at the end goes with the last."""
-    passed = (trial.time_s - trial.time_s[frames][0]) * trial.frequency.hz + 1e-6
-    count = max(round(float(passed[frames][-1])), 1)
-    number = np.minimum(np.floor(passed), count - 1)
-    return [frames & (number == beat) for beat in range(count)]
-
-
 @dataclass(frozen=True, eq=False)
 class _Shapes:
-    """All markers but nose and neck: (s, k, i, 2) simulated, (k, i, 2) measured, (k, i) weights, in beats."""
+    """All markers but nose and neck of one trial.
 
-    simulated: np.ndarray
-    measured: np.ndarray
+    Attributes:
+        off: (s, k, i, 2) measured less simulated, m; 0 where either is not known.
+        features: (s, k, i, 2, 4) what boxes that sit a metre off would do.
+        links: (s, k, i, 2, 2) axes of each marker's link.
+        weight: (s, k, i) in beats, evenly over the frames of each marker.
+    """
+
+    off: np.ndarray
+    features: np.ndarray
+    links: np.ndarray
     weight: np.ndarray
 
     @classmethod
     def of(cls, trial: MeasuredTrial, shape_m: np.ndarray, frames: np.ndarray) -> "_Shapes":
         free, told = _free(trial), frames[: shape_m.shape[1]]
-        measured = trial.head.shape_m[frames][:, free]
-        good = (trial.weight[frames][:, free] > 0) & np.isfinite(measured).all(axis=-1)
-        beats = float(frames.sum() * np.median(np.diff(trial.time_s))) * trial.frequency.hz
-        share = good / np.maximum(good.sum(axis=0), 1)
-        return cls(shape_m[:, told][:, :, free], np.nan_to_num(measured), share * beats)
+        simulated, measured = shape_m[:, told], trial.head.shape_m[frames][:, free]
+        off = measured - simulated[:, :, free]
+        good = (trial.weight[frames][:, free] > 0) & np.isfinite(off).all(axis=-1)
+        beats = float(frames.sum() * np.median(np.diff(trial.time_s))) * trial.start_frequency.hz
+        share = good / np.maximum(good.sum(axis=1, keepdims=True), 1)
+        features, links = _features(simulated[:, :, free]), _links(trial, simulated)[:, :, free]
+        return cls(np.nan_to_num(off), np.nan_to_num(features), np.nan_to_num(links), share * beats)
 
 
-def _likeliest(shapes: Sequence[_Shapes], with_markers: bool) -> np.ndarray:
-    """(s, p) four numbers of each trial, and where they are free (2 i) those of the markers."""
-    columns, markers = len(shapes[0].simulated), shapes[0].measured.shape[1] if with_markers else 0
-    size = _OWN * len(shapes)
-    prior = np.concatenate([np.full(size, BOX_SD_M), np.full(2 * markers, MARKER_SD_M)])
-    found: np.ndarray = np.zeros((columns, size + 2 * markers))
+def _likeliest(
+    shapes: Sequence[_Shapes], markers: tuple[np.ndarray, np.ndarray] | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """(s, p) four numbers of each trial and then (2 i) of the markers, and their (s, p, p) covariances.
+
+    Args:
+        shapes: of each trial.
+        markers: (2 i,) means and standard deviations of what is known of markers.
+    """
+    columns, _, count, _ = shapes[0].off.shape
+    size, total = _OWN * len(shapes), np.maximum(sum(each.weight.sum(axis=(1, 2)) for each in shapes), 1e-12)
+    mean, sd = (np.zeros(2 * count), np.full(2 * count, MARKER_SD_M)) if markers is None else markers
+    precision = np.append(np.full(size, BOX_SD_M), sd) ** -2.0
+    found: np.ndarray = np.tile(np.append(np.zeros(size), mean), (columns, 1))
     error_sd = np.full(columns, _ERROR_SD_M[1])
     for _ in range(_REWEIGHTED):
         distances = np.zeros(columns)
-        normal, against = np.tile(np.diag(prior**-2.0), (columns, 1, 1)), np.zeros_like(found)
+        normal = np.tile(np.diag(precision), (columns, 1, 1))
+        against = np.tile(precision * np.append(np.zeros(size), mean), (columns, 1))
         for number, each in enumerate(shapes):
             own = slice(_OWN * number, _OWN * (number + 1))
-            features = _features(each.simulated)  # (s, k, i, 2, 4)
-            off = np.nan_to_num(each.measured - each.simulated)
-            error = off - np.einsum("skicp,sp->skic", features, found[:, own])
-            if with_markers:
-                error = error - found[:, None, size:].reshape(columns, 1, markers, 2)
-            distance = np.sqrt((error**2).sum(axis=-1) + SOFTENING_M**2)  # (s, k, i)
-            distances += (each.weight * distance).sum(axis=(1, 2)) / sum(one.weight.sum() for one in shapes)
-            weight = each.weight / (error_sd[:, None, None] * distance)
-            normal[:, own, own] += np.einsum("ski,skicp,skicq->spq", weight, features, features)
-            against[:, own] += np.einsum("ski,skicp,skic->sp", weight, features, off)
-            if with_markers:
-                cross = np.einsum("ski,skicp->spic", weight, features).reshape(columns, _OWN, 2 * markers)
-                normal[:, own, size:] += cross
-                normal[:, size:, own] += cross.transpose(0, 2, 1)
-                each_of_two = np.repeat(weight.sum(axis=1), 2, axis=1)
-                normal[:, np.arange(size, size + 2 * markers), np.arange(size, size + 2 * markers)] += each_of_two
-                against[:, size:] += np.einsum("ski,skic->sic", weight, off).reshape(columns, 2 * markers)
+            error = each.off - np.einsum("skicp,sp->skic", each.features, found[:, own])
+            error = error - np.einsum("skicd,sid->skic", each.links, found[:, size:].reshape(columns, count, 2))
+            square = (error**2).sum(axis=-1)  # (s, k, i)
+            distances += (each.weight * np.sqrt(square)).sum(axis=(1, 2)) / total
+            weight = each.weight / (error_sd[:, None, None] * np.sqrt(square + SOFTENING_M**2))
+            normal[:, own, own] += np.einsum("ski,skicp,skicq->spq", weight, each.features, each.features)
+            against[:, own] += np.einsum("ski,skicp,skic->sp", weight, each.features, each.off)
+            cross = np.einsum("ski,skicp,skicd->spid", weight, each.features, each.links).reshape(columns, _OWN, -1)
+            normal[:, own, size:] += cross
+            normal[:, size:, own] += cross.transpose(0, 2, 1)
+            places = np.arange(size, size + 2 * count)
+            normal[:, places, places] += np.repeat(weight.sum(axis=1), 2, axis=1)
+            against[:, size:] += np.einsum("ski,skicd,skic->sid", weight, each.links, each.off).reshape(columns, -1)
         found = np.linalg.solve(normal, against[..., None])[..., 0]
         error_sd = np.maximum(distances / _MEAN_DISTANCE, _ERROR_SD_M[0])
-    return found
+    return found, np.linalg.inv(normal)
 
 
 def _features(shape: np.ndarray) -> np.ndarray:
     """(..., 2, 4) what boxes that sit a metre off do to points (..., 2)."""
     unit = np.broadcast_to(np.eye(2), (*shape.shape, 2))
     return np.concatenate([shape[..., None], _quarter(shape)[..., None], unit], axis=-1) @ _OF_BOXES
+
+
+def _links(trial: MeasuredTrial, shape_m: np.ndarray) -> np.ndarray:
+    """(..., m, 2, 2) axes, in columns along and across, of the link of each marker in shapes (..., m, 2).
+
+    Those on the head have its own; on the tail a link lies as the line from the marker before to the one behind.
+    """
+    tail = list(trial.tail)
+    along = np.broadcast_to(np.array([1.0, 0.0]), shape_m.shape).copy()
+    if len(tail) > 1:
+        before, behind = [tail[0], *tail[:-1]], [*tail[1:], tail[-1]]
+        line = shape_m[..., behind, :] - shape_m[..., before, :]
+        along[..., tail, :] = line / np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-9)
+    return np.stack([along, _quarter(along)], axis=-1)
 
 
 def _quarter(points: np.ndarray) -> np.ndarray:

@@ -51,6 +51,8 @@ FLAG_KINDS: dict[str, str] = {
     "other_command": "the motor was told another speed than the session says",
     "truncated_log": "the last row of a log is cut short",
     "not_used": "an experiment is not believed and was left out",
+    "boxes_off": "the boxes of nose and neck would have to be off by more than a hand misses",
+    "markers_off": "markers sit elsewhere than the robot's description has them",
     "robot_off": "the swims ask for another robot than it is taken to be",
     "at_bound": "an estimate sits at the bound of its range",
     "not_converged": "the optimiser stopped before it converged",

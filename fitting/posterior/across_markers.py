@@ -39,7 +39,7 @@ def across_markers(
     left = np.stack([restricted[group] @ clean[:, m] for m, group in enumerate(which)])  # (m, n, 2)
     seen = np.array([np.einsum("inx,nk,jkx->ij", left, part, left, optimize=True) for part in parts])  # (p, m, m)
     information = np.moveaxis(told, (0, 1), (-2, -1))  # (m, m, p, p)
-    # one sample more, which says independent: a pair that is never seen together stays so
+    # one sample more, which says independent, so that a pair that is never seen together has an inverse
     inverse = np.linalg.inv(information + np.eye(len(parts)))
     found = np.einsum("ijpq,qij->pij", inverse, seen)
     variance = np.einsum("ijpq,ijqr,ijrp->pij", inverse, information, inverse)
@@ -66,11 +66,14 @@ def _shrunk(found: np.ndarray, variance: np.ndarray) -> np.ndarray:
     """(m, m) correlation from what was found (m, m) and how far chance scatters it.
 
     Each pair goes towards what all pairs have in common in the mean, by how much of their scatter chance alone would
-    give; and that towards independence.
+    give; and that towards independence. A pair that was never seen together has what all have in common.
     """
-    pairs = np.triu_indices(len(found), 1)
-    common = _without_chance(found[pairs].mean(), variance[pairs].mean() / len(pairs[0]))
-    matrix = common + _without_chance(found - common, variance[pairs].mean(), np.mean((found[pairs] - common) ** 2))
+    pairs = np.triu(variance > 0, 1)  # those that were seen together
+    if not pairs.any():
+        return np.eye(len(found))
+    common = _without_chance(found[pairs].mean(), variance[pairs].mean() / pairs.sum())
+    own = _without_chance(found - common, variance[pairs].mean(), np.mean((found[pairs] - common) ** 2))
+    matrix = common + np.where(variance > 0, own, 0.0)
     np.fill_diagonal(matrix, 1.0)
     values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
     definite = (vectors * np.maximum(values, _LEAST_EIGENVALUE)) @ vectors.T

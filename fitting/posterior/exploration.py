@@ -120,7 +120,7 @@ class _Search:
     @property
     def disturbances(self) -> Disturbances:
         """The mean of the later looks."""
-        return Disturbances.mean(self.state.looks[-_LATER:])
+        return Disturbances.mean(self.state.looks)
 
     def likelihood(self) -> Likelihood:
         """By an emulator of all simulations so far."""
@@ -218,11 +218,12 @@ class _Search:
         """Simulates some points with half the time step too."""
         halved = self.model.at_half_steps.simulated(self.state.points[rows])
         good = np.isfinite(halved).all(axis=1)
-        self.state.halved.append(Halved(self.state.points[rows][good], self.state.gaits[rows][good], halved[good]))
+        told = Halved(self.state.points[rows][good], self.state.gaits[rows][good], halved[good])
+        self.state.halved = [*self.state.halved, told][-_HALVED_ROUNDS:]
 
     def _step_shift(self, emulator: Emulator) -> StepShift:
         """From points of the last rounds; a good emulator of whole steps smooths their roughness away."""
-        last = self.state.halved[-_HALVED_ROUNDS:]
+        last = self.state.halved
         if sum(len(points) for points, *_ in last) < _FEWEST_HALVED:
             return StepShift.none(len(self.model.measured))
         points, whole, halved = map(np.concatenate, zip(*last, strict=True))
@@ -240,7 +241,7 @@ class _Search:
         for point in points[:_LOOKED]:
             look = self.model.disturbances(point)
             if look.finite:
-                self.state.looks.append(look)
+                self.state.looks = [*self.state.looks, look][-_LATER:]
                 return
 
     def _weigh(self, likelihood: Likelihood, discrepancy: np.ndarray) -> None:

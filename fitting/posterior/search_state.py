@@ -31,8 +31,8 @@ class SearchState:
         random: of all draws to come.
         points, gaits: (s, 5) simulated so far, (s, k) what they gave.
         relevance: (s,) by which they count for the next emulator.
-        halved: round by round.
-        looks: at nuisances, one a round at most.
+        halved: of the last rounds.
+        looks: at nuisances, those of the last rounds.
         off: how far boxes and markers are off.
         walkers: (w, 7) where those of the last round stood; none before the first.
         mean: (5,) of the last round; nothing before the first.

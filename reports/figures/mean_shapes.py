@@ -55,8 +55,10 @@ def _means(trial: CalibratedTrial, placed: PlacedFit) -> tuple[np.ndarray, np.nd
     measured = trial.measured
     frames = whole_beats(measured.time_s, measured.scored, measured.frequency.hz)
     good = (measured.weight[frames] > 0)[..., None] & np.isfinite(measured.head.shape_m[frames])
-    boxes = next(each.boxes for each in placed.trials if each.name == measured.name)
-    seen = Placement({measured.name: boxes}, placed.marker_m).seen(measured, trial.simulated)
+    own = next(each for each in placed.trials if each.name == measured.name)
+    boxes, boxes_sd = {own.name: own.boxes}, {own.name: own.boxes_sd}
+    placement = Placement(boxes, boxes_sd, placed.marker_m, placed.marker_sd_m)
+    seen = placement.seen(measured, trial.simulated)
     with np.errstate(invalid="ignore"):
         means = [
             MM * np.where(good, head.shape_m[frames], 0.0).sum(axis=0) / good.sum(axis=0)

@@ -6,10 +6,11 @@ from fitting import CalibratedTrial, PlacedFit, course_of
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures.mean_shapes import mean_shapes_figure
-from reports.numbers import in_mm, sentence, shown, with_error
+from reports.numbers import counted, in_mm, sentence, shown, with_error
 from reports.svg import inline_svg
 
 TITLE, ANCHOR = "With boxes put right", "placement"
+CLEAR, LEAST_DEG = 3.0, 0.2  # standard errors, and degrees a beat, from which a trial turns
 BOXES = (
     Column("trial", numeric=False),
     Column("nose along", "mm"),
@@ -46,9 +47,9 @@ def build(context: ReportContext) -> Section | None:
     figure = Plot(
         inline_svg(mean_shapes_figure(trials, placed), "mean-shapes", "Mean places of the markers in each trial"),
         "mean-shapes",
-        "Mean places of the markers in each trial, to scale. What boxes of nose and neck do is a turn, a scale and a "
-        "shift of a whole trial; what a marker's own place does is the same in all. A bend that neither makes is the "
-        "fish's own.",
+        "Mean places of the markers in each trial, to scale; the twin is that of the plain fit. What boxes of nose and "
+        "neck do is a turn, a scale and a shift of a whole trial; what a marker's own place does is the same in all. A "
+        "bend that neither makes is the fish's own.",
         wide=True,
         scrolls=True,
     )
@@ -103,8 +104,8 @@ def _boxes(placed: PlacedFit) -> Table:
         for each in placed.trials
     )
     caption = (
-        "How far the boxes of nose and neck sit from their markers, and what that does to all else. Standard errors "
-        "from leaving out each beat; none below three beats."
+        "How far the boxes of nose and neck sit from their markers, with standard deviations, and what that does to "
+        "all else. What all trials share may be boxes or markers; differences between trials are known much better."
     )
     return Table(caption, BOXES, rows)
 
@@ -119,16 +120,26 @@ def _markers(placed: PlacedFit) -> Table:
         for name, off, sd in zip(placed.markers, placed.marker_m, placed.marker_sd_m, strict=True)
         if name not in ("nose", "neck")
     )
-    return Table("Where markers sit beside their described places, in all trials.", MARKERS, rows)
+    caption = "Where markers sit beside their described places, along their link and across, in all trials."
+    return Table(caption, MARKERS, rows)
 
 
 def _straight(trials: tuple[CalibratedTrial, ...]) -> str:
-    turning = [np.degrees(course_of(trial.measured).turning.value) / trial.measured.frequency.hz for trial in trials]
-    low, high = min(turning, key=abs), max(turning, key=abs)
+    courses = [course_of(trial.measured) for trial in trials]
+    turns = [np.degrees(c.turning.value) / t.measured.frequency.hz for c, t in zip(courses, trials, strict=True)]
+    clear = sum(
+        abs(turn) > LEAST_DEG and abs(course.turning.value) > CLEAR * course.turning.se
+        for turn, course in zip(turns, courses, strict=True)
+    )
+    if not clear:
+        return (
+            "No trial turns by more than its errors: the robot swims straight, as a symmetric twin in still water does."
+        )
     return (
-        f"The robot turns by {shown(low, signed=True)} to {shown(high, signed=True)}° a beat (counter-clockwise from "
-        "above); a symmetric twin in still water swims straight. What turning and slipping add to the marker distance "
-        "no coefficient can take away."
+        f"The robot turns by {shown(min(turns), signed=True)} to {shown(max(turns), signed=True)}° a beat "
+        f"(counter-clockwise from above; beyond its errors in {clear} of {counted(len(trials), 'trial')}); a symmetric "
+        "twin in still water swims straight. What turning and slipping add to the marker distance no coefficient can "
+        "take away."
     )
 
 
@@ -150,6 +161,7 @@ def _course(trials: tuple[CalibratedTrial, ...]) -> Table:
         )
     caption = (
         "The course of each trial after warm-up, in the head’s own axes: a line beside two harmonics of the beat. A "
-        "head frame that is turned by misplaced boxes feigns a slip to one side, but no turning."
+        "head frame that is turned by misplaced boxes feigns a slip to one side, but no turning. Of fewer than three "
+        "beats the errors are too small."
     )
     return Table(caption, COURSE, tuple(rows))

@@ -79,8 +79,8 @@ def test_the_free_yaw_of_straight_axes_is_small_and_named_by_trial(evidence: Evi
 def test_boxes_that_sit_right_stay_where_they_are(evidence: Evidence) -> None:
     """Also of the held-out trial, which finds its own from its first beats."""
     assert [trial.name for trial in evidence.placed.trials] == ["f0.70", "f1.20", "f1.00"]
-    assert np.abs([trial.boxes for trial in evidence.placed.trials]).max() < 0.001
-    assert np.abs(evidence.placed.marker_m).max() < 0.001
+    assert np.abs([trial.boxes for trial in evidence.placed.trials]).max() < 0.002
+    assert np.abs(evidence.placed.marker_m).max() < 0.002
     assert evidence.placed.mean_distance_m <= 1.05 * evidence.profiles.best_m
     assert not evidence.placed.flags
 

@@ -138,7 +138,7 @@ def test_boxes_that_no_hand_puts_there_are_doubted() -> None:
 
 
 def test_the_course_says_what_a_symmetric_twin_does_not_do(full: Page) -> None:
-    assert "° a beat (counter-clockwise from above); a symmetric twin in still water swims straight." in full.text
+    assert "No trial turns by more than its errors: the robot swims straight" in full.text
 
 
 def test_a_large_yaw_is_doubted() -> None:
