@@ -6,6 +6,7 @@ PYTHON ?= $(shell for python in $(PYTHONS); do \
 VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto # pytest processes, one for each core; 0: none beside the main one
+SPREAD := --dist loadfile --no-loadscope-reorder # whole files, in the order of tests/conftest.py
 IN_REAL_TIME := tests/calib/motor tests/calib/capture
 LOCK_ARGS ?= # e.g. --upgrade, or --upgrade-package numpy
 
@@ -27,11 +28,11 @@ test test-all: export SWIMCAL_WORKERS = 1
 
 # A motor on a pseudo-terminal answers within milliseconds or not at all: its tests get the machine for themselves.
 test: check
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -m "not long" $(IN_REAL_TIME:%=--ignore=%)
+	$(BIN)/python -m pytest -n $(WORKERS) $(SPREAD) -m "not long" $(IN_REAL_TIME:%=--ignore=%)
 	$(BIN)/python -m pytest -n 0 -m "not long" $(IN_REAL_TIME)
 
 test-all: check
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile -p tests.resume $(IN_REAL_TIME:%=--ignore=%)
+	$(BIN)/python -m pytest -n $(WORKERS) $(SPREAD) -p tests.resume $(IN_REAL_TIME:%=--ignore=%)
 	$(BIN)/python -m pytest -n 0 $(IN_REAL_TIME)
 
 check: $(VENV)/.installed

@@ -61,6 +61,7 @@ def test_what_is_written_follows_the_contract(found: Diagnosis, tmp_path: Path) 
         assert arrays["parts"].sum(axis=0).shape == arrays["measured"].shape == arrays["with_effects"].shape
 
 
+@pytest.mark.long
 def test_without_the_effect_in_the_catalogue_it_is_not_named() -> None:
     twin = Twin(shorter(), FISHSIM_MARKERS, workers=1)
     others = {name: effect for name, effect in EFFECTS.items() if name != "crank_arm_error"}

@@ -16,6 +16,8 @@ from swimmer import Twin
 from swimmer.effects import catalogue
 from tests.diagnosis.grounds import CAMERA, ROBOT, dry_run, shorter, trials
 
+pytestmark = pytest.mark.long  # a minute
+
 NAMES = ("crank_arm_error", "entrained_water")
 
 

@@ -13,7 +13,7 @@ from nbclient import NotebookClient
 ROOT = Path(__file__).parents[2]
 SCRIPTS = sorted((ROOT / "notebooks").glob("*.py"))
 MOST_BYTES = 1_500_000
-LONG = {"03_diagnose_the_gap", "04_an_effect_of_your_own"}  # most of a minute of processor time and more
+LONG = {"02_from_video_to_tracks", "03_diagnose_the_gap", "04_an_effect_of_your_own"}  # most of a minute and more
 each_notebook = pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
 
 
