@@ -32,7 +32,7 @@ from swimmer.effects import Effect, catalogue
 if TYPE_CHECKING:
     from diagnosis import Diagnosis
 
-FORM = 6  # of the files and of what they rest on
+FORM = 7  # of the files and of what they rest on
 
 
 class DiagnosisStage:

@@ -1,22 +1,31 @@
 """What a refitted twin leaves of gaits where nothing is wrong: how two simulators of one robot differ.
 
 Measured between the twin and a second simulator over sessions of drawn water (`calib benchmark effects`), for the nine
-published markers; of other markers it is taken to be as of the nearest of these along the body, each by itself.
+published markers; of other markers it is taken to be as of the nearest of these along the body, each by itself. How
+straight a fish goes is not among the numbers that the benchmark compares; what it leaves of that is `COURSE_SD`.
 """
 
 from importlib.resources import files
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from fitting.posterior.gait import OF_A_MARKER, SPEED
 from session import FISHSIM_MARKERS
 from swimmer import RobotSpec
 
 _OF_A_MARKER = 2 * OF_A_MARKER
+COURSE_SD = (0.001, 0.001)
+"""Of the speed sideways, m/s, and of the rate of turning, rad/s, where nothing is wrong."""
+
+
+def with_course(covariance: np.ndarray) -> np.ndarray:
+    """(g + 2, g + 2) the covariance (g, g) of one gait, its course with it."""
+    return np.asarray(block_diag(covariance, np.diag(np.square(COURSE_SD))))
 
 
 def discrepancy_for(markers: tuple[str, ...], robot: RobotSpec) -> np.ndarray:
-    """(g, g) covariance of one gait of these markers."""
+    """(g, g) covariance of one gait of these markers, without its course."""
     with files("diagnosis").joinpath("discrepancy.npz").open("rb") as file, np.load(file) as stands:
         known = np.asarray(stands["covariance"], float)
     if markers == FISHSIM_MARKERS:

@@ -2,7 +2,8 @@
 
 Every explanation is normal: nothing leaves unit noise; an effect adds its columns, its strength normal about zero with
 a size that is not known (uniform in its logarithm, from what is just seen to what its bounds allow); and what shows is
-never quite what a form says, by a share of its own length in no particular direction. Something else is a gap in no
+never quite what a form says, by a share of its own length in no particular direction, gaits and frequencies each by
+themselves: a gear that is wrong by much does not blur how the fish swims. Something else is a gap in no
 particular direction of a size that is not known. So all evidences are closed (Rasmussen and Williams 2006, chapter 5),
 and forms with more freedom pay for it by themselves.
 """
@@ -51,15 +52,24 @@ class Row:
         turn: (q, k) from the whitened row.
         left: (q,) what is left.
         spread: (q,) variance of a gap of no particular cause, of mean 1.
+        frequencies: how many of the q are frequencies, at the end.
     """
 
     turn: np.ndarray
     left: np.ndarray
     spread: np.ndarray
+    frequencies: int = 0
 
     @classmethod
-    def of(cls, space: Whitened, left: np.ndarray, generic: np.ndarray, effects: Sequence[Shown] = ()) -> "Row":
-        """Of what is left (k,).
+    def of(
+        cls,
+        space: Whitened,
+        left: np.ndarray,
+        generic: np.ndarray,
+        effects: Sequence[Shown] = (),
+        frequencies: int = 0,
+    ) -> "Row":
+        """Of what is left (k,), the last numbers of which are so many frequencies.
 
         A gap of no particular cause has no structure but that of `generic` (k, k); where effects are given, it is like
         any of these (each as likely), but for the share `_LOOSE` of its variance.
@@ -70,11 +80,23 @@ class Row:
         share = _LOOSE if tight else 1.0
         parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
         parts += [np.sqrt((1 - share) / len(tight)) * part for part in tight]
-        turn, singular, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)
+        together = np.hstack(parts)
+        last = np.arange(len(left) - frequencies, len(left))
+        alone = np.square(together[last]).sum(axis=1)
+        together[last] = 0.0
+        turn, singular, _ = np.linalg.svd(together, full_matrices=False)
         inside = singular > 1e-9 * singular[0]
-        spread = singular[inside] ** 2
-        turn = turn[:, inside].T
-        return cls(turn, turn @ space.freed(left), spread / spread.mean())
+        spread = np.append(singular[inside] ** 2, alone)
+        turn = np.vstack([turn[:, inside].T, np.eye(turn.shape[0])[last]])
+        return cls(turn, turn @ space.freed(left), spread / spread.mean(), frequencies)
+
+    @cached_property
+    def unlike(self) -> tuple[np.ndarray, np.ndarray]:
+        """(q,) how the square of what no form holds is spread, in gaits and in frequencies; each adds up to 1."""
+        gaits = np.arange(len(self.spread)) < len(self.spread) - self.frequencies
+        parts = (np.where(own, self.spread, 0.0) for own in (gaits, ~gaits))
+        in_gaits, in_frequencies = (part / max(part.sum(), 1e-300) for part in parts)
+        return in_gaits, in_frequencies
 
     @property
     def squares(self) -> float:
@@ -105,31 +127,34 @@ class Explanations:
         """Log evidence of some effects, each in its best form, with or without something else beside them."""
         if not present:
             return self._over_sizes((), other)
+        alone = [self._alone[other][i] for i in present]
         if len(present) == 1:
-            forms = self.effects[present[0]].forms
-            return _mean([self._over_sizes((form,), other) for form in forms])
-        best = [self.best[i] for i in present]
-        if None in best:
+            return _mean(alone[0])
+        if not all(alone):
             return -np.inf
-        found = self._over_sizes(tuple(form for form in best if form), other)
-        return found - sum(self._gained[i] for i in present)
+        best = tuple(self.effects[i].forms[int(np.argmax(logs))] for i, logs in zip(present, alone, strict=True))
+        gained = sum(max(logs) - _mean(logs) for logs in alone)  # by choosing the best of several forms
+        return self._over_sizes(best, other) - gained
 
     @cached_property
     def best(self) -> tuple[Form | None, ...]:
-        """The form of each effect that explains most; None where it does nothing."""
+        """The form of each effect that explains most; None where it does nothing.
+
+        Beside something else where there is likely to be something else.
+        """
+        other = self._over_sizes((), other=True) > self._over_sizes((), other=False)
         return tuple(
             each.forms[int(np.argmax(logs))] if logs else None
-            for each, logs in zip(self.effects, self._of_forms, strict=True)
+            for each, logs in zip(self.effects, self._alone[other], strict=True)
         )
 
     @cached_property
-    def _of_forms(self) -> list[list[float]]:
-        return [[self._over_sizes((form,), other=False) for form in each.forms] for each in self.effects]
-
-    @cached_property
-    def _gained(self) -> list[float]:
-        """What the choice of each effect's best form gains over the mean of its forms, which is what it is worth."""
-        return [max(logs) - _mean(logs) if logs else 0.0 for logs in self._of_forms]
+    def _alone(self) -> dict[bool, list[list[float]]]:
+        """Log evidence of each form of each effect by itself, without and with something else."""
+        return {
+            other: [[self._over_sizes((form,), other) for form in each.forms] for each in self.effects]
+            for other in (False, True)
+        }
 
     def _over_sizes(self, forms: tuple[Form, ...], other: bool) -> float:
         """Log evidence, averaged over the sizes of the forms and of something else, whichever way that may be."""
@@ -170,9 +195,9 @@ class Explanations:
         forms: tuple[Form, ...] = (),
     ) -> float:
         """Log evidence where what is left is normal: unit noise, columns of these sizes, and what no form holds."""
-        raw = sum((size * form.raw) ** 2 for size, form in zip(sizes, forms, strict=True))
-        unlike = (self.belief.unlike**2 * raw + other**2) / len(row.left)
-        variance = 1 + unlike * row.spread
+        raw = [sum((size * form.raw[part]) ** 2 for size, form in zip(sizes, forms, strict=True)) for part in (0, 1)]
+        unlike = sum(square * spread for square, spread in zip(raw, row.unlike, strict=True))
+        variance = 1 + other**2 / len(row.left) * row.spread + self.belief.unlike**2 * unlike
         found = _normal(row.left, variance)
         if not columns:
             return found

@@ -1,18 +1,20 @@
 """A gap of no particular cause: how gaits would differ if anything at all were amiss, of a size that is not known.
 
 Displacements of a marker are alike to those of its neighbours along the body, less so the further they are, and the
-higher a harmonic is the smaller they are; each trial has its own.
+higher a harmonic is the smaller they are; each trial has its own. How far frequencies are from their commands has a
+size of its own: a clock that is wrong says nothing of how the fish swims.
 """
 
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
-from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED
+from fitting.posterior.gait import COURSE, HARMONICS, OF_A_MARKER, SPEED
 
 _ALONG_M = 0.12  # over which displacements along the body are alike
 _OF_ITS_OWN = 0.2  # share of the variance that each marker has to itself
 _OF_HARMONIC = 0.5  # of each harmonic against the one before
-_SPEED_PER_S = 5.0  # m/s for a metre of displacement
+_SPEED_PER_S = 1.0  # m/s for a metre of displacement
+_COURSE_PER_M = (1.0, 6.0)  # sideways, m/s; turning, rad/s
 _HERTZ_PER_M = 2.0
 _SIZES_M, _TRIED = (1e-6, 0.05), 60
 
@@ -31,8 +33,26 @@ def generic_covariance(along_m: np.ndarray, trials: int) -> np.ndarray:
     assert len(of_beat) == OF_A_MARKER
     markers = np.kron(between, np.kron(np.eye(2), of_beat))  # (14 m, 14 m)
     assert SPEED == 0
-    gait = block_diag([[_SPEED_PER_S**2]], markers)
+    assert len(_COURSE_PER_M) == len(COURSE)
+    gait = block_diag([[_SPEED_PER_S**2]], markers, np.diag(np.square(_COURSE_PER_M)))
     return block_diag(*[gait] * trials, _HERTZ_PER_M**2 * np.eye(trials))
+
+
+def generic_gap(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray, trials: int) -> np.ndarray:
+    """(k, k) covariance of such a gap, with the likeliest size of its gaits, and that of its t frequencies.
+
+    Args:
+        left: (k,) that the sizes are found in.
+        covariance: (k, k) of what is known.
+        generic: (k, k) of a gap of one metre.
+        trials: t.
+    """
+    gaits, hertz = slice(None, len(left) - trials), slice(len(left) - trials, None)
+    parts = [
+        generic_size(left[own], covariance[own, own], generic[own, own]) ** 2 * generic[own, own]
+        for own in (gaits, hertz)
+    ]
+    return np.asarray(block_diag(*parts))
 
 
 def generic_size(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:

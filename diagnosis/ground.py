@@ -8,7 +8,8 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from diagnosis.described import robot_doubts
-from diagnosis.generic import generic_covariance, generic_size
+from diagnosis.discrepancy import with_course
+from diagnosis.generic import generic_covariance, generic_gap
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.places_off import TAKEN, places_off
 from fitting.posterior.session_model import START_PHASE_RAD, Disturbances, PlacesOff, SessionModel
@@ -62,7 +63,7 @@ class Ground:
             trials: the swims.
             twin: plain, in water.
             camera: that filmed them.
-            discrepancy: (g, g), see above.
+            discrepancy: (g, g), see above, without the course.
             dry: runs with the head clamped in air, which say nothing of coefficients.
             starts: (5,) coefficients to begin with.
 
@@ -72,7 +73,8 @@ class Ground:
         model = _beside(twin, trials)
         if dry:
             model = SessionModel((*model.trials, *_beside(_clamped(twin), dry).trials))
-        found = [cls._from(model, camera, np.array(start, float), discrepancy) for start in starts]
+        known = with_course(discrepancy)
+        found = [cls._from(model, camera, np.array(start, float), known) for start in starts]
         standing = [ground for ground in found if ground is not None]
         if not standing:
             raise SimulationDiverged("the plain twin diverged from every start; look into the flags of the fit trials")
@@ -89,7 +91,7 @@ class Ground:
                 disturbances = model.disturbances(at)
                 off = _places_off(model, at, disturbances)
                 known = row_covariance(model, disturbances.of(off), discrepancy)
-                gap = generic_size(left_row(model, at), known, generic) ** 2 * generic
+                gap = generic_gap(left_row(model, at), known, generic, len(model.trials))
                 at = nearest(model, at, _same(known + gap))
             found = cls(model, camera, at, discrepancy, _places_off(model, at, disturbances), disturbances)
             return found if np.isfinite(found.misfit) else None
@@ -108,8 +110,8 @@ class Ground:
 
     def with_gap_in(self, left: np.ndarray) -> Whitened:
         """As `space`, with what some twin leaves (k,) counted as disturbance."""
-        size = generic_size(left, self.covariance, self.generic)
-        return Whitened.of(self.covariance + size**2 * self.generic, self.slopes, PRIOR_SD)
+        gap = generic_gap(left, self.covariance, self.generic, len(self.trials))
+        return Whitened.of(self.covariance + gap, self.slopes, PRIOR_SD)
 
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
         """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
@@ -211,4 +213,4 @@ def _clamped(twin: Twin) -> Twin:
 
 def _beside(twin: Twin, trials: Sequence[MeasuredTrial]) -> SessionModel:
     doubted = robot_doubts(twin)
-    return SessionModel(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in trials))
+    return SessionModel(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course=True) for trial in trials))

@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from diagnosis.where import OF_NO_MARKER
+
 _OF_STAGE = {
     "camera": "in what camera and tracker see",
     "drive": "in clock and drive",
@@ -27,7 +29,7 @@ def _where(data: Mapping[str, Any]) -> str:
     if data["verdict"] == "no_gap":
         return f"Where: nowhere that these trials show; {floor:.0%} of what the nearest twin leaves is noise."
     stage = max(shares, key=lambda name: shares[name])
-    markers = {name: p for name, p in data["where"]["by_marker"].items() if name not in ("speed", "frequency")}
+    markers = {name: p for name, p in data["where"]["by_marker"].items() if name not in OF_NO_MARKER}
     marker = max(markers, key=lambda name: markers[name])
     return (
         f"Where: mostly {_OF_STAGE[stage]} ({shares[stage]:.0%} of what the nearest twin leaves; {floor:.0%} is "

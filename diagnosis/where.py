@@ -16,11 +16,21 @@ from scipy.optimize import minimize
 
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
-from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED, advanced, harmonics_of
+from fitting.posterior.gait import (
+    COURSE,
+    HARMONICS,
+    SPEED,
+    advanced,
+    harmonics_of,
+    of_markers,
+    places_of_markers,
+)
 from fitting.posterior.places_off import TAKEN
 from fitting.signatures import Signature
 
 STAGES = ("camera", "drive", "body", "tail", "floor")
+OF_NO_MARKER = ("speed", "course", "frequency")
+"""Keys of `by_marker`, `by_axis` and `by_band` that stand for a whole trial."""
 _SEEN_M, _OF_HARMONIC, _SCALE = 1e-3, 0.5, 0.01  # of a marker, of each harmonic against the one before, of the picture
 _RIPPLE_RAD = 0.05
 _HERTZ = 0.01  # relative
@@ -148,10 +158,10 @@ def _misboxed(ground: Ground) -> np.ndarray:
 def _beats(gait: np.ndarray) -> np.ndarray:
     """(g, 12 m) each marker's harmonics otherwise."""
     decay = np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)
-    columns = np.vstack(
-        [np.zeros(len(gait) - 1), np.diag(np.tile(np.append(0.0, decay), (len(gait) - 1) // OF_A_MARKER))]
-    )
-    return _SEEN_M * columns[:, columns.any(axis=0)]
+    markers = of_markers(gait)
+    sizes = np.zeros(len(gait))
+    sizes[places_of_markers(len(gait))] = np.broadcast_to(np.append(0.0, decay), markers.shape).ravel()
+    return _SEEN_M * np.diag(sizes)[:, sizes > 0]
 
 
 def _ripples(gait: np.ndarray) -> np.ndarray:
@@ -172,7 +182,7 @@ def _rippled(gait: np.ndarray, order: int, sine: bool) -> np.ndarray:
     rates = harmonics_of(slope)  # (m, 2, 3) complex, Re(rate exp(i h turn))
     ahead = -1j if sine else 1.0 + 0j
     result = np.zeros_like(gait)
-    beats = result[1:].reshape(*rates.shape[:2], OF_A_MARKER)
+    beats = of_markers(result)
     for h in range(1, HARMONICS + 1):
         rate = rates[..., h - 1]
         for other, product in ((h + order, ahead * rate / 2), (h - order, np.conj(ahead) * rate / 2)):
@@ -249,10 +259,10 @@ def _split(ground: Ground, left: np.ndarray) -> dict[str, dict[str, float]]:
     trials, markers = ground.trials, ground.trials[0].markers
     gaits, hertz = np.split(squares, [len(squares) - len(trials)])
     gaits = gaits.reshape(len(trials), -1)
-    speed, beats = gaits[:, SPEED], gaits[:, SPEED + 1 :].reshape(len(trials), len(markers), 2, OF_A_MARKER)
+    speed, beats, course = gaits[:, SPEED], of_markers(gaits), gaits[:, -len(COURSE) :]
     bands = {"mean": beats[..., 0].sum()}
     bands |= {f"harmonic_{h}": beats[..., 2 * h - 1 : 2 * h + 1].sum() for h in range(1, HARMONICS + 1)}
-    alone = {"speed": float(speed.sum()), "frequency": float(hertz.sum())}
+    alone = dict(zip(OF_NO_MARKER, (float(part.sum()) for part in (speed, course, hertz)), strict=True))
     return {
         "by_trial": {t.name: float(g.sum() + f) for t, g, f in zip(trials, gaits, hertz, strict=True)},
         "by_marker": {name: float(beats[:, i].sum()) for i, name in enumerate(markers)} | alone,

@@ -2,7 +2,8 @@
 
 Where the fish is, where it heads and how its course bends are nuisances of a trial: they are taken out as a smooth pose
 (a heading quadratic in time, a path cubic in time), in the same way of tracks and of simulations. What is left is the
-forward speed, and each marker's mean and first harmonics in the frame that cruises with the fish.
+forward speed, and each marker's mean and first harmonics in the frame that cruises with the fish. Who asks whether the
+fish goes straight at all reads its course too: the mean of what was taken out.
 """
 
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ HARMONICS = 3
 PATH_DEGREE, HEADING_DEGREE = 3, 2
 SPEED = 0  # place of the forward speed in a summary; the markers follow
 OF_A_MARKER = 1 + 2 * HARMONICS  # mean, then cosine and sine of each harmonic, for x and then for y
+COURSE = ("sideways", "turning")  # numbers that follow the markers, where they are read
 _SHARE_OF_FRAMES = 0.5  # that a marker must be seen in to carry the path
 
 
@@ -25,13 +27,15 @@ class Gait:
     """Reads gaits off marker positions in the frames of one trial that are compared.
 
     A gait is (1 + 14 m,): forward speed (m/s), then (m, 2, 7) for each marker, along and across the fish, its mean and
-    the cosines and sines of three harmonics of the crank's turn since time 0 (m).
+    the cosines and sines of three harmonics of the crank's turn since time 0 (m). With the course it has two numbers
+    more: the speed of its middle to the left (m/s), and the rate of turning, counter-clockwise (rad/s).
 
     Attributes:
         time_s: (n,) of the frames.
         turn_rad: (n,) of the crank since time 0.
         usable: (n, m) samples that count.
         nose, neck: their places among the markers.
+        span_m: between nose and neck; where it is given, the course is read too.
     """
 
     time_s: np.ndarray
@@ -39,25 +43,32 @@ class Gait:
     usable: np.ndarray
     nose: int
     neck: int
+    span_m: float | None = None
 
     @classmethod
-    def of(cls, trial: MeasuredTrial) -> "Gait":
+    def of(cls, trial: MeasuredTrial, with_course: bool = False) -> "Gait":
         """The reader for a trial."""
         time_s = trial.time_s[trial.kept]
         turn_rad = trial.crank_rad(time_s, trial.frequency.hz)
         usable = (trial.weight[trial.kept] > 0) & np.isfinite(trial.position_m[trial.kept]).all(axis=-1)
-        return cls(time_s, turn_rad, usable, trial.markers.index("nose"), trial.markers.index("neck"))
+        nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
+        span = np.linalg.norm(trial.position_m[trial.kept, nose] - trial.position_m[trial.kept, neck], axis=-1)
+        return cls(time_s, turn_rad, usable, nose, neck, float(np.nanmedian(span)) if with_course else None)
 
     def __call__(self, position_m: np.ndarray) -> np.ndarray:
-        """(..., 1 + 14 m) gaits of positions (..., n, m, 2); what does not count may be nan."""
+        """(..., k) gaits of positions (..., n, m, 2); what does not count may be nan."""
         flat = position_m.reshape(-1, *position_m.shape[-3:])
         trend = self._heading(flat)  # (s, n)
         place = self._along(flat, trend)  # (s, n, m)
         path = self._path(place)  # (s, n)
         beats = np.einsum("mcn,snm->smc", self._beat, place - path[..., None])  # (s, m, 7)
-        speed = np.gradient(path, self.time_s, axis=-1) + 1j * np.gradient(trend, self.time_s, axis=-1) * path
+        turning = np.gradient(trend, self.time_s, axis=-1)
+        speed = np.gradient(path, self.time_s, axis=-1) + 1j * turning * path
         parts = np.stack([beats.real, beats.imag], axis=2)  # (s, m, 2, 7)
-        gait = np.concatenate([speed.real.mean(axis=-1)[:, None], parts.reshape(len(parts), -1)], axis=1)
+        told = [speed.real.mean(axis=-1)[:, None], parts.reshape(len(parts), -1)]
+        if self.span_m is not None:
+            told.append(np.column_stack([speed.imag.mean(axis=-1), turning.mean(axis=-1)]))
+        gait = np.concatenate(told, axis=1)
         return gait.reshape(*position_m.shape[:-3], gait.shape[-1])
 
     @cached_property
@@ -101,6 +112,32 @@ class Gait:
         """(m, 7, n) by how much a shift of each sample changes each marker's mean and harmonics."""
         return self._beat
 
+    @cached_property
+    def readers(self) -> np.ndarray:
+        """(m, r, n) what a shift of each sample, along or across, does: to the speed that way, to turning, to beats."""
+        told = [self.speed_reader[:, None]]
+        if self.span_m is not None:
+            turning = np.zeros((self.usable.shape[1], 1, len(self.time_s)))
+            rate = np.gradient(self._trend_reader, self.time_s, axis=0).mean(axis=0) / self.span_m
+            turning[self.nose, 0, self._head_seen], turning[self.neck, 0, self._head_seen] = rate, -rate
+            told.append(turning)
+        return np.concatenate([*told, self._beat], axis=1)
+
+    @cached_property
+    def sums(self) -> np.ndarray:
+        """(k, 2, m, r) which of the readers, along and across, add up to each number of a gait, to first order."""
+        markers, readers, _ = self.readers.shape
+        course = 0 if self.span_m is None else len(COURSE)
+        markers_end = 1 + 2 * OF_A_MARKER * markers
+        result = np.zeros((markers_end + course, 2, markers, readers))
+        result[SPEED, 0, :, 0] = 1.0
+        result[markers_end + np.arange(course), 1, :, np.arange(course)] = 1.0
+        beats = result[1:markers_end].reshape(markers, 2, OF_A_MARKER, 2, markers, readers)  # a view
+        for axis in range(2):
+            for marker in range(markers):
+                beats[marker, axis, :, axis, marker, -OF_A_MARKER:] = np.eye(OF_A_MARKER)
+        return result
+
     def _along(self, position_m: np.ndarray, trend_rad: np.ndarray) -> np.ndarray:
         """(s, n, m) places from the middle of the swim, x + i y, along headings (s, n); 0 where nothing counts."""
         place = np.where(self.usable, _complex(position_m), 0.0)
@@ -117,11 +154,21 @@ class Gait:
 
     def _heading(self, position_m: np.ndarray) -> np.ndarray:
         """(s, n) smooth heading from neck to nose, rad, of positions (s, n, m, 2)."""
-        seen = self.usable[:, self.nose] & self.usable[:, self.neck]
+        seen = self._head_seen
         axis = _complex(position_m[:, seen, self.nose] - position_m[:, seen, self.neck])  # (s, k)
+        return np.unwrap(np.angle(axis), axis=-1) @ self._trend_reader.T
+
+    @property
+    def _head_seen(self) -> np.ndarray:
+        """(n,) frames that show nose and neck."""
+        return np.asarray(self.usable[:, self.nose] & self.usable[:, self.neck])
+
+    @cached_property
+    def _trend_reader(self) -> np.ndarray:
+        """(n, k) the smooth heading, from that of the k frames that show nose and neck."""
         columns = np.column_stack([self._scaled**k for k in range(HEADING_DEGREE + 1)] + [self.waves])
-        found = np.unwrap(np.angle(axis), axis=-1) @ np.linalg.pinv(columns[seen]).T
-        return found[:, : HEADING_DEGREE + 1] @ columns[:, : HEADING_DEGREE + 1].T
+        read = np.linalg.pinv(columns[self._head_seen])
+        return np.asarray(columns[:, : HEADING_DEGREE + 1] @ read[: HEADING_DEGREE + 1])
 
 
 def waves(turn_rad: np.ndarray, harmonics: int) -> np.ndarray:
@@ -129,21 +176,30 @@ def waves(turn_rad: np.ndarray, harmonics: int) -> np.ndarray:
     return np.stack([wave(k * turn_rad) for k in range(1, harmonics + 1) for wave in (np.cos, np.sin)], axis=1)
 
 
+def of_markers(gait: np.ndarray) -> np.ndarray:
+    """(..., m, 2, 7) what gaits (..., k) hold of their markers, along and across."""
+    return gait[..., places_of_markers(gait.shape[-1])].reshape(*gait.shape[:-1], -1, 2, OF_A_MARKER)
+
+
+def places_of_markers(length: int) -> slice:
+    """Where a gait of k numbers holds those of its markers: between its speed and its course."""
+    return slice(SPEED + 1, length - (length - 1) % (2 * OF_A_MARKER))
+
+
 def harmonics_of(gait: np.ndarray) -> np.ndarray:
-    """(..., m, 2, 3) complex harmonics a - i b of gaits (..., 1 + 14 m): place = Re(harmonic exp(i h turn))."""
-    beats = gait[..., 1:].reshape(*gait.shape[:-1], -1, 2, OF_A_MARKER)
+    """(..., m, 2, 3) complex harmonics a - i b of gaits (..., k): place = Re(harmonic exp(i h turn))."""
+    beats = of_markers(gait)
     return beats[..., 1::2] - 1j * beats[..., 2::2]
 
 
 def advanced(gait: np.ndarray, phase_rad: ArrayLike) -> np.ndarray:
-    """Gaits (..., 1 + 14 m) of the same swim with the crank ahead by an angle (...,)."""
+    """Gaits (..., k) of the same swim with the crank ahead by an angle (...,)."""
     turned = (
         harmonics_of(gait) * np.exp(1j * np.multiply.outer(phase_rad, np.arange(1, HARMONICS + 1)))[..., None, None, :]
     )
-    result = np.array(gait)
-    beats = result[..., 1:].reshape(*gait.shape[:-1], -1, 2, OF_A_MARKER)
+    result, beats = np.array(gait), np.array(of_markers(gait))
     beats[..., 1::2], beats[..., 2::2] = turned.real, -turned.imag
-    result[..., 1:] = beats.reshape(*gait.shape[:-1], -1)
+    result[..., places_of_markers(gait.shape[-1])] = beats.reshape(*gait.shape[:-1], -1)
     return result
 
 

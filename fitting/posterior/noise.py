@@ -87,19 +87,14 @@ class GaitNoise:
 
     def covariance(self, gait: Gait) -> np.ndarray:
         """(k, k) of a gait of these frames."""
-        reader = np.concatenate([gait.speed_reader[:, None], gait.beat_reader], axis=1)  # (m, 8, n)
-        rows = self.sd_m[:, None, None] * reader
-        markers, columns = len(rows), rows.shape[1] - 1
-        each = np.zeros((markers, columns + 1) * 2)  # (m, 8, m, 8) between what is read of each marker
+        rows = self.sd_m[:, None, None] * gait.readers  # (m, r, n)
+        each = np.zeros(rows.shape[:2] * 2)  # (m, r, m, r) between what is read of each marker, either way
         for part in self.parts:
             each += part.across[:, None, :, None] * np.einsum("iam,jbm->iajb", rows @ part.over(gait.time_s), rows)
         for m, own in enumerate(rows):
             each[m, :, m] = own @ self.correlation @ own.T
-        beats, with_speed = np.zeros((markers, 2, columns) * 2), np.zeros((markers, 2, columns))
-        beats[:, 0, :, :, 0] = beats[:, 1, :, :, 1] = each[:, 1:, :, 1:]
-        with_speed[:, 0] = each[:, 0, :, 1:].sum(axis=0)
-        along = with_speed.reshape(1, -1)
-        return np.block([[each[:, 0, :, 0].sum(keepdims=True), along], [along.T, beats.reshape((along.size,) * 2)]])
+        both = np.moveaxis(gait.sums, 1, 0).reshape(2, len(gait.sums), -1)  # (2, k, m r)
+        return np.asarray(sum(sums @ each.reshape((sums.shape[1],) * 2) @ sums.T for sums in both))
 
 
 def noise_of(gait: Gait, position_m: np.ndarray) -> GaitNoise:

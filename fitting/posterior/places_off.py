@@ -8,7 +8,7 @@ what trials have in common is the markers', what they differ by the boxes'.
 import numpy as np
 from scipy.optimize import minimize
 
-from fitting.posterior.gait import OF_A_MARKER, SPEED
+from fitting.posterior.gait import of_markers
 from fitting.posterior.session_model import Disturbances, PlacesOff
 
 TAKEN = PlacesOff(box_m=0.003, marker_m=0.001)
@@ -48,5 +48,4 @@ def places_off(left: np.ndarray, trials: int, disturbances: Disturbances, marker
 
 def mean_places(length: int, trials: int) -> np.ndarray:
     """(2 m t,) where a row of so many gaits, of length k, holds the means of its markers."""
-    places = np.arange(length).reshape(trials, -1)[:, SPEED + 1 :]
-    return np.asarray(places[:, ::OF_A_MARKER].ravel())
+    return of_markers(np.arange(length).reshape(trials, -1))[..., 0].ravel()

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.posterior.gait import HARMONICS, Gait, advanced, phase_between
+from fitting.posterior.gait import OF_A_MARKER, Gait, advanced, phase_between, places_of_markers
 from fitting.posterior.noise import GaitNoise, noise_of
 from fitting.posterior.robot_doubt import DoubtedTwin
 from fitting.trial import MeasuredTrial
@@ -29,17 +29,19 @@ class TrialModel:
         trial: as measured.
         phase_rad: crank phase that simulations start from; they are then put in step.
         doubted: twins of robots that differ as the robot may.
+        with_course: whether gaits hold how straight the fish goes.
     """
 
     twin: Twin
     trial: MeasuredTrial
     phase_rad: float
     doubted: tuple[DoubtedTwin, ...] = ()
+    with_course: bool = False
 
     @cached_property
     def gait(self) -> Gait:
         """The reader."""
-        return Gait.of(self.trial)
+        return Gait.of(self.trial, self.with_course)
 
     @cached_property
     def measured(self) -> np.ndarray:
@@ -183,6 +185,6 @@ def _of_place(length: int) -> list[np.ndarray]:
     columns = []
     for axis in range(2):
         column = np.zeros(length)
-        column[1:].reshape(-1, 2, 1 + 2 * HARMONICS)[:, axis, 0] = PLACE_SD_M
+        column[places_of_markers(length)].reshape(-1, 2, OF_A_MARKER)[:, axis, 0] = PLACE_SD_M
         columns.append(column)
     return columns

@@ -14,6 +14,7 @@ TOLD_TO = 0.002  # relative standard deviation of a measured frequency about the
 _LEAST = 0.01  # of a coefficient about which slopes are taken: nearer to 0 steps are lost in the twin's roughness
 _STEP = 0.02  # of the root of a coefficient, either way
 _ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
+_STILL = 0.1  # whitened length of a step after which none is taken
 
 
 def left_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
@@ -50,5 +51,7 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: Callable[[np.nda
     at = np.array(start, float)
     for _ in range(_ROUNDS):
         space = Whitened.of(covariance(at), row_slopes(model, at), PRIOR_SD)
-        at = np.clip(at + _GAIN * space.coefficients(left_row(model, at)), *COEFFICIENT_BOUNDS)
+        before, at = at, np.clip(at + _GAIN * space.coefficients(left_row(model, at)), *COEFFICIENT_BOUNDS)
+        if space.moved(at - before) < _STILL:
+            break
     return at

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from diagnosis.probabilities import Probabilities
 from diagnosis.verdict import verdict_of
-from tests.diagnosis.rows import DIRECTIONS, K, explanations, signature
+from tests.diagnosis.rows import DIRECTIONS, K, catalogue, explanations, signature
 
 
 def noise(seed: int) -> np.ndarray:
@@ -45,6 +47,14 @@ def test_an_effect_of_one_sign_does_not_explain_the_other() -> None:
     there, not_there = (after(noise(4) + s * DIRECTIONS[10]) for s in (9.0, -9.0))
     assert there.marginal[10] > 0.95
     assert not_there.marginal[10] < 0.2
+
+
+def test_a_gear_that_is_wrong_by_much_does_not_hide_how_it_swims() -> None:
+    gear = replace(signature("gear", np.zeros(K)), hertz=np.array([[-30.0], [-10.0], [10.0], [30.0]]))
+    others = [replace(each, hertz=np.zeros((len(each.values), 1))) for each in catalogue()]
+    left = np.append(noise(6) + 9 * DIRECTIONS[3], 400.0)
+    found = Probabilities.after(explanations(left, [gear, *others], frequencies=1))
+    assert set(verdict_of(found).groups) == {("gear",), ("effect_3",)}
 
 
 def test_what_no_effect_looks_like_is_unexplained() -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from fitting.posterior.gait import SPEED, Gait, advanced, harmonics_of, phase_between
+from fitting.posterior.gait import COURSE, SPEED, Gait, advanced, harmonics_of, phase_between
 from swimmer import Runs
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import exact_twin
@@ -55,6 +57,22 @@ def test_a_course_that_bends_shows_the_same_gait() -> None:
     assert abs(difference[SPEED]) < 5e-5
     assert np.abs(beats).max() < 1e-4
     assert np.abs(means).max() < 1e-6
+
+
+def test_the_course_is_how_fast_it_slips_and_turns() -> None:
+    slip, turning = 0.03, 0.15
+    heading = 2.5 + turning * TIME_S
+    path = np.cumsum((SPEED_M_S + 1j * slip) * np.exp(1j * (heading - turning / 120)) / 60)
+    bent = pool(path[:, None] + (shape() + ALONG_M.mean()) * np.exp(1j * heading)[:, None])
+    read = replace(reader(), span_m=float(ALONG_M[1]))
+
+    gait = read(bent)
+
+    assert gait[-len(COURSE) :] == pytest.approx([slip, turning], abs=1e-4)
+    assert gait[: -len(COURSE)] == pytest.approx(reader()(bent))
+    assert advanced(gait, 0.7)[-len(COURSE) :] == pytest.approx(gait[-len(COURSE) :])
+    assert advanced(gait, 0.7)[: -len(COURSE)] == pytest.approx(advanced(gait[: -len(COURSE)], 0.7))
+    assert phase_between(gait, advanced(gait, 0.7), [4, 5, 6]) == pytest.approx(0.7)
 
 
 def test_samples_that_do_not_count_may_be_anything() -> None:

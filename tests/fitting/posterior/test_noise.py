@@ -12,7 +12,7 @@ from fitting.posterior.noise import GaitNoise, noise_of
 from fitting.posterior.noise_part import NoisePart
 from synthetic import TrackingNoise
 from synthetic.noise import lasting_errors
-from tests.fitting.posterior.waves import ALONG_M, FPS, TIME_S, cruising, reader
+from tests.fitting.posterior.waves import ALONG_M, FPS, SPEED_M_S, TIME_S, cruising, reader
 
 ALIKE = 0.7 ** np.abs(np.subtract.outer(np.arange(len(ALONG_M)), np.arange(len(ALONG_M))))
 
@@ -59,6 +59,22 @@ def test_the_covariance_of_a_gait_is_that_of_repeated_draws() -> None:
     assert np.diag(seen)[beats] == pytest.approx(np.diag(told)[beats], rel=0.2)
     white = np.linalg.cholesky(np.linalg.inv(told[np.ix_(beats, beats)]))
     assert np.trace(white.T @ seen[np.ix_(beats, beats)] @ white) / len(beats) == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_covariance_of_the_course_is_that_of_repeated_draws() -> None:
+    """Of a fish that hardly swims: where it heads matters little for where it goes."""
+    read, sd_m, part = (
+        replace(reader(), span_m=float(ALONG_M[1])),
+        np.full(len(ALONG_M), 4e-4),
+        NoisePart(0.8, 0.1, False, ALIKE),
+    )
+    still = cruising() - np.stack([SPEED_M_S * TIME_S, np.zeros(len(TIME_S))], axis=-1)[:, None]
+    told = GaitNoise.of_parts(sd_m, [part], TIME_S).covariance(read)
+    seen = np.cov(read(still + sd_m[:, None] * _shared(part, 0.2, 1, 2000)).T)
+    course = [-2, -1]
+    assert np.diag(seen)[course] == pytest.approx(np.diag(told)[course], rel=0.15)
+    alone = GaitNoise.of_parts(sd_m, [part], TIME_S).covariance(reader())
+    np.testing.assert_allclose(told[:-2, :-2], alone, atol=1e-18)
 
 
 def _shared(part: NoisePart, white: float, seed: int, count: int = 1) -> np.ndarray:
