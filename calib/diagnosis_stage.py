@@ -5,7 +5,7 @@ The diagnosis takes a second to load: it is imported where it is needed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,7 +62,7 @@ class DiagnosisStage:
         self._session, self._robot, self._options, self._stamp = session, robot, options, stamp
         self._recordings, self._without = recordings, without
         self.made: list[Path] = []
-        self._check_names()
+        _check_names("--without", sorted(without), catalogue())
 
     @property
     def file(self) -> Path:
@@ -141,6 +141,38 @@ class DiagnosisStage:
         self.made += [self.file, self.arrays_file, *models]
         return found
 
+    def suppose(self, names: Sequence[str], trials: list[MeasuredTrial], dry: Sequence[MeasuredTrial] = ()) -> Path:
+        """Asks what the swims say of effects that a user names; ``results/supposed.json``, made anew every time.
+
+        Args:
+            names: of effects.
+            trials: all swims.
+            dry: runs with the head clamped in air, measured as swims are.
+
+        Raises:
+            InputError: the catalogue has no such effect.
+            NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
+            SimulationDiverged: the plain twin, from every start.
+        """
+        from diagnosis import Settings, discrepancy_for, suppose
+        from diagnosis.diagnosis_file import supposition_payload
+
+        _check_names("--suppose", names, self.effects)
+        markers = trials[0].markers
+        found = suppose(
+            trials,
+            Twin(self._robot, markers, workers=self._options.workers),
+            self._session.camera,
+            [self.effects[name] for name in dict.fromkeys(names)],
+            discrepancy_for(markers, self._robot),
+            Settings(self._options.effort, seed=self._session.seed),
+            self._options.tell,
+            dry,
+        )
+        path = self.file.with_name("supposed.json")
+        write_result_json(path, self._stamp, supposition_payload(found))
+        return path
+
     def read(self) -> dict[str, Any]:
         """The content of ``diagnosis.json``."""
         return read_result_json(self.file)
@@ -149,9 +181,11 @@ class DiagnosisStage:
         for path in self._session.results.glob("calibrated+*"):
             path.unlink()
 
-    def _check_names(self) -> None:
-        faults, known = FaultCollector("--without"), catalogue()
-        for name in sorted(self._without - set(known)):
+
+def _check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) -> None:
+    faults = FaultCollector(option)
+    for name in names:
+        if name not in known:
             faults.add(
                 name,
                 "no effect of the catalogue",
@@ -160,4 +194,4 @@ class DiagnosisStage:
                 choices=tuple(known),
                 next_step="Mend the name; docs/effects.md has the table.",
             )
-        faults.raise_if_any()
+    faults.raise_if_any()

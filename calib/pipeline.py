@@ -1,6 +1,7 @@
 """From a session folder to its results, stage by stage; what has not changed is not made again."""
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -244,6 +245,11 @@ class Pipeline:
             stage.make(self.trials, discrepancy, self.recordings.dry_gaits)
             self.made += stage.made
         return stage.file
+
+    def supposition(self, names: Sequence[str]) -> Path:
+        """`results/supposed.json`: what the swims say of effects that a user names."""
+        self.recordings.tracks()
+        return self.diagnoses().suppose(names, self.trials, self.recordings.dry_gaits)
 
     def standing_diagnosis(self) -> DiagnosisStage | None:
         """The diagnosis that stands, whatever its effort; None where there is none of these recordings."""

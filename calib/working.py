@@ -78,6 +78,19 @@ def tell_outcome(pipeline: Pipeline, result: Path, as_json: bool) -> None:
     print(result)
 
 
+def tell_supposition(pipeline: Pipeline, result: Path, as_json: bool) -> None:
+    """A table on standard output; the path of the result comes last."""
+    from calib.diagnosis_summary import supposition_lines
+
+    data = read_result_json(result)
+    if as_json:
+        print(json.dumps({"result": str(result), "notes": list(pipeline.notes), "supposition": data}, indent=1))
+        return
+    for line in (*pipeline.said, *pipeline.notes, *supposition_lines(data)):
+        print(line)
+    print(result)
+
+
 def tell_diagnosis(pipeline: Pipeline, result: Path, as_json: bool) -> None:
     """Three sentences and a table on standard output; the path of the result comes last."""
     from calib.diagnosis_summary import diagnosis_lines

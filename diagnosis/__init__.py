@@ -4,6 +4,7 @@ from diagnosis.diagnosis import Diagnosis, Gap, Remainder, Settings, diagnose
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Belief
 from diagnosis.probabilities import Probabilities
+from diagnosis.supposition import Supposition, suppose
 from diagnosis.verdict import Verdict
 from diagnosis.where import STAGES, Where
 
@@ -15,8 +16,10 @@ __all__ = [
     "Probabilities",
     "Remainder",
     "Settings",
+    "Supposition",
     "Verdict",
     "Where",
     "diagnose",
     "discrepancy_for",
+    "suppose",
 ]

@@ -8,6 +8,8 @@ import numpy as np
 
 from diagnosis.ground import Ground
 from fitting.forecast import fit_phase, forecast
+from fitting.phase import SETTLED_S
+from fitting.placement import place
 from fitting.posterior.session_model import START_PHASE_RAD
 from fitting.posterior.trial_model import TrialModel
 from fitting.scoring import score
@@ -17,6 +19,7 @@ from fitting.swim import head_frame
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Runs, Trajectories
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
+from tracking import HeadFrame
 
 _DRAWS = 8
 
@@ -27,11 +30,13 @@ class Swum(NamedTuple):
     Attributes:
         name: of the trial.
         marker_error_m: as the public contract defines it.
+        placed_error_m: the same with boxes put where they most likely were, of a held-out trial by its known part.
         speed_measured, speed_twin: forward, m/s.
     """
 
     name: str
     marker_error_m: float
+    placed_error_m: float
     speed_measured: float
     speed_twin: float
 
@@ -65,18 +70,33 @@ class SettledTwin(AffectedTwin):
 def swum(
     ground: Ground, trials: Sequence[MeasuredTrial], effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
 ) -> list[Swum]:
-    """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own."""
+    """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own.
+
+    Where boxes were put is found anew beside this very twin, where markers sit from the fitted swims alone.
+    """
+    swims = {trial.name: trial for trial in (*ground.swims, *trials)}
+    heads = {name: _ahead(ground, trial, effects, at, values) for name, trial in swims.items()}
+    together = place(ground.swims, [heads[trial.name] for trial in ground.swims])
     found = []
     for trial in trials:
-        plain = TrialModel(ground.twin, trial, START_PHASE_RAD).positions(ground.at[None])[0]
-        view = view_of(trial, plain, ground.camera)
-        twin = SettledTwin(AffectedTwin(ground.twin, effects), values, view) if effects else ground.twin
-        coefficients = FluidCoefficients(*map(float, at))
-        hz = trial.start_frequency.hz
-        frame = forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients), hz)
-        speed = float(forward_speed(trial.time_s, frame.forward_m, trial.kept, trial.frequency.hz))
-        found.append(Swum(trial.name, score(trial, frame).marker_error_m, trial.speed, speed))
+        head, own = heads[trial.name], together
+        if trial.name not in together.boxes:
+            own = place([trial], [head], [trial.known & (trial.time_s > SETTLED_S)], together)
+        speed = float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))
+        error, placed = score(trial, head).marker_error_m, score(trial, own.seen(trial, head)).marker_error_m
+        found.append(Swum(trial.name, error, placed, trial.speed, speed))
     return found
+
+
+def _ahead(
+    ground: Ground, trial: MeasuredTrial, effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
+) -> HeadFrame:
+    """Alone from the trial's first beats."""
+    plain = TrialModel(ground.twin, trial, START_PHASE_RAD).positions(ground.at[None])[0]
+    view = view_of(trial, plain, ground.camera)
+    twin = SettledTwin(AffectedTwin(ground.twin, effects), values, view) if effects else ground.twin
+    coefficients = FluidCoefficients(*map(float, at))
+    return forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients), trial.start_frequency.hz)
 
 
 def noise_floor_m(ground: Ground, number: int, seed: int = 0) -> float:

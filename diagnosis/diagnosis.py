@@ -12,13 +12,14 @@ from diagnosis.controls import placebo_for
 from diagnosis.evidence import Belief, Explanations, Row
 from diagnosis.experiments import Experiment, next_experiments
 from diagnosis.forms import Shown, shown
+from diagnosis.from_forms import refitted
 from diagnosis.gap import whitened
 from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, held_out_gap
 from diagnosis.probabilities import Probabilities
 from diagnosis.pruning import pruned
 from diagnosis.pushes import responses
-from diagnosis.refit import Refit, refit
+from diagnosis.refit import Refit
 from diagnosis.separation import separations
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
@@ -152,7 +153,7 @@ def diagnose(
     rounds = _ROUNDS[settings.effort]
     if verdict.first:
         tell("refitting with the effects", 0.75)
-        refitting = partial(_refitted, ground, explanations, rounds=rounds)
+        refitting = partial(refitted, ground, explanations, rounds=rounds)
         best = refitting([effects[name] for name in verdict.first])
         best, log_odds = pruned(ground, best, refitting, settings.belief, len(effects))
         verdict = verdict.without(log_odds)
@@ -169,7 +170,7 @@ def diagnose(
         if best is not None:
             named = {name for group in verdict.groups for name in group}
             placebo = placebo_for(explanations, probabilities, named)
-            other = None if placebo is None else _refitted(ground, explanations, [effects[placebo]], rounds)
+            other = None if placebo is None else refitted(ground, explanations, [effects[placebo]], rounds)
         gap = held_out_gap(ground, held, best, other, settings.seed)
     tell("what to measure next", 0.95)
     experiments = next_experiments(ground, explanations, verdict, effects, settings.seed)
@@ -194,28 +195,6 @@ def explain(ground: Ground, signatures: Sequence[Signature], belief: Belief) -> 
     count = len(ground.trials)
     rows = tuple(Row.of(ground.space, ground.left, ground.generic, like, count) for like in (effects, ()))
     return Explanations(rows, effects, belief)
-
-
-def _refitted(ground: Ground, explanations: Explanations, effects: Sequence[Effect], rounds: int) -> Refit:
-    """From where the linear forms put it."""
-    start = []
-    names = [each.name for each in explanations.effects]
-    target = ground.space.freed(ground.left)
-    chosen = [explanations.best[names.index(effect.name)] for effect in effects]
-    columns = np.hstack([form.columns for form in chosen if form is not None])
-    strength = np.linalg.lstsq(
-        np.vstack([columns, 0.2 * np.eye(columns.shape[1])]), np.append(target, np.zeros(columns.shape[1])), rcond=None
-    )[0]
-    first = 0
-    for effect, form in zip(effects, chosen, strict=True):
-        assert form is not None
-        count = len(effect.suited(ground.twin.robot, ground.trials[0].markers).parameters)
-        values = np.zeros(count)
-        own = np.clip(strength[first : first + len(form.sd)], form.low, form.high)
-        values[list(form.parameters)] = own * form.sd
-        start.append(values)
-        first += len(form.sd)
-    return refit(ground, effects, np.concatenate(start), rounds)
 
 
 def _with_something_else(found: Probabilities) -> float:

@@ -8,6 +8,7 @@ from diagnosis.affected_swims import Swum
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
+from diagnosis.supposition import Supposition
 
 NONE = "none_of_these"
 _LEAST = 1e-4  # probability that is told
@@ -45,14 +46,38 @@ def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
     }
 
 
+def supposition_payload(found: Supposition) -> dict[str, Any]:
+    """As `supposed.json` has it."""
+    plain, supposed = found.fitted
+    return {
+        "effects": [effect.name for effect in found.refit.effects],
+        "log_bayes_factor": found.log_bayes_factor,
+        "log_bayes_factor_of_each": dict(found.of_each),
+        "effect_parameters": _parameters(found.refit),
+        "fitted": {
+            "baseline_mm": _millimetres(plain),
+            "with_effects_mm": _millimetres(supposed),
+            "baseline_placed_mm": _placed_millimetres(plain),
+            "with_effects_placed_mm": _placed_millimetres(supposed),
+            "speed_mae_before": _speed_error(plain),
+            "speed_mae_after": _speed_error(supposed),
+            "evaluated_on": [each.name for each in plain],
+        },
+        "gap": _gap(found.gap),
+    }
+
+
 def _gap(gap: Gap | None) -> dict[str, Any]:
     if gap is None:
-        keys = ("baseline_mm", "with_effects_mm", "noise_floor_mm", "shrinkage", "shrinkage_ci95")
-        return dict.fromkeys((*keys, "speed_mae_before", "speed_mae_after")) | {"evaluated_on": []}
+        keys = ("baseline_mm", "with_effects_mm", "baseline_placed_mm", "with_effects_placed_mm", "noise_floor_mm")
+        others = ("shrinkage", "shrinkage_ci95", "speed_mae_before", "speed_mae_after")
+        return dict.fromkeys((*keys, *others)) | {"evaluated_on": []}
     told = gap.shrinkage
     return {
         "baseline_mm": _millimetres(gap.before),
         "with_effects_mm": _millimetres(gap.after),
+        "baseline_placed_mm": _placed_millimetres(gap.before),
+        "with_effects_placed_mm": _placed_millimetres(gap.after),
         "noise_floor_mm": 1000 * gap.noise_floor_m,
         "shrinkage": told.value,
         "shrinkage_ci95": None if told.interval is None else list(told.interval),
@@ -66,6 +91,8 @@ def _gap(gap: Gap | None) -> dict[str, Any]:
             b.name: {
                 "before_mm": 1000 * b.marker_error_m,
                 "after_mm": 1000 * a.marker_error_m,
+                "before_placed_mm": 1000 * b.placed_error_m,
+                "after_placed_mm": 1000 * a.placed_error_m,
                 "speed_measured": b.speed_measured,
                 "speed_before": b.speed_twin,
                 "speed_after": a.speed_twin,
@@ -77,6 +104,10 @@ def _gap(gap: Gap | None) -> dict[str, Any]:
 
 def _millimetres(swims: tuple[Swum, ...]) -> float:
     return 1000 * float(np.nanmean([each.marker_error_m for each in swims]))
+
+
+def _placed_millimetres(swims: tuple[Swum, ...]) -> float:
+    return 1000 * float(np.nanmean([each.placed_error_m for each in swims]))
 
 
 def _speed_error(swims: tuple[Swum, ...]) -> float:

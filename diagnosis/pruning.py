@@ -56,7 +56,12 @@ def pruned(ground: Ground, best: Refit, refitting: Refitting, belief: Belief, ca
 
 
 def log_weight(ground: Ground, fit: Refit, belief: Belief, catalogue: int) -> float:
-    """Log evidence of a refitted twin and log prior of so many effects, but for what all twins share.
+    """Log evidence of a refitted twin and log prior of so many effects, but for what all twins share."""
+    return log_evidence(ground, fit) + belief.log_prior(len(fit.effects), False, catalogue)
+
+
+def log_evidence(ground: Ground, fit: Refit) -> float:
+    """Of a refitted twin by Laplace's approximation, but for what all twins share.
 
     What is left is normal, of a size that suits it; a parameter's prior is as wide as the effect's, or as its value.
     """
@@ -67,4 +72,4 @@ def log_weight(ground: Ground, fit: Refit, belief: Belief, catalogue: int) -> fl
     off = np.concatenate([fit.at - ground.at, fit.values]) / width
     volume = 0.5 * float(np.linalg.slogdet(fit.covariance)[1]) - float(np.log(width).sum())
     likelihood = -0.5 * float(white @ white) - float(np.log(np.diag(space.root)).sum())
-    return likelihood - 0.5 * float(off @ off) + volume + belief.log_prior(len(fit.effects), False, catalogue)
+    return likelihood - 0.5 * float(off @ off) + volume

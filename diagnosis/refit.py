@@ -36,6 +36,13 @@ class Refit:
     left: np.ndarray
     covariance: np.ndarray
 
+    @classmethod
+    def plain(cls, ground: Ground) -> "Refit":
+        """The nearest twin without any."""
+        slopes = solve_triangular(ground.with_gap.root, ground.slopes, lower=True)
+        covariance = np.linalg.inv(slopes.T @ slopes + np.diag(PRIOR_SD**-2.0))
+        return cls((), ground.at, np.zeros(0), ground.left, covariance)
+
     @property
     def by_effect(self) -> dict[str, np.ndarray]:
         """(p,) values of each effect."""

@@ -7,7 +7,7 @@ import typer
 
 from calib.commands.arguments import AsJson, Effort, SessionFolder, Workers
 from calib.options import Options
-from calib.working import tell_diagnosis, tell_outcome, working
+from calib.working import tell_diagnosis, tell_outcome, tell_supposition, working
 from fitting import MethodName
 from session import SESSION_FILE, NotConverged
 
@@ -62,15 +62,26 @@ def diagnose(
     effort: Effort = "full",
     workers: Workers = 0,
     without: Annotated[str, typer.Option(help="effects that the catalogue is to lack, comma-separated")] = "",
+    suppose: Annotated[
+        str, typer.Option(help="instead: ask what the swims say of these effects together, comma-separated")
+    ] = "",
     as_json: AsJson = False,
 ) -> None:
     """Tells where the sim-to-real gap lies, which unmodelled effect makes it, and how far it shrinks with that effect.
 
-    Writes results/diagnosis.json and, where an effect is named, the model with it.
+    Writes results/diagnosis.json and, where an effect is named, the model with it. With --suppose it writes
+    results/supposed.json alone.
     """
-    lacking = frozenset(name.strip() for name in without.split(",") if name.strip())
+    lacking, supposed = (tuple(name.strip() for name in told.split(",") if name.strip()) for told in (without, suppose))
+    if supposed and lacking:
+        raise typer.BadParameter("takes effects of the whole catalogue; leave --without out", param_hint="--suppose")
+    if supposed:
+        with working(session, as_json, Options(effort, workers)) as pipeline:
+            result = pipeline.supposition(supposed)
+        tell_supposition(pipeline, result, as_json)
+        return
     with working(session, as_json, Options(effort, workers)) as pipeline:
-        result = pipeline.diagnosis(lacking)
+        result = pipeline.diagnosis(frozenset(lacking))
     tell_diagnosis(pipeline, result, as_json)
 
 

@@ -106,3 +106,27 @@ def test_report_and_recording_show_what_is_missing(
     assert seen["context"].diagnosed.refitted == ("scale_error",)  # type: ignore[attr-defined]
     shown = {trial.name: trial.missing is not None for trial in seen["trials"]}  # type: ignore[attr-defined]
     assert shown == {"slow": True, "fast": False}
+
+
+def test_what_somebody_supposes_is_weighed_and_changes_no_diagnosis(calib: Front, diagnosed: Path) -> None:
+    before = files_in(diagnosed / "results")
+
+    outcome = calib("diagnose", diagnosed, *QUICK, "--suppose", "crank_arm_error, scale_error")
+
+    assert outcome.code == 0
+    lines = outcome.out.splitlines()
+    assert lines[0] == "Supposed: crank arm error, scale error."
+    assert lines[-1] == str(diagnosed / "results" / "supposed.json")
+    data = read_result_json(diagnosed / "results" / "supposed.json")
+    assert list(data["log_bayes_factor_of_each"]) == ["crank_arm_error", "scale_error"]
+    assert data["fitted"]["with_effects_placed_mm"] > 0
+    assert data["gap"]["evaluated_on"] == ["fast"]
+    after = files_in(diagnosed / "results")
+    assert {name: after[name] for name in before} == before
+
+
+def test_what_nobody_knows_cannot_be_supposed(calib: Front, diagnosed: Path) -> None:
+    outcome = calib("diagnose", diagnosed, *QUICK, "--suppose", "gremlins,scale_error,elves")
+    assert_told(outcome, "gremlins", "elves", "scale_error")
+    assert calib("diagnose", diagnosed, "--suppose", "scale_error", "--without", "wave_drag").code == 2
+    assert not (diagnosed / "results" / "supposed.json").exists()

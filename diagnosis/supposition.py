@@ -1,0 +1,95 @@
+"""What somebody supposes: the twin with effects that a user names, whatever else may be amiss.
+
+A diagnosis names an effect only where the evidence leaves nothing else. Who has a reason to suspect one, or several,
+can ask what the swims say of just these: how much likelier they make the twin, each beside the others, and how far the
+gap shrinks with them. Whatever they do not explain counts as a gap of no particular cause, of a size that suits it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.affected_swims import Swum, swum
+from diagnosis.diagnosis import Settings, Tell, explain
+from diagnosis.from_forms import refitted
+from diagnosis.ground import Ground
+from diagnosis.held_out import Gap, held_out_gap
+from diagnosis.pruning import log_evidence
+from diagnosis.refit import Refit
+from fitting.signatures import signature_of
+from fitting.signatures.view_of import with_picture
+from fitting.trial import MeasuredTrial
+from session import CameraSpec, NotEnoughData
+from swimmer import Twin
+from swimmer.effects import Effect
+
+_ROUNDS = {"quick": 3, "full": 8}
+
+
+@dataclass(frozen=True, eq=False)
+class Supposition:
+    """The twin with supposed effects beside the plain one, both refitted to the same swims.
+
+    Attributes:
+        refit: the twin with them.
+        log_bayes_factor: natural logarithm of how much more probable the fitted swims are with them.
+        of_each: the same of each effect beside all others that are supposed.
+        fitted: the fitted swims beside the plain twin, and beside the one with effects.
+        gap: of the held-out swims; None without any that the twins can follow.
+    """
+
+    refit: Refit
+    log_bayes_factor: float
+    of_each: Mapping[str, float]
+    fitted: tuple[tuple[Swum, ...], tuple[Swum, ...]]
+    gap: Gap | None
+
+
+def suppose(
+    trials: Sequence[MeasuredTrial],
+    twin: Twin,
+    camera: CameraSpec,
+    effects: Sequence[Effect],
+    discrepancy: np.ndarray,
+    settings: Settings | None = None,
+    tell: Tell = lambda _message, _share: None,
+    dry: Sequence[MeasuredTrial] = (),
+) -> Supposition:
+    """Refits the twin with effects.
+
+    Args:
+        trials, twin, camera, discrepancy, tell, dry: as of `diagnose`.
+        effects: that are supposed, each once.
+        settings: how much work, and the seed.
+
+    Raises:
+        SimulationDiverged: the plain twin, from every start.
+        NotEnoughData: no fitted swim, or an effect that does nothing in these.
+    """
+    settings = settings or Settings()
+    fitted, held = ([trial for trial in trials if (trial.role == "fit") == own] for own in (True, False))
+    if not fitted:
+        raise NotEnoughData('no swim of role "fit"')
+    camera = with_picture(camera, (*trials, *dry))
+    tell("fitting the plain twin", 0.0)
+    ground = Ground.fitted(fitted, twin, camera, discrepancy, dry)
+    tell("what the supposed effects would do", 0.4)
+    signatures = [signature_of(effect, ground.model, camera, ground.at) for effect in effects]
+    explanations = explain(ground, signatures, settings.belief)
+    idle = [effect.name for effect, form in zip(effects, explanations.best, strict=True) if form is None]
+    if idle:
+        raise NotEnoughData(f"{', '.join(idle)}: changes nothing in the fitted swims that the coefficients do not")
+    rounds = _ROUNDS[settings.effort]
+    tell("refitting with them", 0.5)
+    best, plain = refitted(ground, explanations, effects, rounds), Refit.plain(ground)
+    evidence, of_each = log_evidence(ground, best), {}
+    for number, effect in enumerate(effects):
+        tell(f"refitting without {effect.name.replace('_', ' ')}", 0.6 + 0.3 * number / len(effects))
+        others = [other for other in effects if other is not effect]
+        without = refitted(ground, explanations, others, rounds) if others else plain
+        of_each[effect.name] = evidence - log_evidence(ground, without)
+    tell("held-out swims", 0.9)
+    pair = [tuple(swum(ground, fitted, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
+    gap = held_out_gap(ground, held, best, None, settings.seed) if held else None
+    return Supposition(best, evidence - log_evidence(ground, plain), of_each, (pair[0], pair[1]), gap)
