@@ -173,7 +173,7 @@ def diagnose(
             other = None if placebo is None else refitted(ground, explanations, [effects[placebo]], rounds)
         gap = held_out_gap(ground, held, best, other, settings.seed)
     tell("what to measure next", 0.95)
-    experiments = next_experiments(ground, explanations, verdict, effects, settings.seed)
+    experiments = next_experiments(ground, explanations, verdict, probabilities, effects, settings.seed)
     return Diagnosis(
         ground,
         tuple(signatures),

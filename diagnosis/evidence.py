@@ -2,8 +2,8 @@
 
 Every explanation is normal: nothing leaves unit noise; an effect adds its columns, its strength normal about zero with
 a size that is not known (uniform in its logarithm, from what is just seen to what its bounds allow); and what shows is
-never quite what a form says, by a share of its own length in no particular direction, gaits and frequencies each by
-themselves: a gear that is wrong by much does not blur how the fish swims. Something else is a gap in no
+never quite what a form says, by a share of its own length in no particular direction: of its whole length in gaits, and
+of how far it moves frequencies in these. Something else is a gap in no
 particular direction of a size that is not known. So all evidences are closed (Rasmussen and Williams 2006, chapter 5),
 and forms with more freedom pay for it by themselves.
 """
@@ -92,7 +92,7 @@ class Row:
 
     @cached_property
     def unlike(self) -> tuple[np.ndarray, np.ndarray]:
-        """(q,) how the square of what no form holds is spread, in gaits and in frequencies; each adds up to 1."""
+        """(q,) how the square of what no form holds is spread, over gaits and over frequencies; each adds up to 1."""
         gaits = np.arange(len(self.spread)) < len(self.spread) - self.frequencies
         parts = (np.where(own, self.spread, 0.0) for own in (gaits, ~gaits))
         in_gaits, in_frequencies = (part / max(part.sum(), 1e-300) for part in parts)

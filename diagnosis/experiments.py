@@ -16,7 +16,8 @@ from scipy.stats import norm
 
 from diagnosis.evidence import Explanations
 from diagnosis.ground import Ground
-from diagnosis.verdict import Verdict
+from diagnosis.probabilities import Probabilities
+from diagnosis.verdict import MOST_ALIKE, Verdict
 from fitting.posterior.noise import GaitNoise
 from fitting.signatures import Signature, signature_of
 from fitting.signatures.view_of import TO_PX, picture_px
@@ -56,10 +57,19 @@ class _Trial(NamedTuple):
 
 
 def next_experiments(
-    ground: Ground, explanations: Explanations, verdict: Verdict, effects: Mapping[str, Effect], seed: int = 0
+    ground: Ground,
+    explanations: Explanations,
+    verdict: Verdict,
+    probabilities: Probabilities,
+    effects: Mapping[str, Effect],
+    seed: int = 0,
 ) -> tuple[Experiment, ...]:
-    """For every two effects that the verdict leaves confused, the most telling first."""
-    pairs = [pair for group in verdict.groups for pair in combinations(group, 2)]
+    """For every two effects that stay confused, the most telling first.
+
+    Those of each group of the verdict; of a gap that is unexplained the likeliest three.
+    """
+    confused = [_likeliest(explanations, probabilities)] if verdict.name == "unexplained" else verdict.groups
+    pairs = [pair for group in confused for pair in combinations(group, 2)]
     if not pairs:
         return ()
     strengths = _strengths(explanations, {name for pair in pairs for name in pair}, ground, effects)
@@ -76,6 +86,12 @@ def next_experiments(
                 for pair in pairs
             ]
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
+
+
+def _likeliest(explanations: Explanations, probabilities: Probabilities) -> tuple[str, ...]:
+    shows = [i for i, form in enumerate(explanations.best) if form is not None]
+    order = sorted(shows, key=lambda i: -probabilities.marginal[i])
+    return tuple(probabilities.names[i] for i in order[:MOST_ALIKE])
 
 
 def _strengths(

@@ -21,7 +21,7 @@ class Form:
         sd: (p,) of the prior.
         low, high: (p,) bounds, in standard deviations.
         raw: root mean square whitened length of what the prior makes of it before coefficients are refitted, over
-            `size`, in gaits and in frequencies: what is not quite as the form says is a share of each.
+            `size`, of all numbers and of frequencies alone: what is not quite as the form says is a share of these.
     """
 
     parameters: tuple[int, ...]
@@ -79,8 +79,8 @@ def _forms(signature: Signature, space: Whitened) -> list[Form]:
     """Slopes from each strength that was tried."""
     values, told = signature.values, np.nan_to_num(signature.rows)
     rows, white = space.freed(told), solve_triangular(space.root, told.T, lower=True)
-    both = np.split(white, [len(white) - signature.hertz.shape[1]])
-    raw = np.column_stack([np.linalg.norm(part, axis=0) for part in both])  # (q, 2)
+    frequencies = white[len(white) - signature.hertz.shape[1] :]
+    raw = np.column_stack([np.linalg.norm(part, axis=0) for part in (white, frequencies)])  # (q, 2)
     finite = np.isfinite(signature.rows).all(axis=1)
     of = np.abs(values).argmax(axis=1)
     slopes: dict[int, list[_Slope]] = {}
