@@ -192,8 +192,7 @@ def diagnose(
 def explain(ground: Ground, signatures: Sequence[Signature], belief: Belief) -> Explanations:
     """All explanations of what the nearest plain twin leaves."""
     effects = shown(signatures, ground.space)
-    count = len(ground.trials)
-    rows = tuple(Row.of(ground.space, ground.left, ground.generic, like, count) for like in (effects, ()))
+    rows = tuple(Row.of(ground.space, ground.left, ground.generic, like) for like in (effects, ()))
     return Explanations(rows, effects, belief)
 
 

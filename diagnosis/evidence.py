@@ -2,8 +2,7 @@
 
 Every explanation is normal: nothing leaves unit noise; an effect adds its columns, its strength normal about zero with
 a size that is not known (uniform in its logarithm, from what is just seen to what its bounds allow); and what shows is
-never quite what a form says, by a share of its own length in no particular direction: of its whole length in gaits, and
-of how far it moves frequencies in these. Something else is a gap in no
+never quite what a form says, by a share of its own length in no particular direction. Something else is a gap in no
 particular direction of a size that is not known. So all evidences are closed (Rasmussen and Williams 2006, chapter 5),
 and forms with more freedom pay for it by themselves.
 """
@@ -52,24 +51,15 @@ class Row:
         turn: (q, k) from the whitened row.
         left: (q,) what is left.
         spread: (q,) variance of a gap of no particular cause, of mean 1.
-        frequencies: how many of the q are frequencies, at the end.
     """
 
     turn: np.ndarray
     left: np.ndarray
     spread: np.ndarray
-    frequencies: int = 0
 
     @classmethod
-    def of(
-        cls,
-        space: Whitened,
-        left: np.ndarray,
-        generic: np.ndarray,
-        effects: Sequence[Shown] = (),
-        frequencies: int = 0,
-    ) -> "Row":
-        """Of what is left (k,), the last numbers of which are so many frequencies.
+    def of(cls, space: Whitened, left: np.ndarray, generic: np.ndarray, effects: Sequence[Shown] = ()) -> "Row":
+        """Of what is left (k,).
 
         A gap of no particular cause has no structure but that of `generic` (k, k); where effects are given, it is like
         any of these (each as likely), but for the share `_LOOSE` of its variance.
@@ -80,23 +70,11 @@ class Row:
         share = _LOOSE if tight else 1.0
         parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
         parts += [np.sqrt((1 - share) / len(tight)) * part for part in tight]
-        together = np.hstack(parts)
-        last = np.arange(len(left) - frequencies, len(left))
-        alone = np.square(together[last]).sum(axis=1)
-        together[last] = 0.0
-        turn, singular, _ = np.linalg.svd(together, full_matrices=False)
+        turn, singular, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)
         inside = singular > 1e-9 * singular[0]
-        spread = np.append(singular[inside] ** 2, alone)
-        turn = np.vstack([turn[:, inside].T, np.eye(turn.shape[0])[last]])
-        return cls(turn, turn @ space.freed(left), spread / spread.mean(), frequencies)
-
-    @cached_property
-    def unlike(self) -> tuple[np.ndarray, np.ndarray]:
-        """(q,) how the square of what no form holds is spread, over gaits and over frequencies; each adds up to 1."""
-        gaits = np.arange(len(self.spread)) < len(self.spread) - self.frequencies
-        parts = (np.where(own, self.spread, 0.0) for own in (gaits, ~gaits))
-        in_gaits, in_frequencies = (part / max(part.sum(), 1e-300) for part in parts)
-        return in_gaits, in_frequencies
+        spread = singular[inside] ** 2
+        turn = turn[:, inside].T
+        return cls(turn, turn @ space.freed(left), spread / spread.mean())
 
     @property
     def squares(self) -> float:
@@ -195,9 +173,9 @@ class Explanations:
         forms: tuple[Form, ...] = (),
     ) -> float:
         """Log evidence where what is left is normal: unit noise, columns of these sizes, and what no form holds."""
-        raw = [sum((size * form.raw[part]) ** 2 for size, form in zip(sizes, forms, strict=True)) for part in (0, 1)]
-        unlike = sum(square * spread for square, spread in zip(raw, row.unlike, strict=True))
-        variance = 1 + other**2 / len(row.left) * row.spread + self.belief.unlike**2 * unlike
+        raw = sum((size * form.raw) ** 2 for size, form in zip(sizes, forms, strict=True))
+        unlike = (self.belief.unlike**2 * raw + other**2) / len(row.left)
+        variance = 1 + unlike * row.spread
         found = _normal(row.left, variance)
         if not columns:
             return found

@@ -21,7 +21,7 @@ class Form:
         sd: (p,) of the prior.
         low, high: (p,) bounds, in standard deviations.
         raw: root mean square whitened length of what the prior makes of it before coefficients are refitted, over
-            `size`, of all numbers and of frequencies alone: what is not quite as the form says is a share of these.
+            `size`: what is not quite as the form says is a share of this.
     """
 
     parameters: tuple[int, ...]
@@ -29,7 +29,7 @@ class Form:
     sd: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    raw: tuple[float, float]
+    raw: float
 
     @property
     def one_sided(self) -> bool:
@@ -78,9 +78,7 @@ def shown(signatures: Sequence[Signature], space: Whitened) -> tuple[Shown, ...]
 def _forms(signature: Signature, space: Whitened) -> list[Form]:
     """Slopes from each strength that was tried."""
     values, told = signature.values, np.nan_to_num(signature.rows)
-    rows, white = space.freed(told), solve_triangular(space.root, told.T, lower=True)
-    frequencies = white[len(white) - signature.hertz.shape[1] :]
-    raw = np.column_stack([np.linalg.norm(part, axis=0) for part in (white, frequencies)])  # (q, 2)
+    rows, raw = space.freed(told), np.linalg.norm(solve_triangular(space.root, told.T, lower=True), axis=0)
     finite = np.isfinite(signature.rows).all(axis=1)
     of = np.abs(values).argmax(axis=1)
     slopes: dict[int, list[_Slope]] = {}
@@ -99,17 +97,19 @@ def _forms(signature: Signature, space: Whitened) -> list[Form]:
 
 
 class _Slope(NamedTuple):
-    """(q,) of the whitened row, coefficients refitted, and (2,) lengths of what it was before."""
+    """(q,) of the whitened row, coefficients refitted, and the length of what it was before."""
 
     column: np.ndarray
-    raw: np.ndarray
+    raw: float
 
 
 def _form(signature: Signature, slopes: Mapping[int, _Slope]) -> Form:
     own = [signature.effect.parameters[number] for number in slopes]
     sd = np.array([parameter.sd for parameter in own])
     columns = np.column_stack([slope.column for slope in slopes.values()]) * sd
-    raw = np.linalg.norm(sd[:, None] * np.array([slope.raw for slope in slopes.values()]), axis=0)
+    raw = float(
+        np.sqrt(sum((parameter.sd * slope.raw) ** 2 for parameter, slope in zip(own, slopes.values(), strict=True)))
+    )
     size = float(np.linalg.norm(columns))
     return Form(
         tuple(slopes),
@@ -117,7 +117,7 @@ def _form(signature: Signature, slopes: Mapping[int, _Slope]) -> Form:
         sd,
         np.array([parameter.low for parameter in own]) / sd,
         np.array([parameter.high for parameter in own]) / sd,
-        (float(raw[0]) / max(size, 1e-300), float(raw[1]) / max(size, 1e-300)),
+        raw / max(size, 1e-300),
     )
 
 

@@ -13,13 +13,8 @@ from session import TrialKind
 from swimmer.effects import Effect, Parameter
 
 K = 100
+SPACE = Whitened.of(np.eye(K), np.eye(K)[:, :5], np.full(5, 10.0))
 DIRECTIONS = np.linalg.qr(np.random.default_rng(4).standard_normal((K, 12)))[0].T  # (12, k)
-
-
-def space(frequencies: int = 0) -> Whitened:
-    """Of a hundred numbers, on the first of which coefficients act, and so many frequencies."""
-    whole = np.eye(K + frequencies)
-    return Whitened.of(whole, whole[:, :5], np.full(5, 10.0))
 
 
 class Made(Effect):
@@ -48,9 +43,8 @@ def catalogue() -> list[Signature]:
     return [*plain, signature("one_sided", DIRECTIONS[10], low=0.0), signature("twin_of_0", alike)]
 
 
-def explanations(left: np.ndarray, signatures: list[Signature] | None = None, frequencies: int = 0) -> Explanations:
-    """Of what is left (k,), the last numbers of which are so many frequencies."""
-    at, generic = space(frequencies), np.eye(len(left))
-    effects = shown(signatures or catalogue(), at)
-    rows = tuple(Row.of(at, left, generic, like, frequencies) for like in (effects, ()))
+def explanations(left: np.ndarray, signatures: list[Signature] | None = None) -> Explanations:
+    """Of what is left (k,)."""
+    effects = shown(signatures or catalogue(), SPACE)
+    rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, ()))
     return Explanations(rows, effects, Belief())

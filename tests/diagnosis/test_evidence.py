@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from diagnosis.probabilities import Probabilities
 from diagnosis.verdict import verdict_of
-from tests.diagnosis.rows import DIRECTIONS, K, catalogue, explanations, signature
+from tests.diagnosis.rows import DIRECTIONS, K, explanations, signature
 
 
 def noise(seed: int) -> np.ndarray:
@@ -47,15 +45,6 @@ def test_an_effect_of_one_sign_does_not_explain_the_other() -> None:
     there, not_there = (after(noise(4) + s * DIRECTIONS[10]) for s in (9.0, -9.0))
     assert there.marginal[10] > 0.95
     assert not_there.marginal[10] < 0.2
-
-
-def test_a_gear_that_no_form_quite_holds_is_still_a_gear() -> None:
-    """Two frequencies that are off by 30 and by 14: what the form misses is a share of them, and nothing else."""
-    gear = replace(signature("gear", np.zeros(K)), hertz=np.outer([-30.0, -10.0, 10.0, 30.0], [1.0, 1.0]))
-    others = [replace(each, hertz=np.zeros((len(each.values), 2))) for each in catalogue()]
-    found = Probabilities.after(explanations(np.append(noise(6), [30.0, 14.0]), [gear, *others], frequencies=2))
-    assert verdict_of(found).groups == (("gear",),)
-    assert sum(chance for (_, other), chance in found.of.items() if other) < 0.5
 
 
 def test_what_no_effect_looks_like_is_unexplained() -> None:
