@@ -141,23 +141,31 @@ class DiagnosisStage:
         self.made += [self.file, self.arrays_file, *models]
         return found
 
+    def check_supposed(self, names: Sequence[str]) -> None:
+        """That the catalogue has these effects.
+
+        Raises:
+            InputError: it has not.
+        """
+        _check_names("--suppose", names, self.effects)
+
     def suppose(self, names: Sequence[str], trials: list[MeasuredTrial], dry: Sequence[MeasuredTrial] = ()) -> Path:
         """Asks what the swims say of effects that a user names; ``results/supposed.json``, made anew every time.
 
         Args:
-            names: of effects.
+            names: of effects of the catalogue.
             trials: all swims.
             dry: runs with the head clamped in air, measured as swims are.
 
         Raises:
-            InputError: the catalogue has no such effect.
             NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
             SimulationDiverged: the plain twin, from every start.
         """
         from diagnosis import Settings, discrepancy_for, suppose
         from diagnosis.diagnosis_file import supposition_payload
 
-        _check_names("--suppose", names, self.effects)
+        if not any(trial.role == "fit" for trial in trials):
+            raise NotEnoughData(f'{self._session.name}: no swim of role "fit"; a supposition needs at least one')
         markers = trials[0].markers
         found = suppose(
             trials,

@@ -248,8 +248,10 @@ class Pipeline:
 
     def supposition(self, names: Sequence[str]) -> Path:
         """`results/supposed.json`: what the swims say of effects that a user names."""
+        stage = self.diagnoses()
+        stage.check_supposed(names)
         self.recordings.tracks()
-        return self.diagnoses().suppose(names, self.trials, self.recordings.dry_gaits)
+        return stage.suppose(names, self.trials, self.recordings.dry_gaits)
 
     def standing_diagnosis(self) -> DiagnosisStage | None:
         """The diagnosis that stands, whatever its effort; None where there is none of these recordings."""

@@ -74,13 +74,14 @@ def swum(
 
     Where boxes were put is found anew beside this very twin, where markers sit from the fitted swims alone.
     """
-    swims = {trial.name: trial for trial in (*ground.swims, *trials)}
-    heads = {name: _ahead(ground, trial, effects, at, values) for name, trial in swims.items()}
-    together = place(ground.swims, [heads[trial.name] for trial in ground.swims])
-    found = []
+    fitted = [_ahead(ground, trial, effects, at, values) for trial in ground.swims]
+    together, found = place(ground.swims, fitted), []
     for trial in trials:
-        head, own = heads[trial.name], together
-        if trial.name not in together.boxes:
+        own = together
+        if trial.role == "fit":
+            head = fitted[[swim.name for swim in ground.swims].index(trial.name)]
+        else:
+            head = _ahead(ground, trial, effects, at, values)
             own = place([trial], [head], [trial.known & (trial.time_s > SETTLED_S)], together)
         speed = float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))
         error, placed = score(trial, head).marker_error_m, score(trial, own.seen(trial, head)).marker_error_m

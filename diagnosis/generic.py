@@ -17,6 +17,7 @@ _SPEED_PER_S = 1.0  # m/s for a metre of displacement
 _COURSE_PER_M = (1.0, 6.0)  # sideways, m/s; turning, rad/s
 _HERTZ_PER_M = 2.0
 _SIZES_M, _TRIED = (1e-6, 0.05), 60
+_OF_HERTZ_M = (1e-6, 1.0)
 
 
 def generic_covariance(along_m: np.ndarray, trials: int) -> np.ndarray:
@@ -49,18 +50,20 @@ def generic_gap(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray, t
     """
     gaits, hertz = slice(None, len(left) - trials), slice(len(left) - trials, None)
     parts = [
-        generic_size(left[own], covariance[own, own], generic[own, own]) ** 2 * generic[own, own]
-        for own in (gaits, hertz)
+        generic_size(left[own], covariance[own, own], generic[own, own], ends) ** 2 * generic[own, own]
+        for own, ends in ((gaits, _SIZES_M), (hertz, _OF_HERTZ_M))
     ]
     return np.asarray(block_diag(*parts))
 
 
-def generic_size(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:
+def generic_size(
+    left: np.ndarray, covariance: np.ndarray, generic: np.ndarray, ends_m: tuple[float, float] = _SIZES_M
+) -> float:
     """The likeliest size, m, of a gap of no particular cause in what is left (k,) beside what is known (k, k)."""
     root = np.linalg.cholesky(covariance)
     white = solve_triangular(root, generic, lower=True)
     values, vectors = np.linalg.eigh(solve_triangular(root, white.T, lower=True))
     seen = (vectors.T @ solve_triangular(root, left, lower=True)) ** 2
-    sizes = np.geomspace(*_SIZES_M, _TRIED)
+    sizes = np.geomspace(*ends_m, _TRIED)
     variance = 1 + np.outer(sizes**2, np.maximum(values, 0.0))
     return float(sizes[np.argmin((seen / variance + np.log(variance)).sum(axis=1))])

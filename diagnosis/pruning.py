@@ -63,13 +63,20 @@ def log_weight(ground: Ground, fit: Refit, belief: Belief, catalogue: int) -> fl
 def log_evidence(ground: Ground, fit: Refit) -> float:
     """Of a refitted twin by Laplace's approximation, but for what all twins share.
 
-    What is left is normal, of a size that suits it; a parameter's prior is as wide as the effect's, or as its value.
+    What is left is normal, of a size that suits it. The prior of a parameter is as wide as the effect has it, or wider
+    where the effect is stronger than that, all of its parameters by the same factor: one of which the swims say
+    nothing costs nothing and gains nothing.
     """
     space = ground.with_gap_in(fit.left)
     white = solve_triangular(space.root, fit.left, lower=True)
-    width = np.array([parameter.sd for effect in fit.effects for parameter in effect.parameters])
-    width = np.concatenate([PRIOR_SD, np.maximum(width, np.abs(fit.values))])
+    width = np.concatenate([PRIOR_SD, *(_widths(effect, fit.by_effect[effect.name]) for effect in fit.effects)])
     off = np.concatenate([fit.at - ground.at, fit.values]) / width
-    volume = 0.5 * float(np.linalg.slogdet(fit.covariance)[1]) - float(np.log(width).sum())
+    volume = -0.5 * float(np.linalg.slogdet(fit.precision(width))[1]) - float(np.log(width).sum())
     likelihood = -0.5 * float(white @ white) - float(np.log(np.diag(space.root)).sum())
     return likelihood - 0.5 * float(off @ off) + volume
+
+
+def _widths(effect: Effect, values: np.ndarray) -> np.ndarray:
+    """(p,) of the prior of each parameter."""
+    sd = np.array([parameter.sd for parameter in effect.parameters])
+    return np.asarray(sd * max(1.0, float(np.sqrt(np.mean((values / sd) ** 2)))))

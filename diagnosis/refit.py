@@ -43,6 +43,12 @@ class Refit:
         covariance = np.linalg.inv(slopes.T @ slopes + np.diag(PRIOR_SD**-2.0))
         return cls((), ground.at, np.zeros(0), ground.left, covariance)
 
+    def precision(self, width: np.ndarray) -> np.ndarray:
+        """(5 + p, 5 + p) of coefficients and values, beside a normal prior as wide as this (5 + p,)."""
+        sds = [_WIDER * parameter.sd for effect in self.effects for parameter in effect.parameters]
+        taken = np.concatenate([PRIOR_SD, sds])
+        return np.asarray(np.linalg.inv(self.covariance) - np.diag(taken**-2.0) + np.diag(width**-2.0))
+
     @property
     def by_effect(self) -> dict[str, np.ndarray]:
         """(p,) values of each effect."""

@@ -12,12 +12,13 @@ import numpy as np
 
 from diagnosis.affected_swims import Swum, swum
 from diagnosis.diagnosis import Settings, Tell, explain
+from diagnosis.evidence import Explanations
 from diagnosis.from_forms import refitted
 from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, held_out_gap
 from diagnosis.pruning import log_evidence
 from diagnosis.refit import Refit
-from fitting.signatures import signature_of
+from fitting.signatures import Signature, signature_of
 from fitting.signatures.view_of import with_picture
 from fitting.trial import MeasuredTrial
 from session import CameraSpec, NotEnoughData
@@ -70,16 +71,14 @@ def suppose(
     settings = settings or Settings()
     fitted, held = ([trial for trial in trials if (trial.role == "fit") == own] for own in (True, False))
     if not fitted:
-        raise NotEnoughData('no swim of role "fit"')
+        raise NotEnoughData('no swim of role "fit"; a supposition needs at least one')
     camera = with_picture(camera, (*trials, *dry))
     tell("fitting the plain twin", 0.0)
     ground = Ground.fitted(fitted, twin, camera, discrepancy, dry)
     tell("what the supposed effects would do", 0.4)
     signatures = [signature_of(effect, ground.model, camera, ground.at) for effect in effects]
     explanations = explain(ground, signatures, settings.belief)
-    idle = [effect.name for effect, form in zip(effects, explanations.best, strict=True) if form is None]
-    if idle:
-        raise NotEnoughData(f"{', '.join(idle)}: changes nothing in the fitted swims that the coefficients do not")
+    _refuse_idle(signatures, explanations)
     rounds = _ROUNDS[settings.effort]
     tell("refitting with them", 0.5)
     best, plain = refitted(ground, explanations, effects, rounds), Refit.plain(ground)
@@ -93,3 +92,15 @@ def suppose(
     pair = [tuple(swum(ground, fitted, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
     gap = held_out_gap(ground, held, best, None, settings.seed) if held else None
     return Supposition(best, evidence - log_evidence(ground, plain), of_each, (pair[0], pair[1]), gap)
+
+
+def _refuse_idle(signatures: Sequence[Signature], explanations: Explanations) -> None:
+    """Effects without a form: nothing to refit."""
+    faults = []
+    for signature, form in zip(signatures, explanations.best, strict=True):
+        if form is None:
+            stands = np.isfinite(signature.rows).all(axis=1).any()
+            why = "changes nothing in the fitted swims" if stands else "makes the twin diverge at every strength tried"
+            faults.append(f"{signature.effect.name} {why}")
+    if faults:
+        raise NotEnoughData(f"{'; '.join(faults)}: leave it out, or fit swims in which it shows")

@@ -73,6 +73,8 @@ def diagnose(
     results/supposed.json alone.
     """
     lacking, supposed = (tuple(name.strip() for name in told.split(",") if name.strip()) for told in (without, suppose))
+    if suppose and not supposed:
+        raise typer.BadParameter("names no effect; docs/effects.md has the table", param_hint="--suppose")
     if supposed and lacking:
         raise typer.BadParameter("takes effects of the whole catalogue; leave --without out", param_hint="--suppose")
     if supposed:

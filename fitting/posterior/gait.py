@@ -6,7 +6,7 @@ forward speed, and each marker's mean and first harmonics in the frame that crui
 fish goes straight at all reads its course too: the mean of what was taken out.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -52,8 +52,12 @@ class Gait:
         turn_rad = trial.crank_rad(time_s, trial.frequency.hz)
         usable = (trial.weight[trial.kept] > 0) & np.isfinite(trial.position_m[trial.kept]).all(axis=-1)
         nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
-        span = np.linalg.norm(trial.position_m[trial.kept, nose] - trial.position_m[trial.kept, neck], axis=-1)
-        return cls(time_s, turn_rad, usable, nose, neck, float(np.nanmedian(span)) if with_course else None)
+        read = cls(time_s, turn_rad, usable, nose, neck)
+        if not with_course:
+            return read
+        head = trial.position_m[trial.kept][read._head_seen]
+        span_m = float(np.median(np.linalg.norm(head[:, nose] - head[:, neck], axis=-1)))
+        return replace(read, span_m=span_m)
 
     def __call__(self, position_m: np.ndarray) -> np.ndarray:
         """(..., k) gaits of positions (..., n, m, 2); what does not count may be nan."""
@@ -118,14 +122,18 @@ class Gait:
         told = [self.speed_reader[:, None]]
         if self.span_m is not None:
             turning = np.zeros((self.usable.shape[1], 1, len(self.time_s)))
-            rate = np.gradient(self._trend_reader, self.time_s, axis=0).mean(axis=0) / self.span_m
+            columns, read = self._trend
+            rate = np.gradient(columns, self.time_s, axis=0).mean(axis=0) @ read / self.span_m
             turning[self.nose, 0, self._head_seen], turning[self.neck, 0, self._head_seen] = rate, -rate
             told.append(turning)
         return np.concatenate([*told, self._beat], axis=1)
 
     @cached_property
     def sums(self) -> np.ndarray:
-        """(k, 2, m, r) which of the readers, along and across, add up to each number of a gait, to first order."""
+        """(k, 2, m, r) which of the readers, along and across, add up to each number of a gait, to first order.
+
+        But for what an error of the heading makes of the forward speed: some 0.2 mm/s sideways.
+        """
         markers, readers, _ = self.readers.shape
         course = 0 if self.span_m is None else len(COURSE)
         markers_end = 1 + 2 * OF_A_MARKER * markers
@@ -156,7 +164,8 @@ class Gait:
         """(s, n) smooth heading from neck to nose, rad, of positions (s, n, m, 2)."""
         seen = self._head_seen
         axis = _complex(position_m[:, seen, self.nose] - position_m[:, seen, self.neck])  # (s, k)
-        return np.unwrap(np.angle(axis), axis=-1) @ self._trend_reader.T
+        columns, read = self._trend
+        return np.unwrap(np.angle(axis), axis=-1) @ read.T @ columns.T
 
     @property
     def _head_seen(self) -> np.ndarray:
@@ -164,11 +173,11 @@ class Gait:
         return np.asarray(self.usable[:, self.nose] & self.usable[:, self.neck])
 
     @cached_property
-    def _trend_reader(self) -> np.ndarray:
-        """(n, k) the smooth heading, from that of the k frames that show nose and neck."""
+    def _trend(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 3) powers of scaled time, and (3, k) what reads them off the k frames that show nose and neck."""
         columns = np.column_stack([self._scaled**k for k in range(HEADING_DEGREE + 1)] + [self.waves])
         read = np.linalg.pinv(columns[self._head_seen])
-        return np.asarray(columns[:, : HEADING_DEGREE + 1] @ read[: HEADING_DEGREE + 1])
+        return columns[:, : HEADING_DEGREE + 1], read[: HEADING_DEGREE + 1]
 
 
 def waves(turn_rad: np.ndarray, harmonics: int) -> np.ndarray:

@@ -34,7 +34,7 @@ _STAGES = {
 def gap_fish_figure(found: Diagnosed, robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
     """Parts in the colour of their stage's share, a disc on each marker as large as its share."""
     nose = robot.markers["nose"].position_m[0] * MM
-    left, right = nose - 190, nose + robot.length_m * MM + 95
+    left, right = nose - 236, nose + robot.length_m * MM + 95
     width = FULL_WIDTH_IN - _MARGINS.left - _MARGINS.right
     height = width * (_UP + _DOWN) / (right - left) + _MARGINS.bottom + _MARGINS.top
     figure = Figure(figsize=(FULL_WIDTH_IN, height))

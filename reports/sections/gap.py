@@ -73,8 +73,8 @@ def _where(found: Diagnosed, context: ReportContext) -> tuple[Block, ...]:
         inline_svg(gap_fish_figure(found, robot, markers), "gap-fish", "The robot with its gap painted on it"),
         "gap-fish",
         "Red is where the gap comes from: each part is as full of colour as its stage has of what the nearest twin "
-        "leaves. Blue is where it shows: each disc is as large as the share of that marker, of the speed or of the "
-        "beat’s frequency.",
+        "leaves. Blue is where it shows: each disc is as large as the share of that marker, of the speed, of the "
+        "course (slip and turning) or of the beat’s frequency.",
         wide=True,
         scrolls=True,
     )
@@ -83,7 +83,7 @@ def _where(found: Diagnosed, context: ReportContext) -> tuple[Block, ...]:
         "gap-shares",
         "The same by numbers; the bars of each panel add up to 100 %. By stage, stages that can do alike share what "
         "they could both do: the tick is what each would take if it were alone, and the truth may lie anywhere "
-        "along the line. Speed and frequency have neither axis nor band.",
+        "along the line. Speed, course and frequency have neither axis nor band.",
         wide=True,
         scrolls=True,
     )
@@ -93,9 +93,10 @@ def _where(found: Diagnosed, context: ReportContext) -> tuple[Block, ...]:
 def _how(found: Diagnosed) -> str:
     evidence = found.data["evidence"]
     return (
-        "Twin and swims are compared by their gaits: forward speed, the frequency that the command leads to, and mean "
-        f"and three harmonics of every marker; {evidence['numbers']} numbers in all, in standard deviations of "
-        "tracking noise, hand-placed boxes, marker places and the twin’s own error. The nearest plain twin (published "
+        "Twin and swims are compared by their gaits: forward speed, slip and turning, the frequency that the command "
+        "leads to, and mean and three harmonics of every marker; "
+        f"{evidence['numbers']} numbers in all, in standard deviations of tracking noise, hand-placed boxes, marker "
+        "places and the twin’s own error. The nearest plain twin (published "
         f"geometry, five coefficients fitted to these numbers) leaves {shown(_mean_square(found), 1)} in the mean of "
         "their squares, where noise would leave 1. It is not the twin of the calibration, which minimises a distance."
     )

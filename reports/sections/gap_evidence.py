@@ -137,13 +137,13 @@ def next_experiments(found: Diagnosed) -> tuple[Block, ...]:
     """The menu, the most telling first."""
     told = found.data["next_experiments"]
     if not told:
-        return (Prose("No further experiment is proposed: either nothing is confused, or nothing on the menu helps."),)
+        return (Prose("No further experiment is proposed: nothing is confused, or nothing on the menu helps."),)
     rows = tuple(
         (each["describe"], " and ".join(map(in_words, each["separates"])), whole_percent(each["expected_error"])[:-2])
         for each in told
     )
     caption = (
         "Experiments by how well they separate what these trials confuse. “Error left” is the chance to still take one "
-        "for the other afterwards."
+        "for the other afterwards, were there nothing else: where much stays unexplained it is more."
     )
     return (Table(caption, NEXT, rows),)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -25,7 +26,7 @@ SCHEMA = Path(__file__).resolve().parents[3] / "shared" / "design" / "schema" / 
 
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
-    swims = [*trials(), trials()[0].with_role("holdout")]
+    swims = [*trials(), replace(trials()[0], name="held").with_role("holdout")]
     twin = Twin(shorter(), FISHSIM_MARKERS, workers=1)
     return diagnose(swims, twin, CAMERA, EFFECTS, discrepancy_for(FISHSIM_MARKERS, ROBOT), Settings("quick"))
 
@@ -36,6 +37,7 @@ def test_it_names_the_arm(found: Diagnosis) -> None:
     assert found.refit.values[0] == pytest.approx(ARM, abs=0.005)
 
 
+@pytest.mark.long
 def test_a_known_strength_is_recovered_from_a_wrong_start() -> None:
     arm = refit(ground("shorter"), [catalogue()["crank_arm_error"]], np.array([-0.02]), rounds=6)
     sd = np.sqrt(arm.covariance[5, 5])
@@ -47,6 +49,7 @@ def test_the_gap_shrinks(found: Diagnosis) -> None:
     assert found.gap is not None
     assert found.gap.shrinkage.with_effects < found.gap.shrinkage.plain
     assert found.gap.after[0].marker_error_m < found.gap.before[0].marker_error_m
+    assert found.gap.after[0].placed_error_m < found.gap.before[0].placed_error_m
 
 
 def test_what_is_written_follows_the_contract(found: Diagnosis, tmp_path: Path) -> None:

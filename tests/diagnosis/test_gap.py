@@ -60,6 +60,7 @@ def test_the_interval_holds_the_value_without_noise() -> None:
     assert 0.90 <= inside / 200 <= 0.99
 
 
+@pytest.mark.long
 def test_the_interval_holds_the_value_of_the_truth_where_strengths_were_fitted() -> None:
     """Of a linear twin: its strengths are off as far as their covariance says, and a held-out gap tells."""
     random, inside, narrow = np.random.default_rng(5), 0, 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ from tests.diagnosis.grounds import ARM, CAMERA, ROBOT, shorter, trials
 
 
 def supposed(*names: str) -> Supposition:
-    swims = [*trials(), trials()[0].with_role("holdout")]
+    swims = [*trials(), replace(trials()[0], name="held").with_role("holdout")]
     effects = [catalogue()[name] for name in names]
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
     return suppose(swims, Twin(shorter(), FISHSIM_MARKERS, workers=1), CAMERA, effects, discrepancy, Settings("quick"))

@@ -51,6 +51,7 @@ def test_of_a_linear_twin_they_are_those_of_a_normal_distribution(linear: Any) -
     assert exact_widths(linear, NOISE) == pytest.approx(2 * 1.645 * LENGTH_SD, rel=0.12)
 
 
+@pytest.mark.long
 def test_they_narrow_with_the_noise(linear: Any, model: SessionModel) -> None:
     narrow = np.linalg.inv(linear.slopes.T @ np.linalg.solve(known(model, QUIET), linear.slopes))
     found = exact_widths(linear, QUIET)
