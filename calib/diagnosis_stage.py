@@ -5,10 +5,10 @@ The diagnosis takes a second to load: it is imported where it is needed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from swimmer.effects import Effect, catalogue
 if TYPE_CHECKING:
     from diagnosis import Diagnosis
 
+Found = TypeVar("Found")
 FORM = 7  # of the files and of what they rest on
 
 
@@ -110,23 +111,11 @@ class DiagnosisStage:
             SimulationDiverged: the plain twin, from every start.
         """
         from calib.affected_mjcf import write_affected_twin
-        from diagnosis import Settings, diagnose, discrepancy_for
+        from diagnosis import diagnose
         from diagnosis.arrays import save_arrays
         from diagnosis.diagnosis_file import diagnosis_payload
 
-        if not any(trial.role == "fit" for trial in trials):
-            raise NotEnoughData(f'{self._session.name}: no swim of role "fit"; a diagnosis needs at least one')
-        markers = trials[0].markers
-        found = diagnose(
-            trials,
-            Twin(self._robot, markers, workers=self._options.workers),
-            self._session.camera,
-            self.effects,
-            discrepancy_for(markers, self._robot) if discrepancy is None else discrepancy,
-            Settings(self._options.effort, seed=self._session.seed),
-            self._options.tell,
-            dry,
-        )
+        found = self._asked(diagnose, self.effects, trials, dry, discrepancy)
         self._remove_models()
         models = (
             write_affected_twin(self._session.results, found, self._session.robot_file)
@@ -161,22 +150,11 @@ class DiagnosisStage:
             NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
             SimulationDiverged: the plain twin, from every start.
         """
-        from diagnosis import Settings, discrepancy_for, suppose
+        from diagnosis import suppose
         from diagnosis.diagnosis_file import supposition_payload
 
-        if not any(trial.role == "fit" for trial in trials):
-            raise NotEnoughData(f'{self._session.name}: no swim of role "fit"; a supposition needs at least one')
-        markers = trials[0].markers
-        found = suppose(
-            trials,
-            Twin(self._robot, markers, workers=self._options.workers),
-            self._session.camera,
-            [self.effects[name] for name in dict.fromkeys(names)],
-            discrepancy_for(markers, self._robot),
-            Settings(self._options.effort, seed=self._session.seed),
-            self._options.tell,
-            dry,
-        )
+        effects = [self.effects[name] for name in dict.fromkeys(names)]
+        found = self._asked(suppose, effects, trials, dry)
         path = self.file.with_name("supposed.json")
         write_result_json(path, self._stamp, supposition_payload(found))
         return path
@@ -184,6 +162,31 @@ class DiagnosisStage:
     def read(self) -> dict[str, Any]:
         """The content of ``diagnosis.json``."""
         return read_result_json(self.file)
+
+    def _asked(
+        self,
+        question: Callable[..., Found],
+        effects: Mapping[str, Effect] | Sequence[Effect],
+        trials: list[MeasuredTrial],
+        dry: Sequence[MeasuredTrial],
+        discrepancy: np.ndarray | None = None,
+    ) -> Found:
+        """What `diagnose` or `suppose` says of this session."""
+        from diagnosis import Settings, discrepancy_for
+
+        if not any(trial.role == "fit" for trial in trials):
+            raise NotEnoughData(f'{self._session.name}: no swim of role "fit"; a diagnosis needs at least one')
+        markers = trials[0].markers
+        return question(
+            trials,
+            Twin(self._robot, markers, workers=self._options.workers),
+            self._session.camera,
+            effects,
+            discrepancy_for(markers, self._robot) if discrepancy is None else discrepancy,
+            Settings(self._options.effort, seed=self._session.seed),
+            self._options.tell,
+            dry,
+        )
 
     def _remove_models(self) -> None:
         for path in self._session.results.glob("calibrated+*"):

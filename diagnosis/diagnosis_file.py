@@ -54,15 +54,7 @@ def supposition_payload(found: Supposition) -> dict[str, Any]:
         "log_bayes_factor": found.log_bayes_factor,
         "log_bayes_factor_of_each": dict(found.of_each),
         "effect_parameters": _parameters(found.refit),
-        "fitted": {
-            "baseline_mm": _millimetres(plain),
-            "with_effects_mm": _millimetres(supposed),
-            "baseline_placed_mm": _placed_millimetres(plain),
-            "with_effects_placed_mm": _placed_millimetres(supposed),
-            "speed_mae_before": _speed_error(plain),
-            "speed_mae_after": _speed_error(supposed),
-            "evaluated_on": [each.name for each in plain],
-        },
+        "fitted": _beside(plain, supposed),
         "gap": _gap(found.gap),
     }
 
@@ -73,17 +65,10 @@ def _gap(gap: Gap | None) -> dict[str, Any]:
         others = ("shrinkage", "shrinkage_ci95", "speed_mae_before", "speed_mae_after")
         return dict.fromkeys((*keys, *others)) | {"evaluated_on": []}
     told = gap.shrinkage
-    return {
-        "baseline_mm": _millimetres(gap.before),
-        "with_effects_mm": _millimetres(gap.after),
-        "baseline_placed_mm": _placed_millimetres(gap.before),
-        "with_effects_placed_mm": _placed_millimetres(gap.after),
+    return _beside(gap.before, gap.after) | {
         "noise_floor_mm": 1000 * gap.noise_floor_m,
         "shrinkage": told.value,
         "shrinkage_ci95": None if told.interval is None else list(told.interval),
-        "speed_mae_before": _speed_error(gap.before),
-        "speed_mae_after": _speed_error(gap.after),
-        "evaluated_on": [each.name for each in gap.before],
         "squares_before": told.plain,
         "squares_after": told.with_effects,
         "controls": None if gap.controls is None else gap.controls._asdict(),
@@ -102,12 +87,22 @@ def _gap(gap: Gap | None) -> dict[str, Any]:
     }
 
 
-def _millimetres(swims: tuple[Swum, ...]) -> float:
-    return 1000 * float(np.nanmean([each.marker_error_m for each in swims]))
+def _beside(before: tuple[Swum, ...], after: tuple[Swum, ...]) -> dict[str, Any]:
+    """Means over the same swims without and with effects."""
+    return {
+        "baseline_mm": _millimetres([each.marker_error_m for each in before]),
+        "with_effects_mm": _millimetres([each.marker_error_m for each in after]),
+        "baseline_placed_mm": _millimetres([each.placed_error_m for each in before]),
+        "with_effects_placed_mm": _millimetres([each.placed_error_m for each in after]),
+        "speed_mae_before": _speed_error(before),
+        "speed_mae_after": _speed_error(after),
+        "evaluated_on": [each.name for each in before],
+    }
 
 
-def _placed_millimetres(swims: tuple[Swum, ...]) -> float:
-    return 1000 * float(np.nanmean([each.placed_error_m for each in swims]))
+def _millimetres(metres: list[float]) -> float:
+    """Their mean."""
+    return 1000 * float(np.nanmean(metres))
 
 
 def _speed_error(swims: tuple[Swum, ...]) -> float:

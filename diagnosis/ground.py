@@ -162,10 +162,14 @@ class Ground:
 
     def coefficients_drawn(self, draws: int, seed: int) -> np.ndarray:
         """(d, 5) as they might have been fitted, what the plain twin leaves counted as disturbance."""
-        space, random = self.with_gap, np.random.default_rng([seed, 23])
-        slopes = solve_triangular(space.root, self.slopes, lower=True)
-        covariance = np.linalg.inv(slopes.T @ slopes + np.diag(space.precision))
-        return np.clip(random.multivariate_normal(self.at, covariance, draws), *COEFFICIENT_BOUNDS)
+        random = np.random.default_rng([seed, 23])
+        return np.clip(random.multivariate_normal(self.at, self.coefficient_covariance, draws), *COEFFICIENT_BOUNDS)
+
+    @cached_property
+    def coefficient_covariance(self) -> np.ndarray:
+        """(5, 5) of the coefficients as fitted, what the plain twin leaves counted as disturbance."""
+        slopes = solve_triangular(self.with_gap.root, self.slopes, lower=True)
+        return np.linalg.inv(slopes.T @ slopes + np.diag(self.with_gap.precision))
 
     @cached_property
     def slopes(self) -> np.ndarray:

@@ -39,9 +39,7 @@ class Refit:
     @classmethod
     def plain(cls, ground: Ground) -> "Refit":
         """The nearest twin without any."""
-        slopes = solve_triangular(ground.with_gap.root, ground.slopes, lower=True)
-        covariance = np.linalg.inv(slopes.T @ slopes + np.diag(PRIOR_SD**-2.0))
-        return cls((), ground.at, np.zeros(0), ground.left, covariance)
+        return cls((), ground.at, np.zeros(0), ground.left, ground.coefficient_covariance)
 
     def precision(self, width: np.ndarray) -> np.ndarray:
         """(5 + p, 5 + p) of coefficients and values, beside a normal prior as wide as this (5 + p,)."""

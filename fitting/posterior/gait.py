@@ -111,11 +111,6 @@ class Gait:
         rates = np.array([np.mean(np.gradient(self._scaled**k, self.time_s)) for k in range(PATH_DEGREE + 1)])
         return self.carriers[:, None] * np.einsum("c,mcn->mn", rates, self._powers)
 
-    @property
-    def beat_reader(self) -> np.ndarray:
-        """(m, 7, n) by how much a shift of each sample changes each marker's mean and harmonics."""
-        return self._beat
-
     @cached_property
     def readers(self) -> np.ndarray:
         """(m, r, n) what a shift of each sample, along or across, does: to the speed that way, to turning, to beats."""

@@ -35,7 +35,7 @@ def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
 
 
 def row_covariance(model: SessionModel, gaits: np.ndarray, discrepancy: np.ndarray) -> np.ndarray:
-    """(k + t, k + t) from that of the gaits (k, k) and of what a twin leaves of each by itself (127, 127)."""
+    """(k + t, k + t) from that of the gaits (k, k) and of what a twin leaves of each by itself (g, g)."""
     hertz = [TOLD_TO * each.trial.frequency.hz for each in model.trials]
     return block_diag(gaits + block_diag(*[discrepancy] * len(model.trials)), np.diag(np.square(hertz)))
 
