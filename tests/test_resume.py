@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.long  # it serves nothing else
+
 ROOT = Path(__file__).resolve().parents[1]
 TESTS = """
 import os

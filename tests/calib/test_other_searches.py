@@ -16,6 +16,7 @@ from calib.pipeline import Options, Pipeline, open_session
 from fitting import METHODS, Swims, compare_methods
 from tests.calib.door import TINY, Front, edit, with_little_effort
 from tests.calib.test_run import remade
+from tests.cases import later
 
 QUICK = ["--effort", "quick"]
 CHOSEN = {
@@ -31,7 +32,7 @@ def fit_of(folder: Path) -> dict[str, Any]:
     return fit
 
 
-@pytest.fixture(scope="module", params=list(CHOSEN))
+@pytest.fixture(scope="module", params=[*later("method"), "objective"])
 def choice(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 

@@ -28,6 +28,7 @@ from tests.calib.filmed import (
     with_tracks,
     without_boxes,
 )
+from tests.cases import later
 from tracking.boxes import load_boxes
 from tracking.records import import_tracks
 
@@ -330,7 +331,7 @@ def test_an_unknown_method_is_refused(calib: Front, filmed: Path) -> None:
     assert "hybrid" in outcome.err
 
 
-@pytest.mark.parametrize("method", ["spots", pytest.param("csrt", marks=pytest.mark.long)])
+@pytest.mark.parametrize("method", ["spots", *later("csrt")])
 def test_a_fit_keeps_the_tracker_that_was_asked_for(calib: Front, tracked: Path, method: str) -> None:
     before, tracking = tracks_of(tracked, "slow").position_px, tracked / "results" / "tracking"
     raw = (tracking / "raw" / "slow.csv").stat().st_mtime_ns

@@ -14,6 +14,7 @@ from reports.recording import RecordingContents, read_recording
 from tests.calib.door import Front, assert_told, edit, files_in
 from tests.calib.filmed import FRAMES, NAMES, cut_short, with_tracks
 from tests.calib.test_left_out import MOTOR_LOG
+from tests.cases import later
 
 SCALARS = "Scalars:scalars"
 
@@ -38,7 +39,7 @@ def test_before_a_fit_it_shows_videos_and_tracks(calib: Front, filmed: Path) -> 
     assert not (filmed / "results" / "calibration.json").exists()
 
 
-@pytest.mark.parametrize("again", [False, True])
+@pytest.mark.parametrize("again", [False, *later(True)])
 def test_after_a_fit_of_any_kind_it_shows_the_twin_beside_them(calib: Front, fitted: Path, again: bool) -> None:
     if again:
         assert calib("fit", fitted, "--objective", "shape").code == 0

@@ -60,6 +60,7 @@ def test_the_best_comes_first_and_is_what_the_fit_gives(small: CoefficientFit, s
     assert (np.array(small.coefficients) <= 10).all()
 
 
+@pytest.mark.long
 def test_threads_do_not_change_the_result_nor_do_runs(swims: Swims) -> None:
     fits = [
         fit_coefficients(Swims(Twin(swims.twin.robot, swims.twin.markers, workers=workers), swims.trials), TINY, seed=3)

@@ -25,8 +25,10 @@ from fitting.smooth_floor import settled
 from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
 from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.cases import later
 from tests.fitting.exact_swims import PHASES, ROBOT, exact_swims, exact_twin
 
+OTHERS = [method for method in METHODS if method != "gradient"]
 TINY = replace(QUICK, screened=4, starts=1, finalists=1, heat_iterations=1, final_iterations=1)
 ABRUPT = replace(TINY, final_iterations=0, finish_s=150.0)
 """A descent that leaves much to the simplex."""
@@ -171,8 +173,8 @@ def test_seven_in_ten_intervals_or_more_hold_the_truth(draws: list[Draw]) -> Non
 
 @pytest.mark.parametrize(
     ("method", "effort"),
-    [*((method, ABRUPT) for method in METHODS), pytest.param("gradient", THOROUGH, marks=pytest.mark.long)],
-    ids=[*METHODS, "thorough gradient"],
+    [("gradient", ABRUPT), *later(*((method, ABRUPT) for method in OTHERS), ("gradient", THOROUGH))],
+    ids=["gradient", *OTHERS, "thorough gradient"],
 )
 def test_the_order_of_trials_does_not_change_a_bit(method: str, effort: Effort) -> None:
     """When thorough with both heats, the walk along the valley and hops on its floor; always with the middle of it."""
@@ -188,7 +190,7 @@ def test_the_order_of_trials_does_not_change_a_bit(method: str, effort: Effort) 
     assert one.mean_distance_m == pytest.approx(other.mean_distance_m, rel=1e-12)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["gradient", *later(*OTHERS)])
 def test_the_number_of_workers_does_not_change_a_bit(method: str) -> None:
     trials = exact_swims(hz=(0.7, 1.2), seconds=2.5)
     fits = [search(method, Swims(exact_twin(workers), trials), ABRUPT, seed=0, budget_s=200.0) for workers in (1, 3)]

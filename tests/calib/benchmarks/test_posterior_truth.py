@@ -11,6 +11,7 @@ from calib.benchmarks.posterior_truth import DrawnSession, draw_session, drawn_n
 from fitting.from_rest import speed_from_rest
 from fitting.posterior import SessionModel
 from swimmer import load_robot
+from tests.cases import later
 
 COARSE = 1 / 8  # so that a draw takes no seconds
 
@@ -74,9 +75,7 @@ def test_an_effect_sets_the_one_number_that_it_is_about() -> None:
     assert stiffer.robot.tail.hinge_stiffness_n_m == pytest.approx(1.15 * load_robot().tail.hinge_stiffness_n_m)
 
 
-@pytest.mark.parametrize(
-    "effect", [each if each == "current" else pytest.param(each, marks=pytest.mark.long) for each in EFFECTS]
-)
+@pytest.mark.parametrize("effect", ["current", *later(*(each for each in EFFECTS if each != "current"))])
 def test_an_unmodelled_effect_changes_the_swim_and_not_the_truth(drawn: DrawnSession, effect: Effect) -> None:
     other = draw_session(3, effect, seconds=3.0, step=COARSE)
     assert other.truth == drawn.truth

@@ -13,6 +13,7 @@ from calib.capture import CaptureError, TrialResult, main
 from calib.motor import ALL_FAULTS, Emulator, Fault, Faults, FaultyEmulator, PseudoTerminal
 from session import load_motor, load_session
 from tests.calib.capture.virtual import Bench, bench
+from tests.cases import later
 
 
 def a_sequence(seed: int) -> tuple[Bench, random.Random]:
@@ -56,7 +57,7 @@ def test_random_faults_end_with_a_stopped_motor_and_a_readable_log(tmp_path: Pat
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
-@pytest.mark.parametrize("seed", [1, 2, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(3, 20))])
+@pytest.mark.parametrize("seed", [1, 2, *later(*range(3, 20))])
 def test_random_faults_on_a_real_terminal_end_with_a_stopped_motor(tmp_path: Path, seed: int) -> None:
     kinds = ALL_FAULTS if seed % 2 else (Fault.DISCONNECT, Fault.GARBAGE, Fault.REPLY_LATE, Fault.REQUEST_CORRUPTED)
     device = FaultyEmulator(Emulator(load=0.3), Faults(seed, kinds, rate=0.02, after=20))

@@ -7,6 +7,7 @@ import pytest
 
 from fitting.free_decay.lasting_noise import LastingNoise, Linearised, descend, regress, whitened
 from synthetic.noise import TrackingNoise, lasting_errors
+from tests.cases import later
 
 TIME_S = np.arange(80) / 60.0
 TRUTH = np.array([2.0, -1.0])
@@ -30,7 +31,7 @@ def test_errors_that_last_are_told_from_white_ones() -> None:
     assert np.median([noise.sd_m for noise in white]) == pytest.approx(0.5e-3, rel=0.15)
 
 
-@pytest.mark.parametrize("shared", [pytest.param(0.0, marks=pytest.mark.long), 1.0])
+@pytest.mark.parametrize("shared", [*later(0.0), 1.0])
 def test_intervals_cover_also_where_markers_share_their_errors(shared: float) -> None:
     covered = []
     for seed in range(120):

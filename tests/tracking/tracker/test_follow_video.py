@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from session import InputError
+from tests.cases import later
 from tests.tracking.tracker.pool import WATER, Pool, Thing, tail
 from tracking.boxes import Box, StartBoxes
 from tracking.records import SampleState, TrackedTrial
@@ -128,7 +129,7 @@ def test_interrupted_work_goes_on_to_the_same_bits(
 FAINT_POOL = Pool(tail(1.5, 30, 0.6, 4, (60, 60)), (220, 140), contrast=[110.0, 45.0, 110.0, 40.0])
 
 
-@pytest.mark.parametrize("after", [pytest.param(33, marks=pytest.mark.long), 64])
+@pytest.mark.parametrize("after", later(33, 64))
 def test_interrupted_work_on_faint_markers_goes_on_to_the_same_bits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: int
 ) -> None:

@@ -16,6 +16,7 @@ from calib.options import Options
 from session import InputError
 from tests.calib.benchmarks.effects.suites import ANSWERS, runs, says_slack, suite_in
 from tests.calib.door import Front, assert_told
+from tests.cases import later
 
 NAMES = [answer.session for answer in ANSWERS]
 
@@ -31,7 +32,7 @@ def fails_on_the_third(session: Path, discrepancy: np.ndarray, without: frozense
     says_slack(session, discrepancy, without)
 
 
-@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.parametrize("workers", [1, *later(2)])
 def test_every_session_is_diagnosed_once_and_then_left_alone(suite: SuiteFolder, workers: int) -> None:
     assert diagnose_suite(suite, says_slack, workers) == ()
     assert diagnose_suite(suite, says_slack, workers) == ()
