@@ -8,6 +8,7 @@ import numpy as np
 from sklearn.covariance import ledoit_wolf
 
 from calib.benchmarks.effects.drawn import draw_world
+from calib.benchmarks.effects.filming import Filming, film_together
 from calib.benchmarks.effects.rows import SessionRows
 from calib.benchmarks.effects.suite import SessionPlan, recorded_by
 from reality import Nuisances
@@ -18,10 +19,14 @@ _STARTED_M = 2e-4  # standard deviation that refits start from, m and m/s
 
 def left_by_twin(seed: int) -> np.ndarray:
     """(t, 127) what the twin, refitted to a robot that is as described in water of some kind, leaves of its swims."""
+    return film_together([_left(seed)])[0]
+
+
+def _left(seed: int) -> Filming[np.ndarray]:
     plan = SessionPlan(f"base-{seed}", seed, recorded_by(np.random.default_rng([seed, 1])), "null")
-    drawn = draw_world(plan)
+    drawn = yield from draw_world(plan)
     drawn = replace(drawn, world=replace(drawn.world, nuisances=Nuisances()))
-    rows = SessionRows.of(drawn, drawn.recorded(), _STARTED_M**2 * np.eye(LENGTH))
+    rows = SessionRows.of(drawn, (yield from drawn.recorded()), _STARTED_M**2 * np.eye(LENGTH))
     return rows.left_of_gaits
 
 

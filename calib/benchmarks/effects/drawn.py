@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.benchmarks.effects.filming import Filming
 from calib.benchmarks.effects.suite import Recorded, SessionPlan
-from reality import Mechanism, Nuisances, Recording, Trial, World, simulate
+from reality import Mechanism, Nuisances, Recording, Trial, World
 from reality.mechanisms.wear import worn
 from session import FISHSIM_MARKERS, TrialKind
 from swimmer import load_robot
@@ -69,8 +70,8 @@ class DrawnWorld:
 
     def recorded(
         self, mechanisms: tuple[Mechanism, ...] = (), trials: Sequence[DrawnTrial] | None = None
-    ) -> dict[str, Recording]:
-        """Trials by name, without any error of a tracker.
+    ) -> Filming[dict[str, Recording]]:
+        """Films trials, and ends with them by name, without any error of a tracker.
 
         Args:
             mechanisms: that act.
@@ -81,15 +82,15 @@ class DrawnWorld:
         """
         trials = self.trials if trials is None else trials
         worlds = [self.with_mechanisms(worn(mechanisms, self._before_s(each))) for each in trials]
-        made = [(world, each.trial) for world, each in zip(worlds, trials, strict=True)]
-        return {each.name: recording for each, recording in zip(trials, simulate(made, FISHSIM_MARKERS), strict=True)}
+        recordings = yield [(world, each.trial) for world, each in zip(worlds, trials, strict=True)]
+        return {each.name: recording for each, recording in zip(trials, recordings, strict=True)}
 
     def _before_s(self, trial: DrawnTrial) -> float:
         """That the robot was in use before a trial, s."""
         return float(sum(each.trial.duration_s for each in self.trials[: self.trials.index(trial)]))
 
 
-def draw_world(plan: SessionPlan) -> DrawnWorld:
+def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
     """Draws robot, water and trials until every swim of the base state goes forward.
 
     Raises:
@@ -98,8 +99,8 @@ def draw_world(plan: SessionPlan) -> DrawnWorld:
     random = np.random.default_rng([plan.seed, 2])
     for _ in range(_TRIES):
         drawn = DrawnWorld(plan, _world(random), _trials(plan.recorded, random))
-        swims = [(drawn.world, each.trial) for each in drawn.trials if each.kind == "swim"]
-        if all(_forward_m_s(recording) > _SLOWEST_M_S for recording in simulate(swims, FISHSIM_MARKERS)):
+        recordings = yield [(drawn.world, each.trial) for each in drawn.trials if each.kind == "swim"]
+        if all(_forward_m_s(recording) > _SLOWEST_M_S for recording in recordings):
             return drawn
     raise ValueError(f"session {plan.name}: found no robot that swims forward in {_TRIES} draws, expected one in two")
 

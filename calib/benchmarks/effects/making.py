@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from calib.benchmarks.effects.answer import Answer
 from calib.benchmarks.effects.drawn import DrawnTrial, DrawnWorld, draw_world
+from calib.benchmarks.effects.filming import Filming
 from calib.benchmarks.effects.oracle import oracle_shrinkage
 from calib.benchmarks.effects.rows import WARMUP_S, SessionRows, camera_of, tracks_of
 from calib.benchmarks.effects.severity import Strength, Strong, strength_for
@@ -43,34 +44,36 @@ class Making:
     discrepancy: np.ndarray
     effects: Mapping[str, Effect]
 
-    def make(self, plan: SessionPlan, folder: Path) -> Answer:
-        """Makes `folder/<name>` and tells what is in it.
+    def make(self, plan: SessionPlan, folder: Path) -> Filming[Answer]:
+        """Makes `folder/<name>` and ends with what is in it.
 
         Raises:
             InputError: the folder of the session is there and not empty.
             ResultsNotWritable: the folder cannot be written.
             ValueError: no robot was drawn that swims forward.
         """
-        drawn = draw_world(plan)
-        present, answer = self._present(drawn)
-        write_session(folder / plan.name, drawn, drawn.recorded(present), present)
+        drawn = yield from draw_world(plan)
+        present, answer = yield from self._present(drawn)
+        write_session(folder / plan.name, drawn, (yield from drawn.recorded(present)), present)
         return answer
 
-    def _present(self, drawn: DrawnWorld) -> tuple[tuple[Mechanism, ...], Answer]:
+    def _present(self, drawn: DrawnWorld) -> Filming[tuple[tuple[Mechanism, ...], Answer]]:
         plan = drawn.plan
         if plan.kind == "null":
             return (), Answer(plan.name, "null")
-        base = drawn.recorded()
+        base = yield from drawn.recorded()
         fitted = SessionRows.of(drawn, base, self.discrepancy)
         signatures = fitted.signatures(self.effects)
         random = np.random.default_rng([plan.seed, 3])
-        strengths = [self._strength(name, random, drawn, fitted, signatures) for name in plan.effects]
+        strengths = []
+        for name in plan.effects:
+            strengths.append((yield from self._strength(name, random, drawn, fitted, signatures)))
         present = tuple(mechanism for strength in strengths for mechanism in strength.mechanisms)
         known = [self.effects[name] for name in plan.effects if name in self.effects]
         shrinkage = None
         if known:
             held = SessionRows.of(drawn, base, self.discrepancy, "holdout", fitted.coefficients)
-            recordings = drawn.recorded(present)
+            recordings = yield from drawn.recorded(present)
             shrinkage = oracle_shrinkage(known, fitted, held, (fitted.change(recordings), held.change(recordings)))
         stages = {effect.stage for effect in known}
         outside = plan.effects[0] if plan.kind == "outside" else None
@@ -92,10 +95,10 @@ class Making:
         drawn: DrawnWorld,
         rows: SessionRows,
         signatures: Sequence[Signature],
-    ) -> Strength:
+    ) -> Filming[Strength]:
         strong = self.mechanisms[name](random)
         own = name if name in self.effects else None
-        return strength_for(drawn.plan.detectability, strong, own, drawn, rows, signatures)
+        return (yield from strength_for(drawn.plan.detectability, strong, own, drawn, rows, signatures))
 
 
 def write_session(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.benchmarks.effects.drawn import DrawnWorld
+from calib.benchmarks.effects.filming import Filming
 from calib.benchmarks.effects.rows import SessionRows
 from fitting.signatures import Rival, Signature
 from reality import Mechanism
@@ -49,7 +50,7 @@ class Strength:
 
 def strength_for(
     asked: float, strong: Strong, own: str | None, drawn: DrawnWorld, rows: SessionRows, signatures: Sequence[Signature]
-) -> Strength:
+) -> Filming[Strength]:
     """The strength at which the nearest rival is as far as asked, as near as it gets.
 
     Some effects never get there: a rival follows them however strong they are.
@@ -69,7 +70,7 @@ def strength_for(
     itself = next((signature for signature in signatures if signature.effect.name == own), None)
     value, best = _FIRST, None
     for _ in range(_ROUNDS):
-        found = _tried(value, strong(value), drawn, rows, rivals, itself)
+        found = yield from _tried(value, strong(value), drawn, rows, rivals, itself)
         if found is None:
             value /= 2
             continue
@@ -91,10 +92,10 @@ def _tried(
     rows: SessionRows,
     rivals: Sequence[Signature],
     itself: Signature | None,
-) -> Strength | None:
+) -> Filming[Strength | None]:
     """What the mechanisms do to the fitted swims; None where they cannot be simulated or measured."""
     try:
-        change = rows.change(drawn.recorded(mechanisms, drawn.swims(rows.role)))
+        change = rows.change((yield from drawn.recorded(mechanisms, drawn.swims(rows.role))))
     except (SimulationDiverged, NotEnoughData):
         return None
     if not np.isfinite(change).all():

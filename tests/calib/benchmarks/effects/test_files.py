@@ -14,6 +14,7 @@ from sklearn.model_selection import cross_val_predict
 
 from calib.benchmarks.effects.answer import Answer, seal
 from calib.benchmarks.effects.drawn import draw_world
+from calib.benchmarks.effects.filming import film_together
 from calib.benchmarks.effects.making import undated, write_session
 from calib.benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
 from reality.mechanisms import CATALOGUED, catalogued, uncatalogued
@@ -38,9 +39,9 @@ def folder(plans: tuple[SessionPlan, ...], tmp_path_factory: pytest.TempPathFact
     folder, mechanisms = tmp_path_factory.mktemp("suite"), {**catalogued(), **uncatalogued()}
     (folder / "answers").mkdir()
     for plan in plans:
-        drawn, random = draw_world(plan), np.random.default_rng([plan.seed, 3])
+        drawn, random = film_together([draw_world(plan)])[0], np.random.default_rng([plan.seed, 3])
         present = tuple(m for name in plan.effects for m in mechanisms[name](random)(STRENGTH))
-        write_session(folder / "sessions" / plan.name, drawn, drawn.recorded(present), present)
+        write_session(folder / "sessions" / plan.name, drawn, film_together([drawn.recorded(present)])[0], present)
         alike = (tuple(CATALOGUED["fluid"]),) * len(plan.effects)
         answer = Answer(plan.name, plan.kind, plan.effects, alike=alike)
         seal([answer], folder / "answers" / plan.name)

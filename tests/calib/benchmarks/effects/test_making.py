@@ -13,6 +13,7 @@ import pytest
 from calib.benchmarks.effects import ruling
 from calib.benchmarks.effects.answer import Answer
 from calib.benchmarks.effects.discrepancy import save_discrepancy
+from calib.benchmarks.effects.filming import film_together
 from calib.benchmarks.effects.making import Making
 from calib.benchmarks.effects.ruling import judge_suite
 from calib.benchmarks.effects.scoring import score_rules
@@ -39,7 +40,8 @@ def making() -> Making:
 @pytest.fixture(scope="module")
 def suite(making: Making, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Answer]]:
     folder = tmp_path_factory.mktemp("suite")
-    return folder, {plan.name: making.make(plan, folder) for plan in (NULL, SINGLE)}
+    null, single = film_together([making.make(NULL, folder), making.make(SINGLE, folder)])
+    return folder, {NULL.name: null, SINGLE.name: single}
 
 
 @pytest.mark.long
@@ -89,7 +91,7 @@ def test_a_session_is_the_same_when_it_is_made_again(
     making: Making, suite: tuple[Path, dict[str, Answer]], tmp_path: Path
 ) -> None:
     folder, _ = suite
-    making.make(NULL, tmp_path)
+    film_together([making.make(NULL, tmp_path)])
     for path in (folder / NULL.name).rglob("*.csv*"):
         assert (tmp_path / path.relative_to(folder)).read_bytes() == path.read_bytes()
 
@@ -98,8 +100,7 @@ def test_a_session_is_the_same_when_it_is_made_again(
 def test_an_effect_changes_the_tracks_and_nothing_else_does(making: Making, tmp_path: Path) -> None:
     """The same plan with nothing in it: robot, water, boxes and noise are the same."""
     without = replace(SINGLE, kind="null", effects=(), detectability=0.0)
-    making.make(SINGLE, tmp_path / "with")
-    making.make(without, tmp_path / "without")
+    film_together([making.make(SINGLE, tmp_path / "with"), making.make(without, tmp_path / "without")])
     packed = [tmp_path / each / SINGLE.name / "trials" / "f0_60.csv.gz" for each in ("with", "without")]
     plain = [gzip.decompress(each.read_bytes()).decode().splitlines() for each in packed]
     tracks = [np.genfromtxt(each, delimiter=",", names=True) for each in plain]

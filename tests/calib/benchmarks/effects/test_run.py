@@ -27,6 +27,7 @@ NAMES = [plan.name for plan in PLANS]
 @pytest.fixture(autouse=True)
 def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "plan_suite", lambda *_: tuple(shortened(plan) for plan in PLANS))
+    monkeypatch.setattr(run, "_TOGETHER", 2)
 
 
 def empty_suite(folder: Path) -> SuiteFolder:
@@ -51,7 +52,9 @@ def test_with_one_of_two_workers_killed_midway_nothing_is_lost_or_counted_twice(
 
         failures = make_suite(suite, 4, SIZE, scheduler=cluster.scheduler_address, tell=kill_one)
     assert failures == ()
-    assert progress == [0.2, 0.4, 0.6, 0.8, 1.0]
+    assert sorted(progress) == progress
+    assert len(progress) == 3  # two sessions at a time
+    assert progress[-1] == 1.0
     assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
     assert suite.unsealed() == tuple(Answer(name, "null") for name in NAMES)
     alone = empty_suite(tmp_path / "alone")
@@ -75,7 +78,8 @@ def test_broken_off_it_goes_on_where_it_was(tmp_path: Path) -> None:
     (suite.sessions / unfinished / "trials").mkdir(parents=True)
     (suite.sessions / f".{unfinished}.part.x1").mkdir()
     assert make_suite(suite, 4, SIZE, workers=1) == ()
-    assert len(stopped) == len(made) == 1
+    assert len(stopped) == 1
+    assert len(made) == 2
     assert all((session / "session.toml").stat().st_ino == node for session, node in made.items())
     assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
     assert sorted(json.loads(suite.checksums.read_text())) == NAMES
@@ -86,3 +90,11 @@ def test_a_folder_of_another_suite_is_left_alone(tmp_path: Path) -> None:
     (suite.sessions / "wffffffff").mkdir(parents=True)
     with pytest.raises(InputError, match=r"(?s)another suite.*wffffffff"):
         make_suite(suite, 4, SIZE, workers=1)
+
+
+def test_what_was_made_stands_when_a_cluster_asks_for_it_again(tmp_path: Path) -> None:
+    suite, (plan, *_) = empty_suite(tmp_path), run.plan_suite(4, SIZE, (), ())
+    assert run._made_together(suite, (plan,)) == (1, [])
+    before = (suite.sessions / plan.name / "session.toml").stat().st_ino
+    assert run._made_together(suite, (plan,)) == (1, [])
+    assert (suite.sessions / plan.name / "session.toml").stat().st_ino == before
