@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -58,11 +59,17 @@ def session() -> LinearSession:
 
 
 @pytest.fixture(scope="module")
-def draws(session: LinearSession) -> Draws:
+def progress() -> list[tuple[str, float | None]]:
+    """What the sampler said while it drew."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def draws(session: LinearSession, progress: list[tuple[str, float | None]]) -> Draws:
     found = explore(session, seed=1)  # type: ignore[arg-type]
     assert found.settled
     assert found.emulator_error < 0.1
-    return sample(found, effective=200, seed=1)
+    return sample(found, effective=200, seed=1, tell=lambda said, share: progress.append((said, share)))
 
 
 def test_draws_are_those_of_the_known_posterior(session: LinearSession, draws: Draws) -> None:
@@ -81,6 +88,25 @@ def test_draws_are_as_many_as_wanted_and_agree(draws: Draws) -> None:
     assert draws.r_hat[:5].max() <= R_HAT
     assert 0.1 < draws.acceptance < 0.9
     assert not draws.flags
+
+
+def test_the_progress_tells_how_the_chains_fare(draws: Draws, progress: list[tuple[str, float | None]]) -> None:
+    numbers = [
+        re.fullmatch(
+            r"sampling: (\d+) effective draws, R-hat ([\d.]+), acceptance ([\d.]+), autocorrelation (\d+) steps", said
+        )
+        for said, _ in progress
+    ]
+    assert all(numbers)
+    effective, r_hat, acceptance, autocorrelation = (float(number) for number in numbers[-1].groups())  # type: ignore[union-attr]
+    assert effective == round(draws.ess_bulk[:5].min())
+    assert r_hat == pytest.approx(draws.r_hat[:5].max(), abs=1e-3)
+    assert acceptance == pytest.approx(draws.acceptance, abs=0.01)
+    assert autocorrelation == round(draws.autocorrelation)
+    shares = [share for _, share in progress if share is not None]
+    assert len(shares) == len(progress)
+    assert min(shares) > 0
+    assert max(shares) <= 0.99
 
 
 def test_a_search_that_was_stopped_goes_on_and_ends_as_if_it_had_not(session: LinearSession, tmp_path: Path) -> None:
