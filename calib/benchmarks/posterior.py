@@ -35,14 +35,14 @@ class PosteriorScore:
         rank: of the truth among 99 draws, from 0 to 99.
         below: share of all draws below the truth.
         q05, q50, q95, mean, sd: of the draws.
-        exact_width: of the 90 % interval by the exact likelihood; nan where the box holds too little of it.
+        exact_width: of the 90 % interval by the exact likelihood.
         r_hat, ess_bulk: of the draws.
         box_sd_m: how far boxes were found to sit off their markers.
         discrepancy: posterior median of the twin's relative error in wave and speed.
         misfit_p: how often noise and nuisances alone would misfit as much.
         flags: kinds.
         simulations: of each trial.
-        seconds: that the posterior took.
+        seconds: that the posterior took, beside whatever else ran.
     """
 
     seed: int
@@ -68,9 +68,15 @@ class PosteriorScore:
     seconds: float
 
     @property
+    def warnings(self) -> frozenset[str]:
+        """Kinds of flags by which a reader was told not to believe the intervals."""
+        misfit = {"model_discrepancy"} if self.misfit_p < MISFIT_P else set()
+        return frozenset(misfit | (set(WARNINGS) & set(self.flags)))
+
+    @property
     def warned(self) -> bool:
-        """Whether a reader was told not to believe the intervals."""
-        return self.misfit_p < MISFIT_P or any(kind in WARNINGS for kind in self.flags)
+        """Whether there is any."""
+        return bool(self.warnings)
 
     @property
     def covered(self) -> np.ndarray:

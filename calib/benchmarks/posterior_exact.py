@@ -46,7 +46,8 @@ def exact_widths(posterior: Posterior, noise: TrackingNoise, seed: int = 0) -> n
         return np.where(inside, -0.5 * ((columns @ weights - measured) ** 2).sum(axis=1), -np.inf)
 
     random = np.random.default_rng([seed, 7])
-    start = random.choice(posterior.coefficients, WALKERS, replace=False)
+    apart = np.unique(posterior.coefficients, axis=0)  # a snooker move from a walker to its double is undefined
+    start = random.choice(apart, WALKERS, replace=False)
     ensemble = emcee.EnsembleSampler(WALKERS, 5, value, vectorize=True, moves=MOVES)
     ensemble.random_state = np.random.RandomState(int(random.integers(2**31))).get_state()
     ensemble.run_mcmc(start, _STEPS, skip_initial_state_check=True)

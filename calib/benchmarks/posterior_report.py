@@ -1,6 +1,7 @@
 """`calib benchmark posterior` as a whole: uniform ranks, coverage, and widths beside those of the exact likelihood."""
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,13 +11,15 @@ from scipy.stats import binomtest, chisquare, kstest
 
 from calib.benchmarks.posterior import RANKED, PosteriorScore
 from calib.benchmarks.posterior_effects import Effect
-from calib.benchmarks.posterior_run import Failure, Tell, run_sessions
-from calib.benchmarks.posterior_store import ScoreStore
+from calib.benchmarks.posterior_run import Tell, run_sessions
+from calib.benchmarks.posterior_store import Failure, ScoreStore, read_scores
 from fitting.coefficient_fit import NAMES
 
 BINS = 10
 FAR_SD = 4.0  # a truth farther off than this is no chance
 WIDE = 1.3  # width over the exact likelihood's that is asked at most
+COVERED = (0.86, 0.94)  # share of truths that 90 % intervals are asked to hold
+UNIFORM_P = 0.05  # from which ranks pass for uniform, all tests together
 _FEWEST = 5 * BINS  # sessions, for five in each bin
 
 
@@ -55,7 +58,7 @@ class PosteriorOutcome:
     Attributes:
         effect: that the truth has and the twin has not.
         scores: of the sessions, of all shards in the folder.
-        failures: sessions of this run that gave no posterior.
+        failures: sessions that gave no posterior, of all shards too.
         others: files in the folder that other code made; they are left out.
         gaps: seeds below the highest that have no score.
     """
@@ -65,6 +68,22 @@ class PosteriorOutcome:
     failures: tuple[Failure, ...] = ()
     others: int = 0
     gaps: tuple[int, ...] = ()
+
+    @property
+    def misses(self) -> dict[str, tuple[str, ...]]:
+        """What is asked of every coefficient, and which do not meet it."""
+        found = self.calibrations
+        return {
+            f"90 % intervals hold {100 * COVERED[0]:.0f} to {100 * COVERED[1]:.0f} % of truths": _those(
+                found, lambda c: not COVERED[0] <= c.covered <= COVERED[1]
+            ),
+            f"ranks are uniform (p at least {UNIFORM_P:g}, Holm-corrected)": _those(
+                found, lambda c: min(c.chi2_p, c.ks_p) < UNIFORM_P
+            ),
+            f"the median interval is at most {WIDE:g} times the exact likelihood's": _those(
+                found, lambda c: c.width > WIDE
+            ),
+        }
 
     @property
     def calibrations(self) -> list[Calibration]:
@@ -94,6 +113,7 @@ class PosteriorOutcome:
         return {
             "effect": self.effect,
             "coefficients": [each._asdict() for each in self.calibrations] if self.scores else [],
+            "missed_by": self.misses if self.scores else {},
             "sessions": [score.to_json() for score in self.scores],
             "failures": [failure._asdict() for failure in self.failures],
             "made_by_other_code": self.others,
@@ -136,18 +156,21 @@ def measure_posterior(folder: Path, asked: Asked, tell: Tell | None = None) -> P
     """Scores the sessions asked for that the folder lacks, and judges all that it then holds.
 
     Args:
-        folder: where scores are kept; several machines may fill it with a shard each.
+        folder: where scores are kept; several machines may fill it with a shard each. Of a file of scores (.jsonl) the
+            table is made as they are, whichever code made them, and nothing is run.
         asked: the sessions.
         tell: of the progress.
 
     Raises:
-        InputError: no scheduler answers.
+        InputError: no scheduler answers, or the file holds something else.
         ResultsNotWritable: the folder is not writable.
     """
+    if folder.suffix == ".jsonl":
+        return PosteriorOutcome(asked.effect, read_scores(folder))
     store = ScoreStore(folder, asked.effect)
     seeds = range(asked.first, asked.first + asked.count)
-    failures = run_sessions(store, seeds, asked.workers, asked.scheduler, tell)
-    return PosteriorOutcome(asked.effect, tuple(store.scores()), failures, store.others, tuple(store.gaps()))
+    run_sessions(store, seeds, asked.workers, asked.scheduler, tell)
+    return PosteriorOutcome(asked.effect, tuple(store.scores()), store.failures(), store.others, tuple(store.gaps()))
 
 
 def uniform_p(rank: np.ndarray, below: np.ndarray) -> tuple[float, float]:
@@ -204,16 +227,30 @@ def _table(outcome: PosteriorOutcome) -> list[str]:
         head + f"{'chi2 p':>7} {'KS p':>7}  truths in each tenth of the ranks",
         *rows,
         "spread: root mean square of truth less mean, in standard deviations. width: of the 90 % interval over that of "
-        "the exact likelihood (normal at the truth), median, 95th percentile and share above 1.3.",
+        "the exact likelihood, median, 95th percentile and share above 1.3.",
         f"chi2 over {BINS} bins and Kolmogorov-Smirnov test uniform ranks, Holm-corrected for {2 * len(NAMES)} tests; "
         f"from {_FEWEST} sessions.",
+        *(
+            f"{asked}: {'missed by ' + ', '.join(missed) if missed else 'yes'}"
+            for asked, missed in outcome.misses.items()
+        ),
         f"{np.median(seconds):.0f} s a session ({np.quantile(seconds, 0.95):.0f} s at the 95th percentile), "
         f"largest R-hat {max(max(s.r_hat) for s in scores):.3f}, at least "
         f"{min(min(s.ess_bulk) for s in scores):.0f} effective draws",
         f"{outcome.warned:.1%} of sessions warn; without a warning, {outcome.silent:.1%} miss a truth with a 90 % "
         f"interval and {outcome.far_silent:.1%} by more than {FAR_SD:g} standard deviations",
+        "of that, by kind: " + (", ".join(_by_kind(scores)) or "none"),
         *_by_effect(scores),
     ]
+
+
+def _those(found: Sequence[Calibration], misses: Callable[[Calibration], bool]) -> tuple[str, ...]:
+    return tuple(each.coefficient for each in found if misses(each))
+
+
+def _by_kind(scores: Sequence[PosteriorScore]) -> list[str]:
+    counts = Counter(kind for score in scores for kind in score.warnings)
+    return [f"{kind} {count / len(scores):.1%}" for kind, count in counts.most_common()]
 
 
 def _by_effect(scores: Sequence[PosteriorScore]) -> list[str]:

@@ -6,8 +6,10 @@ from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import arviz
+import emcee
 import mujoco
 
 import fitting
@@ -16,11 +18,18 @@ import synthetic
 from calib.benchmarks import posterior, posterior_effects, posterior_exact, posterior_truth
 from calib.benchmarks.posterior import PosteriorScore
 from calib.benchmarks.posterior_effects import Effect
+from fitting import objective, structure
 from fitting import posterior as inference
-from fitting import structure
-from session import fingerprint_of, plain_json, sha256_of, write_whole
+from session import FaultCollector, fingerprint_of, plain_json, sha256_of, write_whole
 
 _MEASURED = ("calibration", "frequency", "from_rest", "speed", "swim", "trial")  # modules of `fitting`
+
+
+class Failure(NamedTuple):
+    """A session that gave no posterior, and why."""
+
+    seed: int
+    message: str
 
 
 @dataclass(frozen=True)
@@ -54,6 +63,21 @@ class ScoreStore:
         write_whole(
             self._file(score.seed), json.dumps({"fingerprint": self._fingerprint, **plain_json(score.to_json())}) + "\n"
         )
+        self._failed(score.seed).unlink(missing_ok=True)
+
+    def keep_failure(self, failure: "Failure") -> None:
+        """Notes that a session gave no posterior, until it gives one.
+
+        Raises:
+            ResultsNotWritable: the folder is not writable.
+        """
+        self.sessions.mkdir(parents=True, exist_ok=True)
+        write_whole(self._failed(failure.seed), failure.message + "\n")
+
+    def failures(self) -> tuple["Failure", ...]:
+        """Of all shards, by seed."""
+        noted = [Failure(int(path.stem), path.read_text().rstrip()) for path in self.sessions.glob("*.failed")]
+        return tuple(sorted(failure for failure in noted if self._read(self._file(failure.seed)) is None))
 
     def scores(self) -> Iterator[PosteriorScore]:
         """All by this code and engine, of all shards, by seed."""
@@ -74,6 +98,9 @@ class ScoreStore:
     def _file(self, seed: int) -> Path:
         return self.sessions / f"{seed}.json"
 
+    def _failed(self, seed: int) -> Path:
+        return self.sessions / f"{seed}.failed"
+
     def _read(self, path: Path) -> PosteriorScore | None:
         with suppress(OSError, ValueError, KeyError, TypeError):
             stands = json.loads(path.read_text())
@@ -84,6 +111,29 @@ class ScoreStore:
     @property
     def _fingerprint(self) -> str:
         return fingerprint_of(_code(), {"effect": self.effect})
+
+
+def read_scores(file: Path) -> tuple[PosteriorScore, ...]:
+    """Scores that were kept in one file, a line each, by seed; whichever code made them.
+
+    Raises:
+        InputError: the file cannot be read, or a line is no score.
+    """
+    faults, scores = FaultCollector(str(file)), []
+    try:
+        lines = file.read_text().splitlines()
+    except OSError as error:
+        faults.add("", "the file cannot be read", found=str(error), expected="scores, one line of JSON each")
+        faults.raise_if_any()
+    for number, line in enumerate(lines, 1):
+        try:
+            stands = json.loads(line)
+            stands.pop("fingerprint")
+            scores.append(_score(stands))
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            faults.add(f"line {number}", "no score of a session", found=str(error), expected="what ScoreStore keeps")
+    faults.raise_if_any()
+    return tuple(sorted(scores, key=lambda score: score.seed))
 
 
 def _score(stands: dict[str, Any]) -> PosteriorScore:
@@ -106,8 +156,9 @@ def _code() -> dict[str, str]:
     modules = (posterior, posterior_effects, posterior_exact, posterior_truth)
     files = [Path(str(module.__file__)) for module in modules]
     files += [Path(fitting.__file__).with_name(f"{name}.py") for name in _MEASURED]
+    files.append(Path(str(objective.__file__)))
     for package in (inference, structure, swimmer, synthetic):
-        files += Path(str(package.__file__)).parent.glob("*.py")
-    return {"mujoco": mujoco.__version__} | {
-        f"{path.parent.name}/{path.name}": sha256_of(path) for path in sorted(set(files))
-    }
+        files += Path(str(package.__file__)).parent.rglob("*.py")
+        files += Path(str(package.__file__)).parent.rglob("*.toml")
+    libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": arviz.__version__}
+    return libraries | {f"{path.parent.name}/{path.name}": sha256_of(path) for path in sorted(set(files))}

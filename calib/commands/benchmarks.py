@@ -71,7 +71,8 @@ def tracking(
 
 def posterior(
     folder: Annotated[
-        Path | None, typer.Option(help="where scores are kept, one file a session; default: nowhere")
+        Path | None,
+        typer.Option(help="for scores, a file a session; a .jsonl file of scores: only its table; default: nowhere"),
     ] = None,
     first: Annotated[int, typer.Option(min=0, help="first session of this shard")] = 0,
     count: Annotated[int, typer.Option(min=0, help="sessions of this shard; 0: only the table of what is there")] = 300,

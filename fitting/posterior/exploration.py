@@ -30,6 +30,7 @@ _FEWEST_HALVED = 12
 _LATER = 8  # looks that count
 _LOOKED = 8  # points of a round at most at which nuisances are looked at until none of their twins diverges
 _NEIGHBOURS, _FALL_OFF = 90, 60.0  # points that count in full for the next emulator; how fast others count less
+_APART = 1e-6  # relative, by which copies of walkers differ: a snooker move from one to its double is undefined
 _LEAST_LOOKING = 1e-3  # discrepancy while the posterior is looked for: with less, walkers stay where first guesses were
 _GOOD_ENOUGH = 0.5  # standard deviation of emulated minus simulated ln likelihood
 _STABLE_SD = 0.25  # by which means may still move from round to round, in standard deviations
@@ -203,8 +204,9 @@ class _Search:
         lost = ~np.isfinite(value(walkers))
         walkers[lost] = self._best(likelihood, int(lost.sum()))
         lost = ~np.isfinite(value(walkers))
-        if 0 < lost.sum() < WALKERS:  # copies part at their first moves
-            walkers[lost] = walkers[self.state.random.choice(np.flatnonzero(~lost), int(lost.sum()))]
+        if 0 < lost.sum() < WALKERS:
+            copies = walkers[self.state.random.choice(np.flatnonzero(~lost), int(lost.sum()))]
+            walkers[lost] = copies * (1 + _APART * self.state.random.standard_normal(copies.shape))
         return walkers
 
     def _best(self, likelihood: Likelihood, count: int) -> np.ndarray:

@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 from fitting.coefficient_fit import NAMES
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.exploration import Exploration, explore
+from fitting.posterior.likelihood import MOST_SPEED
 from fitting.posterior.robot_doubt import Doubt
 from fitting.posterior.sampling import Draws, Progress, sample
 from fitting.posterior.session_model import SessionModel
@@ -27,6 +28,7 @@ MISFIT_P = 0.01  # below which noise and nuisances alone do not explain a misfit
 _NEAR_BOUND = 0.02  # of the range
 _MARKERS_OFF_M = 0.005  # from which where markers sit is worth a flag
 _DISCREPANT = 0.02  # relative, from which the twin's own error is worth a flag
+_PRESSES = 0.8  # of the most that is allowed, from which that limit decides
 
 
 class Marginal(NamedTuple):
@@ -169,15 +171,20 @@ def _flags(posterior: Posterior) -> list[Flag]:
         )
         flags.append(Flag("emulator_off", message=message))
     wave, speed = np.median(posterior.discrepancy, axis=0)
-    if wave > _DISCREPANT:
+    if max(wave, speed) > _DISCREPANT:
         message = (
             f"the twin's wave is off by {100 * wave:.0f} % and its speed by {100 * speed:.0f} % beyond noise and "
             "nuisances: the intervals allow for errors that change from trial to trial, not for those that all share"
         )
+        if speed > _PRESSES * MOST_SPEED:
+            message += (
+                f"; {100 * MOST_SPEED:.0f} % is the most that its speed may be off by, so what is said of the "
+                "coefficients holds of twins that must come that near"
+            )
         flags.append(Flag("model_discrepancy", message=message))
     elif posterior.misfit_p < MISFIT_P:
         message = (
-            "noise and nuisances alone would put gaits as far from the twin less than once in a hundred sessions: "
+            f"noise and nuisances alone hardly put gaits as far from the twin (p {posterior.misfit_p:.2g}): "
             "something that the twin leaves out moves them, and coefficients may be off by more than their intervals"
         )
         flags.append(Flag("model_discrepancy", message=message))

@@ -51,6 +51,12 @@ def test_of_a_linear_twin_they_are_those_of_a_normal_distribution(linear: Any) -
     assert exact_widths(linear, NOISE) == pytest.approx(2 * 1.645 * LENGTH_SD, rel=0.12)
 
 
+def test_draws_that_stand_in_one_place_do_not_break_it(linear: Any) -> None:
+    """A chain that rests repeats its draws; a snooker move from one to its double is undefined."""
+    rested = SimpleNamespace(**{**vars(linear), "coefficients": np.repeat(linear.coefficients[:70], 40, axis=0)})
+    assert exact_widths(rested, NOISE) == pytest.approx(2 * 1.645 * LENGTH_SD, rel=0.15)
+
+
 @pytest.mark.long
 def test_they_narrow_with_the_noise(linear: Any, model: SessionModel) -> None:
     narrow = np.linalg.inv(linear.slopes.T @ np.linalg.solve(known(model, QUIET), linear.slopes))

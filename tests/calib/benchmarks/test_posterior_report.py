@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from calib.benchmarks.posterior_report import PosteriorOutcome, holm, uniform_p
-from calib.benchmarks.posterior_run import Failure
+from calib.benchmarks.posterior_store import Failure
 from session import plain_json
 from tests.calib.benchmarks.scores import score
 
@@ -32,6 +32,20 @@ def test_widths_stand_beside_the_exact_ones_where_these_are_known() -> None:
     found = PosteriorOutcome("none", tuple(score(seed, 1.2) for seed in range(60))).calibrations
     assert found[0].width == pytest.approx(1.2, rel=0.02)
     assert np.isnan(found[4].width)
+
+
+def test_what_is_asked_is_judged() -> None:
+    right = PosteriorOutcome("none", tuple(map(score, range(400))))
+    narrow = PosteriorOutcome("none", tuple(score(seed, narrow=0.6) for seed in range(400)))
+    assert [len(missed) for missed in right.misses.values()] == [0, 0, 0]
+    assert [len(missed) for missed in narrow.misses.values()][:2] == [5, 5]
+    assert "90 % intervals hold 86 to 94 % of truths: yes" in right.text()
+    assert "of truths: missed by blunt_drag, slender_drag" in narrow.text()
+
+
+def test_warnings_are_counted_by_kind() -> None:
+    lines = PosteriorOutcome("none", tuple(score(seed, warns=seed < 5) for seed in range(20))).text()
+    assert "of that, by kind: model_discrepancy 25.0%" in lines
 
 
 def test_a_miss_with_a_warning_is_not_silent() -> None:

@@ -76,6 +76,34 @@ def test_a_session_that_fails_is_told_and_tried_again(tmp_path: Path, scored: li
         assert [each.seed for each in outcome.scores] == [12, 14]
         assert outcome.failures == ((13, "NotEnoughData: too short"),)
     assert scored == [12, 13, 14, 13]
+    assert measure_posterior(tmp_path, Asked(count=0)).failures == ((13, "NotEnoughData: too short"),)
+
+
+@pytest.mark.usefixtures("scored")
+def test_a_session_that_failed_once_and_then_did_not_is_no_failure(tmp_path: Path) -> None:
+    measure_posterior(tmp_path, Asked(first=12, count=3, workers=1))
+    store = ScoreStore(tmp_path, "none")
+    store.keep(score(13))
+    assert measure_posterior(tmp_path, Asked(count=0)).failures == ()
+    assert not list(store.sessions.glob("*.failed"))
+
+
+def test_scores_in_one_file_are_judged_whichever_code_made_them(tmp_path: Path, scored: list[int]) -> None:
+    folder, file = tmp_path / "scores", tmp_path / "scores.jsonl"
+    before = measure_posterior(folder, Asked(count=3, workers=1))
+    lines = [path.read_text().replace('"fingerprint": "', '"fingerprint": "0') for path in folder.rglob("*.json")]
+    file.write_text("".join(lines))
+    assert list(map(repr, measure_posterior(file, Asked()).scores)) == list(map(repr, before.scores))
+    assert scored == [0, 1, 2]
+
+
+def test_all_lines_that_are_no_scores_are_told(tmp_path: Path) -> None:
+    file = tmp_path / "scores.jsonl"
+    file.write_text('{"seed": 1}\nnonsense\n[]\n')
+    with pytest.raises(InputError, match=r"(?s)scores.jsonl.*line 1.*line 2.*line 3"):
+        measure_posterior(file, Asked())
+    with pytest.raises(InputError, match="cannot be read"):
+        measure_posterior(tmp_path / "none.jsonl", Asked())
 
 
 def test_the_workers_of_a_scheduler_score_as_well(tmp_path: Path, scored: list[int]) -> None:

@@ -15,7 +15,7 @@ from fitting.posterior.laplace import laplace
 from fitting.posterior.places_off import TAKEN
 from fitting.posterior.posterior import Marginal, Posterior, _flags
 from fitting.posterior.posterior_file import VARIABLES
-from session import Provenance, read_result_json, write_result_json
+from session import Flag, Provenance, read_result_json, write_result_json
 from tests.reports.posteriors import made_findings
 
 NAMES = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")
@@ -112,15 +112,30 @@ def test_one_that_a_bound_ends_is_not_determined_however_narrow() -> None:
     assert (small.narrow, small.at_bounds) == (True, ())  # so near to zero that zero is what the trials say
 
 
-@pytest.mark.parametrize(("wave", "misfit_p", "warns"), [(0.005, 0.3, 0), (0.005, 0.001, 1), (0.05, 0.001, 1)])
-def test_a_misfit_beyond_noise_and_nuisances_is_flagged_once(wave: float, misfit_p: float, warns: int) -> None:
+def misfitting(wave: float, speed: float, misfit_p: float) -> list[Flag]:
     made = SimpleNamespace(
         found=SimpleNamespace(settled=True, off=TAKEN),
-        discrepancy=np.full((4, 2), wave),
+        discrepancy=np.tile([wave, speed], (4, 1)),
         misfit_p=misfit_p,
         marginals={},
     )
-    assert [flag.kind for flag in _flags(cast(Posterior, made))] == ["model_discrepancy"] * warns
+    return _flags(cast(Posterior, made))
+
+
+@pytest.mark.parametrize(
+    ("wave", "speed", "misfit_p", "warns"),
+    [(0.005, 0.005, 0.3, 0), (0.005, 0.005, 0.001, 1), (0.05, 0.005, 0.001, 1), (0.001, 0.03, 0.3, 1)],
+)
+def test_a_misfit_beyond_noise_and_nuisances_is_flagged_once(
+    wave: float, speed: float, misfit_p: float, warns: int
+) -> None:
+    assert [flag.kind for flag in misfitting(wave, speed, misfit_p)] == ["model_discrepancy"] * warns
+
+
+def test_a_speed_that_is_off_by_all_that_is_allowed_is_said() -> None:
+    (pressing,), (free,) = misfitting(0.2, 0.09, 0.3), misfitting(0.2, 0.05, 0.3)
+    assert "10 % is the most that its speed may be off by" in pressing.message
+    assert "is the most" not in free.message
 
 
 def test_markers_far_from_their_described_places_are_flagged() -> None:
