@@ -20,6 +20,12 @@ def test_it_holds_the_truth(drawn: DrawnSession, posterior: Posterior) -> None:
     assert not {"emulator_off", "not_converged", "model_discrepancy"} & {flag.kind for flag in posterior.flags}
 
 
+def test_two_trials_give_the_draws_that_were_wanted(posterior: Posterior) -> None:
+    assert posterior.draws.ess_bulk[:5].min() >= 400
+    assert posterior.draws.r_hat[:5].max() <= 1.01
+    assert posterior.draws.enough
+
+
 def test_another_seed_finds_the_same(drawn: DrawnSession, posterior: Posterior) -> None:
     other = sample_posterior(drawn.trials, drawn.twin, effective=400, seed=1).coefficients
     sd = posterior.coefficients.std(axis=0)
