@@ -1,0 +1,64 @@
+"""The nearest twin is found where the answer is known, and the search ends once it stands still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from fitting.posterior.session_model import SessionModel
+from fitting.signatures.session_row import nearest
+
+TRUTH, SD = np.array([1.0, 3.0, 5.0, 4.0, 2.0]), 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel:
+    """One trial whose gait is linear in the coefficients; it counts for how many slopes were asked."""
+
+    slopes: np.ndarray = field(default_factory=lambda: np.random.default_rng(0).standard_normal((40, 5)))
+    asked: list[int] = field(default_factory=list)
+
+    @property
+    def measured(self) -> np.ndarray:
+        return self.slopes @ TRUTH
+
+    @property
+    def trials(self) -> list[SimpleNamespace]:
+        return [SimpleNamespace(trial=SimpleNamespace(commanded_hz=1.0, frequency=SimpleNamespace(hz=1.0)))]
+
+    def simulated(self, coefficients: np.ndarray) -> np.ndarray:
+        self.asked.append(len(coefficients))
+        return coefficients @ self.slopes.T
+
+
+def found(model: LinearModel, start: np.ndarray) -> np.ndarray:
+    return nearest(cast(SessionModel, model), start, lambda _at: SD**2 * np.eye(41))
+
+
+def rounds(model: LinearModel) -> int:
+    return sum(count > 1 for count in model.asked)
+
+
+@pytest.mark.parametrize("off", [0.5, -0.5, 2.0])
+def test_the_nearest_twin_is_found(off: float) -> None:
+    model = LinearModel()
+    assert found(model, TRUTH + off) == pytest.approx(TRUTH, abs=2e-4)
+    assert rounds(model) <= 7
+
+
+def test_it_ends_as_soon_as_it_stands_still() -> None:
+    model = LinearModel()
+    assert found(model, TRUTH + 1e-5) == pytest.approx(TRUTH, abs=1e-5)
+    assert rounds(model) == 1
+    farther = LinearModel()
+    found(farther, TRUTH + 0.5)
+    assert rounds(farther) > 1
+
+
+def test_it_stays_within_the_bounds() -> None:
+    model = LinearModel()
+    assert (found(model, np.array([0.0, 10.0, 0.0, 10.0, 0.0])) >= 0).all()
