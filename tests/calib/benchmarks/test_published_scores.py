@@ -1,0 +1,44 @@
+"""What the documentation says of the posterior's calibration is what the scores beside it say."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.benchmarks.posterior_report import Calibration, PosteriorOutcome
+from calib.benchmarks.posterior_store import read_scores
+
+DOCS = Path(__file__).parents[3] / "docs"
+ROWS: dict[str, Callable[[Calibration], str]] = {
+    "truths within their 90 % interval": lambda c: f"{100 * c.covered:.1f} %",
+    "95 % interval of that share": lambda c: f"{100 * c.covered_low:.0f} to {100 * c.covered_high:.0f} %",
+    "rms of truth less mean, in sd": lambda c: f"{c.spread:.2f}",
+    "uniform ranks (Kolmogorov and Smirnov, Holm-corrected for ten)": lambda c: f"{c.ks_p:.2f}",
+    "uniform ranks (chi-squared over ten bins, likewise)": lambda c: f"{c.chi2_p:.2f}",
+    "width over the exact likelihood's: median, 95th percentile": lambda c: f"{c.width:.2f}, {c.width_95:.2f}",
+    "sessions wider than 1.3 times": lambda c: f"{100 * c.wide:.0f} %",
+}
+
+
+@pytest.fixture(scope="module")
+def outcome() -> PosteriorOutcome:
+    return PosteriorOutcome("none", read_scores(DOCS / "posterior_scores.jsonl"))
+
+
+def test_every_number_of_the_table_is_theirs(outcome: PosteriorOutcome) -> None:
+    text = (DOCS / "posterior.md").read_text()
+    for title, written in ROWS.items():
+        line = next(line for line in text.splitlines() if line.startswith(f"| {title} |"))
+        assert re.split(r"\s*\|\s*", line)[2:-1] == [written(each) for each in outcome.calibrations], title
+
+
+def test_they_are_as_many_as_they_should_be_and_meet_what_is_asked(outcome: PosteriorOutcome) -> None:
+    assert [score.seed for score in outcome.scores] == list(range(300))
+    assert {score.effect for score in outcome.scores} == {"none"}
+    assert set(outcome.misses.values()) == {()}
+    assert np.max([score.r_hat for score in outcome.scores]) <= 1.01
+    assert np.min([score.ess_bulk for score in outcome.scores]) >= 100
