@@ -12,7 +12,7 @@ from reality.mechanism import Mechanism
 from reality.noise import PixelNoise
 from reality.parameters import Parameters
 from reality.record import Drive
-from reality.run import STEP_S, simulate
+from reality.run import STEP_S, divergence, simulate
 from reality.tendons import Pull, Turn
 from reality.world import Nuisances, Trial, World
 
@@ -35,5 +35,6 @@ __all__ = [
     "Trial",
     "Turn",
     "World",
+    "divergence",
     "simulate",
 ]

@@ -80,13 +80,18 @@ def _simulate_batch(
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what blows up is found below
         record = _rolled(motion, made, last_s, start_s, position, velocity, step_s)
     if (lost := record.lost).any() and not allow_divergence:
-        worst = made[int(np.flatnonzero(lost)[0])]
-        raise SimulationDiverged(
-            f"{int(lost.sum())} of {len(made)} simulations of reality diverged; the first a {worst.kind} at "
-            f"{worst.frequency_hz:g} Hz. Expected a bounded motion; try a smaller time step than {step_s:g} s."
-        )
+        raise divergence(made, lost, step_s)
     record.position[lost] = np.nan
     return [film(world, trial, record, row, layout, parameters, markers) for row, (world, trial) in enumerate(trials)]
+
+
+def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S) -> SimulationDiverged:
+    """What to raise of trials of which some, (n,) marked, blew up."""
+    first = trials[int(np.flatnonzero(lost)[0])]
+    return SimulationDiverged(
+        f"{int(lost.sum())} of {len(trials)} simulations of reality diverged; the first a {first.kind} at "
+        f"{first.frequency_hz:g} Hz. Expected a bounded motion; try a smaller time step than {step_s:g} s."
+    )
 
 
 def _start(motion: Motion, trials: list[Trial], time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -71,7 +71,9 @@ class PosteriorOutcome:
 
     @property
     def misses(self) -> dict[str, tuple[str, ...]]:
-        """What is asked of every coefficient, and which do not meet it."""
+        """What is asked of every coefficient, and which do not meet it; empty for fewer than 50 sessions."""
+        if len(self.scores) < _FEWEST:
+            return {}
         found = self.calibrations
         return {
             f"90 % intervals hold {100 * COVERED[0]:.0f} to {100 * COVERED[1]:.0f} % of truths": _those(
@@ -113,7 +115,7 @@ class PosteriorOutcome:
         return {
             "effect": self.effect,
             "coefficients": [each._asdict() for each in self.calibrations] if self.scores else [],
-            "missed_by": self.misses if self.scores else {},
+            "missed_by": self.misses,
             "sessions": [score.to_json() for score in self.scores],
             "failures": [failure._asdict() for failure in self.failures],
             "made_by_other_code": self.others,

@@ -131,7 +131,12 @@ def read_scores(file: Path) -> tuple[PosteriorScore, ...]:
             stands.pop("fingerprint")
             scores.append(_score(stands))
         except (ValueError, KeyError, TypeError, AttributeError) as error:
-            faults.add(f"line {number}", "no score of a session", found=str(error), expected="what ScoreStore keeps")
+            faults.add(
+                f"line {number}",
+                "no score of a session",
+                found=str(error),
+                expected="a line as in sessions/<seed>.json",
+            )
     faults.raise_if_any()
     return tuple(sorted(scores, key=lambda score: score.seed))
 

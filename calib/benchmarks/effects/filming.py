@@ -8,8 +8,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from reality import Recording, Trial, World, simulate
-from session import FISHSIM_MARKERS, SimulationDiverged
+from reality import Recording, Trial, World, divergence, simulate
+from session import FISHSIM_MARKERS
 
 T = TypeVar("T")
 Wanted = Sequence[tuple[World, Trial]]
@@ -42,8 +42,9 @@ def film_together(works: Sequence[Filming[T]]) -> list[T]:
 
 
 def _filmed(wanted: dict[int, Wanted]) -> dict[int, list[Recording] | Exception]:
+    trials = [trial for each in wanted.values() for trial in each]
     try:
-        recordings = iter(_simulated([trial for each in wanted.values() for trial in each]))
+        recordings = iter(simulate(trials, FISHSIM_MARKERS, allow_divergence=True))
     except ValueError as error:
         if len(wanted) == 1:
             return dict.fromkeys(wanted, error)
@@ -52,15 +53,6 @@ def _filmed(wanted: dict[int, Wanted]) -> dict[int, list[Recording] | Exception]
     return {number: _or_lost(own) for number, own in of_each.items()}
 
 
-def _simulated(trials: Wanted) -> list[Recording]:
-    return simulate(trials, FISHSIM_MARKERS, allow_divergence=True)
-
-
 def _or_lost(recordings: list[Recording]) -> list[Recording] | Exception:
-    lost = [recording.trial for recording in recordings if not np.isfinite(recording.head).all()]
-    if not lost:
-        return recordings
-    return SimulationDiverged(
-        f"{len(lost)} of {len(recordings)} simulations of reality diverged; the first a {lost[0].kind} at "
-        f"{lost[0].frequency_hz:g} Hz. Expected a bounded motion."
-    )
+    lost = np.array([not np.isfinite(recording.head).all() for recording in recordings])
+    return divergence([recording.trial for recording in recordings], lost) if lost.any() else recordings

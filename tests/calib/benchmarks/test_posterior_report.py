@@ -57,6 +57,9 @@ def test_a_miss_with_a_warning_is_not_silent() -> None:
 
 def test_few_sessions_are_not_tested_for_uniformity() -> None:
     assert np.isnan(uniform_p(np.arange(20), np.linspace(0, 1, 20))).all()
+    few = PosteriorOutcome("none", tuple(map(score, range(20))))
+    assert few.misses == {}
+    assert "of truths: yes" not in few.text()
 
 
 def test_p_values_are_corrected_for_their_number() -> None:
