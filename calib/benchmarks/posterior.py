@@ -28,7 +28,7 @@ class PosteriorScore:
     """What the posterior said of one drawn session; fives are in the order of `swimmer.FluidCoefficients`.
 
     Attributes:
-        seed, effect: that it was drawn with.
+        seed, effect, strength: that it was drawn with.
         frequency_hz: of its two trials.
         tried: sets of coefficients drawn until one swam forward.
         truth: the coefficients.
@@ -47,6 +47,7 @@ class PosteriorScore:
 
     seed: int
     effect: Effect
+    strength: float
     frequency_hz: tuple[float, ...]
     tried: int
     truth: Five
@@ -99,15 +100,16 @@ class PosteriorScore:
         return asdict(self)
 
 
-def score_session(seed: int, effect: Effect = "none", workers: int = 0) -> PosteriorScore:
+def score_session(seed: int, effect: Effect = "none", strength: float = 1.0, workers: int = 0) -> PosteriorScore:
     """Draws a session, samples its posterior and compares it with the truth.
 
     Args:
         seed: of the session and of the sampler.
         effect: that the twin leaves out; "any" is one of them in turn.
+        strength: of that, in shares of its full strength.
         workers: threads; 0 for all cores.
     """
-    drawn = draw_session(seed, effect_of(effect, seed), workers)
+    drawn = draw_session(seed, effect_of(effect, seed), strength, workers)
     began = time.perf_counter()
     posterior = sample_posterior(drawn.trials, drawn.twin, effective=EFFECTIVE, seed=seed)
     return _score(drawn, posterior, time.perf_counter() - began)
@@ -120,6 +122,7 @@ def _score(drawn: DrawnSession, posterior: Posterior, seconds: float) -> Posteri
     return PosteriorScore(
         seed=drawn.seed,
         effect=drawn.effect,
+        strength=drawn.strength,
         frequency_hz=tuple(trial.frequency.hz for trial in drawn.trials),
         tried=drawn.tried,
         truth=_five(truth),

@@ -143,6 +143,7 @@ class Asked:
     Attributes:
         first, count: seeds.
         effect: that the twin leaves out.
+        strength: of that, in shares of its full strength.
         workers: sessions at a time; 0 for one on each core.
         scheduler: address of a dask scheduler; None for this process alone.
     """
@@ -150,6 +151,7 @@ class Asked:
     first: int = 0
     count: int = 300
     effect: Effect = "none"
+    strength: float = 1.0
     workers: int = 0
     scheduler: str | None = None
 
@@ -169,7 +171,7 @@ def measure_posterior(folder: Path, asked: Asked, tell: Tell | None = None) -> P
     """
     if folder.suffix == ".jsonl":
         return PosteriorOutcome(asked.effect, read_scores(folder))
-    store = ScoreStore(folder, asked.effect)
+    store = ScoreStore(folder, asked.effect, asked.strength)
     seeds = range(asked.first, asked.first + asked.count)
     run_sessions(store, seeds, asked.workers, asked.scheduler, tell)
     return PosteriorOutcome(asked.effect, tuple(store.scores()), store.failures(), store.others, tuple(store.gaps()))
@@ -256,20 +258,21 @@ def _by_kind(scores: Sequence[PosteriorScore]) -> list[str]:
 
 
 def _by_effect(scores: Sequence[PosteriorScore]) -> list[str]:
-    """A line an effect, where there are several."""
-    names = sorted({score.effect for score in scores})
-    if len(names) < 2:
+    """A line an effect and strength, where there are several."""
+    kinds = sorted({(score.effect, score.strength) for score in scores})
+    if len(kinds) < 2:
         return []
     lines = [
-        f"{'effect':22} {'sessions':>8} {'warn':>5} {'missed':>6} {'silent':>6} {'> 3 sd':>6} {'> 4 sd':>6} silent"
+        f"{'effect':22} {'strength':>8} {'sessions':>8} {'warn':>5} {'missed':>6} "
+        f"{'silent':>6} {'> 3 sd':>6} {'> 4 sd':>6} silent"
     ]
-    for name in names:
-        own = [score for score in scores if score.effect == name]
+    for name, strength in kinds:
+        own = [score for score in scores if (score.effect, score.strength) == (name, strength)]
         silent = [score for score in own if not score.warned]
         far = [max(abs(off) for off in score.off_sd) for score in silent]
         missed = [sum(not score.covered.all() for score in some) for some in (own, silent)]
         lines.append(
-            f"{name:22} {len(own):8d} {len(own) - len(silent):5d} {missed[0]:6d} {missed[1]:6d} "
+            f"{name:22} {strength:8g} {len(own):8d} {len(own) - len(silent):5d} {missed[0]:6d} {missed[1]:6d} "
             f"{sum(each > 3 for each in far):6d} {sum(each > FAR_SD for each in far):6d}"
         )
     return lines

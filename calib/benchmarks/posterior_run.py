@@ -31,7 +31,7 @@ def run_sessions(
         ResultsNotWritable: the folder of the store is not writable.
     """
     todo = store.missing(seeds)
-    for number, outcome in enumerate(spread(partial(_attempt, store.effect), todo, workers, scheduler)):
+    for number, outcome in enumerate(spread(partial(_attempt, store.effect, store.strength), todo, workers, scheduler)):
         if isinstance(outcome, Failure):
             store.keep_failure(outcome)
         else:
@@ -40,8 +40,8 @@ def run_sessions(
             tell(f"session {outcome.seed}", (number + 1) / len(todo))
 
 
-def _attempt(effect: Effect, seed: int) -> PosteriorScore | Failure:
+def _attempt(effect: Effect, strength: float, seed: int) -> PosteriorScore | Failure:
     try:
-        return score_session(seed, effect, workers=1)
+        return score_session(seed, effect, strength, workers=1)
     except (SwimcalError, ValueError, ArithmeticError) as error:
         return Failure(seed, f"{type(error).__name__}: {error}")

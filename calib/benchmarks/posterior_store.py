@@ -38,16 +38,20 @@ class ScoreStore:
 
     Attributes:
         folder: that several machines may share.
-        effect: of the set; one other than "none" has a folder of its own beside `sessions`.
+        effect, strength: of the set; an effect other than "none" has a folder of its own beside `sessions`, and so has
+            each strength of it.
     """
 
     folder: Path
     effect: Effect
+    strength: float = 1.0
 
     @property
     def sessions(self) -> Path:
         """Where the files are."""
-        return self.folder / ("sessions" if self.effect == "none" else f"sessions-{self.effect}")
+        if self.effect == "none":
+            return self.folder / "sessions"
+        return self.folder / (f"sessions-{self.effect}" + (f"-{self.strength:g}" if self.strength != 1 else ""))
 
     def missing(self, seeds: Sequence[int]) -> list[int]:
         """Those without a score by this code and engine."""
@@ -110,7 +114,7 @@ class ScoreStore:
 
     @property
     def _fingerprint(self) -> str:
-        return fingerprint_of(_code(), {"effect": self.effect})
+        return fingerprint_of(_code(), {"effect": self.effect, "strength": self.strength})
 
 
 def read_scores(file: Path) -> tuple[PosteriorScore, ...]:

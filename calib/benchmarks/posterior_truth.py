@@ -41,6 +41,7 @@ class DrawnSession:
         twin: of the robot as the session believes it to be.
         robot: that swam.
         effect: what the robot does that the twin leaves out.
+        strength: of that, in shares of its full strength.
         noise: that its tracks were made with.
         tried: how many sets of coefficients were drawn until one swam forward.
     """
@@ -52,6 +53,7 @@ class DrawnSession:
     twin: Twin
     robot: RobotSpec
     effect: Effect
+    strength: float
     noise: TrackingNoise
     tried: int
 
@@ -59,6 +61,7 @@ class DrawnSession:
 def draw_session(
     seed: int,
     effect: Effect = "none",
+    strength: float = 1.0,
     workers: int = 0,
     seconds: float = SECONDS,
     held_out_hz: Sequence[float] = (),
@@ -75,6 +78,7 @@ def draw_session(
     Args:
         seed: of all draws.
         effect: that the twin leaves out.
+        strength: of that, in shares of its full strength.
         workers: threads; 0 for all cores.
         seconds: of each trial.
         held_out_hz: of further swims.
@@ -85,7 +89,7 @@ def draw_session(
     twin = Twin(nominal, FISHSIM_MARKERS, workers=workers)
     frequency_hz = _frequencies(random)
     truth, tried = _forward_swimmer(twin, frequency_hz, random)
-    unmodelled = with_effect(_reglued(_built(nominal, effect, seed), random), effect, random)
+    unmodelled = with_effect(_reglued(_built(nominal, effect, seed), random), effect, random, strength)
     noise = drawn_noise(seed)
     plan = SyntheticPlan(
         trials=tuple(_trial(float(hz), seconds, random) for hz in (*frequency_hz, *held_out_hz)),
@@ -97,7 +101,9 @@ def draw_session(
         camera=CAMERA,
     )
     swims = _measured(plan, unmodelled, nominal)
-    return DrawnSession(seed, truth, swims[:_FITTED], swims[_FITTED:], twin, unmodelled.robot, effect, noise, tried)
+    return DrawnSession(
+        seed, truth, swims[:_FITTED], swims[_FITTED:], twin, unmodelled.robot, effect, strength, noise, tried
+    )
 
 
 def drawn_noise(seed: int) -> TrackingNoise:

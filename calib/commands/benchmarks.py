@@ -77,6 +77,7 @@ def posterior(
     first: Annotated[int, typer.Option(min=0, help="first session of this shard")] = 0,
     count: Annotated[int, typer.Option(min=0, help="sessions of this shard; 0: only the table of what is there")] = 300,
     effect: Annotated[Effect, typer.Option(help="what the robot does and the twin leaves out")] = "none",
+    strength: Annotated[float, typer.Option(min=0, help="of that, in shares of its full strength")] = 1.0,
     workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
     scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
     as_json: AsJson = False,
@@ -84,7 +85,7 @@ def posterior(
     """Draws sessions from the prior; tells how often the posterior holds the truth (simulation-based calibration)."""
     from calib.benchmarks.posterior_report import Asked, measure_posterior
 
-    asked = Asked(first, count, effect, workers, scheduler)
+    asked = Asked(first, count, effect, strength, workers, scheduler)
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
         outcome = measure_posterior(Path(place), asked, tell)
     print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome.text())

@@ -17,6 +17,7 @@ def score(seed: int, narrow: float = 1.0, shift: float = 0.0, warns: bool = Fals
     return PosteriorScore(
         seed=seed,
         effect="none",
+        strength=1.0,
         frequency_hz=(0.7, 1.2),
         tried=1,
         truth=tuple(truth),

@@ -24,7 +24,7 @@ def scored(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Seeds that were scored, without a simulation; session 13 fails."""
     seeds: list[int] = []
 
-    def measure(seed: int, _effect: Effect, workers: int) -> PosteriorScore:
+    def measure(seed: int, _effect: Effect, _strength: float, workers: int) -> PosteriorScore:
         assert workers == 1
         seeds.append(seed)
         if seed == 13:
@@ -67,7 +67,8 @@ def test_scores_of_other_code_are_left_out_and_made_anew(
 def test_an_unmodelled_effect_has_a_folder_of_its_own(tmp_path: Path) -> None:
     measure_posterior(tmp_path, Asked(count=1, workers=1))
     measure_posterior(tmp_path, Asked(count=1, effect="current", workers=1))
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["sessions", "sessions-current"]
+    measure_posterior(tmp_path, Asked(count=1, effect="current", strength=0.25, workers=1))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["sessions", "sessions-current", "sessions-current-0.25"]
 
 
 def test_a_session_that_fails_is_told_and_tried_again(tmp_path: Path, scored: list[int]) -> None:

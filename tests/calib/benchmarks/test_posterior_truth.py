@@ -10,7 +10,8 @@ from calib.benchmarks.posterior_effects import CURRENT_M_S, EFFECTS, Effect, eff
 from calib.benchmarks.posterior_truth import DrawnSession, draw_session, drawn_noise
 from fitting.from_rest import speed_from_rest
 from fitting.posterior import SessionModel
-from swimmer import load_robot
+from session import FISHSIM_MARKERS
+from swimmer import SWIM, Runs, Twin, load_robot
 from tests.cases import later
 
 COARSE = 1 / 8  # so that a draw takes no seconds
@@ -92,6 +93,17 @@ def test_other_effects_change_the_robot(effect: Effect) -> None:
 def test_a_current_carries_the_fish_along() -> None:
     current_m_s = with_effect(load_robot(), "current", np.random.default_rng(0)).current_m_s
     assert np.hypot(*current_m_s) == pytest.approx(CURRENT_M_S)
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_an_effect_of_no_strength_is_none(effect: Effect) -> None:
+    still = with_effect(load_robot(), effect, np.random.default_rng(0), strength=0.0)
+    assert still.robot == load_robot()
+    assert not still.current_m_s.any()
+    plain = Twin(load_robot(), FISHSIM_MARKERS, workers=1)
+    runs, time_s = Runs(np.full((1, 5), 2.0), np.array([0.8]), np.zeros(1)), np.arange(60) / 60
+    swum = still.twin(load_robot(), FISHSIM_MARKERS, SWIM).simulate(runs, time_s).marker_m
+    np.testing.assert_array_equal(swum, plain.simulate(runs, time_s).marker_m)
 
 
 def test_any_effect_is_each_in_turn() -> None:
