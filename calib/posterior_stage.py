@@ -26,6 +26,7 @@ from session import (
     writing_whole,
 )
 from swimmer import Twin
+from swimmer.effects import catalogue
 
 if TYPE_CHECKING:
     from fitting.posterior.findings import Findings
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Effective draws of every coefficient."""
 
-FORM = 5  # of the files and of what they rest on
+FORM = 6  # of the files and of what they rest on
 
 
 class PosteriorStage:
@@ -61,8 +62,9 @@ class PosteriorStage:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Of the calibration and how draws are made."""
-        return fingerprint_of({}, {"form": FORM, "effort": self._options.effort}, [self._calibration])
+        """Of the calibration, how draws are made, and the effects that are looked for."""
+        told = {"form": FORM, "effort": self._options.effort, "effects": sorted(catalogue())}
+        return fingerprint_of({}, told, [self._calibration])
 
     @property
     def is_current(self) -> bool:
@@ -85,6 +87,7 @@ class PosteriorStage:
         from fitting.posterior.findings_file import findings_payload
         from fitting.posterior.posterior_file import marginals_payload, save_draws
         from fitting.posterior.robot_doubt import doubts_of
+        from fitting.signatures.score_tests import score_tests
 
         chain = self._chain()
         starts = [calibration.coefficients, *(restart.coefficients for restart in calibration.fit.restarts)]
@@ -100,7 +103,8 @@ class PosteriorStage:
         )
         if not posterior.draws.enough:
             raise NotConverged(self._refusal(posterior.draws.flags[0].message, chain))
-        findings = find(posterior, trials, twin, self._session.seed, self._options.tell)
+        left_out = score_tests(posterior, self._session.camera, catalogue().values(), self._options.tell)
+        findings = find(posterior, trials, twin, self._session.seed, self._options.tell, left_out)
         stamp = {key: value for key, value in self._stamp.to_json().items() if isinstance(value, str | int)}
         with writing_whole(self.file) as part:
             save_draws(part, posterior, stamp)

@@ -53,6 +53,7 @@ FLAG_KINDS: dict[str, str] = {
     "not_used": "an experiment is not believed and was left out",
     "boxes_off": "the boxes of nose and neck would have to be off by more than a hand misses",
     "markers_off": "markers sit elsewhere than the robot's description has them",
+    "effect_left_out": "the swims ask for an effect that the twin leaves out",
     "robot_off": "the swims ask for another robot than it is taken to be",
     "at_bound": "an estimate sits at the bound of its range",
     "not_converged": "the optimiser stopped before it converged",

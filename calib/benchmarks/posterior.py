@@ -5,6 +5,7 @@ truth among the draws is uniform when the posterior is right.
 """
 
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -14,11 +15,15 @@ from calib.benchmarks.posterior_effects import Effect, effect_of
 from calib.benchmarks.posterior_exact import exact_widths
 from calib.benchmarks.posterior_truth import DrawnSession, draw_session
 from fitting.posterior import Posterior, sample_posterior
+from fitting.posterior.left_out import left_out_flags
 from fitting.posterior.posterior import MISFIT_P
+from fitting.signatures.score_tests import score_tests
+from session import Flag
+from swimmer.effects import catalogue
 
 RANKED = 99  # draws among which the truth has a rank: 100 ranks, ten to a bin
 EFFECTIVE = 100
-WARNINGS = ("model_discrepancy", "robot_off", "emulator_off", "not_converged", "noise_not_white")
+WARNINGS = ("model_discrepancy", "effect_left_out", "robot_off", "emulator_off", "not_converged", "noise_not_white")
 """Flags that tell a reader not to believe the intervals."""
 Five = tuple[float, ...]
 
@@ -112,10 +117,12 @@ def score_session(seed: int, effect: Effect = "none", strength: float = 1.0, wor
     drawn = draw_session(seed, effect_of(effect, seed), strength, workers)
     began = time.perf_counter()
     posterior = sample_posterior(drawn.trials, drawn.twin, effective=EFFECTIVE, seed=seed)
-    return _score(drawn, posterior, time.perf_counter() - began)
+    tried = score_tests(posterior, drawn.camera, catalogue().values())
+    flags = (*posterior.flags, *left_out_flags(tried))
+    return _score(drawn, posterior, flags, time.perf_counter() - began)
 
 
-def _score(drawn: DrawnSession, posterior: Posterior, seconds: float) -> PosteriorScore:
+def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], seconds: float) -> PosteriorScore:
     truth, draws = np.array(drawn.truth), posterior.coefficients
     ranked = np.random.default_rng([drawn.seed, 8]).choice(draws, min(RANKED, len(draws)), replace=False)
     q05, q50, q95 = np.quantile(draws, [0.05, 0.5, 0.95], axis=0)
@@ -139,7 +146,7 @@ def _score(drawn: DrawnSession, posterior: Posterior, seconds: float) -> Posteri
         box_sd_m=posterior.found.off.box_m,
         discrepancy=_five(np.median(posterior.discrepancy, axis=0)),
         misfit_p=posterior.misfit_p,
-        flags=tuple(flag.kind for flag in posterior.flags),
+        flags=tuple(flag.kind for flag in flags),
         simulations=posterior.found.simulations,
         seconds=seconds,
     )

@@ -18,7 +18,7 @@ import synthetic
 from calib.benchmarks import posterior, posterior_effects, posterior_exact, posterior_truth
 from calib.benchmarks.posterior import PosteriorScore
 from calib.benchmarks.posterior_effects import Effect
-from fitting import objective, structure
+from fitting import objective, signatures, structure
 from fitting import posterior as inference
 from session import FaultCollector, fingerprint_of, plain_json, sha256_of, write_whole
 
@@ -166,7 +166,7 @@ def _code() -> dict[str, str]:
     files = [Path(str(module.__file__)) for module in modules]
     files += [Path(fitting.__file__).with_name(f"{name}.py") for name in _MEASURED]
     files.append(Path(str(objective.__file__)))
-    for package in (inference, structure, swimmer, synthetic):
+    for package in (inference, signatures, structure, swimmer, synthetic):
         files += Path(str(package.__file__)).parent.rglob("*.py")
         files += Path(str(package.__file__)).parent.rglob("*.toml")
     libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": arviz.__version__}

@@ -39,6 +39,7 @@ class DrawnSession:
         trials: two swims as measured, by a session that believes every marker to be in its place.
         held_out: further swims.
         twin: of the robot as the session believes it to be.
+        camera: that filmed it.
         robot: that swam.
         effect: what the robot does that the twin leaves out.
         strength: of that, in shares of its full strength.
@@ -51,6 +52,7 @@ class DrawnSession:
     trials: list[MeasuredTrial]
     held_out: list[MeasuredTrial]
     twin: Twin
+    camera: CameraSpec
     robot: RobotSpec
     effect: Effect
     strength: float
@@ -100,9 +102,20 @@ def draw_session(
         noise=noise,
         camera=CAMERA,
     )
-    swims = _measured(plan, unmodelled, nominal)
+    camera = CameraSpec(fps=plan.camera.fps, scale_length_m=nominal.scale_length_m)
+    swims = _measured(plan, unmodelled, camera, nominal)
     return DrawnSession(
-        seed, truth, swims[:_FITTED], swims[_FITTED:], twin, unmodelled.robot, effect, strength, noise, tried
+        seed=seed,
+        truth=truth,
+        trials=swims[:_FITTED],
+        held_out=swims[_FITTED:],
+        twin=twin,
+        camera=camera,
+        robot=unmodelled.robot,
+        effect=effect,
+        strength=strength,
+        noise=noise,
+        tried=tried,
     )
 
 
@@ -163,9 +176,10 @@ def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticT
     )
 
 
-def _measured(plan: SyntheticPlan, unmodelled: Unmodelled, nominal: RobotSpec) -> list[MeasuredTrial]:
+def _measured(
+    plan: SyntheticPlan, unmodelled: Unmodelled, camera: CameraSpec, nominal: RobotSpec
+) -> list[MeasuredTrial]:
     """The trials of a plan as a session that knows the nominal robot alone measures them."""
-    spec = CameraSpec(fps=plan.camera.fps, scale_length_m=nominal.scale_length_m)
     trials = []
     for number, swim in enumerate(simulate_swims(plan, unmodelled.twin)):
         carried = swim.time_s[:, None] * unmodelled.current_m_s * plan.camera.px_per_m  # (n, 2)
@@ -174,5 +188,5 @@ def _measured(plan: SyntheticPlan, unmodelled: Unmodelled, nominal: RobotSpec) -
         )
         role: Literal["fit", "holdout"] = "fit" if number < _FITTED else "holdout"
         trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz, role=role)
-        trials.append(measure_trial(trial, tracks, spec, nominal, plan.warmup_s))
+        trials.append(measure_trial(trial, tracks, camera, nominal, plan.warmup_s))
     return trials

@@ -9,6 +9,7 @@ from fitting.posterior.approximate import Approximate
 from fitting.posterior.further_trial import FurtherTrials, further_trials
 from fitting.posterior.identifiability import Identifiability, identifiability
 from fitting.posterior.laplace import laplace
+from fitting.posterior.left_out import LeftOut, left_out_flags
 from fitting.posterior.naive import naive_posterior
 from fitting.posterior.posterior import Marginal, Posterior
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
@@ -37,6 +38,7 @@ class Findings:
         misfit_p: see `Posterior`.
         discrepancy: (2,) median relative error of the twin's wave and speed.
         robot: what it may be off by, before and after the swims.
+        left_out: whether the trials ask for what the twin leaves out, and what that would do; the likeliest first.
         identifiability, further, sweep, trials, whiteness: see there.
         laplace, naive: intervals by other ways.
         flags: when not to believe it.
@@ -54,6 +56,7 @@ class Findings:
     misfit_p: float
     discrepancy: np.ndarray
     robot: tuple[RobotPart, ...]
+    left_out: tuple[LeftOut, ...]
     identifiability: Identifiability
     further: FurtherTrials
     sweep: PredictedSweep
@@ -76,6 +79,7 @@ def find(
     twin: Twin,
     seed: int = 0,
     tell: Progress = lambda _message, _share: None,
+    left_out: Sequence[LeftOut] = (),
 ) -> Findings:
     """Works out all that is said of a posterior.
 
@@ -85,6 +89,7 @@ def find(
         twin: with their markers.
         seed: of all draws.
         tell: of the progress.
+        left_out: what score tests of effects said.
     """
     draws = posterior.draws
     tell("comparing with other ways to intervals", 0.0)
@@ -106,11 +111,12 @@ def find(
         misfit_p=posterior.misfit_p,
         discrepancy=np.median(posterior.discrepancy, axis=0),
         robot=robot_parts(posterior),
+        left_out=tuple(left_out),
         identifiability=identifiability(posterior),
         further=further_trials(posterior, twin, seed),
         sweep=sweep,
         trials=predicted,
         whiteness=posterior.whiteness,
-        flags=posterior.flags,
+        flags=(*posterior.flags, *left_out_flags(left_out)),
         **beside,
     )

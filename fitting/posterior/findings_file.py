@@ -11,6 +11,7 @@ from fitting.posterior.approximate import Approximate
 from fitting.posterior.findings import Findings
 from fitting.posterior.further_trial import FurtherTrials
 from fitting.posterior.identifiability import Identifiability
+from fitting.posterior.left_out import LeftOut
 from fitting.posterior.posterior import Marginal
 from fitting.posterior.posterior_file import load_chains
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial
@@ -36,6 +37,7 @@ def read_findings(data: Mapping[str, Any], draws: Path) -> Findings:
             "marginals": {name: Marginal(**one) for name, one in data["marginals"].items()},
             "chains": load_chains(draws),
             "identifiability": _made(Identifiability, data["identifiability"]),
+            "left_out": tuple(_made(LeftOut, one) for one in data["left_out"]),
             "robot": tuple(RobotPart(**one) for one in data["robot"]),
             "further": _made(FurtherTrials, data["further"]),
             "sweep": _made(PredictedSweep, data["sweep"]),

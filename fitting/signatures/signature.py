@@ -38,7 +38,12 @@ class Signature:
 
 
 def signature_of(
-    effect: Effect, model: SessionModel, camera: CameraSpec, coefficients: np.ndarray, values: np.ndarray | None = None
+    effect: Effect,
+    model: SessionModel,
+    camera: CameraSpec,
+    coefficients: np.ndarray,
+    values: np.ndarray | None = None,
+    sizes: Sequence[float] = STRENGTHS,
 ) -> Signature:
     """What an effect does to the trials of a session at coefficients (5,).
 
@@ -47,12 +52,12 @@ def signature_of(
         model: the trials beside the plain twin.
         camera: that filmed them.
         coefficients: (5,) at which.
-        values: (q, p) strengths; by default each parameter alone, one and three standard deviations either way as far
-            as its bounds allow.
+        values: (q, p) strengths; by default each parameter alone, as far as its bounds allow.
+        sizes: of each parameter alone, in standard deviations of its prior; by default one and three, either way.
     """
     trials = affected_trials([effect], model, camera, coefficients)
     suited = trials[0].twin.effects[0]
-    values = strengths(suited) if values is None else values
+    values = strengths(suited, sizes) if values is None else values
     tried = np.vstack([np.zeros((1, values.shape[1])), values])
     rows = np.hstack([trial.gaits(np.tile(coefficients, (len(tried), 1)), tried) for trial in trials])
     return Signature(suited, values, rows[1:] - rows[0], _hertz(tried, trials))
@@ -76,12 +81,12 @@ def views_of(model: SessionModel, camera: CameraSpec, coefficients: tuple[float,
     return tuple(view_of(each.trial, each.positions(at)[0], camera, size) for each in model.trials)
 
 
-def strengths(effect: Effect) -> np.ndarray:
-    """(q, p) each parameter alone, one and three standard deviations either way as far as its bounds allow."""
+def strengths(effect: Effect, sizes: Sequence[float] = STRENGTHS) -> np.ndarray:
+    """(q, p) each parameter alone, of such sizes in standard deviations as far as its bounds allow."""
     rows = []
     for number, parameter in enumerate(effect.parameters):
-        for strength in STRENGTHS:
-            value = float(np.clip(strength * parameter.sd, parameter.low, parameter.high))
+        for size in sizes:
+            value = float(np.clip(size * parameter.sd, parameter.low, parameter.high))
             if value != 0.0:
                 rows.append(value * np.eye(len(effect.parameters))[number])
     return np.unique(rows, axis=0)

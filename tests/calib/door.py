@@ -72,7 +72,8 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     patch.setattr(evidence, "refine_coefficients", partial(refine_coefficients, iterations=1))
     patch.setattr(placed_fit, "ITERATIONS", 1)
     patch.setattr(profile, "POINTS", 3)
-    patch.setattr(diagnosis_stage, "catalogue", lambda: FEW_EFFECTS)
+    for stage in (diagnosis_stage, posterior_stage):
+        patch.setattr(stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
     if not true_report:
         patch.setattr(pipeline, "write_report", lambda path, *_, **__: write_whole(path, "<html></html>"))

@@ -10,6 +10,7 @@ from fitting.posterior.approximate import Approximate
 from fitting.posterior.findings import Findings
 from fitting.posterior.further_trial import FurtherTrials
 from fitting.posterior.identifiability import Identifiability
+from fitting.posterior.left_out import LeftOut
 from fitting.posterior.posterior import Marginal
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial
 from fitting.posterior.shared import RobotPart
@@ -50,6 +51,10 @@ def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Find
             RobotPart("hinge_stiffness", True, 0.012, 0.003, 0.011),
             RobotPart("hinge_damping", True, 0.05, 0.0, 0.05),
             RobotPart("crank_arm", False, 0.02, -0.021, 0.008),
+        ),
+        "left_out": (
+            LeftOut("entrained_water", "thickness", "m", 0.002, 0.0011, 2.1, 0.9, 1.9, np.array([2, 1, 2, 0, 0])),
+            LeftOut("crank_arm_error", "error", "1", 0.05, -0.004, 0.8, 1.0, 9.0, np.array([0.1, -0.3, 0.2, 0, 0.4])),
         ),
         "identifiability": made_identifiability(),
         "further": FurtherTrials(
