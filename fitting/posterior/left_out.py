@@ -12,6 +12,7 @@ import numpy as np
 from fitting.coefficient_fit import NAMES
 from session import Flag
 
+SEEN = 3.3  # standard deviations from which what is there is taken for nothing in one case of twenty
 LEFT_OUT_P = 0.01  # of any effect as likely by chance, below which the likeliest is worth a flag
 _AS_LIKELY = 2.0  # difference of squares, twice that of ln likelihoods, within which another is named as well
 _MOST = 3  # names
@@ -22,17 +23,19 @@ class LeftOut(NamedTuple):
 
     Attributes:
         effect, parameter, unit: which.
+        alone: whether the effect has no other parameter.
         prior_sd: how large it is on robots as they are built, in that unit.
         value: that the trials ask for, in that unit, all else as the posterior has it.
         z: of that, in its own standard deviations.
         chance: probability that noise alone would ask for any of all that were tried by as much (Bonferroni).
         shows: by how many standard deviations of all that disturbs the trials `prior_sd` would move them,
-            coefficients refitted; below 3.3 these trials do not tell it from nothing.
+            coefficients refitted.
         moves: (5,) by how many of their standard deviations coefficients are too high if it is `prior_sd` large.
     """
 
     effect: str
     parameter: str
+    alone: bool
     unit: str
     prior_sd: float
     value: float
@@ -41,6 +44,21 @@ class LeftOut(NamedTuple):
     shows: float
     moves: np.ndarray
 
+    @property
+    def name(self) -> str:
+        """Of the effect, and of its parameter where it has one of several."""
+        return self.effect if self.alone else f"{self.effect}: {self.parameter}"
+
+    @property
+    def asked(self) -> bool:
+        """Whether the trials ask for it by more than chance."""
+        return self.chance < LEFT_OUT_P
+
+    @property
+    def hides(self) -> bool:
+        """Whether it may be there unseen and move a coefficient by more than a standard deviation."""
+        return self.shows < SEEN and float(np.abs(self.moves).max()) > 1
+
 
 def left_out_flags(tried: Sequence[LeftOut]) -> list[Flag]:
     """That the trials ask for an effect which the twin leaves out.
@@ -48,7 +66,7 @@ def left_out_flags(tried: Sequence[LeftOut]) -> list[Flag]:
     Args:
         tried: the likeliest first.
     """
-    if not tried or tried[0].chance >= LEFT_OUT_P:
+    if not tried or not tried[0].asked:
         return []
     best = tried[0]
     alike = dict.fromkeys(each.effect for each in tried if best.z**2 - each.z**2 < _AS_LIKELY)

@@ -72,6 +72,7 @@ def _asked(signature: Signature, row: int, space: Whitened, left: np.ndarray, sd
     return LeftOut(
         effect=signature.effect.name,
         parameter=parameter.name,
+        alone=len(signature.effect.parameters) == 1,
         unit=parameter.unit,
         prior_sd=parameter.sd,
         value=float(np.sign(size) * parameter.sd * z / length),

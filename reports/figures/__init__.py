@@ -24,6 +24,7 @@ from reports.figures.posterior_chains import posterior_ranks_figure, posterior_t
 from reports.figures.posterior_corner import posterior_corner_figure
 from reports.figures.posterior_further import posterior_further_figure
 from reports.figures.posterior_intervals import posterior_intervals_figure
+from reports.figures.posterior_left_out import posterior_left_out_figure
 from reports.figures.posterior_sweep import posterior_sweep_figure
 from reports.figures.posterior_trials import posterior_trials_figure
 from reports.figures.posterior_whiteness import posterior_whiteness_figure
@@ -59,6 +60,7 @@ __all__ = [
     "posterior_corner_figure",
     "posterior_further_figure",
     "posterior_intervals_figure",
+    "posterior_left_out_figure",
     "posterior_ranks_figure",
     "posterior_sweep_figure",
     "posterior_trace_figure",

@@ -10,20 +10,35 @@ from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures.coefficient_scale import NAMES
+from reports.figures.gap_separation import APART
 from reports.figures.posterior_chains import posterior_ranks_figure, posterior_trace_figure
 from reports.figures.posterior_corner import posterior_corner_figure
 from reports.figures.posterior_further import posterior_further_figure
 from reports.figures.posterior_intervals import intervals_of, posterior_intervals_figure
+from reports.figures.posterior_left_out import posterior_left_out_figure
 from reports.figures.posterior_sweep import posterior_sweep_figure
 from reports.figures.posterior_trials import posterior_trials_figure
 from reports.figures.posterior_whiteness import posterior_whiteness_figure
 from reports.figures.small_multiples import small_multiples
-from reports.numbers import MISSING, MM, counted, in_mm, listed, percent, sentence, shown, significant, with_error
+from reports.numbers import (
+    MISSING,
+    MM,
+    counted,
+    in_mm,
+    in_words,
+    listed,
+    percent,
+    sentence,
+    shown,
+    significant,
+    with_error,
+)
 from reports.sections.structure import WORDS
 from reports.svg import inline_svg
 
 if TYPE_CHECKING:
     from fitting.posterior.findings import Findings
+    from fitting.posterior.left_out import LeftOut
 
 COLUMNS = (
     Column("coefficient", numeric=False),
@@ -50,6 +65,14 @@ ROBOT = (
     Column("from", numeric=False),
     Column("with the swims off by", "%"),
 )
+LEFT_OUT = (
+    Column("effect", numeric=False),
+    Column("asked for"),
+    Column("from nothing", "sd"),
+    Column("p"),
+    Column("moves", numeric=False),
+)
+_LIKELIEST = 5  # rows of it
 NOISE = (
     Column("trial", numeric=False),
     Column("frames"),
@@ -73,6 +96,7 @@ def build(context: ReportContext) -> Section:
     parts = (
         Section("What was predicted", "posterior-predicted", _predicted(found)),
         Section("One more swim", "posterior-further", _further(found)),
+        Section("What the twin leaves out", "posterior-left-out", _left_out(found)),
         Section("Whether to believe it", "posterior-checks", _checks(found)),
     )
     return Section("How sure", "posterior", _determined(found, context), flags, parts)
@@ -241,6 +265,51 @@ def _further(found: Findings) -> tuple[Block, ...]:
         "It trusts the twin: what all trials share and the twin lacks is not narrowed by more of the same.",
     )
     return Prose(text), Plots((figure,))
+
+
+def _left_out(found: Findings) -> tuple[Block, ...]:
+    if not found.left_out:
+        return (Prose("No effect was looked for."),)
+    effects, best = dict.fromkeys(each.effect for each in found.left_out), found.left_out[0]
+    hidden = listed([in_words(name) for name in dict.fromkeys(each.effect for each in found.left_out if each.hides)])
+    by_chance = f"p {significant(best.chance, 1)}" if best.chance < 0.5 else "as far as chance goes"
+    text = (
+        f"Each of {counted(len(effects), 'effect')} of the catalogue was asked by itself whether these trials call for "
+        f"it beside the coefficients. The furthest is {in_words(best.name)}: {shown(best.z, 1)} standard deviations, "
+        f"{by_chance} for any of {len(found.left_out)} that were tried. "
+    )
+    text += (
+        f"As large as robots usually have them, {hidden} would not be seen in these trials, and yet move some "
+        "coefficient by more than its standard deviation: the intervals hold for a robot without."
+        if hidden
+        else "None that would go unseen would move a coefficient by more than its standard deviation."
+    )
+    figure = Plot(
+        inline_svg(posterior_left_out_figure(found), "posterior-left-out-plot", "Effects that the twin leaves out"),
+        "posterior-left-out-plot",
+        "Each parameter of each effect that the twin leaves out, as large as robots usually have it. Right of the "
+        f"dashed line ({APART:g}) these trials show it. Shaded: it may be there unseen, and coefficients are off.",
+        "Linear about the posterior median; the sizes are those of the catalogue, not of this robot.",
+        wide=True,
+    )
+    rows = tuple(_left_out_row(each) for each in found.left_out[:_LIKELIEST])
+    caption = (
+        "What these trials ask for most: the size, how far that is from nothing, the probability of as much by chance "
+        "among all that were tried, and how far coefficients would be off with it (the one that moves most)."
+    )
+    return Prose(text), Plots((figure,)), Table(caption, LEFT_OUT, rows)
+
+
+def _left_out_row(each: LeftOut) -> tuple[str, ...]:
+    moves = each.moves * each.value / each.prior_sd
+    most = int(np.argmax(np.abs(moves)))
+    return (
+        in_words(each.name),
+        f"{significant(each.value, 2)} {'' if each.unit == '1' else each.unit}".rstrip(),
+        shown(each.z, 1),
+        significant(each.chance, 1),
+        f"{NAMES[most]} {shown(float(moves[most]), 1, signed=True)} sd",
+    )
 
 
 def _checks(found: Findings) -> tuple[Block, ...]:

@@ -53,8 +53,8 @@ def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Find
             RobotPart("crank_arm", False, 0.02, -0.021, 0.008),
         ),
         "left_out": (
-            LeftOut("entrained_water", "thickness", "m", 0.002, 0.0011, 2.1, 0.9, 1.9, np.array([2, 1, 2, 0, 0])),
-            LeftOut("crank_arm_error", "error", "1", 0.05, -0.004, 0.8, 1.0, 9.0, np.array([0.1, -0.3, 0.2, 0, 0.4])),
+            left_out("entrained_water", 2.1, 0.9, shows=1.9, moves=(2.2, 0.6, 1.5, 0.4, 0.0)),
+            left_out("crank_arm_error", 0.8, 1.0, shows=9.0, moves=(0.1, -0.3, 0.2, 0.0, 0.4)),
         ),
         "identifiability": made_identifiability(),
         "further": FurtherTrials(
@@ -68,6 +68,11 @@ def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Find
         "flags": (Flag("unidentifiable", message="magnus_lift is not determined: 90 % interval 0.1 to 6"),),
     }
     return Findings(**values | changes)
+
+
+def left_out(effect: str, z: float, chance: float, shows: float, moves: tuple[float, ...]) -> LeftOut:
+    """Of an effect of one parameter, usually 2 mm."""
+    return LeftOut(effect, "size", True, "m", 0.002, 0.002 * z / shows, z, chance, shows, np.array(moves))
 
 
 def made_identifiability() -> Identifiability:
