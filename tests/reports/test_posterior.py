@@ -10,7 +10,7 @@ from fitting.posterior.findings import Findings
 from fitting.posterior.whiteness import noise_flags
 from reports import figures, render_report
 from tests.reports.page import Page
-from tests.reports.posteriors import made_findings
+from tests.reports.posteriors import left_out, made_findings
 from tests.reports.sample import ROLES, made_calibration, made_context
 
 
@@ -64,6 +64,19 @@ def test_the_most_telling_swim_is_named_for_what_is_not_determined(page: Page) -
     assert "the standard deviation of magnus lift to 50 % of what it is. Next best: 1.4 Hz and 0.9 Hz." in page.text
 
 
+def test_what_the_twin_leaves_out_is_told_by_what_it_would_do(page: Page) -> None:
+    assert "Each of 2 effects of the catalogue was asked" in page.text
+    assert "The furthest is entrained water: 2.1 standard deviations, as far as chance goes" in page.text
+    assert "entrained water would not be seen in these trials, and yet move" in page.text
+    assert re.search(r"entrained water 0\.0022 m 2\.1 0\.9 blunt drag \+2\.4 sd", page.text)
+
+
+def test_where_nothing_hides_that_is_said() -> None:
+    clear = page_of(made_findings(left_out=(left_out("scale_error", 1.0, 0.9, shows=9.0, moves=(1.2,) * 5),)))
+    assert "None that would go unseen would move a coefficient" in clear.text
+    assert "No effect was looked for." in page_of(made_findings(left_out=())).text
+
+
 def test_checks_carry_their_numbers(page: Page) -> None:
     assert "16 walkers, 4000 steps each, acceptance 0.31, autocorrelation 42 steps: at least 500" in page.text
     assert "R-hat at most 1.002" in page.text
@@ -89,7 +102,7 @@ def test_noise_that_neighbours_still_share_is_said() -> None:
 
 
 @pytest.mark.parametrize(
-    "kind", ["intervals", "corner", "sweep", "trials", "trace", "ranks", "whiteness", "further-plot"]
+    "kind", ["intervals", "corner", "sweep", "trials", "trace", "ranks", "whiteness", "further-plot", "left-out-plot"]
 )
 def test_every_figure_is_in_the_page(page: Page, kind: str) -> None:
     assert f"posterior-{kind}" in page.ids
