@@ -63,8 +63,13 @@ class PosteriorStage:
     @cached_property
     def fingerprint(self) -> str:
         """Of the calibration, how draws are made, and the effects that are looked for."""
-        told = {"form": FORM, "effort": self._options.effort, "effects": sorted(catalogue())}
-        return fingerprint_of({}, told, [self._calibration])
+        effects = {name: [list(parameter) for parameter in effect.parameters] for name, effect in catalogue().items()}
+        return fingerprint_of({}, {"effects": effects}, [self._drawn])
+
+    @cached_property
+    def _drawn(self) -> str:
+        """Fingerprint of the calibration and how draws are made, whatever is said of them."""
+        return fingerprint_of({}, {"form": FORM, "effort": self._options.effort}, [self._calibration])
 
     @property
     def is_current(self) -> bool:
@@ -154,7 +159,7 @@ class PosteriorStage:
 
     def _chain(self) -> Path:
         """Where every step is kept while sampling; other calibrations' chains, and unreadable ones, are removed."""
-        path = self._session.results / f".posterior-{self.fingerprint[:12]}.h5"
+        path = self._session.results / f".posterior-{self._drawn[:12]}.h5"
         for other in self._chains():
             if other != path:
                 self._forget(other)

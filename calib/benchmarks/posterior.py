@@ -15,7 +15,6 @@ from calib.benchmarks.posterior_effects import Effect, effect_of
 from calib.benchmarks.posterior_exact import exact_widths
 from calib.benchmarks.posterior_truth import DrawnSession, draw_session
 from fitting.posterior import Posterior, sample_posterior
-from fitting.posterior.left_out import left_out_flags
 from fitting.posterior.posterior import MISFIT_P
 from fitting.signatures.score_tests import score_tests
 from session import Flag
@@ -117,8 +116,7 @@ def score_session(seed: int, effect: Effect = "none", strength: float = 1.0, wor
     drawn = draw_session(seed, effect_of(effect, seed), strength, workers)
     began = time.perf_counter()
     posterior = sample_posterior(drawn.trials, drawn.twin, effective=EFFECTIVE, seed=seed)
-    tried = score_tests(posterior, drawn.camera, catalogue().values())
-    flags = (*posterior.flags, *left_out_flags(tried))
+    flags = (*posterior.flags, *score_tests(posterior, drawn.camera, catalogue().values()).flags)
     return _score(drawn, posterior, flags, time.perf_counter() - began)
 
 

@@ -22,7 +22,7 @@ from fitting import objective, signatures, structure
 from fitting import posterior as inference
 from session import FaultCollector, fingerprint_of, plain_json, sha256_of, write_whole
 
-_MEASURED = ("calibration", "frequency", "from_rest", "speed", "swim", "trial")  # modules of `fitting`
+_MEASURED = ("calibration", "frequency", "from_rest", "left_out", "speed", "swim", "trial")  # modules of `fitting`
 
 
 class Failure(NamedTuple):

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.left_out import EffectsLeftOut
 from fitting.posterior.approximate import Approximate
 from fitting.posterior.further_trial import FurtherTrials, further_trials
 from fitting.posterior.identifiability import Identifiability, identifiability
 from fitting.posterior.laplace import laplace
-from fitting.posterior.left_out import LeftOut, left_out_flags
 from fitting.posterior.naive import naive_posterior
 from fitting.posterior.posterior import Marginal, Posterior
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
@@ -38,7 +38,7 @@ class Findings:
         misfit_p: see `Posterior`.
         discrepancy: (2,) median relative error of the twin's wave and speed.
         robot: what it may be off by, before and after the swims.
-        left_out: whether the trials ask for what the twin leaves out, and what that would do; the likeliest first.
+        left_out: whether the trials ask for what the twin leaves out, and what that would do.
         identifiability, further, sweep, trials, whiteness: see there.
         laplace, naive: intervals by other ways.
         flags: when not to believe it.
@@ -56,7 +56,7 @@ class Findings:
     misfit_p: float
     discrepancy: np.ndarray
     robot: tuple[RobotPart, ...]
-    left_out: tuple[LeftOut, ...]
+    left_out: EffectsLeftOut
     identifiability: Identifiability
     further: FurtherTrials
     sweep: PredictedSweep
@@ -79,7 +79,7 @@ def find(
     twin: Twin,
     seed: int = 0,
     tell: Progress = lambda _message, _share: None,
-    left_out: Sequence[LeftOut] = (),
+    left_out: EffectsLeftOut = EffectsLeftOut(),  # noqa: B008 (it is frozen)
 ) -> Findings:
     """Works out all that is said of a posterior.
 
@@ -111,12 +111,12 @@ def find(
         misfit_p=posterior.misfit_p,
         discrepancy=np.median(posterior.discrepancy, axis=0),
         robot=robot_parts(posterior),
-        left_out=tuple(left_out),
+        left_out=left_out,
         identifiability=identifiability(posterior),
         further=further_trials(posterior, twin, seed),
         sweep=sweep,
         trials=predicted,
         whiteness=posterior.whiteness,
-        flags=(*posterior.flags, *left_out_flags(left_out)),
+        flags=(*posterior.flags, *left_out.flags),
         **beside,
     )

@@ -7,11 +7,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from fitting.left_out import EffectsLeftOut, LeftOut
 from fitting.posterior.approximate import Approximate
 from fitting.posterior.findings import Findings
 from fitting.posterior.further_trial import FurtherTrials
 from fitting.posterior.identifiability import Identifiability
-from fitting.posterior.left_out import LeftOut
 from fitting.posterior.posterior import Marginal
 from fitting.posterior.posterior_file import load_chains
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial
@@ -37,7 +37,7 @@ def read_findings(data: Mapping[str, Any], draws: Path) -> Findings:
             "marginals": {name: Marginal(**one) for name, one in data["marginals"].items()},
             "chains": load_chains(draws),
             "identifiability": _made(Identifiability, data["identifiability"]),
-            "left_out": tuple(_made(LeftOut, one) for one in data["left_out"]),
+            "left_out": _left_out(data["left_out"]),
             "robot": tuple(RobotPart(**one) for one in data["robot"]),
             "further": _made(FurtherTrials, data["further"]),
             "sweep": _made(PredictedSweep, data["sweep"]),
@@ -61,6 +61,11 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray | Flag) or not hasattr(value, "__dict__"):
         return value
     return _plain(vars(value))
+
+
+def _left_out(data: Mapping[str, Any]) -> EffectsLeftOut:
+    tried = tuple(_made(LeftOut, one) for one in data["tried"])
+    return EffectsLeftOut(tried, data["seen_from"], tuple(data["silent"]), tuple(data["diverged"]))
 
 
 def _made(kind: type[T], data: Mapping[str, Any]) -> T:

@@ -1,11 +1,13 @@
 """Whether the trials of a posterior ask for an effect that its twin leaves out: a score test of each (Rao 1948)."""
 
 from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import norm
 
-from fitting.posterior.left_out import LeftOut
+from fitting.left_out import LEFT_OUT_P, EffectsLeftOut, LeftOut
+from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.posterior import Posterior
 from fitting.signatures.separation import Whitened
 from fitting.signatures.session_row import PRIOR_SD
@@ -14,9 +16,14 @@ from fitting.signatures.view_of import with_picture
 from session import CameraSpec
 from swimmer.effects import Effect
 
-_STEP_SD = 0.5  # of the posterior, either way, for the slopes of its emulator
+_ALLOWED = frozenset(
+    {"stiffness_error", "joint_damping", "crank_arm_error", "marker_offset", "head_frame_misalignment"}
+)  # that are nuisances of the posterior
+_STEP_SD, _LEAST_STEP = 0.5, 1e-3  # of the posterior, either way, for the slopes of its emulator; of a coefficient
 _ONE_SD = (-1.0, 1.0)
-_UNSEEN = 1e-6  # whitened length below which an effect does nothing that coefficients do not
+_SILENT = 1e-6  # whitened length below which an effect does nothing that coefficients do not
+_MISSED = 0.05  # of the sessions with an effect that counts as seen
+_JITTER = 1e-18  # as in the likelihood
 
 
 def score_tests(
@@ -24,8 +31,10 @@ def score_tests(
     camera: CameraSpec,
     effects: Iterable[Effect],
     tell: Callable[[str, float | None], None] = lambda _message, _share: None,
-) -> tuple[LeftOut, ...]:
-    """What each parameter of each effect says, the likeliest first; linear about the posterior median.
+) -> EffectsLeftOut:
+    """What each parameter of each effect says, linear about the likeliest draw of the posterior.
+
+    Of gaits alone: what frequencies and the course of the fish say of an effect is for a diagnosis.
 
     Args:
         posterior: with its draws.
@@ -33,61 +42,98 @@ def score_tests(
         effects: of the catalogue.
         tell: of the progress.
     """
-    trials = [each.trial for each in posterior.model.trials]
-    camera, effects = with_picture(camera, trials), tuple(effects)
-    at, sd = np.median(posterior.coefficients, axis=0), posterior.coefficients.std(axis=0, ddof=1)
-    space = _space(posterior, at, sd)
-    left = space.freed(posterior.model.measured - posterior.found.likelihood.emulator(at[None])[0])
-    found = []
+    camera, effects = with_picture(camera, [each.trial for each in posterior.model.trials]), tuple(effects)
+    at = _likeliest(posterior)
+    signatures = []
     for number, effect in enumerate(effects):
         tell(f"whether {effect.name.replace('_', ' ')} is missing", number / len(effects))
-        signature = signature_of(effect, posterior.model, camera, at, sizes=_ONE_SD)
-        found += [_asked(signature, row, space, left, sd) for row in _telling(signature, space)]
-    ways = [each._replace(chance=min(1.0, len(found) * each.chance)) for each in found]
-    return tuple(sorted(_stronger(ways), key=lambda each: -each.z))
+        signatures.append(signature_of(effect, posterior.model, camera, at, sizes=_ONE_SD))
+    return _asked(posterior, at, signatures)
+
+
+def _likeliest(posterior: Posterior) -> np.ndarray:
+    """(5,) of the draws."""
+    likelihoods = posterior.found.likelihood(posterior.coefficients, posterior.discrepancy)
+    return np.asarray(posterior.coefficients[int(np.argmax(likelihoods))])
+
+
+def _asked(posterior: Posterior, at: np.ndarray, signatures: list[Signature]) -> EffectsLeftOut:
+    sd = posterior.coefficients.std(axis=0, ddof=1)
+    space = _space(posterior, at, sd)
+    left = space.freed(posterior.model.measured - posterior.found.likelihood.emulator(at[None])[0])
+    ways = [way for signature in signatures for way in _ways(signature, space)]
+    seen_from = float(norm.isf(LEFT_OUT_P / max(len(ways), 1)) + norm.isf(_MISSED))
+    found = [_of_way(way, space, left, sd, len(ways), seen_from) for way in ways]
+    shown = {each.effect for each in found}
+    others = {each.effect.name: np.isfinite(each.gaits).any() for each in signatures if each.effect.name not in shown}
+    return EffectsLeftOut(
+        tried=tuple(sorted(_stronger(found), key=lambda each: -each.z)),
+        seen_from=seen_from,
+        silent=tuple(name for name, finite in others.items() if finite),
+        diverged=tuple(name for name, finite in others.items() if not finite),
+    )
 
 
 def _space(posterior: Posterior, at: np.ndarray, sd: np.ndarray) -> Whitened:
     """In which the posterior's noise, nuisances and error of the twin have unit size and coefficients are free."""
-    likelihood, steps = posterior.found.likelihood, _STEP_SD * np.diag(sd)
+    likelihood, steps = posterior.found.likelihood, np.diag(np.maximum(_STEP_SD * sd, _LEAST_STEP))
     covariance = likelihood.covariance(np.median(posterior.discrepancy, axis=0))
-    slopes = (likelihood.emulator(at + steps) - likelihood.emulator(at - steps)) / (2 * np.diag(steps))[:, None]
-    return Whitened.of(covariance, slopes.T, PRIOR_SD)
+    up, down = (np.clip(at + sign * steps, *COEFFICIENT_BOUNDS) for sign in (1, -1))
+    slopes = (likelihood.emulator(up) - likelihood.emulator(down)) / np.diag(up - down)[:, None]
+    return Whitened.of(covariance + _JITTER * np.eye(len(covariance)), slopes.T, PRIOR_SD)
 
 
-def _telling(signature: Signature, space: Whitened) -> list[int]:
-    """Rows that show, and of which no twin diverged."""
-    finite = np.flatnonzero(np.isfinite(signature.gaits).all(axis=1))
-    return [int(row) for row in finite if space.length(signature.gaits[row]) > _UNSEEN]
+class _Way(NamedTuple):
+    """One parameter of an effect, one way: (k,) how gaits move with one standard deviation of its prior."""
+
+    effect: Effect
+    number: int
+    sign: float
+    moved: np.ndarray
 
 
-def _asked(signature: Signature, row: int, space: Whitened, left: np.ndarray, sd: np.ndarray) -> LeftOut:
-    """One parameter, one way; its `chance` is that of this way alone."""
-    number = int(np.argmax(np.abs(signature.values[row])))
-    parameter, size = signature.effect.parameters[number], signature.values[row, number]
-    moved = signature.gaits[row] * parameter.sd / abs(size)  # as one standard deviation this way would
-    shows = space.freed(moved)
+def _ways(signature: Signature, space: Whitened) -> list[_Way]:
+    """Those that show, and with which the twin stands."""
+    found = []
+    for values, gaits in zip(signature.values, signature.gaits, strict=True):
+        number = int(np.argmax(np.abs(values)))
+        sd, size = signature.effect.parameters[number].sd, values[number]
+        moved = gaits * sd / abs(size)
+        if np.isfinite(moved).all() and space.length(moved) > _SILENT:
+            found.append(_Way(signature.effect, number, float(np.sign(size)), moved))
+    return found
+
+
+def _of_way(way: _Way, space: Whitened, left: np.ndarray, sd: np.ndarray, tried: int, seen_from: float) -> LeftOut:
+    parameter, shows = way.effect.parameters[way.number], space.freed(way.moved)
     length = float(np.linalg.norm(shows))
+    reach = max(parameter.high, 0.0) if way.sign > 0 else max(-parameter.low, 0.0)
     z = float(shows @ left) / length
+    size = float(np.clip(z / length, 0.0, reach / parameter.sd))  # in standard deviations of the prior
+    z = z if z <= 0 else float(np.sqrt(2 * size * length * z - (size * length) ** 2))
+    moves = way.sign * space.coefficients(way.moved) / sd
+    allowed = way.effect.name in _ALLOWED
     return LeftOut(
-        effect=signature.effect.name,
+        effect=way.effect.name,
         parameter=parameter.name,
-        alone=len(signature.effect.parameters) == 1,
         unit=parameter.unit,
+        alone=len(way.effect.parameters) == 1,
+        allowed=allowed,
         prior_sd=parameter.sd,
-        value=float(np.sign(size) * parameter.sd * z / length),
+        value=way.sign * parameter.sd * size,
         z=z,
-        chance=float(norm.sf(z)),
+        chance=min(1.0, tried * float(norm.sf(z))),
         shows=length,
-        moves=np.sign(size) * space.coefficients(moved) / sd,
+        moves=moves,
+        hides=not allowed and length < seen_from and float(np.abs(moves).max()) > 1,
     )
 
 
 def _stronger(ways: list[LeftOut]) -> list[LeftOut]:
-    """Of the two ways of each parameter the one that the trials ask for."""
+    """Of the two ways of each parameter the one that the trials ask for; it hides if either may."""
     best: dict[tuple[str, str], LeftOut] = {}
     for each in ways:
-        key = each.effect, each.parameter
-        if key not in best or each.z > best[key].z:
-            best[key] = each
+        other = best.get((each.effect, each.parameter), each)
+        stronger = max(each, other, key=lambda way: way.z)
+        best[each.effect, each.parameter] = stronger._replace(hides=each.hides or other.hides)
     return list(best.values())

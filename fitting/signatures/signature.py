@@ -89,7 +89,7 @@ def strengths(effect: Effect, sizes: Sequence[float] = STRENGTHS) -> np.ndarray:
             value = float(np.clip(size * parameter.sd, parameter.low, parameter.high))
             if value != 0.0:
                 rows.append(value * np.eye(len(effect.parameters))[number])
-    return np.unique(rows, axis=0)
+    return np.unique(rows, axis=0) if rows else np.zeros((0, len(effect.parameters)))
 
 
 def _hertz(values: np.ndarray, trials: Sequence[AffectedTrial]) -> np.ndarray:

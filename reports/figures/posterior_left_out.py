@@ -9,13 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from reports.figures.gap_separation import APART
 from reports.numbers import in_words, shortened
 from reports.style import FULL_WIDTH_IN, INK, MUTED, SHADE, TWIN, WARN, Margins, legend_above, panel, styled
 
 if TYPE_CHECKING:
+    from fitting.left_out import LeftOut
     from fitting.posterior.findings import Findings
-    from fitting.posterior.left_out import LeftOut
 
 _X, _Y = (0.03, 300.0), (0.01, 100.0)
 _NAMED = 8  # of each kind, the worst first
@@ -25,18 +24,19 @@ _NAMED = 8  # of each kind, the worst first
 def posterior_left_out_figure(found: Findings) -> Figure:
     """A point a parameter of an effect: right what would be seen, above what would move a coefficient."""
     figure, axes = panel(FULL_WIDTH_IN, 3.3, Margins(top=0.42))
-    axes.fill_between((_X[0], APART), 1.0, _Y[1], color=SHADE, linewidth=0)
+    tried, seen_from = found.left_out.tried, found.left_out.seen_from
+    axes.fill_between((_X[0], seen_from), 1.0, _Y[1], color=SHADE, linewidth=0)
     kinds = {
-        "asked for by these trials": (WARN, [each for each in found.left_out if each.asked]),
-        "would move a coefficient unseen": (INK, [each for each in found.left_out if each.hides and not each.asked]),
-        "would be seen, or would not matter": (MUTED, [e for e in found.left_out if not e.hides and not e.asked]),
+        "asked for by these trials": (WARN, [each for each in tried if each.asked]),
+        "may move a coefficient unseen": (INK, [each for each in tried if each.hides and not each.asked]),
+        "seen, allowed for, or no matter": (MUTED, [each for each in tried if not each.hides and not each.asked]),
     }
     for label, (colour, own) in kinds.items():
         x, y = (np.clip([place(each)[i] for each in own], *ends) for i, ends in ((0, _X), (1, _Y)))
         axes.scatter(x, y, s=9 if colour == MUTED else 18, color=colour, label=label, zorder=3, clip_on=False)
         if colour != MUTED:
             _label(axes, own, colour)
-    axes.axvline(APART, color=TWIN, linewidth=0.8, linestyle=(0, (2, 2)))
+    axes.axvline(seen_from, color=TWIN, linewidth=0.8, linestyle=(0, (2, 2)))
     axes.set(xscale="log", yscale="log", xlim=_X, ylim=_Y)
     axes.set_xlabel("how clearly these trials would show it (standard deviations)")
     axes.set_ylabel("coefficient that it moves most (its sd)")

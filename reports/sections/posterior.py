@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fitting.left_out import LeftOut, with_unit
 from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures.coefficient_scale import NAMES
-from reports.figures.gap_separation import APART
 from reports.figures.posterior_chains import posterior_ranks_figure, posterior_trace_figure
 from reports.figures.posterior_corner import posterior_corner_figure
 from reports.figures.posterior_further import posterior_further_figure
@@ -38,7 +38,6 @@ from reports.svg import inline_svg
 
 if TYPE_CHECKING:
     from fitting.posterior.findings import Findings
-    from fitting.posterior.left_out import LeftOut
 
 COLUMNS = (
     Column("coefficient", numeric=False),
@@ -268,47 +267,59 @@ def _further(found: Findings) -> tuple[Block, ...]:
 
 
 def _left_out(found: Findings) -> tuple[Block, ...]:
-    if not found.left_out:
-        return (Prose("No effect was looked for."),)
-    effects, best = dict.fromkeys(each.effect for each in found.left_out), found.left_out[0]
-    hidden = listed([in_words(name) for name in dict.fromkeys(each.effect for each in found.left_out if each.hides)])
-    by_chance = f"p {significant(best.chance, 1)}" if best.chance < 0.5 else "as far as chance goes"
-    text = (
-        f"Each of {counted(len(effects), 'effect')} of the catalogue was asked by itself whether these trials call for "
-        f"it beside the coefficients. The furthest is {in_words(best.name)}: {shown(best.z, 1)} standard deviations, "
-        f"{by_chance} for any of {len(found.left_out)} that were tried. "
+    left_out = found.left_out
+    if not left_out.tried:
+        return (Prose(f"No effect was looked for.{_not_asked(found)}"),)
+    best, hidden = left_out.tried[0], listed([in_words(name) for name in left_out.hidden])
+    furthest = (
+        f"The furthest is {in_words(best.name)}: {shown(best.z, 1)} standard deviations, nominal p "
+        f"{significant(best.chance, 1)} for any of {len(left_out.tried)} that were tried."
+        if best.z > 0
+        else "They ask for none."
     )
-    text += (
-        f"As large as robots usually have them, {hidden} would not be seen in these trials, and yet move some "
-        "coefficient by more than its standard deviation: the intervals hold for a robot without."
+    said = (
+        f"of those that would most often raise no flag, {hidden} would move some coefficient by more than its standard "
+        "deviation: the intervals hold for a robot without."
         if hidden
-        else "None that would go unseen would move a coefficient by more than its standard deviation."
+        else "none that would most often raise no flag would move a coefficient by more than its standard deviation."
+    )
+    text = (
+        f"Each of {counted(len(left_out.effects), 'effect')} of the catalogue was asked by itself whether the gaits of "
+        f"these trials call for it beside the coefficients. {furthest} One at a time and as large as robots usually "
+        f"have them, {said}{_not_asked(found)}"
     )
     figure = Plot(
         inline_svg(posterior_left_out_figure(found), "posterior-left-out-plot", "Effects that the twin leaves out"),
         "posterior-left-out-plot",
         "Each parameter of each effect that the twin leaves out, as large as robots usually have it. Right of the "
-        f"dashed line ({APART:g}) these trials show it. Shaded: it may be there unseen, and coefficients are off.",
-        "Linear about the posterior median; the sizes are those of the catalogue, not of this robot.",
+        f"dashed line ({shown(left_out.seen_from, 1)}) it is flagged in 19 of 20 sessions. Shaded: it may be there "
+        "unseen, and coefficients are off, but for what the intervals allow for (hinges, crank arm, boxes, markers).",
+        "Linear about the likeliest draw; the sizes are those of the catalogue, not of this robot.",
         wide=True,
     )
-    rows = tuple(_left_out_row(each) for each in found.left_out[:_LIKELIEST])
+    rows = tuple(_left_out_row(each) for each in left_out.tried[:_LIKELIEST] if each.z > 0)
     caption = (
-        "What these trials ask for most: the size, how far that is from nothing, the probability of as much by chance "
-        "among all that were tried, and how far coefficients would be off with it (the one that moves most)."
+        "What these trials ask for most: the size within its bounds, how far that is from nothing, the nominal "
+        "probability of as much by chance among all that were tried, and how far coefficients are off with it (the one "
+        "that moves most)."
     )
     return Prose(text), Plots((figure,)), Table(caption, LEFT_OUT, rows)
 
 
+def _not_asked(found: Findings) -> str:
+    silent, diverged = ([in_words(name) for name in names] for names in found.left_out[2:])
+    said = f" No gait tells of {listed(silent)}." if silent else ""
+    return said + (f" With {listed(diverged)} the twin diverged: nothing is known of it." if diverged else "")
+
+
 def _left_out_row(each: LeftOut) -> tuple[str, ...]:
-    moves = each.moves * each.value / each.prior_sd
-    most = int(np.argmax(np.abs(moves)))
+    most = int(np.argmax(np.abs(each.moved)))
     return (
         in_words(each.name),
-        f"{significant(each.value, 2)} {'' if each.unit == '1' else each.unit}".rstrip(),
+        with_unit(each.value, each.unit).replace("-", "−"),
         shown(each.z, 1),
         significant(each.chance, 1),
-        f"{NAMES[most]} {shown(float(moves[most]), 1, signed=True)} sd",
+        f"{NAMES[most]} {shown(float(each.moved[most]), 1, signed=True)} sd",
     )
 
 

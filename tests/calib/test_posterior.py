@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from calib.pipeline import Options, Pipeline, open_session
+from fitting import left_out
 from fitting.posterior import sampling
-from tests.calib.door import ROOT, Front, assert_told, files_in, little_posterior, with_little_effort
+from tests.calib.door import FEW_EFFECTS, ROOT, Front, assert_told, files_in, little_posterior, with_little_effort
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
 QUICK = ("--effort", "quick")
@@ -27,6 +28,7 @@ def sampled_session(finished_session: Path, tmp_path_factory: pytest.TempPathFac
     with pytest.MonkeyPatch.context() as patch:
         with_little_effort(patch)
         little_posterior(patch)
+        patch.setattr(left_out, "LEFT_OUT_P", 2.0)  # so that there is a flag
         Pipeline(open_session(folder), Options("quick")).posterior()
     return folder
 
@@ -64,6 +66,13 @@ def test_the_calibration_with_a_posterior_has_the_public_form(sampled_session: P
     jsonschema = pytest.importorskip("jsonschema")
 
     jsonschema.validate(calibration_of(sampled_session), json.loads(SCHEMA.read_text()))
+
+
+def test_each_effect_was_asked_and_the_likeliest_is_flagged(sampled_session: Path) -> None:
+    told = json.loads((sampled_session / "results" / "posterior.json").read_text())
+
+    assert {each["effect"] for each in told["left_out"]["tried"]} == set(FEW_EFFECTS)
+    assert "effect_left_out" in [flag["kind"] for flag in told["flags"]]
 
 
 def test_arviz_reads_draws_statistics_gaits_and_what_they_were_made_with(sampled_session: Path) -> None:

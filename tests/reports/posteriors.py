@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from fitting.left_out import EffectsLeftOut, LeftOut
 from fitting.posterior.approximate import Approximate
 from fitting.posterior.findings import Findings
 from fitting.posterior.further_trial import FurtherTrials
 from fitting.posterior.identifiability import Identifiability
-from fitting.posterior.left_out import LeftOut
 from fitting.posterior.posterior import Marginal
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial
 from fitting.posterior.shared import RobotPart
@@ -52,9 +52,13 @@ def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Find
             RobotPart("hinge_damping", True, 0.05, 0.0, 0.05),
             RobotPart("crank_arm", False, 0.02, -0.021, 0.008),
         ),
-        "left_out": (
-            left_out("entrained_water", 2.1, 0.9, shows=1.9, moves=(2.2, 0.6, 1.5, 0.4, 0.0)),
-            left_out("crank_arm_error", 0.8, 1.0, shows=9.0, moves=(0.1, -0.3, 0.2, 0.0, 0.4)),
+        "left_out": EffectsLeftOut(
+            (
+                left_out("entrained_water", 2.1, 0.9, shows=1.9, moves=(2.2, 0.6, 1.5, 0.4, 0.0)),
+                left_out("crank_arm_error", 0.8, 1.0, shows=9.0, moves=(0.1, -0.3, 0.2, 0.0, 0.4)),
+            ),
+            5.4,
+            ("drive_ratio_error",),
         ),
         "identifiability": made_identifiability(),
         "further": FurtherTrials(
@@ -72,7 +76,9 @@ def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Find
 
 def left_out(effect: str, z: float, chance: float, shows: float, moves: tuple[float, ...]) -> LeftOut:
     """Of an effect of one parameter, usually 2 mm."""
-    return LeftOut(effect, "size", True, "m", 0.002, 0.002 * z / shows, z, chance, shows, np.array(moves))
+    hides = shows < 5.4 and max(map(abs, moves)) > 1
+    value = max(0.002 * z / shows, 0.0)
+    return LeftOut(effect, "size", "m", True, False, 0.002, value, z, chance, shows, np.array(moves), hides)
 
 
 def made_identifiability() -> Identifiability:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fitting.left_out import EffectsLeftOut
 from fitting.posterior.findings import Findings
 from fitting.posterior.whiteness import noise_flags
 from reports import figures, render_report
@@ -66,15 +67,23 @@ def test_the_most_telling_swim_is_named_for_what_is_not_determined(page: Page) -
 
 def test_what_the_twin_leaves_out_is_told_by_what_it_would_do(page: Page) -> None:
     assert "Each of 2 effects of the catalogue was asked" in page.text
-    assert "The furthest is entrained water: 2.1 standard deviations, as far as chance goes" in page.text
-    assert "entrained water would not be seen in these trials, and yet move" in page.text
+    assert "The furthest is entrained water: 2.1 standard deviations, nominal p 0.9 for any of 2" in page.text
+    assert "raise no flag, entrained water would move some coefficient by more than its standard" in page.text
+    assert "No gait tells of drive ratio error." in page.text
     assert re.search(r"entrained water 0\.0022 m 2\.1 0\.9 blunt drag \+2\.4 sd", page.text)
 
 
-def test_where_nothing_hides_that_is_said() -> None:
-    clear = page_of(made_findings(left_out=(left_out("scale_error", 1.0, 0.9, shows=9.0, moves=(1.2,) * 5),)))
-    assert "None that would go unseen would move a coefficient" in clear.text
-    assert "No effect was looked for." in page_of(made_findings(left_out=())).text
+def test_an_effect_that_is_asked_for_is_not_called_hidden() -> None:
+    asked = left_out("entrained_water", 5.0, 1e-5, shows=2.0, moves=(2.0,) * 5)
+    text = page_of(made_findings(left_out=EffectsLeftOut((asked,), 5.4, diverged=("tendon_slack",)))).text
+    assert "none that would most often raise no flag would move a coefficient" in text
+    assert "With tendon slack the twin diverged: nothing is known of it." in text
+
+
+def test_where_nothing_was_looked_for_or_found_that_is_said() -> None:
+    against = left_out("tendon_slack", -1.0, 1.0, shows=9.0, moves=(1.2,) * 5)
+    assert "They ask for none." in page_of(made_findings(left_out=EffectsLeftOut((against,), 5.4))).text
+    assert "No effect was looked for." in page_of(made_findings(left_out=EffectsLeftOut())).text
 
 
 def test_checks_carry_their_numbers(page: Page) -> None:

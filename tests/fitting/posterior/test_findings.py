@@ -169,6 +169,9 @@ def test_findings_are_read_back_as_they_were_written(tmp_path: Path) -> None:
     np.testing.assert_allclose(after.trials[0].swing_outer, before.trials[0].swing_outer)
     assert after.marginals == before.marginals
     assert after.flags == before.flags
+    assert after.left_out[1:] == before.left_out[1:]
+    for told, kept in zip(before.left_out.tried, after.left_out.tried, strict=True):
+        np.testing.assert_equal(kept._asdict(), told._asdict())
     assert after.identifiability.sentence == before.identifiability.sentence
     assert after.whiteness[0].is_white
     np.testing.assert_allclose(after.whiteness[0].beside_left, before.whiteness[0].beside_left)

@@ -9,16 +9,17 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fitting.left_out import EffectsLeftOut
 from fitting.posterior import Posterior
-from fitting.posterior.left_out import LeftOut
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
 from fitting.posterior.trial_model import TrialModel
+from fitting.signatures import Signature
 from fitting.signatures import score_tests as tested
 from fitting.signatures.score_tests import score_tests
 from fitting.signatures.session_row import row_slopes
 from session import CameraSpec
 from swimmer import Twin
-from swimmer.effects import catalogue
+from swimmer.effects import Effect, catalogue
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
@@ -38,6 +39,9 @@ class Linear:
 
     def emulator(self, coefficients: np.ndarray) -> np.ndarray:
         return np.asarray(self.middle + (coefficients - TRUTH) @ self.slopes.T)
+
+    def __call__(self, coefficients: np.ndarray, _discrepancy: np.ndarray) -> np.ndarray:
+        return np.asarray(-((coefficients - coefficients.mean(axis=0)) ** 2 / coefficients.var(axis=0)).sum(axis=1))
 
     def covariance(self, _discrepancy: np.ndarray) -> np.ndarray:
         return SD**2 * np.eye(len(self.middle))
@@ -80,7 +84,7 @@ def once(linear: Linear, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tested, "signature_of", lambda effect, *_, **__: same(effect.name))
 
 
-def asked(posterior: Posterior) -> tuple[LeftOut, ...]:
+def asked(posterior: Posterior) -> EffectsLeftOut:
     return score_tests(posterior, CAMERA, EFFECTS.values())
 
 
@@ -92,27 +96,57 @@ def test_another_robot_is_found_by_its_effect_its_size_and_what_it_does_to_coeff
     crank = ROBOT.crank.model_copy(update={"arm_m": (1 + LONGER) * ROBOT.crank.arm_m})
     swum = beside(exact_twin(workers=1).of_robot(ROBOT.model_copy(update={"crank": crank})))
     posterior = linear.after(swum.simulated(TRUTH[None])[0])
-    best = asked(posterior)[0]
+    best = asked(posterior).tried[0]
     assert (best.effect, best.asked) == ("crank_arm_error", True)
     assert best.value == pytest.approx(LONGER, rel=0.05)
     wrong = (posterior.coefficients.mean(axis=0) - TRUTH) / posterior.coefficients.std(axis=0)
-    assert best.moves * best.value / best.prior_sd == pytest.approx(wrong, abs=0.15 * np.abs(wrong).max())
+    assert best.moved == pytest.approx(wrong, abs=0.15 * np.abs(wrong).max())
 
 
 @pytest.mark.usefixtures("once")
 def test_noise_alone_asks_for_something_as_seldom_as_it_says(linear: Linear) -> None:
-    found = [asked(linear.after(linear.middle + noise(linear, seed))) for seed in range(200)]
-    z = np.array([best.z for best, *_ in found])
-    assert np.mean([best.chance < 0.1 for best, *_ in found]) <= 0.14
-    assert 0.5 < np.median(z) < 2.2
-    assert sum(best.asked for best, *_ in found) <= 6
+    found = [asked(linear.after(linear.middle + noise(linear, seed))).tried[0] for seed in range(300)]
+    assert 0.02 < np.mean([best.chance < 0.1 for best in found]) <= 0.14
+    assert sum(best.asked for best in found) <= 8
+
+
+@pytest.mark.usefixtures("once")
+def test_what_counts_as_seen_is_flagged_nearly_always(linear: Linear) -> None:
+    quiet = asked(linear.after(linear.middle))
+    water = next(each for each in quiet.tried if each.effect == "entrained_water")
+    signature = tested.signature_of(EFFECTS["entrained_water"], linear.model, CAMERA, TRUTH)
+    there = linear.middle + quiet.seen_from / water.shows * signature.gaits[0]
+    flagged = [bool(asked(linear.after(there + noise(linear, seed))).flags) for seed in range(100)]
+    assert 0.88 <= np.mean(flagged) < 1.0
 
 
 @pytest.mark.usefixtures("once")
 def test_an_effect_of_one_sign_is_asked_for_one_way(linear: Linear) -> None:
     slack = tested.signature_of(EFFECTS["tendon_slack"], linear.model, CAMERA, TRUTH)
     row = slack.gaits[int(np.argmax(slack.values[:, 0]))]
-    there, missing = (asked(linear.after(linear.middle + sign * row)) for sign in (1, -1))
+    there, missing = (asked(linear.after(linear.middle + sign * row)).tried for sign in (1, -1))
     assert there[0].effect == "tendon_slack"
     assert there[0].value > 0
-    assert next(each for each in missing if each.effect == "tendon_slack").z < 0
+    opposite = next(each for each in missing if each.effect == "tendon_slack")
+    assert opposite.z < 0
+    assert opposite.value == 0
+
+
+@pytest.mark.usefixtures("once")
+def test_no_effect_is_asked_for_beyond_its_bounds(linear: Linear) -> None:
+    longer = tested.signature_of(EFFECTS["crank_arm_error"], linear.model, CAMERA, TRUTH)
+    row, parameter = longer.gaits[int(np.argmax(longer.values[:, 0]))], EFFECTS["crank_arm_error"].parameters[0]
+    told = row - linear.slopes @ np.linalg.lstsq(linear.slopes, row)[0]  # what coefficients do not make up for
+    found = asked(linear.after(linear.middle + 2 * parameter.high / parameter.sd * told)).tried
+    assert next(each for each in found if each.effect == "crank_arm_error").value == pytest.approx(parameter.high)
+
+
+def test_what_diverges_or_moves_no_gait_is_named_and_not_asked(linear: Linear, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(effect: Effect, *_: Any, **__: Any) -> Signature:
+        gaits = np.full((1, len(linear.middle)), np.nan if effect.name == "tendon_slack" else 0.0)
+        return Signature(effect, np.array([[parameter.sd for parameter in effect.parameters]]), gaits, np.zeros((1, 2)))
+
+    monkeypatch.setattr(tested, "signature_of", broken)
+    found = asked(linear.after(linear.middle))
+    assert (found.tried, found.flags, found.diverged) == ((), (), ("tendon_slack",))
+    assert set(found.silent) == EFFECTS.keys() - {"tendon_slack"}

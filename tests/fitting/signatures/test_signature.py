@@ -12,6 +12,7 @@ from fitting.signatures.signature import strengths
 from session import FISHSIM_MARKERS, CameraCalibration, CameraSpec
 from swimmer.effects.fluid.background_current import BackgroundCurrent
 from swimmer.effects.measurement.marker_offset import MarkerOffset
+from swimmer.effects.measurement.marker_swap import MarkerSwap
 from swimmer.effects.measurement.rolling_shutter import RollingShutter
 from swimmer.effects.measurement.scale_error import ScaleError
 from swimmer.effects.measurement.time_base_error import TimeBaseError
@@ -65,6 +66,7 @@ def test_each_parameter_is_tried_either_way_within_its_bounds() -> None:
     assert strengths(TimeBaseError()).ravel() == pytest.approx([-0.06, -0.02, 0.02, 0.06])
     assert strengths(RollingShutter()).ravel() == pytest.approx([0.01, 0.03])
     assert strengths(MarkerOffset(("nose", "neck", "tail_1"))).shape == (8, 2)
+    assert strengths(MarkerSwap(("tail_1",))).shape == (0, 0)
 
 
 def test_the_view_stands_over_the_same_point_of_the_pool_wherever_the_fish_swims(model: SessionModel) -> None:
