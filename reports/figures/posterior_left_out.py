@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from fitting.posterior.findings import Findings
 
 _X, _Y = (0.03, 300.0), (0.01, 100.0)
-_NAMED = 8  # of each kind, the worst first
+_NAMED, _BETWEEN = 10, 0.095  # names, those that move most; between them, of the height of the panel
 
 
 @styled
 def posterior_left_out_figure(found: Findings) -> Figure:
     """A point a parameter of an effect: right what would be seen, above what would move a coefficient."""
-    figure, axes = panel(FULL_WIDTH_IN, 3.3, Margins(top=0.42))
+    figure, axes = panel(FULL_WIDTH_IN, 3.3, Margins(right=2.1, top=0.42))
     tried, seen_from = found.left_out.tried, found.left_out.seen_from
     axes.fill_between((_X[0], seen_from), 1.0, _Y[1], color=SHADE, linewidth=0)
     kinds = {
@@ -34,8 +34,7 @@ def posterior_left_out_figure(found: Findings) -> Figure:
     for label, (colour, own) in kinds.items():
         x, y = (np.clip([place(each)[i] for each in own], *ends) for i, ends in ((0, _X), (1, _Y)))
         axes.scatter(x, y, s=9 if colour == MUTED else 18, color=colour, label=label, zorder=3, clip_on=False)
-        if colour != MUTED:
-            _label(axes, own, colour)
+    _labels(axes, [(each, colour) for colour, own in kinds.values() if colour != MUTED for each in own])
     axes.axvline(seen_from, color=TWIN, linewidth=0.8, linestyle=(0, (2, 2)))
     axes.set(xscale="log", yscale="log", xlim=_X, ylim=_Y)
     axes.set_xlabel("how clearly these trials would show it (standard deviations)")
@@ -52,15 +51,19 @@ def place(each: LeftOut) -> tuple[float, float]:
     return each.shows, float(np.abs(each.moves).max())
 
 
-def _label(axes: Axes, own: list[LeftOut], colour: str) -> None:
-    for each in sorted(own, key=lambda each: -place(each)[1])[:_NAMED]:
+def _labels(axes: Axes, named: list[tuple[LeftOut, str]]) -> None:
+    """Names in a column beside the panel, the highest point first, each with a line to its point."""
+    order = sorted(named, key=lambda own: -place(own[0])[1])[:_NAMED]
+    middle = (len(order) - 1) / 2
+    for row, (each, colour) in enumerate(order):
         x, y = (float(np.clip(value, *ends)) for value, ends in zip(place(each), (_X, _Y), strict=True))
         axes.annotate(
             shortened(in_words(each.name), 34),
             (x, y),
-            xytext=(-4, 2) if x > 1 else (4, 2),
-            textcoords="offset points",
-            ha="right" if x > 1 else "left",
-            fontsize=7,
+            xytext=(1.02, 0.5 + _BETWEEN * (middle - row)),
+            textcoords="axes fraction",
+            va="center",
+            fontsize=7.5,
             color=colour,
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.4, "shrinkB": 2, "relpos": (0, 0.5)},
         )

@@ -278,15 +278,16 @@ def _left_out(found: Findings) -> tuple[Block, ...]:
         else "They ask for none."
     )
     said = (
-        f"of those that would most often raise no flag, {hidden} would move some coefficient by more than its standard "
-        "deviation: the intervals hold for a robot without."
+        f"Were they as large as robots usually have them, one at a time, {hidden} would most often raise no flag here "
+        "and yet move a coefficient by more than its standard deviation: the intervals hold for a robot without."
         if hidden
-        else "none that would most often raise no flag would move a coefficient by more than its standard deviation."
+        else "None that would most often raise no flag here would move a coefficient by more than its standard "
+        "deviation, were it as large as robots usually have it."
     )
     text = (
         f"Each of {counted(len(left_out.effects), 'effect')} of the catalogue was asked by itself whether the gaits of "
-        f"these trials call for it beside the coefficients. {furthest} One at a time and as large as robots usually "
-        f"have them, {said}{_not_asked(found)}"
+        f"these trials call for it beside the coefficients. {furthest} {said}"
+        f"{_not_asked(found)}"
     )
     figure = Plot(
         inline_svg(posterior_left_out_figure(found), "posterior-left-out-plot", "Effects that the twin leaves out"),

@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.benchmarks.posterior import PosteriorScore
 from calib.benchmarks.posterior_report import Calibration, PosteriorOutcome
 from calib.benchmarks.posterior_store import read_scores
 
+Sets = dict[tuple[str, float], list[PosteriorScore]]
 DOCS = Path(__file__).parents[3] / "docs"
 ROWS: dict[str, Callable[[Calibration], str]] = {
     "truths within their 90 % interval": lambda c: f"{100 * c.covered:.1f} %",
@@ -42,3 +44,36 @@ def test_they_are_as_many_as_they_should_be_and_meet_what_is_asked(outcome: Post
     assert set(outcome.misses.values()) == {()}
     assert np.max([score.r_hat for score in outcome.scores]) <= 1.01
     assert np.min([score.ess_bulk for score in outcome.scores]) >= 100
+
+
+@pytest.fixture(scope="module")
+def unmodelled() -> Sets:
+    found: Sets = {}
+    for score in read_scores(DOCS / "posterior_unmodelled.jsonl"):
+        found.setdefault((score.effect, score.strength), []).append(score)
+    return found
+
+
+def farthest(scores: list[PosteriorScore]) -> str:
+    return f"{max(np.abs(score.off_sd).max() for score in scores):.1f}" if scores else "–"
+
+
+def told(scores: list[PosteriorScore]) -> list[str]:
+    warned = [score for score in scores if score.warned]
+    others = [score for score in warned if score.warnings != {"effect_left_out"}]
+    silent = [score for score in scores if not score.warned]
+    return [*map(str, (len(scores), len(warned), len(others))), farthest(warned), farthest(silent)]
+
+
+def test_every_number_of_the_unmodelled_sets_is_theirs(unmodelled: Sets) -> None:
+    text = (DOCS / "posterior.md").read_text()
+    for (effect, strength), scores in unmodelled.items():
+        name = effect.replace("_", " ")
+        start = "| nothing |" if effect == "none" else f"| {name} | {strength:g} |"
+        line = next(line for line in text.splitlines() if line.startswith(start))
+        assert re.split(r"\s*\|\s*", line)[3:-1] == told(scores), start
+
+
+def test_no_interval_is_wrong_in_silence(unmodelled: Sets) -> None:
+    silent = [score for scores in unmodelled.values() for score in scores if not score.warned]
+    assert max(np.abs(score.off_sd).max() for score in silent) < 3
