@@ -12,6 +12,7 @@ from fitting.coefficient_fit import NAMES
 from session import Flag
 
 LEFT_OUT_P = 0.01  # of any effect as likely by chance, below which the likeliest is worth a flag
+LEFT_OUT_SD = 1.0  # standard deviations by which a coefficient has to be off with it
 _AS_LIKELY = 2.0  # difference of squares, twice that of ln likelihoods, within which another is named as well
 _MOST = 3  # names
 
@@ -89,12 +90,14 @@ class EffectsLeftOut(NamedTuple):
 
     @property
     def flags(self) -> tuple[Flag, ...]:
-        """That the trials ask for an effect which the twin leaves out."""
+        """That the trials ask for an effect with which a coefficient is off by more than a standard deviation."""
         if not self.tried or not self.tried[0].asked:
             return ()
         best = self.tried[0]
-        alike = [each.name for each in self.tried if best.z**2 - max(each.z, 0.0) ** 2 < _AS_LIKELY]
-        names = " or ".join(name.replace("_", " ") for name in alike[:_MOST])
+        alike = [each for each in self.tried if best.z**2 - max(each.z, 0.0) ** 2 < _AS_LIKELY]
+        if max(np.abs(each.moved).max() for each in alike) <= LEFT_OUT_SD:
+            return ()
+        names = " or ".join(each.name.replace("_", " ") for each in alike[:_MOST])
         more = f" or {len(alike) - _MOST} more" if len(alike) > _MOST else ""
         most = int(np.argmax(np.abs(best.moved)))
         way = "lower" if best.moved[most] > 0 else "higher"

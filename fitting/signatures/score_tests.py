@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from fitting.left_out import LEFT_OUT_P, EffectsLeftOut, LeftOut
+from fitting.left_out import LEFT_OUT_P, LEFT_OUT_SD, EffectsLeftOut, LeftOut
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.posterior import Posterior
 from fitting.signatures.separation import Whitened
@@ -125,7 +125,7 @@ def _of_way(way: _Way, space: Whitened, left: np.ndarray, sd: np.ndarray, tried:
         chance=min(1.0, tried * float(norm.sf(z))),
         shows=length,
         moves=moves,
-        hides=not allowed and length < seen_from and float(np.abs(moves).max()) > 1,
+        hides=not allowed and length < seen_from and float(np.abs(moves).max()) > LEFT_OUT_SD,
     )
 
 

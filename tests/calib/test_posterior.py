@@ -29,6 +29,7 @@ def sampled_session(finished_session: Path, tmp_path_factory: pytest.TempPathFac
         with_little_effort(patch)
         little_posterior(patch)
         patch.setattr(left_out, "LEFT_OUT_P", 2.0)  # so that there is a flag
+        patch.setattr(left_out, "LEFT_OUT_SD", -1.0)
         Pipeline(open_session(folder), Options("quick")).posterior()
     return folder
 

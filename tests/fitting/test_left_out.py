@@ -27,6 +27,13 @@ def test_an_effect_that_the_swims_ask_for_is_flagged_with_what_it_does() -> None
     assert "With entrained water of 0.005 m blunt drag would be 5.0 of its standard deviations lower" in flag.message
 
 
+def test_what_moves_no_coefficient_is_not_worth_a_flag_unless_it_may_be_something_that_does() -> None:
+    still = left_out("marker_offset", 5.0, 1e-5, shows=5.0, moves=(0.5, 0.0, 0.0, 0.0, 0.0))
+    other = left_out("scale_error", 4.9, 1e-5, shows=2.0, moves=MOVES)
+    assert flags(still) == ()
+    assert len(flags(still, other)) == 1
+
+
 def test_the_other_way_a_coefficient_is_higher() -> None:
     (flag,) = flags(left_out("scale_error", 5.0, 1e-5, shows=2.0, moves=(0.5, -2.0, 0.0, 0.0, 0.0)))
     assert "slender drag would be 5.0 of its standard deviations higher" in flag.message
