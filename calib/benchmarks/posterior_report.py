@@ -170,7 +170,9 @@ def measure_posterior(folder: Path, asked: Asked, tell: Tell | None = None) -> P
         ResultsNotWritable: the folder is not writable.
     """
     if folder.suffix == ".jsonl":
-        return PosteriorOutcome(asked.effect, read_scores(folder))
+        scores = read_scores(folder)
+        effects = {score.effect for score in scores}
+        return PosteriorOutcome(effects.pop() if len(effects) == 1 else "any", scores)
     store = ScoreStore(folder, asked.effect, asked.strength)
     seeds = range(asked.first, asked.first + asked.count)
     run_sessions(store, seeds, asked.workers, asked.scheduler, tell)

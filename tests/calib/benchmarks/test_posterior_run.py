@@ -96,6 +96,8 @@ def test_scores_in_one_file_are_judged_whichever_code_made_them(tmp_path: Path, 
     file.write_text("".join(lines))
     assert list(map(repr, measure_posterior(file, Asked()).scores)) == list(map(repr, before.scores))
     assert scored == [0, 1, 2]
+    file.write_text(lines[0] + lines[1].replace('"none"', '"current"'))
+    assert [measure_posterior(file, Asked()).effect, before.effect] == ["any", "none"]
 
 
 def test_all_lines_that_are_no_scores_are_told(tmp_path: Path) -> None:
