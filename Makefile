@@ -25,6 +25,8 @@ demo: $(VENV)/.installed
 
 # A thread for each process: threads of one test would wait for those of another.
 test test-all: export SWIMCAL_WORKERS = 1
+test test-all: export OMP_NUM_THREADS = 1
+test test-all: export OPENBLAS_NUM_THREADS = 1
 
 # A motor on a pseudo-terminal answers within milliseconds or not at all: its tests get the machine for themselves.
 test: check
