@@ -108,6 +108,7 @@ def test_report_and_recording_show_what_is_missing(
     assert shown == {"slow": True, "fast": False}
 
 
+@pytest.mark.long
 def test_what_somebody_supposes_is_weighed_and_changes_no_diagnosis(calib: Front, diagnosed: Path) -> None:
     before = files_in(diagnosed / "results")
 

@@ -146,6 +146,7 @@ def test_a_chain_that_was_cut_off_is_sampled_anew(calib: Front, finished: Path) 
     assert calib("posterior", finished, *QUICK).code == 0
 
 
+@pytest.mark.long
 def test_it_refuses_to_report_chains_that_disagree(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -13,7 +13,6 @@ from nbclient import NotebookClient
 ROOT = Path(__file__).parents[2]
 SCRIPTS = sorted((ROOT / "notebooks").glob("*.py"))
 MOST_BYTES = 1_500_000
-LONG = {"02_from_video_to_tracks", "03_diagnose_the_gap", "04_an_effect_of_your_own"}  # most of a minute and more
 each_notebook = pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
 
 
@@ -45,11 +44,8 @@ def test_the_committed_notebook_shows_its_figures_and_no_error(script: Path) -> 
     assert script.with_suffix(".ipynb").stat().st_size < MOST_BYTES
 
 
-@pytest.mark.parametrize(
-    "script",
-    [pytest.param(each, marks=[pytest.mark.long] * (each.stem in LONG)) for each in SCRIPTS],
-    ids=lambda script: script.stem,
-)
+@pytest.mark.long
+@each_notebook
 def test_it_runs_in_a_fresh_checkout_without_error_or_warning(
     script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
