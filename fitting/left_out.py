@@ -62,6 +62,11 @@ class LeftOut(NamedTuple):
         """(5,) by how many of their standard deviations coefficients are too high if it is as large as asked for."""
         return self.moves * self.value / self.prior_sd
 
+    @property
+    def most(self) -> int:
+        """Which coefficient it moves most."""
+        return int(np.argmax(np.abs(self.moves)))
+
 
 class EffectsLeftOut(NamedTuple):
     """What the trials say of all effects that the twin leaves out.
@@ -99,14 +104,14 @@ class EffectsLeftOut(NamedTuple):
             return ()
         names = " or ".join(each.name.replace("_", " ") for each in alike[:_MOST])
         more = f" or {len(alike) - _MOST} more" if len(alike) > _MOST else ""
-        most = int(np.argmax(np.abs(best.moved)))
-        way = "lower" if best.moved[most] > 0 else "higher"
+        moved = float(best.moved[best.most])
+        way = "lower" if moved > 0 else "higher"
         message = (
             f"the swims ask for what the twin leaves out: {names}{more} ({best.z:.1f} standard deviations, nominal p "
             f"{max(best.chance, 1e-16):.1g} for any of {len(self.tried)} that were tried). With "
             f"{best.name.replace('_', ' ')} of {with_unit(best.value, best.unit)}"
             f"{', beyond what the intervals allow for,' if best.allowed else ''} "
-            f"{NAMES[most].replace('_', ' ')} would be {abs(best.moved[most]):.1f} of its standard deviations {way}; "
+            f"{NAMES[best.most].replace('_', ' ')} would be {abs(moved):.1f} of its standard deviations {way}; "
             "calib diagnose weighs all effects together"
         )
         return (Flag("effect_left_out", message=message),)

@@ -32,7 +32,7 @@ def posterior_left_out_figure(found: Findings) -> Figure:
         "seen, allowed for, or no matter": (MUTED, [each for each in tried if not each.hides and not each.asked]),
     }
     for label, (colour, own) in kinds.items():
-        x, y = (np.clip([place(each)[i] for each in own], *ends) for i, ends in ((0, _X), (1, _Y)))
+        x, y = (np.clip([_place(each)[i] for each in own], *ends) for i, ends in ((0, _X), (1, _Y)))
         axes.scatter(x, y, s=9 if colour == MUTED else 18, color=colour, label=label, zorder=3, clip_on=False)
     _labels(axes, [(each, colour) for colour, own in kinds.values() if colour != MUTED for each in own])
     axes.axvline(seen_from, color=TWIN, linewidth=0.8, linestyle=(0, (2, 2)))
@@ -46,17 +46,17 @@ def posterior_left_out_figure(found: Findings) -> Figure:
     return figure
 
 
-def place(each: LeftOut) -> tuple[float, float]:
+def _place(each: LeftOut) -> tuple[float, float]:
     """How clearly it shows, and how far it moves the coefficient that it moves most."""
-    return each.shows, float(np.abs(each.moves).max())
+    return each.shows, float(abs(each.moves[each.most]))
 
 
 def _labels(axes: Axes, named: list[tuple[LeftOut, str]]) -> None:
     """Names in a column beside the panel, the highest point first, each with a line to its point."""
-    order = sorted(named, key=lambda own: -place(own[0])[1])[:_NAMED]
+    order = sorted(named, key=lambda own: -_place(own[0])[1])[:_NAMED]
     middle = (len(order) - 1) / 2
     for row, (each, colour) in enumerate(order):
-        x, y = (float(np.clip(value, *ends)) for value, ends in zip(place(each), (_X, _Y), strict=True))
+        x, y = (float(np.clip(value, *ends)) for value, ends in zip(_place(each), (_X, _Y), strict=True))
         axes.annotate(
             shortened(in_words(each.name), 34),
             (x, y),

@@ -269,7 +269,7 @@ def _further(found: Findings) -> tuple[Block, ...]:
 def _left_out(found: Findings) -> tuple[Block, ...]:
     left_out = found.left_out
     if not left_out.tried:
-        return (Prose(f"No effect was looked for.{_not_asked(found)}"),)
+        return (Prose(f"No effect was asked for.{_not_asked(found)}"),)
     best, hidden = left_out.tried[0], listed([in_words(name) for name in left_out.hidden])
     furthest = (
         f"The furthest is {in_words(best.name)}: {shown(best.z, 1)} standard deviations, nominal p "
@@ -314,13 +314,12 @@ def _not_asked(found: Findings) -> str:
 
 
 def _left_out_row(each: LeftOut) -> tuple[str, ...]:
-    most = int(np.argmax(np.abs(each.moved)))
     return (
         in_words(each.name),
         with_unit(each.value, each.unit).replace("-", "−"),
         shown(each.z, 1),
         significant(each.chance, 1),
-        f"{NAMES[most]} {shown(float(each.moved[most]), 1, signed=True)} sd",
+        f"{NAMES[each.most]} {shown(float(each.moved[each.most]), 1, signed=True)} sd",
     )
 
 

@@ -83,7 +83,7 @@ def test_an_effect_that_is_asked_for_is_not_called_hidden() -> None:
 def test_where_nothing_was_looked_for_or_found_that_is_said() -> None:
     against = left_out("tendon_slack", -1.0, 1.0, shows=9.0, moves=(1.2,) * 5)
     assert "They ask for none." in page_of(made_findings(left_out=EffectsLeftOut((against,), 5.4))).text
-    assert "No effect was looked for." in page_of(made_findings(left_out=EffectsLeftOut())).text
+    assert "No effect was asked for." in page_of(made_findings(left_out=EffectsLeftOut())).text
 
 
 def test_checks_carry_their_numbers(page: Page) -> None:
