@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from diagnosis import Diagnosis
 
 Found = TypeVar("Found")
-FORM = 7  # of the files and of what they rest on
+FORM = 8  # of the files and of what they rest on
 
 
 class DiagnosisStage:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from diagnosis.controls import placebo_for
-from diagnosis.evidence import Belief, Explanations, Row
+from diagnosis.evidence import Belief, Explanations
 from diagnosis.experiments import Experiment, next_experiments
 from diagnosis.forms import Shown, shown
 from diagnosis.from_forms import refitted
@@ -20,6 +20,7 @@ from diagnosis.probabilities import Probabilities
 from diagnosis.pruning import pruned
 from diagnosis.pushes import responses
 from diagnosis.refit import Refit
+from diagnosis.row import Row
 from diagnosis.separation import separations
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
@@ -118,6 +119,8 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnoses a session.
 
+    Motor logs are not looked at: beside the turn that was logged, what is wrong with the drive would not show.
+
     Args:
         trials: all swims; those of the role "fit" say which effect, the others how far it helps.
         twin: plain, of the robot as described.
@@ -133,6 +136,7 @@ def diagnose(
         NotEnoughData: no fitted swim.
     """
     settings = settings or Settings()
+    trials, dry = ([trial.without_log for trial in each] for each in (trials, dry))
     fitted = [trial for trial in trials if trial.role == "fit"]
     held = [trial for trial in trials if trial.role != "fit"]
     camera = with_picture(camera, (*trials, *dry))

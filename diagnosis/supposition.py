@@ -69,6 +69,7 @@ def suppose(
         NotEnoughData: no fitted swim, or an effect that does nothing in these.
     """
     settings = settings or Settings()
+    trials, dry = ([trial.without_log for trial in each] for each in (trials, dry))
     fitted, held = ([trial for trial in trials if (trial.role == "fit") == own] for own in (True, False))
     if not fitted:
         raise NotEnoughData('no swim of role "fit"; a supposition needs at least one')

@@ -46,7 +46,7 @@ class Verdict:
 def verdict_of(found: Probabilities) -> Verdict:
     """From probabilities.
 
-    A group is the fewest effects, at most three, of which exactly one is surely present; there may be several groups,
+    A group is the fewest effects, at most three, of which at least one is surely present; there may be several groups,
     which act together. Whatever else may be present is left to the remainder; where there is no group at all the gap is
     unexplained.
     """
@@ -69,12 +69,12 @@ def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ..
     taken = {i for group in before for i in group}
     likely = [int(i) for i in np.argsort(-found.marginal) if int(i) not in taken][:_LOOKED_AT]
     for size in range(1, MOST_ALIKE + 1):
-        chances = {group: _exactly_one(found, group) for group in combinations(likely, size)}
+        chances = {group: _any(found, group) for group in combinations(likely, size)}
         best = max(chances, key=lambda group: chances[group], default=None)
         if best is not None and chances[best] >= SURE:
             return best
     return None
 
 
-def _exactly_one(found: Probabilities, group: tuple[int, ...]) -> float:
-    return sum(chance for (present, _), chance in found.of.items() if len(set(present) & set(group)) == 1)
+def _any(found: Probabilities, group: tuple[int, ...]) -> float:
+    return sum(chance for (present, _), chance in found.of.items() if set(present) & set(group))

@@ -96,6 +96,18 @@ class MeasuredTrial:
         """
         return self if role == self.role else replace(self, role=role, **vars(_split(role, self)))
 
+    @property
+    def without_log(self) -> MeasuredTrial:
+        """The same frames as if nobody had logged the motor: what it does has to show in how the fish beats.
+
+        Raises:
+            NotEnoughData: held out, its tail tells no frequency by itself in the part that may be looked at.
+        """
+        if self.turn is None or self.beat is None:
+            return self
+        plain = replace(self, frequency=self.beat, motor=None, turn=None)
+        return replace(plain, **vars(_split(plain.role, plain)))
+
     def weight_of(self, frames: int) -> np.ndarray:
         """(frames, m) weights in the tracks it was measured from; 0 before and after its own n frames."""
         return np.pad(self.weight, ((self.first_frame, frames - self.first_frame - len(self.weight)), (0, 0)))

@@ -6,8 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from diagnosis.evidence import Belief, Explanations, Row
+from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
+from diagnosis.row import Row
 from fitting.signatures import Signature, Whitened
 from session import TrialKind
 from swimmer.effects import Effect, Parameter

@@ -35,6 +35,12 @@ def test_two_that_are_there_are_named_together() -> None:
     assert {group[0] for group in verdict.groups} == {"effect_2", "effect_7"}
 
 
+def test_a_little_of_another_beside_a_strong_effect_may_be_what_its_form_has_wrong() -> None:
+    beside = [after(noise(9) + strong * DIRECTIONS[2] + 8 * DIRECTIONS[7]) for strong in (60.0, 8.0)]
+    assert [verdict_of(each).groups for each in beside] == [(("effect_2",),), (("effect_2",), ("effect_7",))]
+    assert 0.1 < beside[0].marginal[7] < 0.6
+
+
 def test_two_that_look_alike_are_told_as_alternatives() -> None:
     verdict = verdict_of(after(noise(3) + 8 * DIRECTIONS[0]))
     assert verdict.name == "inseparable"
@@ -45,6 +51,15 @@ def test_an_effect_of_one_sign_does_not_explain_the_other() -> None:
     there, not_there = (after(noise(4) + s * DIRECTIONS[10]) for s in (9.0, -9.0))
     assert there.marginal[10] > 0.95
     assert not_there.marginal[10] < 0.2
+
+
+def test_alternatives_that_may_act_together_are_alternatives_all_the_same() -> None:
+    either = Probabilities(
+        ("a", "b"), {((), False): 0.0, ((0,), False): 0.5, ((1,), False): 0.2, ((0, 1), False): 0.25, ((), True): 0.05}
+    )
+    verdict = verdict_of(either)
+    assert verdict.name == "inseparable"
+    assert verdict.groups == (("a", "b"),)
 
 
 def test_what_no_effect_looks_like_is_unexplained() -> None:

@@ -1,0 +1,63 @@
+"""A row of numbers as a normal distribution: a variance of each number, and columns of random strength."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import log_ndtr
+
+_TINY = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Beside a row that was seen; of mean zero (Rasmussen and Williams 2006, section 2.1).
+
+    Attributes:
+        row: (q,) that was seen.
+        variance: (q,) of each number by itself.
+        columns: (q, p) whose strengths are normal, of unit size.
+    """
+
+    row: np.ndarray
+    variance: np.ndarray
+    columns: np.ndarray
+
+    @cached_property
+    def log_density(self) -> float:
+        """Of the row, but for (2 pi)^(q/2)."""
+        alone = float(-0.5 * (self.row**2 / self.variance + np.log(self.variance)).sum())
+        return alone + 0.5 * float(self._against @ self.mean) - 0.5 * float(np.linalg.slogdet(self.precision)[1])
+
+    @cached_property
+    def precision(self) -> np.ndarray:
+        """(p, p) of the strengths, after the row."""
+        return np.asarray(np.eye(self.columns.shape[1]) + self.columns.T @ self._weighted)
+
+    @cached_property
+    def mean(self) -> np.ndarray:
+        """(p,) of the strengths, after the row."""
+        return np.linalg.solve(self.precision, self._against)
+
+    def gained(self, more: np.ndarray, size: float) -> np.ndarray:
+        """(d,) what each of more columns (q, d) by itself, of a strength of this size, would add to the log density."""
+        weighted = more / self.variance[:, None]
+        shared = self._weighted.T @ more  # (p, d)
+        length = (more * weighted).sum(axis=0) - (shared * np.linalg.solve(self.precision, shared)).sum(axis=0)
+        along = weighted.T @ self.row - shared.T @ self.mean
+        return np.asarray(0.5 * (size * along) ** 2 / (1 + size**2 * length) - 0.5 * np.log1p(size**2 * length))
+
+    @cached_property
+    def _weighted(self) -> np.ndarray:
+        return self.columns / self.variance[:, None]
+
+    @cached_property
+    def _against(self) -> np.ndarray:
+        return np.asarray(self._weighted.T @ self.row)
+
+
+def log_mass(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Logarithm of how probable a standard normal number is between two ends, however far out they lie."""
+    left, right = np.where(low > 0, -high, low), np.where(low > 0, -low, high)  # the tail that does not round to 1
+    most = log_ndtr(right)
+    return np.asarray(most + np.log1p(-np.exp(np.minimum(log_ndtr(left) - most, -_TINY))))

@@ -1,0 +1,73 @@
+"""A row beside forms of effects that have a size: how probable it is, with what no form holds."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import logsumexp
+
+from diagnosis.forms import Form
+from diagnosis.normal import Normal, log_mass
+from diagnosis.row import Row
+
+_LITTLE = (0.05, 0.2)  # shares of what effects do, by which their forms may be wrong in one direction
+
+
+@dataclass(frozen=True, eq=False)
+class Sized:
+    """A row beside some forms, and something else, each of a size that is given."""
+
+    row: Row
+    forms: tuple[Form, ...]
+    columns: tuple[np.ndarray, ...]
+    sizes: tuple[float, ...]
+    other: float
+    unlike: float
+
+    @property
+    def evidence(self) -> float:
+        """Its logarithm, with what no form holds in no particular direction; strengths are within their bounds."""
+        if not self.forms:
+            return self._normal.log_density
+        low, high = (
+            np.concatenate(
+                [end * form.size / size for end, form, size in zip(ends, self.forms, self.sizes, strict=True)]
+            )
+            for ends in ([form.low for form in self.forms], [form.high for form in self.forms])
+        )
+        mean, sd = self._normal.mean, np.sqrt(np.diag(np.linalg.inv(self._normal.precision)))
+        within = log_mass((low - mean) / sd, (high - mean) / sd) - log_mass(low, high)
+        return self._normal.log_density + float(within.sum())
+
+    def gained(self, directions: np.ndarray, alike: float) -> float:
+        """What is added where what no form holds has, with this probability, one of these directions (q, d)."""
+        gains = np.concatenate([self._normal.gained(directions, share * self._raw) for share in _LITTLE])
+        return float(np.logaddexp(np.log1p(-alike), np.log(alike) + logsumexp(gains) - np.log(len(gains))))
+
+    @cached_property
+    def _normal(self) -> Normal:
+        """Unit noise, columns of these sizes, and what no form holds."""
+        unlike = ((self.unlike * self._raw) ** 2 + self.other**2) / len(self.row.left)
+        return Normal(self.row.left, 1 + unlike * self.row.spread, self._scaled)
+
+    @cached_property
+    def _scaled(self) -> np.ndarray:
+        """(q, p) columns of all forms, with these sizes."""
+        own = [size * part for size, part in zip(self.sizes, self.columns, strict=True)]
+        return np.hstack([np.zeros((len(self.row.left), 0)), *own])
+
+    @cached_property
+    def _raw(self) -> float:
+        """Length of what the forms do, before coefficients are refitted, as strong as the row has them.
+
+        Not as strong as they might be: else a form that does next to nothing would have much wrong with it.
+        """
+        found = Normal(self.row.left, np.ones(len(self.row.left)), self._scaled)
+        around = np.linalg.inv(found.precision)
+        squares, first = 0.0, 0
+        for form, columns in zip(self.forms, self.columns, strict=True):
+            own = slice(first, first := first + columns.shape[1])
+            scaled = self._scaled[:, own]
+            length = float(np.sum((scaled @ found.mean[own]) ** 2) + np.trace(scaled.T @ scaled @ around[own, own]))
+            squares += form.raw**2 * length
+        return float(np.sqrt(squares))

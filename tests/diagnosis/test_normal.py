@@ -1,0 +1,52 @@
+"""A row's density is that of the normal distribution it says it is."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+from diagnosis.normal import Normal, log_mass
+
+Q = 7
+
+
+def drawn(columns: int, seed: int = 0) -> Normal:
+    random = np.random.default_rng([seed, 3])
+    return Normal(2 * random.standard_normal(Q), random.uniform(0.5, 2.0, Q), random.standard_normal((Q, columns)))
+
+
+def density(normal: Normal) -> float:
+    covariance = np.diag(normal.variance) + normal.columns @ normal.columns.T
+    return float(multivariate_normal(np.zeros(Q), covariance).logpdf(normal.row)) + Q / 2 * float(np.log(2 * np.pi))
+
+
+@pytest.mark.parametrize("columns", [0, 1, 3])
+def test_the_density_is_that_of_the_covariance(columns: int) -> None:
+    normal = drawn(columns)
+    assert normal.log_density == pytest.approx(density(normal))
+
+
+@pytest.mark.parametrize("columns", [0, 2])
+@pytest.mark.parametrize("size", [0.1, 5.0])
+def test_what_one_more_column_adds_is_what_the_density_gains(columns: int, size: float) -> None:
+    normal, more = drawn(columns), np.random.default_rng(4).standard_normal((Q, 3))
+    with_each = [Normal(normal.row, normal.variance, np.column_stack([normal.columns, size * one])) for one in more.T]
+    assert normal.gained(more, size) == pytest.approx([density(each) - density(normal) for each in with_each])
+
+
+def test_strengths_after_the_row_are_those_of_ridge_regression() -> None:
+    normal = drawn(2)
+    white = normal.columns / np.sqrt(normal.variance)[:, None]
+    rows = np.vstack([white, np.eye(2)])
+    expected = np.linalg.lstsq(rows, np.append(normal.row / np.sqrt(normal.variance), np.zeros(2)), rcond=None)[0]
+    assert normal.mean == pytest.approx(expected)
+    assert np.linalg.inv(normal.precision) == pytest.approx(np.linalg.inv(rows.T @ rows))
+
+
+@pytest.mark.parametrize(("low", "high"), [(-1.0, 2.0), (0.0, np.inf), (3.0, 4.0), (-4.0, -3.0), (-np.inf, np.inf)])
+def test_the_mass_between_two_ends_is_that_of_the_normal(low: float, high: float) -> None:
+    assert np.exp(log_mass(np.array(low), np.array(high))) == pytest.approx(norm.sf(low) - norm.sf(high))
+
+
+def test_far_out_there_is_hardly_any() -> None:
+    told = log_mass(np.array([40.0, -60.0]), np.array([60.0, -40.0]))
+    assert told == pytest.approx(np.full(2, norm.logsf(40.0)), rel=1e-6)
