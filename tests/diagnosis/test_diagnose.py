@@ -15,8 +15,9 @@ from diagnosis.arrays import save_arrays
 from diagnosis.diagnosis_file import diagnosis_payload
 from diagnosis.refit import refit
 from diagnosis.sentences import sentences
+from fitting import MeasuredTrial
 from session import FISHSIM_MARKERS, plain_json
-from swimmer import Twin
+from swimmer import CrankTurn, Twin
 from swimmer.effects import catalogue
 from tests.diagnosis.grounds import ARM, CAMERA, ROBOT, ground, shorter, trials
 
@@ -35,6 +36,21 @@ def test_it_names_the_arm(found: Diagnosis) -> None:
     assert found.verdict.groups == (("crank_arm_error",),)
     assert found.refit is not None
     assert found.refit.values[0] == pytest.approx(ARM, abs=0.005)
+
+
+def test_motor_logs_are_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Looked(Exception):
+        pass
+
+    def fitted(swims: list[MeasuredTrial], *_: object) -> None:
+        raise Looked([trial.turn for trial in swims])
+
+    monkeypatch.setattr("diagnosis.diagnosis.Ground.fitted", fitted)
+    even = CrankTurn.measured(np.linspace(0.0, 9.0, 99), np.linspace(0.0, 60.0, 99))
+    logged = [replace(trial, turn=even, beat=trial.frequency) for trial in trials()]
+    with pytest.raises(Looked) as looked:
+        diagnose(logged, Twin(ROBOT, FISHSIM_MARKERS, workers=1), CAMERA, EFFECTS, np.eye(127))
+    assert looked.value.args[0] == [None] * len(logged)
 
 
 @pytest.mark.long
