@@ -146,5 +146,5 @@ def _sizes(form: Form) -> np.ndarray:
     return np.asarray([size for size in SIZES if size <= max(reach, SIZES[0])])
 
 
-def _mean(logs: Sequence[float] | np.ndarray) -> float:
-    return float(logsumexp(logs) - np.log(len(logs))) if len(logs) else -np.inf
+def _mean(logs: list[float]) -> float:
+    return float(logsumexp(logs) - np.log(len(logs))) if logs else -np.inf

@@ -31,11 +31,6 @@ class Form:
     high: np.ndarray
     raw: float
 
-    @property
-    def one_sided(self) -> bool:
-        """Whether its only parameter has one sign."""
-        return len(self.low) == 1 and bool(self.low[0] * self.high[0] == 0)
-
     def nearest(self, target: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:
         """(p,) strengths within bounds, in standard deviations, that come nearest to a whitened row (q,).
 

@@ -8,7 +8,7 @@ import numpy as np
 from diagnosis.forms import Shown
 from fitting.signatures import Whitened
 
-_LOOSE = 0.3
+_LOOSE = 0.3  # share of the variance of something else that is like no effect
 
 
 @dataclass(frozen=True, eq=False)

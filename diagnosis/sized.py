@@ -15,7 +15,16 @@ _LITTLE = (0.05, 0.2)  # shares of what effects do, by which their forms may be 
 
 @dataclass(frozen=True, eq=False)
 class Sized:
-    """A row beside some forms, and something else, each of a size that is given."""
+    """A row beside some forms, and something else, each of a size that is given.
+
+    Attributes:
+        row: that was seen.
+        forms: of the effects that are there.
+        columns: (q, p) of each form in the row's directions, for a size of one.
+        sizes: root mean square whitened length of what each does.
+        other: the same of something else; 0 of none.
+        unlike: share of what the forms do that they do not hold, in no particular direction.
+    """
 
     row: Row
     forms: tuple[Form, ...]
