@@ -13,7 +13,7 @@ VerdictName = Literal["named", "inseparable", "unexplained", "no_gap"]
 MOST_ALIKE = 3
 SURE = 0.9  # probability from which one name is enough
 _LOOKED_AT = 10  # of the likeliest effects, for a group
-ALARM = 0.95  # that there is something: below, there is no gap to speak of
+ALARM = 0.9  # that there is something: below, there is no gap to speak of
 
 
 @dataclass(frozen=True)
