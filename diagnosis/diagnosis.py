@@ -196,8 +196,11 @@ def diagnose(
 def explain(ground: Ground, signatures: Sequence[Signature], belief: Belief) -> Explanations:
     """All explanations of what the nearest plain twin leaves."""
     effects = shown(signatures, ground.space)
-    rows = tuple(Row.of(ground.space, ground.left, ground.generic, like) for like in (effects, ()))
-    return Explanations(rows, effects, belief)
+    wrong, like_any, loose = (
+        Row.of(ground.space, ground.left, ground.generic, like, frequencies)
+        for like, frequencies in ((effects, 0), (effects, len(ground.trials)), ((), 0))
+    )
+    return Explanations((wrong, like_any, loose), effects, belief)
 
 
 def _with_something_else(found: Probabilities) -> float:

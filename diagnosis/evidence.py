@@ -52,7 +52,8 @@ class Explanations:
     """All explanations of one row.
 
     Attributes:
-        rows: the row to be explained, for each way in which a gap of no particular cause may be; all as likely.
+        rows: the row to be explained: first with what forms have wrong, then for each way in which something else may
+            be; all as likely.
         effects: that may explain it.
         belief: before the row.
     """
@@ -101,7 +102,7 @@ class Explanations:
 
     def _over_sizes(self, forms: tuple[Form, ...], other: bool) -> float:
         """Log evidence, averaged over the sizes of the forms and of something else, whichever way that may be."""
-        return _mean([self._in(row, forms, other) for row in (self.rows if other else self.rows[:1])])
+        return _mean([self._in(row, forms, other) for row in (self.rows[1:] if other else self.rows[:1])])
 
     def _in(self, row: Row, forms: tuple[Form, ...], other: bool) -> float:
         """The same of one way.

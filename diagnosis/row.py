@@ -26,15 +26,25 @@ class Row:
     spread: np.ndarray
 
     @classmethod
-    def of(cls, space: Whitened, left: np.ndarray, generic: np.ndarray, effects: Sequence[Shown] = ()) -> "Row":
+    def of(
+        cls,
+        space: Whitened,
+        left: np.ndarray,
+        generic: np.ndarray,
+        effects: Sequence[Shown] = (),
+        frequencies: int = 0,
+    ) -> "Row":
         """Of what is left (k,).
 
         A gap of no particular cause has no structure but that of `generic` (k, k); where effects are given, it is like
-        any of these (each as likely), but for the share `_LOOSE` of its variance.
+        any of these (each as likely), but for the share `_LOOSE` of its variance, and but for so many frequencies at
+        the end of the row: only clock and drive change these, whatever else is amiss with a fish.
         """
+        touched = np.ones((len(generic) + len(space.precision), 1))
+        touched[len(generic) - frequencies : len(generic)] = 0.0
         values, vectors = np.linalg.eigh(generic)
         loose = space.freed((vectors * np.sqrt(np.maximum(values, 0.0))).T).T  # (q, k)
-        tight = [form.columns / form.size for each in effects for form in each.forms[:2]]
+        tight = [touched * form.columns / form.size for each in effects for form in each.forms[:2]]
         share = _LOOSE if tight else 1.0
         parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
         parts += [np.sqrt((1 - share) / len(tight)) * part for part in tight]

@@ -11,6 +11,7 @@ from diagnosis.normal import Normal, log_mass
 from diagnosis.row import Row
 
 _LITTLE = (0.05, 0.2)  # shares of what effects do, by which their forms may be wrong in one direction
+_MOST_WRONG = 40.0  # whitened length beyond which a form is no more wrong in all: what is left then is something else
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +68,7 @@ class Sized:
 
     @cached_property
     def _raw(self) -> float:
-        """Length of what the forms do, before coefficients are refitted, as strong as the row has them.
+        """Length of what the forms do, before coefficients are refitted, as strong as the row has them, or a limit.
 
         Not as strong as they might be: else a form that does next to nothing would have much wrong with it.
         """
@@ -79,4 +80,4 @@ class Sized:
             scaled = self._scaled[:, own]
             length = float(np.sum((scaled @ found.mean[own]) ** 2) + np.trace(scaled.T @ scaled @ around[own, own]))
             squares += form.raw**2 * length
-        return float(np.sqrt(squares))
+        return min(float(np.sqrt(squares)), _MOST_WRONG)

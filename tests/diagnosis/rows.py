@@ -47,5 +47,5 @@ def catalogue() -> list[Signature]:
 def explanations(left: np.ndarray, signatures: list[Signature] | None = None) -> Explanations:
     """Of what is left (k,)."""
     effects = shown(signatures or catalogue(), SPACE)
-    rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, ()))
+    rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, effects, ()))
     return Explanations(rows, effects, Belief())

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from diagnosis.forms import shown
 from diagnosis.probabilities import Probabilities
+from diagnosis.row import Row
 from diagnosis.verdict import verdict_of
-from tests.diagnosis.rows import DIRECTIONS, K, explanations, signature
+from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, explanations, signature
 
 
 def noise(seed: int) -> np.ndarray:
@@ -67,6 +69,13 @@ def test_what_no_effect_looks_like_is_unexplained() -> None:
     found = after(noise(5) + 7 * strange.sum(axis=0))
     assert found.other > 0.5
     assert verdict_of(found).name == "unexplained"
+
+
+def test_something_else_that_is_like_effects_touches_no_frequency() -> None:
+    of_gaits = np.diag(np.append(np.ones(K - 2), np.zeros(2)))
+    touching, still = (Row.of(SPACE, noise(0), of_gaits, shown(catalogue(), SPACE), count) for count in (0, 2))
+    assert np.abs(touching.turn[:, K - 2 : K]).max() > 0.01
+    assert still.turn[:, K - 2 : K] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_noise_alone_is_no_gap() -> None:
