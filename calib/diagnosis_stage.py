@@ -10,8 +10,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-
 from calib.options import Options
 from fitting import MeasuredTrial
 from session import (
@@ -30,10 +28,10 @@ from swimmer import RobotSpec, Twin
 from swimmer.effects import Effect, catalogue
 
 if TYPE_CHECKING:
-    from diagnosis import Diagnosis
+    from diagnosis import Diagnosis, Discrepancy
 
 Found = TypeVar("Found")
-FORM = 8  # of the files and of what they rest on
+FORM = 9  # of the files and of what they rest on
 
 
 class DiagnosisStage:
@@ -95,15 +93,15 @@ class DiagnosisStage:
     def make(
         self,
         trials: list[MeasuredTrial],
-        discrepancy: np.ndarray | None = None,
+        discrepancy: Discrepancy | None = None,
         dry: Sequence[MeasuredTrial] = (),
     ) -> Diagnosis:
         """Diagnoses and writes.
 
         Args:
             trials: all swims.
-            discrepancy: (g, g) covariance of what a refitted twin leaves of a gait where nothing is wrong; default:
-                that between the toolkit's two simulators.
+            discrepancy: what a refitted twin leaves of gaits where nothing is wrong; default: what it leaves of the
+                toolkit's second simulator.
             dry: runs with the head clamped in air, measured as swims are.
 
         Raises:
@@ -169,7 +167,7 @@ class DiagnosisStage:
         effects: Mapping[str, Effect] | Sequence[Effect],
         trials: list[MeasuredTrial],
         dry: Sequence[MeasuredTrial],
-        discrepancy: np.ndarray | None = None,
+        discrepancy: Discrepancy | None = None,
     ) -> Found:
         """What `diagnose` or `suppose` says of this session."""
         from diagnosis import Settings, discrepancy_for

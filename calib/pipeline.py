@@ -5,9 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import get_args
-
-import numpy as np
+from typing import TYPE_CHECKING, get_args
 
 from calib.calibrated_mjcf import calibrated_mjcf
 from calib.diagnosis_stage import DiagnosisStage
@@ -52,6 +50,9 @@ from session import (
     write_whole,
 )
 from swimmer import ENGINE, RobotSpec, Twin, check_engine, load_robot, model_sha256
+
+if TYPE_CHECKING:
+    from diagnosis import Discrepancy
 
 
 def open_session(folder: Path) -> Session:
@@ -232,7 +233,7 @@ class Pipeline:
         options, stamp, recordings = self.options, self.provenance, self.recordings.fingerprint
         return DiagnosisStage(self.session, self.robot, options, stamp, recordings, without)
 
-    def diagnosis(self, without: frozenset[str] = frozenset(), discrepancy: np.ndarray | None = None) -> Path:
+    def diagnosis(self, without: frozenset[str] = frozenset(), discrepancy: "Discrepancy | None" = None) -> Path:
         """`results/diagnosis.json`, up to date; the plain twin is that of the robot as described.
 
         Args:

@@ -1,7 +1,7 @@
 """The sim-to-real gap: where it lies, which effect makes it, how far it shrinks with it, what to measure next."""
 
 from diagnosis.diagnosis import Diagnosis, Gap, Remainder, Settings, diagnose
-from diagnosis.discrepancy import discrepancy_for
+from diagnosis.discrepancy import Discrepancy, discrepancy_for
 from diagnosis.evidence import Belief
 from diagnosis.probabilities import Probabilities
 from diagnosis.supposition import Supposition, suppose
@@ -12,6 +12,7 @@ __all__ = [
     "STAGES",
     "Belief",
     "Diagnosis",
+    "Discrepancy",
     "Gap",
     "Probabilities",
     "Remainder",

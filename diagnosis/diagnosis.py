@@ -9,9 +9,11 @@ import numpy as np
 from scipy.stats import chi2
 
 from diagnosis.controls import placebo_for
+from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.experiments import Experiment, next_experiments
-from diagnosis.forms import Shown, shown
+from diagnosis.explaining import explained
+from diagnosis.forms import Shown
 from diagnosis.from_forms import refitted
 from diagnosis.gap import whitened
 from diagnosis.ground import Ground
@@ -20,7 +22,6 @@ from diagnosis.probabilities import Probabilities
 from diagnosis.pruning import pruned
 from diagnosis.pushes import responses
 from diagnosis.refit import Refit
-from diagnosis.row import Row
 from diagnosis.separation import separations
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
@@ -112,7 +113,7 @@ def diagnose(
     twin: Twin,
     camera: CameraSpec,
     effects: Mapping[str, Effect],
-    discrepancy: np.ndarray,
+    discrepancy: Discrepancy,
     settings: Settings | None = None,
     tell: Tell = lambda _message, _share: None,
     dry: Sequence[MeasuredTrial] = (),
@@ -126,7 +127,7 @@ def diagnose(
         twin: plain, of the robot as described.
         camera: that filmed them.
         effects: the catalogue.
-        discrepancy: (g, g) covariance of what a refitted twin leaves of one gait where nothing is wrong.
+        discrepancy: what a refitted twin leaves of gaits where nothing is wrong.
         settings: how much work, what is believed before, seed.
         tell: of the progress.
         dry: runs with the head clamped in air, measured as swims are: they too say which effect.
@@ -147,7 +148,7 @@ def diagnose(
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))
         signatures.append(signature_of(effect, ground.model, camera, ground.at))
     tell("weighing explanations", 0.6)
-    explanations = explain(ground, signatures, settings.belief)
+    ground, explanations = explained(ground, signatures, settings.belief)
     probabilities = Probabilities.after(explanations)
     verdict = verdict_of(probabilities)
     tell("missing forces", 0.65)
@@ -191,16 +192,6 @@ def diagnose(
         gap,
         experiments,
     )
-
-
-def explain(ground: Ground, signatures: Sequence[Signature], belief: Belief) -> Explanations:
-    """All explanations of what the nearest plain twin leaves."""
-    effects = shown(signatures, ground.space)
-    wrong, like_any, loose = (
-        Row.of(ground.space, ground.left, ground.generic, like, frequencies)
-        for like, frequencies in ((effects, 0), (effects, len(ground.trials)), ((), 0))
-    )
-    return Explanations((wrong, like_any, loose), effects, belief)
 
 
 def _with_something_else(found: Probabilities) -> float:

@@ -72,14 +72,15 @@ class Explanations:
         """Log evidence of some effects, each in its best form, with or without something else beside them."""
         if not present:
             return self._over_sizes((), other)
-        alone = [self._alone[other][i] for i in present]
-        if len(present) == 1:
-            return _mean(alone[0])
+        alone = [self._alone(other)[i] for i in present]
         if not all(alone):
             return -np.inf
+        total = [_of_ways(self.effects[i], logs) for i, logs in zip(present, alone, strict=True)]
+        if len(present) == 1:
+            return total[0]
         best = tuple(self.effects[i].forms[int(np.argmax(logs))] for i, logs in zip(present, alone, strict=True))
-        gained = sum(max(logs) - _mean(logs) for logs in alone)  # by choosing the best of several forms
-        return self._over_sizes(best, other) - gained
+        chosen = sum(max(logs) - of_all for logs, of_all in zip(alone, total, strict=True))
+        return self._over_sizes(best, other) - chosen
 
     @cached_property
     def best(self) -> tuple[Form | None, ...]:
@@ -90,16 +91,20 @@ class Explanations:
         other = self._over_sizes((), other=True) > self._over_sizes((), other=False)
         return tuple(
             each.forms[int(np.argmax(logs))] if logs else None
-            for each, logs in zip(self.effects, self._alone[other], strict=True)
+            for each, logs in zip(self.effects, self._alone(other), strict=True)
         )
 
+    def _alone(self, other: bool) -> list[list[float]]:
+        """Log evidence of each form of each effect by itself, without or with something else."""
+        return self._alone_beside if other else self._alone_without
+
     @cached_property
-    def _alone(self) -> dict[bool, list[list[float]]]:
-        """Log evidence of each form of each effect by itself, without and with something else."""
-        return {
-            other: [[self._over_sizes((form,), other) for form in each.forms] for each in self.effects]
-            for other in (False, True)
-        }
+    def _alone_without(self) -> list[list[float]]:
+        return [[self._over_sizes((form,), False) for form in each.forms] for each in self.effects]
+
+    @cached_property
+    def _alone_beside(self) -> list[list[float]]:
+        return [[self._over_sizes((form,), True) for form in each.forms] for each in self.effects]
 
     def _over_sizes(self, forms: tuple[Form, ...], other: bool) -> float:
         """Log evidence, averaged over the sizes of the forms and of something else, whichever way that may be."""
@@ -137,15 +142,21 @@ class Explanations:
         """(q, d) in each row, of unit length, what each parameter of each effect does."""
         found = {}
         for row in self.rows:
-            columns = row.turn @ np.hstack([each.forms[0].columns for each in self.effects if each.forms])
+            columns = row.turn @ np.hstack([each.slopes for each in self.effects if each.ways])
             found[row] = columns / np.maximum(np.linalg.norm(columns, axis=0), _SILENT)
         return found
 
 
 def _sizes(form: Form) -> np.ndarray:
     """Of what a form does, as far as its bounds allow."""
-    reach = float(np.maximum(np.abs(form.low), np.abs(form.high)).max()) * form.size
+    reach = float(np.abs(form.bounds).max()) * form.size
     return np.asarray([size for size in SIZES if size <= max(reach, SIZES[0])])
+
+
+def _of_ways(effect: Shown, logs: list[float]) -> float:
+    """Log evidence of an effect from those of its forms: these add up within a way, and all ways are as likely."""
+    ends = np.cumsum([len(way) for way in effect.ways])[:-1]
+    return _mean([float(logsumexp(own)) for own in np.split(np.array(logs), ends)])
 
 
 def _mean(logs: list[float]) -> float:

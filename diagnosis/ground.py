@@ -1,6 +1,6 @@
 """What a session shows beside the nearest plain twin: a row of gaits and frequencies, and all that disturbs it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from diagnosis.described import robot_doubts
-from diagnosis.discrepancy import with_course
+from diagnosis.discrepancy import Discrepancy, with_course
 from diagnosis.generic import generic_covariance, generic_gap
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.places_off import TAKEN, places_off
@@ -35,17 +35,21 @@ class Ground:
         model: the swims beside the plain twin.
         camera: that filmed them.
         at: (5,) coefficients.
-        discrepancy: (g, g) covariance of what the refitted twin leaves of one gait where nothing is wrong.
+        discrepancy: what the refitted twin leaves where nothing is wrong.
         off: how far boxes and markers are off; for markers stands an effect of the catalogue.
         disturbances: what noise and nuisances do, at the coefficients.
+        error: size of what the twin leaves of each gait in this session, against most sessions.
+        alike: (k, c) what it leaves of all trials alike, of unit strength; None where that is not known.
     """
 
     model: SessionModel
     camera: CameraSpec
     at: np.ndarray
-    discrepancy: np.ndarray
+    discrepancy: Discrepancy
     off: PlacesOff
     disturbances: Disturbances
+    error: float = 1.0
+    alike: np.ndarray | None = None
 
     @classmethod
     def fitted(
@@ -53,7 +57,7 @@ class Ground:
         trials: Sequence[MeasuredTrial],
         twin: Twin,
         camera: CameraSpec,
-        discrepancy: np.ndarray,
+        discrepancy: Discrepancy,
         dry: Sequence[MeasuredTrial] = (),
         starts: Sequence[Sequence[float]] = STARTS,
     ) -> "Ground":
@@ -63,7 +67,7 @@ class Ground:
             trials: the swims.
             twin: plain, in water.
             camera: that filmed them.
-            discrepancy: (g, g), see above, without the course.
+            discrepancy: see above.
             dry: runs with the head clamped in air, which say nothing of coefficients.
             starts: (5,) coefficients to begin with.
 
@@ -73,8 +77,7 @@ class Ground:
         model = _beside(twin, trials)
         if dry:
             model = SessionModel((*model.trials, *_beside(_clamped(twin), dry).trials))
-        known = with_course(discrepancy)
-        found = [cls._from(model, camera, np.array(start, float), known) for start in starts]
+        found = [cls._from(model, camera, np.array(start, float), discrepancy) for start in starts]
         standing = [ground for ground in found if ground is not None]
         if not standing:
             raise SimulationDiverged("the plain twin diverged from every start; look into the flags of the fit trials")
@@ -82,17 +85,17 @@ class Ground:
 
     @classmethod
     def _from(
-        cls, model: SessionModel, camera: CameraSpec, start: np.ndarray, discrepancy: np.ndarray
+        cls, model: SessionModel, camera: CameraSpec, start: np.ndarray, discrepancy: Discrepancy
     ) -> "Ground | None":
         """From one start; None where a twin diverges on the way."""
-        at, generic = start, _generic(model)
+        at, generic, error = start, _generic(model), with_course(discrepancy.covariance)
         try:
             for _ in range(_LOOKS):  # what disturbs the row hardly changes with the coefficients
                 disturbances = model.disturbances(at)
                 off = _places_off(model, at, disturbances)
-                known = row_covariance(model, disturbances.of(off), discrepancy)
+                known = row_covariance(model, disturbances.of(off), error)
                 gap = generic_gap(left_row(model, at), known, generic, len(model.trials))
-                at = nearest(model, at, _same(known + gap))
+                at = nearest(model, at, known + gap)
             found = cls(model, camera, at, discrepancy, _places_off(model, at, disturbances), disturbances)
             return found if np.isfinite(found.misfit) else None
         except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
@@ -116,13 +119,19 @@ class Ground:
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
         """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
         model = _beside(self.model.trials[0].twin, trials)
-        return replace(self, model=model, disturbances=model.disturbances(self.at))
+        return replace(self, model=model, disturbances=model.disturbances(self.at), alike=None)
+
+    def with_error(self, error: float, alike: np.ndarray) -> "Ground":
+        """The same with what the twin leaves of it where nothing is wrong, see `error` and `alike`."""
+        found = replace(self, error=error, alike=alike)
+        found.__dict__.update(left=self.left, slopes=self.slopes, generic=self.generic)  # as they were, and not cheap
+        return found
 
     def with_trial(self, twin: Twin, trial: MeasuredTrial) -> "Ground":
         """The same swims and one more, which may have a twin of its own."""
         more = _beside(twin, [trial]).trials
         model = SessionModel((*self.model.trials, *more))
-        return replace(self, model=model, disturbances=model.disturbances(self.at))
+        return replace(self, model=model, disturbances=model.disturbances(self.at), alike=None)
 
     @property
     def trials(self) -> tuple[MeasuredTrial, ...]:
@@ -179,7 +188,9 @@ class Ground:
     @cached_property
     def covariance(self) -> np.ndarray:
         """(k, k) of all that disturbs the row."""
-        return row_covariance(self.model, self.disturbances.of(self.off), self.discrepancy)
+        of_gait = with_course(self.error**2 * self.discrepancy.covariance)
+        apart = row_covariance(self.model, self.disturbances.of(self.off), of_gait)
+        return apart if self.alike is None else apart + self.alike @ self.alike.T
 
     @cached_property
     def space(self) -> Whitened:
@@ -198,11 +209,6 @@ def _generic(model: SessionModel) -> np.ndarray:
     first = model.trials[0]
     along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
     return generic_covariance(along_m, len(model.trials))
-
-
-def _same(covariance: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Whatever the coefficients."""
-    return lambda _at: covariance
 
 
 def _places_off(model: SessionModel, at: np.ndarray, disturbances: Disturbances) -> PlacesOff:

@@ -44,7 +44,7 @@ class Row:
         touched[len(generic) - frequencies : len(generic)] = 0.0
         values, vectors = np.linalg.eigh(generic)
         loose = space.freed((vectors * np.sqrt(np.maximum(values, 0.0))).T).T  # (q, k)
-        tight = [touched * form.columns / form.size for each in effects for form in each.forms[:2]]
+        tight = [touched * each.slopes / np.linalg.norm(each.slopes) for each in effects if each.ways]
         share = _LOOSE if tight else 1.0
         parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
         parts += [np.sqrt((1 - share) / len(tight)) * part for part in tight]

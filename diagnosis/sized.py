@@ -36,17 +36,13 @@ class Sized:
 
     @property
     def evidence(self) -> float:
-        """Its logarithm, with what no form holds in no particular direction; strengths are within their bounds."""
+        """Its logarithm, with what no form holds in no particular direction; strengths stay where forms hold."""
         if not self.forms:
             return self._normal.log_density
-        low, high = (
-            np.concatenate(
-                [end * form.size / size for end, form, size in zip(ends, self.forms, self.sizes, strict=True)]
-            )
-            for ends in ([form.low for form in self.forms], [form.high for form in self.forms])
-        )
+        ends = [np.vstack([form.low, form.high, form.bounds]) * form.size for form in self.forms]
+        low, high, least, most = np.hstack([end / size for end, size in zip(ends, self.sizes, strict=True)])
         mean, sd = self._normal.mean, np.sqrt(np.diag(np.linalg.inv(self._normal.precision)))
-        within = log_mass((low - mean) / sd, (high - mean) / sd) - log_mass(low, high)
+        within = log_mass((low - mean) / sd, (high - mean) / sd) - log_mass(least, most)
         return self._normal.log_density + float(within.sum())
 
     def gained(self, directions: np.ndarray, alike: float) -> float:

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.affected_swims import Swum, swum
-from diagnosis.diagnosis import Settings, Tell, explain
+from diagnosis.diagnosis import Settings, Tell
+from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Explanations
+from diagnosis.explaining import explained
 from diagnosis.from_forms import refitted
 from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, held_out_gap
@@ -52,7 +54,7 @@ def suppose(
     twin: Twin,
     camera: CameraSpec,
     effects: Sequence[Effect],
-    discrepancy: np.ndarray,
+    discrepancy: Discrepancy,
     settings: Settings | None = None,
     tell: Tell = lambda _message, _share: None,
     dry: Sequence[MeasuredTrial] = (),
@@ -78,7 +80,7 @@ def suppose(
     ground = Ground.fitted(fitted, twin, camera, discrepancy, dry)
     tell("what the supposed effects would do", 0.4)
     signatures = [signature_of(effect, ground.model, camera, ground.at) for effect in effects]
-    explanations = explain(ground, signatures, settings.belief)
+    ground, explanations = explained(ground, signatures, settings.belief)
     _refuse_idle(signatures, explanations)
     rounds = _ROUNDS[settings.effort]
     tell("refitting with them", 0.5)

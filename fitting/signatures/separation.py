@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +54,14 @@ class Whitened:
         white = np.vstack([white, np.zeros((len(self.precision), white.shape[1]))])
         left = white - slopes @ np.linalg.lstsq(slopes, white, rcond=None)[0]
         return left.T.reshape(*rows.shape[:-1], -1)
+
+    @cached_property
+    def log_volume(self) -> float:
+        """What the logarithm of a row's density has beside half the square of its length, but for a constant."""
+        white = solve_triangular(self.root, self.slopes, lower=True)
+        freedom = np.diag(self.precision) + white.T @ white
+        of_prior = 0.5 * float(np.log(self.precision).sum())
+        return of_prior - float(np.log(np.diag(self.root)).sum()) - 0.5 * float(np.linalg.slogdet(freedom)[1])
 
     def moved(self, change: np.ndarray) -> float:
         """By how much a change (5,) of the coefficients moves the row, with the prior's distance."""

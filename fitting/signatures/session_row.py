@@ -1,7 +1,5 @@
 """A session as one row: gaits of its swims, then how far each beats from its command; and the nearest twin."""
 
-from collections.abc import Callable
-
 import numpy as np
 from scipy.linalg import block_diag
 
@@ -15,6 +13,7 @@ _LEAST = 0.01  # of a coefficient about which slopes are taken: nearer to 0 step
 _STEP = 0.02  # of the root of a coefficient, either way
 _ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
 _STILL = 0.1  # whitened length of a step after which none is taken
+_LONG = 10.0  # after which slopes are simulated anew
 
 
 def left_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
@@ -40,18 +39,32 @@ def row_covariance(model: SessionModel, gaits: np.ndarray, discrepancy: np.ndarr
     return block_diag(gaits + block_diag(*[discrepancy] * len(model.trials)), np.diag(np.square(hertz)))
 
 
-def nearest(model: SessionModel, start: np.ndarray, covariance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """(5,) coefficients whose twin comes nearest, by steps of Gauss and Newton.
+
+    Slopes are simulated at the start and after long steps; after short ones they are mended by what the step has
+    changed (Broyden 1965).
 
     Args:
         model: the swims.
         start: (5,).
-        covariance: (k + t, k + t) of the row at coefficients (5,).
+        covariance: (k + t, k + t) of the row.
     """
     at = np.array(start, float)
+    left, slopes = left_row(model, at), row_slopes(model, at)
     for _ in range(_ROUNDS):
-        space = Whitened.of(covariance(at), row_slopes(model, at), PRIOR_SD)
-        before, at = at, np.clip(at + _GAIN * space.coefficients(left_row(model, at)), *COEFFICIENT_BOUNDS)
-        if space.moved(at - before) < _STILL:
+        space = Whitened.of(covariance, slopes, PRIOR_SD)
+        before, at = at, np.clip(at + _GAIN * space.coefficients(left), *COEFFICIENT_BOUNDS)
+        step = at - before
+        length = space.moved(step)
+        if length < _STILL:
             break
+        left_before, left = left, left_row(model, at)
+        slopes = row_slopes(model, at) if length > _LONG else _mended(slopes, step, left_before - left)
     return at
+
+
+def _mended(slopes: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """(k, 5) slopes (k, 5) with which a step (5,) changes the row as it has (k,), and which are else as they were."""
+    along = step * PRIOR_SD**-2.0
+    return np.asarray(slopes + np.outer(change - slopes @ step, along) / (along @ step))

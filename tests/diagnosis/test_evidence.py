@@ -9,7 +9,8 @@ from diagnosis.forms import shown
 from diagnosis.probabilities import Probabilities
 from diagnosis.row import Row
 from diagnosis.verdict import verdict_of
-from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, explanations, signature
+from fitting.signatures import Signature
+from tests.diagnosis.rows import DIRECTIONS, SPACE, K, Made, catalogue, explanations, signature
 
 
 def noise(seed: int) -> np.ndarray:
@@ -62,6 +63,19 @@ def test_alternatives_that_may_act_together_are_alternatives_all_the_same() -> N
     verdict = verdict_of(either)
     assert verdict.name == "inseparable"
     assert verdict.groups == (("a", "b"),)
+
+
+def test_a_form_explains_only_strengths_near_those_that_were_tried() -> None:
+    """Strong, the effect goes another way; a little of that other way is not this effect."""
+    strengths = np.array([-30.0, -10.0, 10.0, 30.0])[:, None]
+    rows = strengths * DIRECTIONS[1] + np.where(strengths == 30.0, 30.0, 0.0) * DIRECTIONS[2]
+    bent = Signature(Made("bent"), strengths, rows, np.zeros((4, 0)))
+    weak, strong, sideways = (
+        Probabilities.after(explanations(noise(12) + left, [bent, signature("plain", DIRECTIONS[5])])).marginal[0]
+        for left in (8 * DIRECTIONS[1], 35 * (DIRECTIONS[1] + DIRECTIONS[2]), 6 * (DIRECTIONS[1] + DIRECTIONS[2]))
+    )
+    assert min(weak, strong) > 0.9
+    assert sideways < 0.5
 
 
 def test_what_no_effect_looks_like_is_unexplained() -> None:

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from calib.benchmarks.effects.discrepancy import load_discrepancy
 from calib.benchmarks.effects.each_session import each_session
 from calib.benchmarks.effects.folder import DIAGNOSIS, SECONDS, Failure, SuiteFolder, Tell
 from calib.benchmarks.effects.program import Program
+from diagnosis import Discrepancy
 from session import write_whole
 
 Piece = tuple[str, frozenset[str]]
@@ -91,7 +91,7 @@ def _attempt(program: Program, folder: Path, discrepancy: Path, piece: Piece) ->
     name, without = piece
     began = time.perf_counter()
     try:
-        program(folder / name, load_discrepancy(discrepancy), without)
+        program(folder / name, Discrepancy.load(discrepancy), without)
     except Exception as error:  # whatever it is, it is this session's failure and no other's
         return Failure(name, f"{type(error).__name__}: {error}")
     if not (folder / name / DIAGNOSIS).exists():

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from diagnosis import Discrepancy
+from diagnosis.evidence import Belief
+from diagnosis.explaining import explained
 from diagnosis.ground import Ground
 from fitting.signatures import Signature, Whitened, signature_of
 from fitting.signatures.view_of import with_picture
@@ -30,12 +33,12 @@ class Evidence:
     signatures: tuple[Signature, ...]
 
 
-def evidence_of(folder: Path, discrepancy: np.ndarray, effects: Mapping[str, Effect]) -> Evidence:
+def evidence_of(folder: Path, discrepancy: Discrepancy, effects: Mapping[str, Effect]) -> Evidence:
     """Fits the plain twin and asks what every effect would do.
 
     Args:
         folder: of the session.
-        discrepancy: (127, 127) of a gait in reality's base state.
+        discrepancy: what the refitted twin leaves in reality's base state.
         effects: the catalogue.
 
     Raises:
@@ -48,6 +51,7 @@ def evidence_of(folder: Path, discrepancy: np.ndarray, effects: Mapping[str, Eff
     trials, dry = ([_measured(session, spec, twin) for spec in fitted if spec.kind == kind] for kind in ("swim", "dry"))
     ground = Ground.fitted(trials, twin, with_picture(session.camera, (*trials, *dry)), discrepancy, dry)
     found = tuple(signature_of(effect, ground.model, ground.camera, ground.at) for effect in effects.values())
+    ground, _ = explained(ground, found, Belief())
     return Evidence(ground.left, ground.space, found)
 
 

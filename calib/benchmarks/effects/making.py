@@ -17,6 +17,7 @@ from calib.benchmarks.effects.oracle import oracle_shrinkage
 from calib.benchmarks.effects.rows import WARMUP_S, SessionRows, camera_of, tracks_of
 from calib.benchmarks.effects.severity import Strength, Strong, strength_for
 from calib.benchmarks.effects.suite import SessionPlan
+from diagnosis import Discrepancy
 from fitting.signatures import Signature
 from reality import Drive, Mechanism, Recording
 from session import FISHSIM_MARKERS, MotorLog, load_session, new_folder, save_tracks, write_session_toml, write_whole
@@ -36,12 +37,12 @@ class Making:
 
     Attributes:
         mechanisms: by name, what reality can do; of the catalogue and beside it.
-        discrepancy: (127, 127) covariance of what the refitted twin leaves of a gait in the base state.
+        discrepancy: what the refitted twin leaves in the base state.
         effects: the catalogue's own forms.
     """
 
     mechanisms: Mapping[str, Maker]
-    discrepancy: np.ndarray
+    discrepancy: Discrepancy
     effects: Mapping[str, Effect]
 
     def make(self, plan: SessionPlan, folder: Path) -> Filming[Answer]:

@@ -6,20 +6,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
+from diagnosis import Discrepancy
 
-Program = Callable[[Path, np.ndarray, frozenset[str]], None]
-"""Diagnoses a session's folder, given the discrepancy (127, 127) and the names that its catalogue is to lack."""
+Program = Callable[[Path, Discrepancy, frozenset[str]], None]
+"""Diagnoses a session's folder, given the discrepancy and the names that its catalogue is to lack."""
 
 
 class ProgramFailed(RuntimeError):
     """A program ended with an error; its last words are the message."""
 
 
-def diagnose(session: Path, discrepancy: np.ndarray, without: frozenset[str]) -> None:
+def diagnose(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
     """Diagnoses as `calib diagnose --effort quick` does, on one core."""
     Pipeline(open_session(session), Options("quick", workers=1)).diagnosis(without, discrepancy)
 
@@ -36,7 +35,7 @@ class CommandLine:
 
     words: tuple[str, ...]
 
-    def __call__(self, session: Path, _discrepancy: np.ndarray, without: frozenset[str]) -> None:
+    def __call__(self, session: Path, _discrepancy: Discrepancy, without: frozenset[str]) -> None:
         """Runs it.
 
         Raises:

@@ -9,6 +9,7 @@ from scipy.linalg import block_diag
 
 from calib.benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
 from diagnosis.described import robot_doubts
+from diagnosis.discrepancy import Discrepancy
 from fitting.posterior.gait import advanced, phase_between
 from fitting.posterior.noise import GaitNoise
 from fitting.posterior.session_model import START_PHASE_RAD, PlacesOff, SessionModel
@@ -19,7 +20,7 @@ from fitting.trial import MeasuredTrial, measure_trial
 from reality import PixelNoise, Recording
 from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
 from swimmer import Twin, load_robot
-from swimmer.effects import Effect
+from swimmer.effects import Effect, catalogue
 
 WARMUP_S = 1.0
 
@@ -32,14 +33,14 @@ class SessionRows:
         drawn: the session.
         role: of the swims that are in the rows.
         model: these swims, without noise, beside the plain twin.
-        discrepancy: (127, 127) covariance of what the refitted twin leaves of one gait in the base state.
+        discrepancy: what the refitted twin leaves in the base state.
         given: (5,) coefficients that other swims gave; None where these give them.
     """
 
     drawn: DrawnWorld
     role: str
     model: SessionModel
-    discrepancy: np.ndarray
+    discrepancy: Discrepancy
     given: np.ndarray | None = None
 
     @classmethod
@@ -47,7 +48,7 @@ class SessionRows:
         cls,
         drawn: DrawnWorld,
         base: Mapping[str, Recording],
-        discrepancy: np.ndarray,
+        discrepancy: Discrepancy,
         role: str = "fit",
         given: np.ndarray | None = None,
     ) -> "SessionRows":
@@ -64,7 +65,7 @@ class SessionRows:
             return self.given
         start = np.array(self.drawn.world.coefficients, float)
         covariance = self._covariance(start)
-        return nearest(self.model, start, lambda _: covariance)
+        return nearest(self.model, start, covariance)
 
     @cached_property
     def left(self) -> np.ndarray:
@@ -78,10 +79,17 @@ class SessionRows:
         return self.left[:-count].reshape(count, -1)
 
     @cached_property
+    def tracking(self) -> np.ndarray:
+        """(k, k) covariance of the gaits with the noise of the tracker as it is."""
+        return block_diag(*[_noise(model, self.drawn.world.noise) for model in self.model.trials])
+
+    @cached_property
     def space(self) -> Whitened:
         """In which all that disturbs the row has unit size."""
         at = self.coefficients
-        return Whitened.of(self._covariance(at), row_slopes(self.model, at), PRIOR_SD)
+        looks_like = {name: effect for name, effect in catalogue().items() if name in self.discrepancy.strengths}
+        alike = self.discrepancy.alike(self.signatures(looks_like))
+        return Whitened.of(self._covariance(at) + alike @ alike.T, row_slopes(self.model, at), PRIOR_SD)
 
     def change(self, recordings: Mapping[str, Recording]) -> np.ndarray:
         """(k,) what the refitted twin leaves of other recordings of the same trials, less what it leaves of these.
@@ -103,10 +111,10 @@ class SessionRows:
         ]
         return np.append(np.concatenate([advanced(g, -by) for g, by in zip(gaits, ahead, strict=True)]), row[-count:])
 
-    def signatures(self, catalogue: Mapping[str, Effect]) -> list[Signature]:
+    def signatures(self, effects: Mapping[str, Effect]) -> list[Signature]:
         """What every effect does to the refitted twin."""
         camera = camera_of(self.drawn)
-        return [signature_of(effect, self.model, camera, self.coefficients) for effect in catalogue.values()]
+        return [signature_of(effect, self.model, camera, self.coefficients) for effect in effects.values()]
 
     def _covariance(self, at: np.ndarray) -> np.ndarray:
         """(k, k) of tracking noise, boxes, nuisances and the discrepancy of the base state."""
@@ -115,8 +123,7 @@ class SessionRows:
         disturbances = self.model.disturbances(at)
         off = PlacesOff(noise.placement_sd_px * scale, GLUED_SD_M)
         known = disturbances.of(off) - disturbances.noise
-        tracking = block_diag(*[_noise(model, noise) for model in self.model.trials])
-        return row_covariance(self.model, known + tracking, self.discrepancy)
+        return row_covariance(self.model, known + self.tracking, self.discrepancy.covariance)
 
 
 def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) -> list[MeasuredTrial]:

@@ -5,11 +5,11 @@ from functools import partial
 
 import numpy as np
 
-from calib.benchmarks.effects.discrepancy import load_discrepancy
 from calib.benchmarks.effects.each_session import each_session
 from calib.benchmarks.effects.evidence import evidence_of
 from calib.benchmarks.effects.folder import Failure, SuiteFolder, Tell
 from calib.benchmarks.effects.rules import RULES
+from diagnosis import Discrepancy
 from session import SwimcalError, write_whole
 from swimmer.effects import catalogue
 
@@ -37,7 +37,7 @@ def judge_suite(
 
 def _judged(suite: SuiteFolder, name: str) -> Failure | None:
     try:
-        evidence = evidence_of(suite.sessions / name, load_discrepancy(suite.discrepancy), catalogue())
+        evidence = evidence_of(suite.sessions / name, Discrepancy.load(suite.discrepancy), catalogue())
     except (SwimcalError, ValueError, ArithmeticError) as error:
         return Failure(name, f"{type(error).__name__}: {error}")
     for rule, judge in RULES.items():

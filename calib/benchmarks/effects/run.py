@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from functools import partial
 
 from calib.benchmarks.effects.answer import checksum, seal
-from calib.benchmarks.effects.discrepancy import load_discrepancy
 from calib.benchmarks.effects.filming import Filming, film_together
 from calib.benchmarks.effects.folder import Failure, SuiteFolder, Tell
 from calib.benchmarks.effects.making import Making, undated
 from calib.benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
 from calib.benchmarks.spread import spread
+from diagnosis import Discrepancy
 from reality.mechanisms import catalogued, uncatalogued
 from session import FaultCollector, SwimcalError, write_whole
 from swimmer.effects import catalogue
@@ -76,7 +76,7 @@ def _made(suite: SuiteFolder, plan: SessionPlan) -> Filming[Failure | None]:
         return None
     for broken_off in (suite.sessions / plan.name, *suite.sessions.glob(f".{plan.name}.*")):
         shutil.rmtree(broken_off, ignore_errors=True)
-    making = Making({**catalogued(), **uncatalogued()}, load_discrepancy(suite.discrepancy), catalogue())
+    making = Making({**catalogued(), **uncatalogued()}, Discrepancy.load(suite.discrepancy), catalogue())
     try:
         answer = yield from making.make(plan, suite.sessions)
     except (SwimcalError, ValueError, ArithmeticError) as error:

@@ -36,7 +36,7 @@ class LinearModel:
 
 
 def found(model: LinearModel, start: np.ndarray) -> np.ndarray:
-    return nearest(cast(SessionModel, model), start, lambda _at: SD**2 * np.eye(41))
+    return nearest(cast(SessionModel, model), start, SD**2 * np.eye(41))
 
 
 def rounds(model: LinearModel) -> int:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from calib.benchmarks.effects.answer import Answer, seal
-from calib.benchmarks.effects.discrepancy import save_discrepancy
 from calib.benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
 from calib.benchmarks.effects.suite import SessionPlan
+from diagnosis import Discrepancy
 
 ANSWERS = (
     Answer("w00000001", "null"),
@@ -24,7 +24,7 @@ _NO_BENCH: dict[str, Any] = {"dry_hz": None, "free_decay": False}
 
 def suite_in(folder: Path, answers: Sequence[Answer] = ANSWERS) -> SuiteFolder:
     suite = SuiteFolder(folder)
-    save_discrepancy(suite.discrepancy, np.eye(127), [0])
+    Discrepancy(np.eye(127)).save(suite.discrepancy, [0])
     sums = {}
     for answer in answers:
         (suite.sessions / answer.session).mkdir(parents=True)
@@ -42,9 +42,9 @@ def shortened(plan: SessionPlan) -> SessionPlan:
     return replace(plan, recorded=replace(whole, fit_hz=fit_hz, holdout_hz=holdout_hz, seconds=2.0, **_NO_BENCH))
 
 
-def says_slack(session: Path, discrepancy: np.ndarray, without: frozenset[str]) -> None:
+def says_slack(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
     """A program that finds slack tendons everywhere, as long as it knows of them; it keeps a count of its runs."""
-    assert discrepancy.shape == (127, 127)
+    assert discrepancy.covariance.shape == (127, 127)
     named = "tendon_slack" not in without
     told = {
         "verdict": "named" if named else "unexplained",

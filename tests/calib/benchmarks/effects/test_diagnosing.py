@@ -13,6 +13,7 @@ from calib.benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
 from calib.benchmarks.effects.program import CommandLine, diagnose, program_of
 from calib.benchmarks.effects.scoring import score_all, score_suite, score_without
 from calib.options import Options
+from diagnosis import Discrepancy
 from session import InputError
 from tests.calib.benchmarks.effects.suites import ANSWERS, runs, says_slack, suite_in
 from tests.calib.door import Front, assert_told
@@ -26,7 +27,7 @@ def suite(tmp_path: Path) -> SuiteFolder:
     return suite_in(tmp_path)
 
 
-def fails_on_the_third(session: Path, discrepancy: np.ndarray, without: frozenset[str]) -> None:
+def fails_on_the_third(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
     if session.name == NAMES[2]:
         raise KeyError("a marker")
     says_slack(session, discrepancy, without)
@@ -96,20 +97,20 @@ def test_a_diagnosis_by_the_wrong_catalogue_is_refused(suite: SuiteFolder) -> No
 def test_the_toolkit_s_own_program_is_told_what_to_leave_out(
     suite: SuiteFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[tuple[Path, str, frozenset[str], np.ndarray]] = []
+    asked: list[tuple[Path, str, frozenset[str], Discrepancy]] = []
 
     class Recorded:
         def __init__(self, session: Path, options: Options) -> None:
             self.session, self.effort = session, options.effort
 
-        def diagnosis(self, without: frozenset[str], discrepancy: np.ndarray) -> None:
+        def diagnosis(self, without: frozenset[str], discrepancy: Discrepancy) -> None:
             asked.append((self.session, self.effort, without, discrepancy))
 
     monkeypatch.setattr("calib.benchmarks.effects.program.open_session", lambda folder: folder)
     monkeypatch.setattr("calib.benchmarks.effects.program.Pipeline", Recorded)
-    diagnose(suite.sessions / NAMES[0], np.eye(127), frozenset({"wave_drag"}))
+    diagnose(suite.sessions / NAMES[0], told := Discrepancy(np.eye(127)), frozenset({"wave_drag"}))
     assert asked[0][:3] == (suite.sessions / NAMES[0], "quick", frozenset({"wave_drag"}))
-    assert np.array_equal(asked[0][3], np.eye(127))
+    assert asked[0][3] is told
 
 
 def test_any_command_may_be_the_program(suite: SuiteFolder, tmp_path: Path) -> None:

@@ -12,13 +12,13 @@ import pytest
 
 from calib.benchmarks.effects import ruling
 from calib.benchmarks.effects.answer import Answer
-from calib.benchmarks.effects.discrepancy import save_discrepancy
 from calib.benchmarks.effects.filming import film_together
 from calib.benchmarks.effects.making import Making
 from calib.benchmarks.effects.ruling import judge_suite
 from calib.benchmarks.effects.scoring import score_rules
 from calib.benchmarks.effects.shares import Share
 from calib.benchmarks.effects.suite import Recorded, SessionPlan
+from diagnosis import Discrepancy
 from reality.mechanisms import catalogued, uncatalogued
 from session import load_session
 from swimmer.effects import catalogue
@@ -28,7 +28,7 @@ RECORDED = Recorded((0.6, 1.0), (0.8, 1.2), 4.0, 0.7, True, True)
 NULL = SessionPlan("w00000001", 11, RECORDED, "null")
 SINGLE = SessionPlan("w00000002", 12, RECORDED, "single", ("bend_offset",), 10.0)
 TRIED = ("bend_offset", "tendon_asymmetry", "head_frame_misalignment", "stiffness_error")
-DISCREPANCY = (2e-4) ** 2 * np.eye(127)
+DISCREPANCY = Discrepancy((2e-4) ** 2 * np.eye(127))
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +118,7 @@ def test_by_its_folder_alone_the_effect_can_be_found(
     whole = suite_in(tmp_path, list(answers.values()))
     for plan in (NULL, SINGLE):
         copytree(folder / plan.name, whole.sessions / plan.name, dirs_exist_ok=True)
-    save_discrepancy(whole.discrepancy, DISCREPANCY, [0])
+    DISCREPANCY.save(whole.discrepancy, [0])
     monkeypatch.setattr(ruling, "catalogue", lambda: {name: catalogue()[name] for name in TRIED})
     assert judge_suite(whole, workers=1) == ()
     found = score_rules(whole)["BIC alone"].headline

@@ -11,10 +11,10 @@ from distributed import LocalCluster
 
 from calib.benchmarks.effects import run
 from calib.benchmarks.effects.answer import Answer
-from calib.benchmarks.effects.discrepancy import save_discrepancy
 from calib.benchmarks.effects.folder import SuiteFolder
 from calib.benchmarks.effects.run import make_suite
 from calib.benchmarks.effects.suite import SuiteSize, plan_suite
+from diagnosis import Discrepancy
 from reality.mechanisms import catalogued, uncatalogued
 from session import InputError
 from tests.calib.benchmarks.effects.suites import shortened
@@ -32,7 +32,7 @@ def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def empty_suite(folder: Path) -> SuiteFolder:
     suite = SuiteFolder(folder)
-    save_discrepancy(suite.discrepancy, (2e-4) ** 2 * np.eye(127), [0])
+    Discrepancy((2e-4) ** 2 * np.eye(127)).save(suite.discrepancy, [0])
     return suite
 
 

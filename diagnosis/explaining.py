@@ -1,0 +1,41 @@
+"""All explanations of what the nearest plain twin leaves, once it is known how large the twin's own error is here."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import logsumexp
+
+from diagnosis.evidence import Belief, Explanations
+from diagnosis.forms import shown
+from diagnosis.ground import Ground
+from diagnosis.row import Row
+from fitting.signatures import Signature
+
+SCALES = {0.7: 0.3, 1.0: 0.45, 1.4: 0.18, 2.0: 0.07}
+"""Of the twin's own error in a session, against most sessions, with the probability of each before it is looked at."""
+
+
+def explained(ground: Ground, signatures: Sequence[Signature], belief: Belief) -> tuple[Ground, Explanations]:
+    """The ground with the likeliest size of the twin's own error, and all explanations of what stands beside it.
+
+    Likeliest beside whatever there is, nothing or one effect or something else: so a gap does not make the error large.
+    """
+    alike = ground.discrepancy.alike(signatures)
+    weighed = []
+    for scale, chance in SCALES.items():
+        here = ground.with_error(scale, alike)
+        found = _explanations(here, signatures, belief)
+        sets = [((), False), ((), True), *(((i,), False) for i, each in enumerate(found.effects) if each.ways)]
+        logs = [found.evidence(s, other) + belief.log_prior(len(s), other, len(signatures)) for s, other in sets]
+        weighed.append((float(logsumexp(logs)) + here.space.log_volume + np.log(chance), here, found))
+    _, here, found = max(weighed, key=lambda each: each[0])
+    return here, found
+
+
+def _explanations(ground: Ground, signatures: Sequence[Signature], belief: Belief) -> Explanations:
+    effects = shown(signatures, ground.space)
+    wrong, like_any, loose = (
+        Row.of(ground.space, ground.left, ground.generic, like, frequencies)
+        for like, frequencies in ((effects, 0), (effects, len(ground.trials)), ((), 0))
+    )
+    return Explanations((wrong, like_any, loose), effects, belief)

@@ -1,0 +1,69 @@
+"""How large the twin's own error is in a session is found beside whatever gap there is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+import pytest
+
+from diagnosis.discrepancy import Discrepancy
+from diagnosis.evidence import Belief
+from diagnosis.explaining import explained
+from diagnosis.ground import Ground
+from diagnosis.probabilities import Probabilities
+from diagnosis.verdict import verdict_of
+from fitting.signatures import Whitened
+from tests.diagnosis.rows import DIRECTIONS, K, catalogue
+
+ERROR = 2.0  # of the twin in a session like most, beside noise of one
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """A ground without a simulation."""
+
+    left: np.ndarray
+    discrepancy: Discrepancy = field(default_factory=lambda: Discrepancy(np.eye(1)))
+    error: float = 1.0
+    alike: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
+    generic: np.ndarray = field(default_factory=lambda: np.eye(K))
+    trials: tuple[int, ...] = ()
+
+    def with_error(self, error: float, alike: np.ndarray) -> Row:
+        return replace(self, error=error, alike=alike)
+
+    @cached_property
+    def space(self) -> Whitened:
+        covariance = (1 + (self.error * ERROR) ** 2) * np.eye(K) + self.alike @ self.alike.T
+        return Whitened.of(covariance, np.eye(K)[:, :5], np.full(5, 10.0))
+
+
+def ground(seed: int, error: float, gap: np.ndarray) -> Ground:
+    noise = np.sqrt(1 + (error * ERROR) ** 2) * np.random.default_rng([seed, 8]).standard_normal(K)
+    return cast(Ground, Row(noise + gap))
+
+
+@pytest.mark.parametrize("gap", [0.0, 15.0, 45.0])
+@pytest.mark.parametrize("error", [0.7, 1.4, 2.0])
+def test_the_error_of_a_session_is_found_whatever_the_gap(error: float, gap: float) -> None:
+    found, explanations = explained(ground(1, error, gap * DIRECTIONS[4]), catalogue(), Belief())
+    assert found.error == error
+    if gap >= 15 * error:
+        assert Probabilities.after(explanations).marginal[4] > 0.9
+
+
+def test_a_large_error_is_no_gap() -> None:
+    for seed in range(2, 7):
+        _, explanations = explained(ground(seed, 2.0, np.zeros(K)), catalogue(), Belief())
+        assert verdict_of(Probabilities.after(explanations)).name == "no_gap"
+
+
+def test_a_little_of_what_the_twin_leaves_of_all_trials_is_no_effect() -> None:
+    known = Discrepancy(np.eye(1), {"effect_4": (0.8,)})
+    for strength, present in ((8.0, False), (45.0, True)):
+        row = replace(cast(Row, ground(2, 0.7, strength * DIRECTIONS[4])), discrepancy=known)
+        _, explanations = explained(cast(Ground, row), catalogue(), Belief())
+        assert (Probabilities.after(explanations).marginal[4] > 0.5) == present

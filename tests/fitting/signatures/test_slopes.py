@@ -1,0 +1,85 @@
+"""What an effect does at strengths that were not tried is right where its course can be known from those that were."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from fitting.signatures import Signature
+from fitting.signatures.slopes import little, pieces
+from session import TrialKind
+from swimmer.effects import Effect, Parameter
+
+TURN, BEND = np.random.default_rng(3).standard_normal((2, 20))
+Does = Callable[[float], np.ndarray]
+
+
+class Made(Effect):
+    """Does what it is given."""
+
+    name = "made"
+    family = "structure"
+    stage = "tail"
+    physics = source = "made up"
+    seen_in: ClassVar[frozenset[TrialKind]] = frozenset({"swim"})
+
+    def __init__(self, low: float, high: float) -> None:
+        self.parameters = (Parameter("strength", "1", low, high, 1.0),)
+
+
+def signature(does: Does, low: float = -5.0, high: float = 5.0, diverges: Sequence[float] = ()) -> Signature:
+    tried = np.array([s for s in (-3.0, -1.0, 1.0, 3.0) if low <= s <= high])
+    rows = np.array([np.full(20, np.nan) if s in diverges else does(s) for s in tried])
+    return Signature(Made(low, high), tried[:, None], rows, np.zeros((len(tried), 0)))
+
+
+def done(found: Signature, strength: float) -> np.ndarray:
+    """By the slope of the piece in which a strength lies."""
+    own = [piece for piece in pieces(found, 0) if piece.low <= strength <= piece.high]
+    return strength * own[0].slope
+
+
+def linear(strength: float) -> np.ndarray:
+    return strength * TURN
+
+
+def bent(strength: float) -> np.ndarray:
+    return strength * TURN + strength**2 * BEND
+
+
+def kinked(strength: float) -> np.ndarray:
+    return strength * (TURN if strength > 0 else BEND)
+
+
+@pytest.mark.parametrize("does", [linear, bent, kinked])
+@pytest.mark.parametrize("strength", [-3.0, -1.0, -0.3, 0.3, 1.0, 3.0])
+def test_little_and_tried_strengths_do_what_they_do(does: Does, strength: float) -> None:
+    assert done(signature(does), strength) == pytest.approx(does(strength))
+
+
+@pytest.mark.parametrize("strength", [0.3, 1.0, 3.0])
+def test_of_one_sign_little_strengths_follow_from_strong_ones(strength: float) -> None:
+    assert done(signature(bent, low=0.0), strength) == pytest.approx(bent(strength))
+
+
+@pytest.mark.parametrize(("low", "high"), [(-5.0, 5.0), (0.0, 5.0), (-1.5, 5.0), (-5.0, 0.0)])
+def test_pieces_share_out_all_that_bounds_allow(low: float, high: float) -> None:
+    found = pieces(signature(bent, low, high), 0)
+    assert (found[0].low, found[-1].high) == (low, high)
+    assert [each.high for each in found[:-1]] == [each.low for each in found[1:]]
+    assert all(each.low < each.high for each in found)
+
+
+def test_where_one_side_diverged_it_does_as_on_the_other() -> None:
+    found = pieces(signature(linear, diverges=(-3.0, -1.0)), 0)
+    assert found[0].low == -5.0
+    assert all(each.slope == pytest.approx(TURN) for each in found)
+
+
+def test_little_is_the_mean_of_both_sides() -> None:
+    found = little(signature(bent), 0)
+    assert found == pytest.approx(TURN)
+    assert little(signature(linear, diverges=(-3.0, -1.0, 1.0, 3.0)), 0) is None
