@@ -1,12 +1,13 @@
 """How probable a whitened row is under each explanation: nothing, effects of the catalogue, or something else.
 
 Every explanation is normal: nothing leaves unit noise; an effect adds its columns, its strength normal about zero with
-a size that is not known (uniform in its logarithm, from what is just seen to what its bounds allow); and what shows is
-never quite what a form says, by a share of its own length in no particular direction, and perhaps by what looks like a
-little of another effect, for that is likelier than one more effect. Something else is a gap in no particular direction
-of a size that is not known. So evidences are formulas (Rasmussen and Williams 2006, chapter 5), and forms with more
-freedom pay for it by themselves. Approximate are three things: several sizes count as independent about the
-likeliest, bounds are held parameter by parameter, and what a form has wrong is taken at the strength that the row has.
+a size that is not known (uniform in its logarithm, from what is just seen to what its bounds allow), its columns those
+of the stretch in which the strength lies; and what shows is never quite what a form says, by a share of its own length
+in no particular direction, and perhaps by what looks like a little of another effect, for that is likelier than one
+more effect. Something else is a gap in no particular direction of a size that is not known. So evidences are formulas
+(Rasmussen and Williams 2006, chapter 5), and forms with more freedom pay for it by themselves. Approximate are four
+things: several sizes count as independent about the likeliest, bounds are held parameter by parameter, what a form has
+wrong is taken at the strength that the row has, and of effects that act together only the likeliest stretches count.
 """
 
 from collections.abc import Sequence

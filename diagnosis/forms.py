@@ -110,16 +110,18 @@ def _ways(signature: Signature, space: Whitened) -> tuple[tuple[Form, ...], ...]
 
 def _stretches(signature: Signature, number: int, space: Whitened) -> list[_Stretch]:
     """Neighbours that do the same are one."""
-    sd = signature.effect.parameters[number].sd
+    sd, all_pieces = signature.effect.parameters[number].sd, pieces(signature, number)
+    if not all_pieces:
+        return []
+    rows = sd * np.array([piece.slope for piece in all_pieces])
+    columns, raws = space.freed(rows), np.linalg.norm(solve_triangular(space.root, rows.T, lower=True), axis=0)
     found: list[_Stretch] = []
-    for low, high, slope in pieces(signature, number):
-        row = sd * slope
-        column, raw = space.freed(row), float(np.linalg.norm(solve_triangular(space.root, row, lower=True)))
+    for piece, column, raw in zip(all_pieces, columns, raws, strict=True):
         last = found[-1] if found else None
         if last is not None and np.linalg.norm(column - last.column) <= _SAME * np.linalg.norm(last.column):
-            found[-1] = last._replace(high=high / sd)
+            found[-1] = last._replace(high=piece.high / sd)
         else:
-            found.append(_Stretch(low / sd, high / sd, column, raw))
+            found.append(_Stretch(piece.low / sd, piece.high / sd, column, float(raw)))
     return found if any(np.linalg.norm(each.column) > _SILENT for each in found) else []
 
 

@@ -77,25 +77,35 @@ class Ground:
         model = _beside(twin, trials)
         if dry:
             model = SessionModel((*model.trials, *_beside(_clamped(twin), dry).trials))
-        found = [cls._from(model, camera, np.array(start, float), discrepancy) for start in starts]
-        standing = [ground for ground in found if ground is not None]
+        standing: list[Ground] = []
+        for start in starts:
+            known = standing[0].disturbances if standing else None
+            ground = cls._from(model, camera, np.array(start, float), discrepancy, known)
+            standing += [] if ground is None else [ground]
         if not standing:
             raise SimulationDiverged("the plain twin diverged from every start; look into the flags of the fit trials")
         return min(standing, key=lambda ground: ground.misfit)
 
     @classmethod
     def _from(
-        cls, model: SessionModel, camera: CameraSpec, start: np.ndarray, discrepancy: Discrepancy
+        cls,
+        model: SessionModel,
+        camera: CameraSpec,
+        start: np.ndarray,
+        discrepancy: Discrepancy,
+        disturbances: Disturbances | None,
     ) -> "Ground | None":
-        """From one start; None where a twin diverges on the way."""
+        """From one start; None where a twin diverges on the way. What disturbs the row is known from another start."""
         at, generic, error = start, _generic(model), with_course(discrepancy.covariance)
         try:
-            for _ in range(_LOOKS):  # what disturbs the row hardly changes with the coefficients
-                disturbances = model.disturbances(at)
+            for look in range(_LOOKS):  # what disturbs the row hardly changes with the coefficients
+                if disturbances is None or look > 0:
+                    disturbances = model.disturbances(at)
                 off = _places_off(model, at, disturbances)
                 known = row_covariance(model, disturbances.of(off), error)
                 gap = generic_gap(left_row(model, at), known, generic, len(model.trials))
                 at = nearest(model, at, known + gap)
+            assert disturbances is not None
             found = cls(model, camera, at, discrepancy, _places_off(model, at, disturbances), disturbances)
             return found if np.isfinite(found.misfit) else None
         except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
@@ -212,9 +222,10 @@ def _generic(model: SessionModel) -> np.ndarray:
 
 
 def _places_off(model: SessionModel, at: np.ndarray, disturbances: Disturbances) -> PlacesOff:
+    """Boxes by what trials differ by; what they have in common is for effects to explain, and no box's."""
     left = left_row(model, at)[: -len(model.trials)]
-    found = places_off(left, len(model.trials), disturbances, TAKEN.marker_m)
-    return found._replace(box_m=max(found.box_m, _LEAST_BOX_M))
+    found = places_off(left, len(model.trials), disturbances)
+    return PlacesOff(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
 
 
 def _clamped(twin: Twin) -> Twin:
