@@ -62,3 +62,25 @@ def test_it_ends_as_soon_as_it_stands_still() -> None:
 def test_it_stays_within_the_bounds() -> None:
     model = LinearModel()
     assert (found(model, np.array([0.0, 10.0, 0.0, 10.0, 0.0])) >= 0).all()
+
+
+class BentModel(LinearModel):
+    """Its gait bends with the coefficients."""
+
+    @property
+    def measured(self) -> np.ndarray:
+        return self._gait(TRUTH[None])[0]
+
+    def simulated(self, coefficients: np.ndarray) -> np.ndarray:
+        self.asked.append(len(coefficients))
+        return self._gait(coefficients)
+
+    def _gait(self, coefficients: np.ndarray) -> np.ndarray:
+        return (coefficients + 0.03 * coefficients**2) @ self.slopes.T
+
+
+def test_slopes_are_mended_where_they_change_and_simulated_only_after_long_steps() -> None:
+    model = BentModel()
+    assert found(model, TRUTH + 0.3) == pytest.approx(TRUTH, abs=2e-3)
+    assert rounds(model) <= 4
+    assert len(model.asked) > rounds(model) + 2
