@@ -19,8 +19,8 @@ class Piece(NamedTuple):
     """One stretch of strengths.
 
     Attributes:
-        low, high: its ends, of the sign of the stretch or zero.
-        slope: (k,) by how much the row changes, over the strength.
+        low, high: its ends, of the sign of the stretch or zero, in the unit of the parameter.
+        slope: (k,) by how much the row changes, over the strength; m, m/s or Hz for one of that unit.
     """
 
     low: float

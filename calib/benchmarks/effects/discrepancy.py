@@ -20,7 +20,9 @@ from calib.benchmarks.effects.rows import SessionRows
 from calib.benchmarks.effects.suite import SessionPlan, recorded_by
 from calib.benchmarks.spread import spread
 from diagnosis import Discrepancy
+from diagnosis.normal import Normal
 from fitting.signatures.session_row import PRIOR_SD, row_slopes
+from fitting.signatures.slopes import little
 from reality import Nuisances
 from swimmer.effects import catalogue
 
@@ -70,12 +72,10 @@ def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
     if with_effects:
         every = {name: effect for name, effect in catalogue().items() if effect.family != _NEVER}
         for signature in rows.signatures(every):
-            name, count = signature.effect.name, len(signature.effect.parameters)
-            for number in range(count):
-                alone = Discrepancy(plain.covariance, {name: tuple(np.eye(count)[number])})
-                found = alone.alike([signature])
-                if found.size:
-                    columns[name, number] = found[: left.size, 0]
+            for number, parameter in enumerate(signature.effect.parameters):
+                slope = little(signature, number)
+                if slope is not None:
+                    columns[signature.effect.name, number] = parameter.sd * slope[: left.size]
     slopes = row_slopes(rows.model, rows.coefficients)[: left.size]
     return BaseSession(seed, left, slopes, rows.tracking, columns)
 
@@ -158,10 +158,7 @@ class _Row:
     def log_density(self, chosen: Sequence[tuple[str, int]], strengths: np.ndarray) -> float:
         """But for a constant."""
         columns = np.column_stack([np.zeros((len(self.left), 0)), *(self.columns[key] for key in chosen)]) * strengths
-        precision = np.eye(len(chosen)) + columns.T @ columns
-        against = columns.T @ self.left
-        square = float(self.left @ self.left - against @ np.linalg.solve(precision, against))
-        return self.volume - 0.5 * square - 0.5 * float(np.linalg.slogdet(precision)[1])
+        return self.volume + Normal(self.left, np.ones(len(self.left)), columns).log_density
 
 
 def _unlikely(rows: Sequence[_Row], chosen: Sequence[tuple[str, int]], logs: np.ndarray) -> float:

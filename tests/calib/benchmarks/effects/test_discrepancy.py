@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from calib.benchmarks.effects.discrepancy import LENGTH, BaseSession, discrepancy_of, robust_covariance
+from calib.benchmarks.effects import discrepancy
+from calib.benchmarks.effects.discrepancy import (
+    LENGTH,
+    BaseSession,
+    base_sessions,
+    discrepancy_of,
+    measure,
+    robust_covariance,
+)
+from diagnosis import Discrepancy
 
 TRIALS, SESSIONS = 3, 60
 SCALE = np.geomspace(1e-3, 1e-5, LENGTH)
@@ -50,3 +62,30 @@ def test_a_few_sessions_that_are_far_off_do_not_say_how_most_are() -> None:
     plain = np.vstack(left).T @ np.vstack(left) / (TRIALS * SESSIONS)
     assert apart(plain) > 4
     assert apart(robust_covariance(left)) < 0.5 * apart(plain)
+
+
+def test_what_is_measured_is_written_with_its_seeds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def drawn(seeds: Sequence[int], with_effects: bool) -> list[BaseSession]:
+        found = [session(seed) for seed in seeds]
+        return found if with_effects else [BaseSession(s.seed, s.left, s.slopes, s.noise, {}) for s in found]
+
+    monkeypatch.setattr(discrepancy, "base_sessions", drawn)
+    monkeypatch.setattr(discrepancy, "SEEDS", range(50))
+    measure(tmp_path / "made" / "discrepancy.npz", workers=1)
+    found = Discrepancy.load(tmp_path / "made" / "discrepancy.npz")
+    told = discrepancy_of([*drawn(range(25), True), *drawn(range(25, 50), False)])
+    assert found.covariance == pytest.approx(told.covariance, rel=1e-6)
+    assert found.strengths.keys() == told.strengths.keys()
+    assert all(own == pytest.approx(told.strengths[name]) for name, own in found.strengths.items())
+    assert np.load(tmp_path / "made" / "discrepancy.npz")["seeds"].tolist() == list(range(50))
+
+
+@pytest.mark.long
+def test_a_twin_leaves_little_of_a_base_session_and_it_is_told_what_effects_would_do() -> None:
+    (found,) = base_sessions([9005], with_effects=True)
+    assert found.left.shape[1] == LENGTH
+    assert 1e-6 < np.sqrt((found.left[:, 1:] ** 2).mean()) < 5e-4
+    names = {name for name, _ in found.columns}
+    assert {"segment_coefficients", "tendon_compliance", "fluid_memory"} <= names
+    assert not {"marker_offset", "scale_error"} & names
+    assert all(column.shape == (found.left.size,) for column in found.columns.values())
