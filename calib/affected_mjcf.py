@@ -8,7 +8,7 @@ import numpy as np
 from diagnosis import Diagnosis
 from diagnosis.affected_swims import SettledTwin
 from fitting.forecast import fit_phase
-from fitting.signatures.signature import views_of
+from fitting.signatures.affected_session import views_of
 from session import program_version, write_whole
 from swimmer import ENGINE, FluidCoefficients
 from swimmer.effects import AffectedRuns, AffectedTwin

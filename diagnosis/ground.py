@@ -22,6 +22,7 @@ from swimmer import DRY, Twin
 
 STARTS = ((0.6, 3.0, 6.0, 4.0, 1.5), (1.2, 1.5, 4.0, 3.0, 0.5))
 _LOOKS = 2  # at what disturbs the row
+_CLEARLY = 1.0  # -2 ln of probability by which a later start has to be likelier
 _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the means happen to agree
 
 
@@ -77,14 +78,17 @@ class Ground:
         model = _beside(twin, trials)
         if dry:
             model = SessionModel((*model.trials, *_beside(_clamped(twin), dry).trials))
-        standing: list[Ground] = []
+        best: Ground | None = None
         for start in starts:
-            known = standing[0].disturbances if standing else None
-            ground = cls._from(model, camera, np.array(start, float), discrepancy, known)
-            standing += [] if ground is None else [ground]
-        if not standing:
+            known = None if best is None else best.disturbances
+            found = cls._from(model, camera, np.array(start, float), discrepancy, known)
+            if best is None or found is None:
+                best = best or found
+            elif found.misfit < best.misfit - _CLEARLY:  # then with what disturbs the row there
+                best = cls._from(model, camera, found.at, discrepancy) or best
+        if best is None:
             raise SimulationDiverged("the plain twin diverged from every start; look into the flags of the fit trials")
-        return min(standing, key=lambda ground: ground.misfit)
+        return best
 
     @classmethod
     def _from(
@@ -93,19 +97,17 @@ class Ground:
         camera: CameraSpec,
         start: np.ndarray,
         discrepancy: Discrepancy,
-        disturbances: Disturbances | None,
+        known_to_disturb: Disturbances | None = None,
     ) -> "Ground | None":
-        """From one start; None where a twin diverges on the way. What disturbs the row is known from another start."""
+        """From one start; None where a twin diverges on the way. What disturbs the row may be known from another."""
         at, generic, error = start, _generic(model), with_course(discrepancy.covariance)
         try:
-            for look in range(_LOOKS):  # what disturbs the row hardly changes with the coefficients
-                if disturbances is None or look > 0:
-                    disturbances = model.disturbances(at)
+            for _ in range(_LOOKS):  # what disturbs the row hardly changes with the coefficients
+                disturbances = known_to_disturb or model.disturbances(at)
                 off = _places_off(model, at, disturbances)
                 known = row_covariance(model, disturbances.of(off), error)
                 gap = generic_gap(left_row(model, at), known, generic, len(model.trials))
                 at = nearest(model, at, known + gap)
-            assert disturbances is not None
             found = cls(model, camera, at, discrepancy, _places_off(model, at, disturbances), disturbances)
             return found if np.isfinite(found.misfit) else None
         except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
@@ -173,16 +175,14 @@ class Ground:
         """(k,) measured less simulated."""
         return left_row(self.model, self.at)
 
-    def left_at(self, coefficients: np.ndarray) -> np.ndarray:
-        """(s, k) the same with other coefficients (s, 5); nan where a twin diverged."""
-        count = len(self.model.measured)
-        gaits = self.model.measured - self.model.simulated(coefficients)
-        return np.hstack([gaits, np.tile(self.left[count:], (len(gaits), 1))])
+    def left_drawn(self, fitted: "Ground", draws: int, seed: int) -> np.ndarray:
+        """(d, k) what plain twins would leave of these swims, fitted to others as they might have been: linear.
 
-    def coefficients_drawn(self, draws: int, seed: int) -> np.ndarray:
-        """(d, 5) as they might have been fitted, what the plain twin leaves counted as disturbance."""
+        What the plain twin leaves of the others counts as disturbance.
+        """
         random = np.random.default_rng([seed, 23])
-        return np.clip(random.multivariate_normal(self.at, self.coefficient_covariance, draws), *COEFFICIENT_BOUNDS)
+        drawn = random.multivariate_normal(self.at, fitted.coefficient_covariance, draws)
+        return self.left - (np.clip(drawn, *COEFFICIENT_BOUNDS) - self.at) @ self.slopes.T
 
     @cached_property
     def coefficient_covariance(self) -> np.ndarray:

@@ -9,10 +9,10 @@ from diagnosis.affected_swims import Swum, noise_floor_m, swum
 from diagnosis.controls import Controls, carried_over
 from diagnosis.gap import Shrinkage, shrinkage
 from diagnosis.ground import Ground
-from diagnosis.refit import Refit, left_with
+from diagnosis.refit import Refit, left_drawn, left_with
 from fitting.trial import MeasuredTrial
 
-_DRAWS = 32  # of coefficients and strengths as they might have been fitted
+_DRAWS = 400  # of coefficients and strengths as they might have been fitted
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,30 +45,27 @@ def held_out_gap(
         placebo: the twin with an effect that is not there; None where there is none.
         seed: of what is drawn.
     """
-    standing = _standing(ground, held, [twin for twin in (best, placebo) if twin is not None])
-    if not standing:
-        return None
-    beside = ground.held_out(standing)
-    before = tuple(swum(ground, standing, (), ground.at, np.zeros(0)))
-    floor = float(np.nanmean([noise_floor_m(beside, number, seed) for number in range(len(standing))]))
+    beside = ground.held_out(held)
+    twins = [twin for twin in (best, placebo) if twin is not None]
+    left = [beside.left, *(left_with(beside, twin) for twin in twins)]
+    standing = [trial for trial, stands in zip(held, _stands(left, len(held)), strict=True) if stands]
+    if len(standing) < len(held):
+        return held_out_gap(ground, standing, best, placebo, seed) if standing else None
+    before = tuple(swum(ground, held, (), ground.at, np.zeros(0)))
+    floor = float(np.nanmean([noise_floor_m(beside, number, seed) for number in range(len(held))]))
     if best is None:
         return Gap(shrinkage(beside, None), before, before, floor, None)
-    after = tuple(swum(ground, standing, best.effects, best.at, best.values))
-    left, drawn = left_with(beside, best, _DRAWS, seed)
-    otherwise = beside.left_at(ground.coefficients_drawn(_DRAWS, seed)), drawn
-    return Gap(shrinkage(beside, left, seed, otherwise), before, after, floor, _controls(ground, beside, placebo))
+    after = tuple(swum(ground, held, best.effects, best.at, best.values))
+    otherwise = beside.left_drawn(ground, _DRAWS, seed), left_drawn(beside, best, left[1], _DRAWS, seed)
+    controls = Controls(
+        placebo=None if placebo is None else placebo.effects[0].name,
+        with_placebo=None if placebo is None else shrinkage(beside, left[2]).value,
+        carried_over=shrinkage(beside, carried_over(ground, beside)).value,
+    )
+    return Gap(shrinkage(beside, left[1], seed, otherwise), before, after, floor, controls)
 
 
-def _standing(ground: Ground, held: Sequence[MeasuredTrial], twins: Sequence[Refit]) -> list[MeasuredTrial]:
-    beside = ground.held_out(held)
-    rows = [beside.left, *(left_with(beside, twin)[0] for twin in twins)]
-    gaits = np.array([np.reshape(row[: -len(held)], (len(held), -1)) for row in rows])
-    return [trial for trial, stands in zip(held, np.isfinite(gaits).all(axis=(0, 2)), strict=True) if stands]
-
-
-def _controls(ground: Ground, beside: Ground, placebo: Refit | None) -> Controls:
-    without_physics = shrinkage(beside, carried_over(ground, beside)).value
-    if placebo is None:
-        return Controls(None, None, without_physics)
-    left, _ = left_with(beside, placebo)
-    return Controls(placebo.effects[0].name, shrinkage(beside, left).value, without_physics)
+def _stands(left: Sequence[np.ndarray], trials: int) -> np.ndarray:
+    """(t,) whether no twin diverged on a trial, of what each leaves (k,)."""
+    gaits = np.array([np.reshape(row[:-trials], (trials, -1)) for row in left])
+    return np.asarray(np.isfinite(gaits).all(axis=(0, 2)))

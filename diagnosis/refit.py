@@ -8,8 +8,8 @@ from scipy.linalg import solve_triangular
 
 from diagnosis.ground import Ground
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.signatures.session_row import PRIOR_SD
-from fitting.signatures.signature import affected_trials
+from fitting.signatures import AffectedSession
+from fitting.signatures.session_row import LONG, PRIOR_SD, mended
 from swimmer.effects import Effect
 
 _ROOT_STEP, _STEP_SD = 0.02, 0.25  # of the root of a coefficient; of a parameter, in standard deviations of its prior
@@ -55,7 +55,7 @@ class Refit:
 
 
 def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: int = 3) -> Refit:
-    """By steps of Gauss and Newton, each shortened until it helps.
+    """By steps of Gauss and Newton, each shortened until it helps; after short ones slopes are mended, not simulated.
 
     What is left before a step counts as disturbance in it, of whatever cause: at first all that the plain twin leaves,
     then what the effects have not explained.
@@ -81,27 +81,32 @@ def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: 
         best = min(range(len(tried)), key=lambda i: looks[i][1])
         if not looks[best][1] < misfit - 0.01:
             break
+        taken, change = tried[best] - point, left - looks[best][0]
         point, (left, misfit) = tried[best], looks[best]
-        slopes = joint.slopes(point)
+        short = joint.moved(taken, slopes) <= LONG
+        slopes = mended(slopes, taken, change, joint.sd) if short else joint.slopes(point)
     joint.count_as_disturbance(left, point)
     return Refit(joint.effects, point[:5], point[5:], left, joint.covariance(slopes))
 
 
-def left_with(ground: Ground, best: Refit, draws: int = 0, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) what a refitted twin leaves of other swims, and (d, k) what it would leave, fitted as it might have been."""
-    joint, random = _Joint(ground, best.effects), np.random.default_rng([seed, 19])
-    point = np.concatenate([best.at, best.values])
-    drawn = np.clip(random.multivariate_normal(point, best.covariance, draws), joint.low, joint.high)
-    rows = joint.rows(np.vstack([point, drawn]))
-    return rows[0], rows[1:]
+def left_with(ground: Ground, best: Refit) -> np.ndarray:
+    """(k,) what a refitted twin leaves of other swims; nan where it diverged."""
+    return _Joint(ground, best.effects).rows(np.append(best.at, best.values)[None])[0]
+
+
+def left_drawn(ground: Ground, best: Refit, left: np.ndarray, draws: int, seed: int) -> np.ndarray:
+    """(d, k) what it would leave, fitted as it might have been: linear about what it leaves (k,)."""
+    joint, point = _Joint(ground, best.effects), np.append(best.at, best.values)
+    drawn = np.random.default_rng([seed, 19]).multivariate_normal(point, best.covariance, draws)
+    return left - (np.clip(drawn, joint.low, joint.high) - point) @ joint.slopes(point).T
 
 
 class _Joint:
     """Swims beside the twin with effects, at points (5 + p,) of coefficients and values."""
 
     def __init__(self, ground: Ground, effects: Sequence[Effect]) -> None:
-        self.trials = affected_trials(effects, ground.model, ground.camera, ground.at)
-        self.effects = self.trials[0].twin.effects
+        self.session = AffectedSession.of(effects, ground.model, ground.camera, ground.at)
+        self.effects = self.session.effects
         self.ground = ground
         parameters = [parameter for effect in self.effects for parameter in effect.parameters]
         self.sd = np.concatenate([PRIOR_SD, [_WIDER * p.sd for p in parameters]])
@@ -113,10 +118,9 @@ class _Joint:
     def rows(self, points: np.ndarray) -> np.ndarray:
         """(s, k) measured less simulated, of points (s, 5 + p)."""
         at, values = points[:, :5], points[:, 5:]
-        gaits = np.hstack([trial.gaits(at, values) for trial in self.trials])
-        told = np.column_stack([trial.hertz(values) for trial in self.trials])  # (s, t)
-        measured = np.array([trial.model.trial.frequency.hz for trial in self.trials])
-        return np.hstack([self.ground.model.measured - gaits, np.nan_to_num(measured - told)])
+        measured_hz = np.array([trial.frequency.hz for trial in self.ground.trials])
+        gaits, hertz = self.session.gaits(at, values), self.session.hertz(values)
+        return np.hstack([self.ground.model.measured - gaits, np.nan_to_num(measured_hz - hertz)])
 
     def count_as_disturbance(self, left: np.ndarray, point: np.ndarray) -> float:
         """Sets the size of a gap of no particular cause by what is left (k,) at a point; the misfit there with it."""
@@ -154,6 +158,10 @@ class _Joint:
         white, columns = self._white(left), self._white(slopes)
         information = columns.T @ columns + np.diag(self.sd**-2.0)
         return np.asarray(np.linalg.solve(information, columns.T @ white - (point - self.mean) / self.sd**2))
+
+    def moved(self, step: np.ndarray, slopes: np.ndarray) -> float:
+        """By how much a step (5 + p,) moves the row, with the distance in the prior."""
+        return float(np.hypot(np.linalg.norm(self._white(slopes @ step)), np.linalg.norm(step / self.sd)))
 
     def covariance(self, slopes: np.ndarray) -> np.ndarray:
         """(5 + p, 5 + p)."""

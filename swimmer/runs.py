@@ -1,6 +1,6 @@
 """What differs between simulations, and what they give."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
 
@@ -45,10 +45,8 @@ class Runs:
         if self.turns is not None and len(self.turns) != n:
             raise ValueError(f"turns: found {len(self.turns)}, expected {n}, one for each simulation")
 
-    def part(self, rows: slice) -> Self:
-        """Some of them."""
-        if rows == slice(0, len(self)):
-            return self
+    def part(self, rows: np.ndarray) -> Self:
+        """Some of them, by their numbers (r,)."""
         return replace(
             self,
             coefficients=self.coefficients[rows],
@@ -56,8 +54,38 @@ class Runs:
             phase_rad=self.phase_rad[rows],
             velocity=None if self.velocity is None else self.velocity[rows],
             fields={name: values[rows] for name, values in self.fields.items()},
-            turns=None if self.turns is None else self.turns[rows],
+            turns=None if self.turns is None else tuple(self.turns[row] for row in rows),
         )
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """All runs of several, one after the other; all set the same fields, and all or none a velocity."""
+        first, turned = parts[0], any(part.turns is not None for part in parts)
+        turns = [turn for part in parts for turn in (part.turns or (None,) * len(part))]
+        velocities = [part.velocity for part in parts if part.velocity is not None]
+        return replace(
+            first,
+            coefficients=np.concatenate([part.coefficients for part in parts]),
+            frequency_hz=np.concatenate([part.frequency_hz for part in parts]),
+            phase_rad=np.concatenate([part.phase_rad for part in parts]),
+            velocity=np.concatenate(velocities) if velocities else None,
+            fields={name: np.concatenate([part.fields[name] for part in parts]) for name in first.fields},
+            turns=tuple(turns) if turned else None,
+        )
+
+    def alike(self) -> tuple[np.ndarray, np.ndarray]:
+        """(r,) numbers of runs that all differ, and (n,) which of these each is like."""
+        turns = (None,) * len(self) if self.turns is None else self.turns
+        numbers = np.hstack([np.reshape(own, (len(self), -1)) for own in self._numbers()])
+        keys = [(row.tobytes(), id(turn)) for row, turn in zip(numbers, turns, strict=True)]
+        place = {key: number for number, key in enumerate(dict.fromkeys(keys))}
+        like = np.array([place[key] for key in keys])
+        return np.unique(like, return_index=True)[1], like
+
+    def _numbers(self) -> list[np.ndarray]:
+        """(n, …) each, whatever makes one differ from another, but turns."""
+        velocity = [] if self.velocity is None else [self.velocity]
+        return [self.coefficients, self.frequency_hz, self.phase_rad, *velocity, *self.fields.values()]
 
     @property
     def start_speed_rad_s(self) -> np.ndarray:
@@ -102,3 +130,14 @@ class Trajectories:
     hinges_rad: np.ndarray
     crank_rad: np.ndarray
     diverged: np.ndarray
+
+    def part(self, rows: np.ndarray, frames: int) -> "Trajectories":
+        """Some of the simulations, by their numbers (r,), up to a frame."""
+        return Trajectories(
+            self.time_s[:frames] if self.time_s.ndim == 1 else self.time_s[rows, :frames],
+            self.marker_m[rows, :frames],
+            self.head[rows, :frames],
+            self.hinges_rad[rows, :frames],
+            self.crank_rad[rows, :frames],
+            self.diverged[rows],
+        )

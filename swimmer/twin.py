@@ -96,19 +96,35 @@ class Twin:
         return Trajectories(time_s, marker, head, hinges, crank, diverged)
 
     def _simulate_chunk(self, runs: Runs, time_s: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Runs that are alike are simulated once, for as long as any of them."""
+        first, like = self._alike(runs)
+        last_s = np.zeros(len(first))
+        np.maximum.at(last_s, like, np.broadcast_to(np.max(time_s, axis=-1), len(runs)))
+        states, diverged = self._states(runs.part(first), self._steps(last_s))
+        diverged = diverged[like]
+        at = _interpolate(states, like, time_s / self.scene.timestep_s)  # (n, f, q)
+        head = np.zeros((*at.shape[:2], 3)) if self.scene.head_clamped else at[..., :3]
+        return head, at[..., self._hinges], at[..., self._crank], diverged
+
+    def _alike(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+        """(r,) numbers of runs whose fish all move differently, and (n,) which of these each moves like."""
+        return runs.alike()
+
+    def _states(self, runs: Runs, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 1 + s, q) positions from time 0 on, a step apart, of runs of so many steps (n,); and (n,) which diverged.
+
+        What diverged is nan.
+        """
         batch = self._batch(runs)
         start, velocity = self.start(runs)
         batch.bind("qpos")[:], batch.bind("qvel")[:] = start, velocity
         batch.bind("ctrl")[:, 0] = 2 * np.pi * runs.frequency_hz
-        steps = self._steps(np.broadcast_to(np.max(time_s, axis=-1), len(runs)))
         with quiet_engine():
             rolled = self._rolled(batch, runs, steps)
         states = np.concatenate([start[:, None], rolled], axis=1)
         diverged = self._diverged(states, runs, steps)
         states[diverged] = np.nan
-        at = _interpolate(states, time_s / self.scene.timestep_s)  # (n, f, q)
-        head = np.zeros((*at.shape[:2], 3)) if self.scene.head_clamped else at[..., :3]
-        return head, at[..., self._hinges], at[..., self._crank], diverged
+        return states, diverged
 
     def _steps(self, last_s: np.ndarray) -> np.ndarray:
         """(n,) steps for runs until some times (n,), s: two more to interpolate with, all multiples of a few."""
@@ -199,12 +215,15 @@ class Twin:
         return ~finite | bent | fast | (stopped & moving)
 
 
-def _chunks(n: int) -> list[slice]:
-    return [slice(i, min(i + _CHUNK, n)) for i in range(0, n, _CHUNK)]
+def _chunks(n: int) -> list[np.ndarray]:
+    return [np.arange(i, min(i + _CHUNK, n)) for i in range(0, n, _CHUNK)]
 
 
-def _interpolate(states: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """(n, s, q) samples one step apart, read at fractional steps (f,) or (n, f): cubic Lagrange, (n, f, q)."""
+def _interpolate(states: np.ndarray, rows: np.ndarray, where: np.ndarray) -> np.ndarray:
+    """(r, s, q) samples one step apart, rows (n,) of them read at fractional steps (f,) or (n, f): (n, f, q).
+
+    Cubic, by Lagrange.
+    """
     low = np.clip(np.floor(where).astype(int), 1, states.shape[1] - 3)
     t = where - low
     weights = np.stack(
@@ -215,10 +234,9 @@ def _interpolate(states: np.ndarray, where: np.ndarray) -> np.ndarray:
             (t + 1) * t * (t - 1) / 6,
         ]
     )
-    rows = slice(None) if where.ndim == 1 else np.arange(len(states))[:, None]
-    total = np.zeros((len(states), where.shape[-1], states.shape[2]))
+    total = np.zeros((len(rows), where.shape[-1], states.shape[2]))
     for offset, weight in zip((-1, 0, 1, 2), weights, strict=True):
-        total += weight[..., None] * states[rows, low + offset]
+        total += weight[..., None] * states[rows[:, None], low + offset]
     return total
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.posterior.trial_model import TrialModel
-from swimmer import Runs
+from swimmer import Trajectories
 from swimmer.effects import AffectedRuns, AffectedTwin, View
 
 
@@ -23,10 +23,6 @@ class AffectedTrial:
     twin: AffectedTwin
     view: View
 
-    def gaits(self, coefficients: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """(s, k) gaits of coefficients (s, 5) and values (s, p) of the session; nan where the twin diverged."""
-        return self.model.in_step(self.model.gait(self._seen(self._runs(coefficients, values))))
-
     def hertz(self, values: np.ndarray) -> np.ndarray:
         """(s,) the frequency that the trial's command leads to with values (s, p), as it is measured; nan without one.
 
@@ -38,10 +34,17 @@ class AffectedTrial:
         led_to = np.array([self.twin.measured_hz(trial.commanded_hz, value) for value in values])
         if trial.turn is not None:
             return led_to
-        runs = self._runs(np.zeros((len(values), 5)), values)
+        runs = self.runs(np.zeros((len(values), 5)), values)
         return np.asarray(led_to + self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
 
-    def _runs(self, coefficients: np.ndarray, values: np.ndarray) -> AffectedRuns:
+    @property
+    def time_s(self) -> np.ndarray:
+        """(n,) of the frames up to the last that is kept."""
+        trial = self.model.trial
+        return trial.time_s[: int(np.flatnonzero(trial.kept)[-1]) + 1]
+
+    def runs(self, coefficients: np.ndarray, values: np.ndarray) -> AffectedRuns:
+        """Of coefficients (s, 5) and values (s, p) of the session."""
         trial, count = self.model.trial, len(values)
         return AffectedRuns(
             coefficients=np.ascontiguousarray(coefficients),
@@ -52,13 +55,12 @@ class AffectedTrial:
             values=np.array([self.twin.in_trial(self.view, value) for value in values]),
         )
 
-    def _seen(self, runs: Runs) -> np.ndarray:
-        """(s, n, m, 2) the kept frames, scaled by nose and neck as tracks are."""
+    def gaits(self, runs: AffectedRuns, told: Trajectories) -> np.ndarray:
+        """(s, k) of its runs, as tracks would show them, scaled by nose and neck; nan where the twin diverged."""
         trial = self.model.trial
-        last = int(np.flatnonzero(trial.kept)[-1]) + 1
-        told = self.twin.simulate(runs, trial.time_s[:last], allow_divergence=True)
         seen = self.twin.observed(runs, told, [self.view] * len(runs))
         nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
         span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
-        scale = self.twin.robot.scale_length_m / span
-        return np.compress(trial.kept[:last], scale[:, None, None, None] * seen, axis=1)
+        scaled = (self.twin.robot.scale_length_m / span)[:, None, None, None] * seen
+        kept = np.compress(trial.kept[: len(self.time_s)], scaled, axis=1)
+        return self.model.in_step(self.model.gait(kept))

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from fitting.signatures.signature import Signature
+from fitting.signatures.slopes import ways
 
 
 class Rival(NamedTuple):
@@ -85,36 +87,30 @@ class Whitened:
     def together(self, row: np.ndarray, signatures: Sequence[Signature]) -> tuple[list[np.ndarray], float]:
         """Parameters of effects that together come nearest to a change (k,), within their bounds, and how near.
 
-        Each is linear in its parameters, all with the slopes of weak or all with those of strong signatures, whichever
-        come nearer.
+        Each parameter is linear over each of its pieces; those of all effects that come nearest are taken.
         """
-        target, parameters = self.freed(row), [p for signature in signatures for p in signature.effect.parameters]
-        bounds = ([p.low for p in parameters], [p.high for p in parameters])
-        best, nearest = np.zeros(len(parameters)), float(np.linalg.norm(target))
-        for slopes in zip(*map(_slopes, signatures), strict=True):
-            found = lsq_linear(self.freed(np.vstack(slopes)).T, target, bounds)
-            distance = float(np.sqrt(2 * found.cost))
+        target = self.freed(row)
+        best, nearest = [np.zeros(len(each.effect.parameters)) for each in signatures], float(np.linalg.norm(target))
+        choices = [chosen for chosen in product(*map(ways, signatures)) if any(chosen)]
+        pieces = {id(piece): piece for chosen in choices for way in chosen for piece in way.values()}
+        if not pieces:
+            return best, nearest
+        basis, columns = np.linalg.qr(self.freed(np.array([piece.slope for piece in pieces.values()])).T)
+        column = dict(zip(pieces, columns.T, strict=True))
+        within = basis.T @ target
+        beside = max(nearest**2 - float(within @ within), 0.0)
+        for chosen in choices:
+            own = [piece for way in chosen for piece in way.values()]
+            bounds = ([piece.low for piece in own], [piece.high for piece in own])
+            found = lsq_linear(np.column_stack([column[id(piece)] for piece in own]), within, bounds)
+            distance = float(np.sqrt(2 * found.cost + beside))
             if distance < nearest:
-                best, nearest = found.x, distance
-        ends = np.cumsum([len(signature.effect.parameters) for signature in signatures])
-        return np.split(best, ends[:-1]), nearest
+                nearest, values = distance, iter(found.x)
+                for each, way in zip(best, chosen, strict=True):
+                    each[:] = 0.0
+                    each[list(way)] = [next(values) for _ in way]
+        return best, nearest
 
     def rivals(self, row: np.ndarray, signatures: Sequence[Signature]) -> list[Rival]:
         """All, the nearest first."""
         return sorted((self.rival(row, signature) for signature in signatures), key=lambda rival: rival.distance)
-
-
-def _slopes(signature: Signature) -> list[np.ndarray]:
-    """(p, k) with each parameter, once from the weakest and once from the strongest that was tried of it."""
-    order, rows = np.argsort(np.abs(signature.values).sum(axis=1)), signature.rows
-    found = []
-    for chosen in (order, order[::-1]):
-        slopes = np.zeros((signature.values.shape[1], rows.shape[1]))
-        seen: set[int] = set()
-        for row in chosen:
-            number = int(np.argmax(np.abs(signature.values[row])))
-            if number not in seen and np.isfinite(rows[row]).all():
-                slopes[number] = rows[row] / signature.values[row, number]
-                seen.add(number)
-        found.append(slopes)
-    return found

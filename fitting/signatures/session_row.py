@@ -13,7 +13,8 @@ _LEAST = 0.01  # of a coefficient about which slopes are taken: nearer to 0 step
 _STEP = 0.02  # of the root of a coefficient, either way
 _ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
 _STILL = 0.1  # whitened length of a step after which none is taken
-_LONG = 10.0  # after which slopes are simulated anew
+LONG = 10.0
+"""Whitened length of a step after which slopes are simulated anew."""
 
 
 def left_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
@@ -43,7 +44,7 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
     """(5,) coefficients whose twin comes nearest, by steps of Gauss and Newton.
 
     Slopes are simulated at the start and after long steps; after short ones they are mended by what the step has
-    changed (Broyden 1965).
+    changed.
 
     Args:
         model: the swims.
@@ -60,11 +61,14 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
         if length < _STILL:
             break
         left_before, left = left, left_row(model, at)
-        slopes = row_slopes(model, at) if length > _LONG else _mended(slopes, step, left_before - left)
+        slopes = row_slopes(model, at) if length > LONG else mended(slopes, step, left_before - left, PRIOR_SD)
     return at
 
 
-def _mended(slopes: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """(k, 5) slopes (k, 5) with which a step (5,) changes the row as it has (k,), and which are else as they were."""
-    along = step * PRIOR_SD**-2.0
+def mended(slopes: np.ndarray, step: np.ndarray, change: np.ndarray, sd: np.ndarray) -> np.ndarray:
+    """(k, p) slopes (k, p) with which a step (p,) changes the row as it has (k,), and which are else as they were.
+
+    As little changed as that allows, with steps counted in standard deviations (p,) of priors (Broyden 1965).
+    """
+    along = step * sd**-2.0
     return np.asarray(slopes + np.outer(change - slopes @ step, along) / (along @ step))

@@ -5,7 +5,8 @@ be right about that strength. Nearer to nothing the slope goes on as it changes 
 a parameter with one sign, as it changes beyond; where it changes only across nothing it has a kink there, and stays.
 """
 
-from itertools import pairwise
+from collections.abc import Callable, Sequence
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from fitting.signatures.signature import Signature
 
 _LITTLE = 0.3  # of the least strength that was tried: where the slope of little strengths is taken
+_TOLD_APART = 2  # parameters of an effect
 
 
 class Piece(NamedTuple):
@@ -54,12 +56,31 @@ def little(signature: Signature, parameter: int) -> np.ndarray | None:
     return np.asarray(np.mean(near, axis=0)) if near else None
 
 
+def ways(signature: Signature) -> list[dict[int, Piece]]:
+    """All choices of one piece of each parameter that shows, by its number.
+
+    Of an effect of more than two parameters, of which there would be too many, two: for all strengths the slopes of the
+    least, and of the largest that were tried.
+    """
+    every = {number: pieces(signature, number) for number in range(signature.values.shape[1])}
+    every = {number: own for number, own in every.items() if own}
+    if len(every) <= _TOLD_APART:
+        return [dict(zip(every, chosen, strict=True)) for chosen in product(*every.values())]
+    return [{number: _whole(own, size) for number, own in every.items()} for size in (min, max)]
+
+
+def _whole(own: Sequence[Piece], size: Callable[..., Piece]) -> Piece:
+    """All strengths with the slope of the least or the largest."""
+    like = size(own, key=lambda piece: max(piece.low, -piece.high))
+    return Piece(own[0].low, own[-1].high, like.slope)
+
+
 def _side(own: dict[float, np.ndarray], other: dict[float, np.ndarray], end: float) -> list[Piece]:
     """The pieces of one side, strengths counted from zero."""
     sizes = sorted(own)
     slopes = [_about_zero(own, other), *(own[size] for size in sizes)]
     places = [_LITTLE * sizes[0], *sizes]
-    edges = [0.0, *(float(np.sqrt(a * b)) for a, b in pairwise(places)), end]
+    edges = [0.0, *(min(float(np.sqrt(a * b)), end) for a, b in pairwise(places)), end]
     found = (Piece(low, high, slope) for (low, high), slope in zip(pairwise(edges), slopes, strict=True))
     return [piece for piece in found if piece.low < piece.high]
 

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from swimmer.effects.effect import MODEL_WAYS, Drive, Effect, StepDamper, StepForce, StepState
+from swimmer.effects.effect import MODEL_WAYS, MOVING_WAYS, Drive, Effect, StepDamper, StepForce, StepState
 from swimmer.effects.seen import Seen, View
 from swimmer.engine_log import quiet_engine
 from swimmer.fluid import FluidCoefficients
@@ -31,9 +31,17 @@ class AffectedRuns(Runs):
 
     values: np.ndarray = field(kw_only=True)
 
-    def part(self, rows: slice) -> Self:
-        """Some of them."""
+    def part(self, rows: np.ndarray) -> Self:
+        """Some of them, by their numbers (r,)."""
         return replace(super().part(rows), values=self.values[rows])
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """All runs of several, one after the other."""
+        return replace(super().joined(parts), values=np.concatenate([part.values for part in parts]))
+
+    def _numbers(self) -> list[np.ndarray]:
+        return [*super()._numbers(), self.values]
 
 
 class _Own(NamedTuple):
@@ -202,6 +210,16 @@ class AffectedTwin(Twin):
             acceleration = (velocity - before) / dt
             before, rolled[:, k] = velocity.copy(), position
         return rolled
+
+    def _alike(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+        """Cameras and clocks move nothing: fish that only look different are simulated once."""
+        if not isinstance(runs, AffectedRuns):
+            return super()._alike(runs)
+        moves = np.zeros_like(runs.values)
+        for effect, columns in self._own:
+            if set(effect.enters()) & set(MOVING_WAYS):
+                moves[:, columns] = runs.values[:, columns]
+        return replace(runs, values=moves).alike()
 
     def _forces(self, runs: Runs) -> list[StepForce]:
         values = self._values(runs)

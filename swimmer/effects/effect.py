@@ -156,3 +156,5 @@ class Effect(ABC):
 WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "measured_hz", "clock", "observe")
 MODEL_WAYS = ("robot", "mjcf")
 """Ways that make another model."""
+MOVING_WAYS = (*MODEL_WAYS, "force", "damping")
+"""Ways that move the fish otherwise, whatever its crank does."""

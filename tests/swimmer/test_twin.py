@@ -138,7 +138,7 @@ def test_frames_between_steps_lie_on_the_smooth_path_through_them() -> None:
 def test_interpolation_is_exact_for_cubics_up_to_both_ends(degree: int) -> None:
     where = np.array([0.0, 0.3, 1.0, 4.5, 8.9, 9.0])
     samples = (np.arange(12.0) ** degree)[None, :, None]
-    found = twin_module._interpolate(samples, where)
+    found = twin_module._interpolate(samples, np.zeros(1, int), where)
     np.testing.assert_allclose(found[0, :, 0], where**degree, rtol=1e-12)
 
 
@@ -147,7 +147,7 @@ def test_interpolation_error_falls_with_the_fourth_power_of_the_step() -> None:
     for step in (0.1, 0.05):
         where = np.arange(0.5, 2.0 / step - 2)
         samples = np.sin(3 * step * np.arange(2.0 / step + 3))[None, :, None]
-        found = twin_module._interpolate(samples, where)[0, :, 0]
+        found = twin_module._interpolate(samples, np.zeros(1, int), where)[0, :, 0]
         errors.append(np.abs(found - np.sin(3 * step * where)).max())
     assert 13 < errors[0] / errors[1] < 19
 
@@ -248,3 +248,24 @@ def test_a_run_that_is_wanted_for_less_long_is_the_same(robot: RobotSpec) -> Non
         own = longest[longest <= end]
         single = twin.simulate(alone(many, i), own)
         np.testing.assert_array_equal(swum.marker_m[i, : len(own)], single.marker_m[0])
+
+
+def test_runs_that_are_alike_are_simulated_once_and_each_is_read_at_its_own_times(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    twin = Twin(FISH)
+    simulated: list[int] = []
+    inner = Twin._states
+
+    def counted(self: Twin, some: Runs, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        simulated.append(len(some))
+        return inner(self, some, steps)
+
+    monkeypatch.setattr(Twin, "_states", counted)
+    both = runs([1.0, 1.0, 1.3, 1.0], [0.9, 0.9, 0.9, 1.0])
+    times = FRAMES + np.array([0.0, 0.01, 0.0, 0.0])[:, None]
+    swum = twin.simulate(both, times)
+    assert simulated == [3]
+    for row in range(4):
+        alone = twin.simulate(both.part(np.array([row])), times[row])
+        np.testing.assert_array_equal(swum.marker_m[row], alone.marker_m[0])

@@ -81,3 +81,20 @@ def test_where_the_twin_diverged_the_other_strength_counts(space: Whitened) -> N
     broken = signature("broken", np.eye(K)[6:7], (-5.0, 5.0))
     broken.gaits[0] = np.nan
     assert space.rival(np.eye(K)[6], broken).distance == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_rival_that_turns_with_its_strength_is_nearest_on_the_right_stretch(space: Whitened) -> None:
+    """Along one direction while it is weak and along another once it is strong; no single slope comes near both."""
+    bent = signature("bent", np.eye(K)[6:7], (0.0, 6.0))
+    bent.gaits[1] = 3 * np.eye(K)[7]
+    weak, strong = space.rival(np.eye(K)[6], bent), space.rival(4 * np.eye(K)[7], bent)
+    assert (weak.distance, *weak.values) == pytest.approx((0.0, 1.0), abs=1e-6)
+    assert (strong.distance, *strong.values) == pytest.approx((0.0, 4.0), abs=1e-6)
+    assert space.rival(4 * np.eye(K)[6], bent).distance > 1.0  # so strong it is another
+
+
+def test_two_effects_together_come_nearer_than_either(space: Whitened) -> None:
+    one, other = (signature(str(i), np.eye(K)[i : i + 1], (-5.0, 5.0)) for i in (6, 7))
+    values, distance = space.together(2 * np.eye(K)[6] - np.eye(K)[7] + np.eye(K)[8], [one, other])
+    assert [each.tolist() for each in values] == [pytest.approx([2.0]), pytest.approx([-1.0])]
+    assert distance == pytest.approx(1.0)

@@ -1,0 +1,77 @@
+"""All trials of a session beside twins with effects, simulated together.
+
+A step with forces that no model holds costs by the step, hardly by the simulation.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from fitting.posterior.session_model import SessionModel
+from fitting.signatures.affected_trial import AffectedTrial
+from fitting.signatures.view_of import picture_px, view_of
+from session import CameraSpec
+from swimmer import Trajectories
+from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
+
+
+@dataclass(frozen=True, eq=False)
+class AffectedSession:
+    """What effects do to the rows of a session.
+
+    Attributes:
+        trials: t of them, each beside a twin with the same effects; twins that are one object are simulated together.
+    """
+
+    trials: tuple[AffectedTrial, ...]
+
+    @classmethod
+    def of(
+        cls, effects: Sequence[Effect], model: SessionModel, camera: CameraSpec, coefficients: np.ndarray
+    ) -> "AffectedSession":
+        """Seen as the plain twins of coefficients (5,) say."""
+        twins = {id(each.twin): AffectedTwin(each.twin, effects) for each in model.trials}
+        views = views_of(model, camera, tuple(map(float, coefficients)))
+        trials = zip(model.trials, views, strict=True)
+        return cls(tuple(AffectedTrial(each, twins[id(each.twin)], view) for each, view in trials))
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """With the parameters that these trials' markers give them."""
+        return self.trials[0].twin.effects
+
+    def gaits(self, coefficients: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """(s, k) rows of gaits of coefficients (s, 5) and values (s, p); nan where the twin diverged."""
+        found: dict[int, np.ndarray] = {}
+        for twin in {id(trial.twin): trial.twin for trial in self.trials}.values():
+            numbers = [number for number, trial in enumerate(self.trials) if trial.twin is twin]
+            own = [self.trials[number] for number in numbers]
+            runs = [trial.runs(coefficients, values) for trial in own]
+            told = _together(twin, runs, [trial.time_s for trial in own])
+            for number, trial, each, part in zip(numbers, own, runs, told, strict=True):
+                found[number] = trial.gaits(each, part)
+        return np.hstack([found[number] for number in range(len(self.trials))])
+
+    def hertz(self, values: np.ndarray) -> np.ndarray:
+        """(s, t) frequencies that the trials' commands lead to with values (s, p); nan where there is no command."""
+        return np.column_stack([trial.hertz(values) for trial in self.trials])
+
+
+@lru_cache(maxsize=8)
+def views_of(model: SessionModel, camera: CameraSpec, coefficients: tuple[float, ...]) -> tuple[View, ...]:
+    """The view of each trial of a session, one picture for all."""
+    size, at = picture_px([each.trial for each in model.trials], camera), np.array([coefficients])
+    return tuple(view_of(each.trial, each.positions(at)[0], camera, size) for each in model.trials)
+
+
+def _together(twin: AffectedTwin, runs: Sequence[AffectedRuns], time_s: Sequence[np.ndarray]) -> list[Trajectories]:
+    """Of several trials, each with runs at times (f,) of its own."""
+    longest = max(map(len, time_s))
+    padded = [np.pad(times, (0, longest - len(times)), mode="edge") for times in time_s]
+    stamped = np.concatenate([np.tile(times, (len(own), 1)) for own, times in zip(runs, padded, strict=True)])
+    told = twin.simulate(AffectedRuns.joined(runs), stamped, allow_divergence=True)
+    ends = np.cumsum([len(own) for own in runs])
+    rows = [np.arange(end - len(own), end) for own, end in zip(runs, ends, strict=True)]
+    return [told.part(own, len(times)) for own, times in zip(rows, time_s, strict=True)]

@@ -1,0 +1,64 @@
+"""Trials that are simulated together give what each gives by itself, and what moves no fish is simulated once."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
+from fitting.posterior.trial_model import TrialModel
+from fitting.signatures import AffectedSession
+from session import CameraSpec
+from swimmer import DRY, Runs, Twin
+from swimmer.effects import AffectedTwin, catalogue
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.exact_swims import ROBOT, exact_dry_run, exact_swims, exact_twin
+
+CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)
+AT = np.array(PLAUSIBLE_COEFFICIENTS, float)
+
+
+@cache
+def model() -> SessionModel:
+    """Swims of unlike length, and a dry run beside a twin of its own."""
+    swims = (*exact_swims(hz=(0.9,), seconds=4.0), *exact_swims(hz=(1.2,), seconds=5.0))
+    wet, dry = exact_twin(1), Twin(ROBOT, swims[0].markers, DRY, 1)
+    trials = [TrialModel(wet, swim, START_PHASE_RAD) for swim in swims]
+    return SessionModel((trials[0], TrialModel(dry, exact_dry_run(), START_PHASE_RAD), trials[1]))
+
+
+@pytest.mark.parametrize("name", ["fluid_memory", "joint_friction", "crank_arm_error", "time_base_error"])
+def test_trials_together_are_as_each_by_itself(name: str) -> None:
+    session = AffectedSession.of([catalogue()[name]], model(), CAMERA, AT)
+    parameter = session.effects[0].parameters[0]
+    values = np.array([[0.0], [parameter.sd], [2 * parameter.sd]])
+    values = np.hstack([values, np.zeros((3, len(session.effects[0].parameters) - 1))])
+    at = np.tile(AT, (3, 1))
+    alone = [AffectedSession((trial,)).gaits(at, values) for trial in session.trials]
+    together = session.gaits(at, values)
+    assert np.isfinite(together).all()
+    np.testing.assert_allclose(together, np.hstack(alone), rtol=0, atol=1e-9)
+    assert np.abs(together[1] - together[0]).max() > 1e-5
+
+
+@pytest.mark.parametrize(("name", "fish"), [("marker_offset", 1), ("lens_distortion", 1), ("joint_damping", 4)])
+def test_fish_that_only_look_different_are_simulated_once(
+    name: str, fish: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    simulated: list[int] = []
+    inner = AffectedTwin._states
+
+    def counted(self: AffectedTwin, runs: Runs, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        simulated.append(len(runs))
+        return inner(self, runs, steps)
+
+    swim = SessionModel(model().trials[:1])
+    session = AffectedSession.of([catalogue()[name]], swim, CAMERA, AT)
+    monkeypatch.setattr(AffectedTwin, "_states", counted)
+    parameters = session.effects[0].parameters
+    values = np.outer([0.0, 0.5, 1.0, 2.0], np.eye(len(parameters))[0] * parameters[0].sd)
+    gaits = session.gaits(np.tile(AT, (4, 1)), values)
+    assert simulated == [fish]
+    assert len(np.unique(gaits, axis=0)) == 4
