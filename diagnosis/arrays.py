@@ -17,7 +17,7 @@ def save_arrays(path: Path, found: Diagnosis) -> None:
     """
     ground, where = found.ground, found.where
     trials = len(ground.trials)
-    cut = len(ground.left) - trials
+    cut = len(ground.model.measured)
     measured = ground.model.measured.reshape(trials, -1)
     left = ground.left[:cut].reshape(trials, -1)
     with_effects = np.full_like(left, np.nan) if found.refit is None else found.refit.left[:cut].reshape(trials, -1)

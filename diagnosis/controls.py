@@ -55,7 +55,7 @@ def carried_over(ground: Ground, beside: Ground) -> np.ndarray:
     As much of it as is no noise: smooth along the body as a gap of no particular cause is, and alike in all swims.
     """
     fitted, others = len(ground.swims), len(beside.trials)
-    gait = len(ground.left) // len(ground.trials) - 1
+    gait = len(ground.model.measured) // len(ground.trials)
     seen = slice(fitted * gait)
     covariance = ground.covariance[seen, seen]
     alike = ground.generic[:gait, :gait]

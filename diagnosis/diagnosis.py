@@ -196,7 +196,7 @@ def diagnose(
 
 def _with_something_else(found: Probabilities) -> float:
     """Probability that there is something beside whatever effects."""
-    return sum(chance for (_, other), chance in found.of.items() if other)
+    return sum(chance for each, chance in found.of.items() if each.other)
 
 
 def _remainder(ground: Ground, best: Refit, where: Where) -> Remainder:

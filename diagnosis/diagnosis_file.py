@@ -151,7 +151,12 @@ def _evidence(found: Diagnosis) -> dict[str, Any]:
         "squares": row.squares,
         "numbers": len(row.left),
         "sets": [
-            {"effects": [chances.names[i] for i in present], "something_else": other, "probability": chance}
-            for (present, other), chance in likeliest
+            {
+                "effects": [chances.names[i] for i in each.present],
+                "something_else": each.other,
+                "that_looks_like": None if each.like is None else chances.names[each.like],
+                "probability": chance,
+            }
+            for each, chance in likeliest
         ],
     }

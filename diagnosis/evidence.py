@@ -24,6 +24,7 @@ from diagnosis.sized import Sized
 
 SIZES = np.geomspace(1.0, 1024.0, 6)  # root mean square whitened length of what an effect does
 _SILENT = 1e-9
+_SHOWS = 3.0  # whitened length from which something shows
 _ROUNDS = 4  # of the search for the likeliest sizes
 
 
@@ -36,12 +37,17 @@ class Belief:
         alike: probability that its form is also wrong by what looks like a little of some effect.
         number: prior probabilities of none, one, two … effects.
         other: prior probability that there is something else, beside whatever effects.
+        imitated: odds, against an effect, that something outside the catalogue looks like it.
+        strays: least share of its own length by which what looks like an effect strays from it; at most all of it, and
+            as likely in each octave between.
     """
 
     unlike: float = 0.25
     alike: float = 0.5
     number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015, 0.005)
     other: float = 0.1
+    imitated: float = 0.15
+    strays: float = 0.05
 
     def log_prior(self, present: int, other: bool, effects: int) -> float:
         """Of one set of so many effects out of all."""
@@ -82,6 +88,16 @@ class Explanations:
         best = tuple(self.effects[i].forms[int(np.argmax(logs))] for i, logs in zip(present, alone, strict=True))
         chosen = sum(max(logs) - of_all for logs, of_all in zip(alone, total, strict=True))
         return self._over_sizes(best, other) - chosen
+
+    def unseen(self, effect: int) -> float:
+        """Probability that something which looks like an effect strays too little from it to show."""
+        form = self.best[effect]
+        if form is None:
+            return 1.0
+        columns = self.row.turn @ form.columns
+        length = float(np.linalg.norm(columns @ form.nearest(self.row.left, columns)))
+        octaves = -np.log(self.belief.strays)
+        return float(np.clip(np.log(_SHOWS / max(self.belief.strays * length, _SILENT)) / octaves, 0.0, 1.0))
 
     @cached_property
     def best(self) -> tuple[Form | None, ...]:

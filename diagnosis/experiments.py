@@ -141,7 +141,7 @@ def _with_a_number_more(
     clocks = {name: change if name == _CLOCK else 0.0 for name, change in hertz.items()}
     turned = {name: 0.0 if name == _CLOCK else change for name, change in hertz.items()}
     ways = [("Put a running clock into the picture and film one more swim", clocks, _CLOCKED_TO)]
-    if not any(trial.motor is not None for trial in ground.trials):
+    if not ground.model.logged:
         ways.append(("Log the motor in one more swim", turned, _LOGGED_TO))
     return [
         Experiment(describe, pair, _error(float(np.hypot(apart, (told[pair[0]] - told[pair[1]]) / to))))
@@ -154,7 +154,7 @@ def _hertz(ground: Ground, signature: Signature, strength: np.ndarray) -> float:
     """Relative change of the measured frequency."""
     weight = np.linalg.lstsq(signature.values.T, strength, rcond=None)[0]
     measured = np.array([trial.frequency.hz for trial in ground.trials])
-    return float(np.mean(weight @ signature.hertz / measured))
+    return float(np.mean(weight @ signature.hertz[:, : len(measured)] / measured))
 
 
 def _trials(ground: Ground, seed: int) -> list[_Trial]:

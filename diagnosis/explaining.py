@@ -39,6 +39,6 @@ def _explanations(ground: Ground, signatures: Sequence[Signature], belief: Belie
     effects = shown(signatures, ground.space)
     wrong, like_any, loose = (
         Row.of(ground.space, ground.left, ground.generic, like, frequencies)
-        for like, frequencies in ((effects, 0), (effects, len(ground.trials)), ((), 0))
+        for like, frequencies in ((effects, 0), (effects, ground.model.frequencies), ((), 0))
     )
     return Explanations((wrong, like_any, loose), effects, belief)

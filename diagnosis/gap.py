@@ -36,8 +36,8 @@ class Shrinkage:
 
 
 def of_gaits(ground: Ground, left: np.ndarray) -> np.ndarray:
-    """(k - t,) of unit noise, without the frequencies, which are a datum of their own."""
-    count = len(left) - len(ground.trials)
+    """(k - f,) of unit noise, without the frequencies, which are a datum of their own."""
+    count = len(ground.model.measured)
     return np.asarray(solve_triangular(ground.space.root[:count, :count], left[:count], lower=True))
 
 

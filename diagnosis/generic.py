@@ -20,12 +20,13 @@ _SIZES_M, _TRIED = (1e-6, 0.05), 60
 _OF_HERTZ_M = (1e-6, 1.0)
 
 
-def generic_covariance(along_m: np.ndarray, trials: int) -> np.ndarray:
-    """(k, k) for displacements of one metre, of gaits of markers at (m,) along the body, and of t frequencies.
+def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int) -> np.ndarray:
+    """(k, k) for displacements of one metre, of t gaits of markers at (m,) along the body, and of f frequencies.
 
     Args:
         along_m: (m,) place of each marker on the straight robot, m.
         trials: t.
+        frequencies: f.
     """
     near = np.exp(-0.5 * ((along_m[:, None] - along_m) / _ALONG_M) ** 2)
     between = (1 - _OF_ITS_OWN) * near + _OF_ITS_OWN * np.eye(len(along_m))
@@ -36,19 +37,19 @@ def generic_covariance(along_m: np.ndarray, trials: int) -> np.ndarray:
     assert SPEED == 0
     assert len(_COURSE_PER_M) == len(COURSE)
     gait = block_diag([[_SPEED_PER_S**2]], markers, np.diag(np.square(_COURSE_PER_M)))
-    return block_diag(*[gait] * trials, _HERTZ_PER_M**2 * np.eye(trials))
+    return block_diag(*[gait] * trials, _HERTZ_PER_M**2 * np.eye(frequencies))
 
 
-def generic_gap(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray, trials: int) -> np.ndarray:
-    """(k, k) covariance of such a gap, with the likeliest size of its gaits, and that of its t frequencies.
+def generic_gap(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray, frequencies: int) -> np.ndarray:
+    """(k, k) covariance of such a gap, with the likeliest size of its gaits, and that of its f frequencies.
 
     Args:
         left: (k,) that the sizes are found in.
         covariance: (k, k) of what is known.
         generic: (k, k) of a gap of one metre.
-        trials: t.
+        frequencies: f.
     """
-    gaits, hertz = slice(None, len(left) - trials), slice(len(left) - trials, None)
+    gaits, hertz = slice(None, len(left) - frequencies), slice(len(left) - frequencies, None)
     parts = [
         generic_size(left[own], covariance[own, own], generic[own, own], ends) ** 2 * generic[own, own]
         for own, ends in ((gaits, _SIZES_M), (hertz, _OF_HERTZ_M))

@@ -30,7 +30,8 @@ _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the mea
 class Ground:
     """The trials of one role beside the twin that comes nearest to the fitted ones: swims, and dry runs after them.
 
-    A row holds the gaits of t trials, and then the frequencies that their commands lead to: k numbers in all.
+    A row holds the gaits of t trials, and then the frequencies that their commands lead to, as they were filmed and,
+    where motors were logged, as they turned: k numbers in all.
 
     Attributes:
         model: the swims beside the plain twin.
@@ -106,7 +107,7 @@ class Ground:
                 disturbances = known_to_disturb or model.disturbances(at)
                 off = _places_off(model, at, disturbances)
                 known = row_covariance(model, disturbances.of(off), error)
-                gap = generic_gap(left_row(model, at), known, generic, len(model.trials))
+                gap = generic_gap(left_row(model, at), known, generic, model.frequencies)
                 at = nearest(model, at, known + gap)
             found = cls(model, camera, at, discrepancy, _places_off(model, at, disturbances), disturbances)
             return found if np.isfinite(found.misfit) else None
@@ -125,7 +126,7 @@ class Ground:
 
     def with_gap_in(self, left: np.ndarray) -> Whitened:
         """As `space`, with what some twin leaves (k,) counted as disturbance."""
-        gap = generic_gap(left, self.covariance, self.generic, len(self.trials))
+        gap = generic_gap(left, self.covariance, self.generic, self.model.frequencies)
         return Whitened.of(self.covariance + gap, self.slopes, PRIOR_SD)
 
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
@@ -218,12 +219,12 @@ class Ground:
 def _generic(model: SessionModel) -> np.ndarray:
     first = model.trials[0]
     along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
-    return generic_covariance(along_m, len(model.trials))
+    return generic_covariance(along_m, len(model.trials), model.frequencies)
 
 
 def _places_off(model: SessionModel, at: np.ndarray, disturbances: Disturbances) -> PlacesOff:
     """Boxes by what trials differ by; what they have in common is for effects to explain, and no box's."""
-    left = left_row(model, at)[: -len(model.trials)]
+    left = left_row(model, at)[: len(model.measured)]
     found = places_off(left, len(model.trials), disturbances)
     return PlacesOff(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
 

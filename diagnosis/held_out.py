@@ -48,7 +48,8 @@ def held_out_gap(
     beside = ground.held_out(held)
     twins = [twin for twin in (best, placebo) if twin is not None]
     left = [beside.left, *(left_with(beside, twin) for twin in twins)]
-    standing = [trial for trial, stands in zip(held, _stands(left, len(held)), strict=True) if stands]
+    stands = _stands([row[: len(beside.model.measured)] for row in left], len(held))
+    standing = [trial for trial, stood in zip(held, stands, strict=True) if stood]
     if len(standing) < len(held):
         return held_out_gap(ground, standing, best, placebo, seed) if standing else None
     before = tuple(swum(ground, held, (), ground.at, np.zeros(0)))
@@ -66,6 +67,6 @@ def held_out_gap(
 
 
 def _stands(left: Sequence[np.ndarray], trials: int) -> np.ndarray:
-    """(t,) whether no twin diverged on a trial, of what each leaves (k,)."""
-    gaits = np.array([np.reshape(row[:-trials], (trials, -1)) for row in left])
+    """(t,) whether no twin diverged on a trial, of what each leaves (k,) of the gaits."""
+    gaits = np.array([np.reshape(row, (trials, -1)) for row in left])
     return np.asarray(np.isfinite(gaits).all(axis=(0, 2)))

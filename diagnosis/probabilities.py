@@ -1,8 +1,10 @@
 """From evidences to probabilities: of nothing, of sets of effects, and of something else beside them."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import expit, logsumexp
@@ -12,8 +14,25 @@ from diagnosis.evidence import Explanations
 _TRIED = 8  # of the likeliest effects, of which pairs are tried
 _MOST = 4  # effects at once
 _KEPT = 3  # sets of effects that are tried with one more
-Key = tuple[tuple[int, ...], bool]
-"""A set of effects by their places, and whether there is something else."""
+
+
+class Explanation(NamedTuple):
+    """One of all that there may be.
+
+    Attributes:
+        present: effects by their places.
+        other: whether there is something else beside them.
+        like: an effect that this something else looks like, and which is not there; None where it looks like none.
+    """
+
+    present: tuple[int, ...]
+    other: bool = False
+    like: int | None = None
+
+    @property
+    def seen(self) -> frozenset[int]:
+        """Effects that it looks like, present or not."""
+        return frozenset(self.present if self.like is None else (*self.present, self.like))
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,12 +45,12 @@ class Probabilities:
     """
 
     names: tuple[str, ...]
-    of: dict[Key, float]
+    of: dict[Explanation, float]
 
     @classmethod
     def after(cls, explanations: Explanations) -> "Probabilities":
         """By Bayes' rule: all single effects, pairs of the likeliest, and larger sets where they are likelier still."""
-        logs: dict[Key, float] = {}
+        logs: dict[Explanation, float] = {}
         shows = [i for i, each in enumerate(explanations.effects) if each.forms]
         for present in [(), *((i,) for i in shows)]:
             _try(explanations, logs, present)
@@ -40,6 +59,7 @@ class Probabilities:
         for size in range(3, _MOST + 1):
             for present in _larger(logs, shows, size):
                 _try(explanations, logs, present)
+        logs |= _imitations(explanations, logs)
         total = logsumexp(list(logs.values()))
         chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
         return cls(tuple(each.name for each in explanations.effects), chances)
@@ -48,52 +68,83 @@ class Probabilities:
         """With these odds of an effect that was taken for likelier; its sets pass the rest on to those without it."""
         effect = self.names.index(name)
         kept = min(float(expit(log_odds)) / max(float(self.marginal[effect]), 1e-300), 1.0)
-        found: dict[Key, float] = {}
-        for (present, other), chance in self.of.items():
-            without = tuple(i for i in present if i != effect)
-            share = kept if effect in present else 1.0
-            for key, own in (((present, other), share), ((without, other), 1 - share)):
+        found: dict[Explanation, float] = {}
+        for each, chance in self.of.items():
+            without = Explanation(
+                tuple(i for i in each.present if i != effect),
+                each.other and each.like != effect,
+                None if each.like == effect else each.like,
+            )
+            share = kept if effect in each.seen else 1.0
+            for key, own in ((each, share), (without, 1 - share)):
                 found[key] = found.get(key, 0.0) + own * chance
         return Probabilities(self.names, found)
 
     @property
     def null(self) -> float:
         """That there is nothing."""
-        return self.of[(), False]
+        return self.of[Explanation(())]
 
     @property
     def other(self) -> float:
         """That there is something else, and no effect of the catalogue."""
-        return self.of[(), True]
+        return sum(chance for each, chance in self.of.items() if each.other and not each.present)
+
+    def any_present(self, effects: Collection[int]) -> float:
+        """That at least one of some effects is present."""
+        return sum(chance for each, chance in self.of.items() if set(each.present) & set(effects))
+
+    def any_seen(self, effects: Collection[int]) -> float:
+        """That at least one of some effects is present, or something else that looks like it."""
+        return sum(chance for each, chance in self.of.items() if each.seen & set(effects))
 
     @cached_property
     def marginal(self) -> np.ndarray:
         """(e,) that each effect is present."""
         total = np.zeros(len(self.names))
-        for (present, _), chance in self.of.items():
-            total[list(present)] += chance
+        for each, chance in self.of.items():
+            total[list(each.present)] += chance
         return np.minimum(total, 1.0)  # sums of exponentials round
 
 
-def _try(explanations: Explanations, logs: dict[Key, float], present: tuple[int, ...]) -> None:
+def _try(explanations: Explanations, logs: dict[Explanation, float], present: tuple[int, ...]) -> None:
     """Weighs a set of effects, with and without something else."""
     for other in (False, True):
-        if (present, other) not in logs:
+        if (key := Explanation(present, other)) not in logs:
             prior = explanations.belief.log_prior(len(present), other, len(explanations.effects))
-            logs[present, other] = explanations.evidence(present, other) + prior
+            logs[key] = explanations.evidence(present, other) + prior
 
 
-def _larger(logs: dict[Key, float], shows: list[int], size: int) -> list[tuple[int, ...]]:
+def _imitations(explanations: Explanations, logs: dict[Explanation, float]) -> dict[Explanation, float]:
+    """Each set with something in the place of one of its effects that only looks like it, and how likely that is.
+
+    Where it strays too little to show it is as likely as the effect would be, else as that and something else beside.
+    """
+    found, belief = {}, explanations.belief
+    beside = np.log(belief.other) - np.log1p(-belief.other)
+    with np.errstate(divide="ignore"):
+        for present in [each.present for each in logs if each.present and not each.other]:
+            for effect in present:
+                unseen = explanations.unseen(effect)
+                alone = logs[Explanation(present)] + np.log(unseen)
+                strays = logs[Explanation(present, True)] - beside + np.log1p(-unseen)
+                rest = tuple(i for i in present if i != effect)
+                odds = np.log(belief.imitated)
+                found[Explanation(rest, True, effect)] = float(odds + np.logaddexp(alone, strays))
+    return found
+
+
+def _larger(logs: dict[Explanation, float], shows: list[int], size: int) -> list[tuple[int, ...]]:
     """The likeliest sets with one effect less, and one more; none where a smaller set is likelier than these."""
-    sets = sorted((key for key in logs if len(key[0]) == size - 1), key=lambda key: -logs[key])[:_KEPT]
+    sets = sorted((key for key in logs if len(key.present) == size - 1), key=lambda key: -logs[key])[:_KEPT]
     if not sets or logs[sets[0]] < max(logs.values()):
         return []
-    return sorted({tuple(sorted((*present, i))) for present, _ in sets for i in shows if i not in present})
+    return sorted({tuple(sorted((*present, i))) for present, *_ in sets for i in shows if i not in present})
 
 
-def _pairs(logs: dict[Key, float], shows: list[int]) -> set[tuple[int, int]]:
+def _pairs(logs: dict[Explanation, float], shows: list[int]) -> set[tuple[int, int]]:
     """The likeliest with each other; and the two likeliest with all others."""
-    alone = {i: max(logs[(i,), False], logs[(i,), True]) for i in shows}
+    alone = {i: max(logs[Explanation((i,))], logs[Explanation((i,), True)]) for i in shows}
     order = sorted(shows, key=lambda i: -alone[i])
     found = {(min(pair), max(pair)) for pair in combinations(order[:_TRIED], 2)}
     return found | {(min(first, i), max(first, i)) for first in order[:2] for i in order[_TRIED:]}

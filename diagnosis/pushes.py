@@ -87,7 +87,7 @@ def responses(ground: Ground) -> Responses:
     rows = signature_of(pushes, ground.model, ground.camera, ground.at, np.diag(pushes.sd)).rows  # (p, k)
     rows = np.nan_to_num(rows)
     trials, length = len(ground.trials), rows.shape[1]
-    own = (length - trials) // trials
+    own = len(ground.model.measured) // trials
     columns = np.zeros((length, trials, len(rows)))
     for trial in range(trials):
         part = slice(own * trial, own * (trial + 1))

@@ -118,9 +118,10 @@ class _Joint:
     def rows(self, points: np.ndarray) -> np.ndarray:
         """(s, k) measured less simulated, of points (s, 5 + p)."""
         at, values = points[:, :5], points[:, 5:]
-        measured_hz = np.array([trial.frequency.hz for trial in self.ground.trials])
         gaits, hertz = self.session.gaits(at, values), self.session.hertz(values)
-        return np.hstack([self.ground.model.measured - gaits, np.nan_to_num(measured_hz - hertz)])
+        plain_hz = self.session.hertz(np.zeros((1, values.shape[1])))
+        off_command = self.ground.left[len(self.ground.model.measured) :]
+        return np.hstack([self.ground.model.measured - gaits, np.nan_to_num(off_command - (hertz - plain_hz))])
 
     def count_as_disturbance(self, left: np.ndarray, point: np.ndarray) -> float:
         """Sets the size of a gap of no particular cause by what is left (k,) at a point; the misfit there with it."""

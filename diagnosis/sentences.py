@@ -11,6 +11,7 @@ _OF_STAGE = {
     "body": "in the forces on the whole fish",
     "tail": "in the tail: its hinges and tendons",
 }
+_LOOKS_LIKE = 0.5  # of all that is there
 
 
 def sentences(data: Mapping[str, Any]) -> tuple[str, str, str]:
@@ -41,6 +42,11 @@ def _which(data: Mapping[str, Any]) -> str:
     verdict, chances = data["verdict"], data["probabilities"]
     if verdict == "no_gap":
         return f"Which: no effect is called for (probability of nothing {data['no_gap_probability']:.2f})."
+    if verdict == "unexplained" and (like := _looks_like(chances)) is not None:
+        return (
+            f"Which: it looks most like {plain(like)} ({chances[like]:.2f}), but may as well be something that only "
+            "looks like it; see the missing forces."
+        )
     if verdict == "unexplained" and chances["none_of_these"] < 0.5:
         several = [plain(name) for name, chance in chances.items() if name != "none_of_these"][:4]
         return f"Which: no effect stands out; among the likeliest are {', '.join(several)}. See the missing forces."
@@ -53,6 +59,15 @@ def _which(data: Mapping[str, Any]) -> str:
     rest = data["remainder"]
     left = "" if rest is None or rest["share"] < 0.05 else f"; {rest['share']:.0%} of the gap remains"
     return f"Which: {told}{left}."
+
+
+def _looks_like(chances: Mapping[str, float]) -> str | None:
+    """An effect that is likelier than all others together, and than none of them."""
+    found = {name: chance for name, chance in chances.items() if name != "none_of_these"}
+    like = max(found, key=lambda name: found[name], default=None)
+    if like is None or found[like] < _LOOKS_LIKE * sum(chances.values()):
+        return None
+    return like
 
 
 def _group(group: Sequence[str], chances: Mapping[str, float]) -> str:

@@ -11,7 +11,8 @@ from diagnosis.probabilities import Probabilities
 
 VerdictName = Literal["named", "inseparable", "unexplained", "no_gap"]
 MOST_ALIKE = 3
-SURE = 0.9  # probability from which one name is enough
+ENOUGH = 0.9  # probability from which a few names are enough, whether they or something that only looks like them
+HELD = 0.6  # that one of them is present: below, no name is said
 _LOOKED_AT = 10  # of the likeliest effects, for a group
 ALARM = 0.9  # that there is something: below, there is no gap to speak of
 
@@ -46,16 +47,17 @@ class Verdict:
 def verdict_of(found: Probabilities) -> Verdict:
     """From probabilities.
 
-    A group is the fewest effects, at most three, of which at least one is surely present; there may be several groups,
-    which act together. Whatever else may be present is left to the remainder; where there is no group at all the gap is
-    unexplained.
+    A group is the fewest effects, at most three, one of which the gap surely looks like; there may be several groups,
+    which act together. One that may as well be something else which only looks like it is not said. Whatever else may
+    be present is left to the remainder; where there is no group at all the gap is unexplained.
     """
     if 1 - found.null < ALARM:
         return Verdict("no_gap", ())
     groups: list[tuple[int, ...]] = []
     while (group := _group(found, groups)) is not None:
         groups.append(group)
-    return _naming(tuple(tuple(found.names[i] for i in group) for group in groups))
+    held = [group for group in groups if found.any_present(group) >= HELD]
+    return _naming(tuple(tuple(found.names[i] for i in group) for group in held))
 
 
 def _naming(groups: tuple[tuple[str, ...], ...]) -> Verdict:
@@ -69,12 +71,8 @@ def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ..
     taken = {i for group in before for i in group}
     likely = [int(i) for i in np.argsort(-found.marginal) if int(i) not in taken][:_LOOKED_AT]
     for size in range(1, MOST_ALIKE + 1):
-        chances = {group: _any(found, group) for group in combinations(likely, size)}
+        chances = {group: found.any_seen(group) for group in combinations(likely, size)}
         best = max(chances, key=lambda group: chances[group], default=None)
-        if best is not None and chances[best] >= SURE:
+        if best is not None and chances[best] >= ENOUGH:
             return best
     return None
-
-
-def _any(found: Probabilities, group: tuple[int, ...]) -> float:
-    return sum(chance for (present, _), chance in found.of.items() if set(present) & set(group))

@@ -139,20 +139,22 @@ def _of_each_parameter(signature: Signature) -> np.ndarray:
 
 def _in_each_trial(ground: Ground, columns: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """(k, q) columns (g, p) of each trial's gait, by itself."""
-    blocks = block_diag(*[columns(model.measured) for model in ground.model.trials])
-    return np.vstack([blocks, np.zeros((len(ground.trials), blocks.shape[1]))])
+    return _of_gaits(ground, block_diag(*[columns(model.measured) for model in ground.model.trials]))
+
+
+def _of_gaits(ground: Ground, columns: np.ndarray) -> np.ndarray:
+    """(k, q) of columns that change no frequency."""
+    return np.vstack([columns, np.zeros((ground.model.frequencies, columns.shape[1]))])
 
 
 def _misplaced(ground: Ground) -> np.ndarray:
     """(k, 2 m) each marker elsewhere on the body, the same in all trials."""
-    columns = TAKEN.marker_m * ground.disturbances.per_marker
-    return np.vstack([columns, np.zeros((len(ground.trials), columns.shape[1]))])
+    return _of_gaits(ground, TAKEN.marker_m * ground.disturbances.per_marker)
 
 
 def _misboxed(ground: Ground) -> np.ndarray:
     """(k, b) each box beside its marker in the picture, in each trial by itself."""
-    columns = _SEEN_M * ground.disturbances.per_box
-    return np.vstack([columns, np.zeros((len(ground.trials), columns.shape[1]))])
+    return _of_gaits(ground, _SEEN_M * ground.disturbances.per_box)
 
 
 def _beats(gait: np.ndarray) -> np.ndarray:
@@ -170,9 +172,11 @@ def _ripples(gait: np.ndarray) -> np.ndarray:
 
 
 def _other_frequencies(ground: Ground) -> np.ndarray:
-    """(k, t) each trial at another frequency than its command says."""
-    hertz = _HERTZ * np.diag([trial.frequency.hz for trial in ground.trials])
-    return np.vstack([np.zeros((len(ground.left) - len(hertz), len(hertz))), hertz])
+    """(k, f) each trial at another frequency than its command says: by the clocks of cameras, and of cranks as well."""
+    filmed, logged = np.diag([_HERTZ * trial.frequency.hz for trial in ground.trials]), list(ground.model.logged)
+    clocks = np.vstack([filmed, np.zeros((len(logged), len(filmed)))])
+    hertz = np.hstack([clocks, np.vstack([filmed[:, logged], filmed[np.ix_(logged, logged)]])])
+    return np.vstack([np.zeros((len(ground.left) - len(hertz), hertz.shape[1])), hertz])
 
 
 def _rippled(gait: np.ndarray, order: int, sine: bool) -> np.ndarray:
@@ -257,14 +261,16 @@ def _split(ground: Ground, left: np.ndarray) -> dict[str, dict[str, float]]:
     squares = (vectors @ ((vectors.T @ (left / sd)) / np.sqrt(values))) ** 2
     squares /= squares.sum()
     trials, markers = ground.trials, ground.trials[0].markers
-    gaits, hertz = np.split(squares, [len(squares) - len(trials)])
+    gaits, hertz = np.split(squares, [len(ground.model.measured)])
     gaits = gaits.reshape(len(trials), -1)
+    of_trial = np.array(hertz[: len(trials)])
+    of_trial[list(ground.model.logged)] += hertz[len(trials) :]
     speed, beats, course = gaits[:, SPEED], of_markers(gaits), gaits[:, -len(COURSE) :]
     bands = {"mean": beats[..., 0].sum()}
     bands |= {f"harmonic_{h}": beats[..., 2 * h - 1 : 2 * h + 1].sum() for h in range(1, HARMONICS + 1)}
     alone = dict(zip(OF_NO_MARKER, (float(part.sum()) for part in (speed, course, hertz)), strict=True))
     return {
-        "by_trial": {t.name: float(g.sum() + f) for t, g, f in zip(trials, gaits, hertz, strict=True)},
+        "by_trial": {t.name: float(g.sum() + f) for t, g, f in zip(trials, gaits, of_trial, strict=True)},
         "by_marker": {name: float(beats[:, i].sum()) for i, name in enumerate(markers)} | alone,
         "by_axis": {axis: float(beats[:, :, i].sum()) for i, axis in enumerate(("along", "across"))} | alone,
         "by_band": {name: float(share) for name, share in bands.items()} | alone,

@@ -58,6 +58,8 @@ class MeasuredTrial:
         motor: what the motor did; None without a log.
         turn: of the crank, from time 0; None where it is taken to turn evenly.
         beat: of the tail, over the whole trial.
+        logged_hz: turns a second of the crank while it was driven, by its motor's log and clock; None without a log, or
+            with one that is another trial's by its commands.
     """
 
     name: str
@@ -83,6 +85,7 @@ class MeasuredTrial:
     motor: MotorRecord | None = None
     turn: CrankTurn | None = None
     beat: SwimFrequency | None = None
+    logged_hz: float | None = None
 
     def crank_rad(self, time_s: np.ndarray, frequency_hz: float) -> np.ndarray:
         """(k,) angle that the crank has turned since time 0, rad: as measured, else evenly at this frequency."""
@@ -98,7 +101,9 @@ class MeasuredTrial:
 
     @property
     def without_log(self) -> MeasuredTrial:
-        """The same frames as if nobody had logged the motor: what it does has to show in how the fish beats.
+        """The same frames beside a crank that turns evenly: what the motor does has to show in how the fish beats.
+
+        How fast it turned by its log stays known.
 
         Raises:
             NotEnoughData: held out, its tail tells no frequency by itself in the part that may be looked at.
@@ -172,6 +177,7 @@ def measure_trial(
         flags=(*(flag.later(first_frame) for flag in of_frames), *(motor.flags if motor else ())),
         first_frame=first_frame,
         beat=beat,
+        logged_hz=None if motor is None else motor.logged_hz,
     )
 
 

@@ -27,6 +27,7 @@ from swimmer import CrankTurn, RobotSpec
 RISE_S = 1.0  # after the command of the drive, in which the motor comes up to speed; as in `calib capture`
 COVERED = 0.5  # share of the frames that a log on a given clock must cover to be believed to belong to them
 BEAT_OFF_CRANK = 0.01  # relative, and three standard errors; every trial has the same codes, this tells whose log it is
+OTHER_TRIAL = "other_command"  # kind of flag
 OTHER_COMMAND = 0.02  # relative; a servo's speeds come in steps of 0.004 turns a second
 FEWEST_FRAMES = 12
 _FEWEST_READINGS = 5
@@ -65,6 +66,13 @@ class MotorRecord:
     def laid(self) -> bool:
         """Whether it is known when in the video the motor drove: of an unusable log, too, whose code was seen."""
         return self.usable or self.clock.found_by != "given"
+
+    @property
+    def logged_hz(self) -> float | None:
+        """Turns a second over the drive by the motor's own clock; None of a log that is another trial's."""
+        if any(flag.kind == OTHER_TRIAL for flag in self.flags):
+            return None
+        return self.measured_hz / self.clock.rate
 
     def against(self, beat: SwimFrequency, time_s: np.ndarray) -> MotorRecord:
         """The same, no longer usable where the tail beats otherwise than the crank turns: it is another trial's log.
@@ -209,7 +217,7 @@ def _other_command(commanded_hz: float, spec: TrialSpec) -> tuple[Flag, ...]:
         f"the commands beside its motor log ask for {commanded_hz:.3g} turns a second, commanded_hz in session.toml is "
         f"{spec.commanded_hz:g}: are log and commands this trial's?"
     )
-    return (Flag("other_command", message=message),)
+    return (Flag(OTHER_TRIAL, message=message),)
 
 
 def _not_laid(clock: MotorClock, covered: float) -> tuple[Flag, ...]:

@@ -90,6 +90,17 @@ class SessionModel:
         doubted = doubted_twins(twin, doubts)
         return cls(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in trials))
 
+    @property
+    def logged(self) -> tuple[int, ...]:
+        """Numbers of the trials whose motor was logged while it was told a known speed."""
+        trials = enumerate(each.trial for each in self.trials)
+        return tuple(i for i, trial in trials if trial.commanded_hz is not None and trial.logged_hz is not None)
+
+    @property
+    def frequencies(self) -> int:
+        """How many of them these trials tell: of each trial that of its tail, and of the logged ones the motor's."""
+        return len(self.trials) + len(self.logged)
+
     @cached_property
     def measured(self) -> np.ndarray:
         """(k,) the measured row."""

@@ -23,9 +23,11 @@ class AffectedSession:
 
     Attributes:
         trials: t of them, each beside a twin with the same effects; twins that are one object are simulated together.
+        logged: numbers of those whose motor was logged.
     """
 
     trials: tuple[AffectedTrial, ...]
+    logged: tuple[int, ...] = ()
 
     @classmethod
     def of(
@@ -35,7 +37,8 @@ class AffectedSession:
         twins = {id(each.twin): AffectedTwin(each.twin, effects) for each in model.trials}
         views = views_of(model, camera, tuple(map(float, coefficients)))
         trials = zip(model.trials, views, strict=True)
-        return cls(tuple(AffectedTrial(each, twins[id(each.twin)], view) for each, view in trials))
+        affected = tuple(AffectedTrial(each, twins[id(each.twin)], view) for each, view in trials)
+        return cls(affected, model.logged)
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -55,8 +58,12 @@ class AffectedSession:
         return np.hstack([found[number] for number in range(len(self.trials))])
 
     def hertz(self, values: np.ndarray) -> np.ndarray:
-        """(s, t) frequencies that the trials' commands lead to with values (s, p); nan where there is no command."""
-        return np.column_stack([trial.hertz(values) for trial in self.trials])
+        """(s, f) frequencies that the trials' commands lead to with values (s, p); nan where there is no command.
+
+        First as they are filmed, of all trials, then as the motors' logs tell them.
+        """
+        filmed = [trial.hertz(values) for trial in self.trials]
+        return np.column_stack([*filmed, *(self.trials[number].logged_hz(values) for number in self.logged)])
 
 
 @lru_cache(maxsize=8)

@@ -37,6 +37,12 @@ class AffectedTrial:
         runs = self.runs(np.zeros((len(values), 5)), values)
         return np.asarray(led_to + self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
 
+    def logged_hz(self, values: np.ndarray) -> np.ndarray:
+        """(s,) the frequency that the trial's command leads to with values (s, p), as the motor's log tells it."""
+        commanded_hz = self.model.trial.commanded_hz
+        assert commanded_hz is not None
+        return np.array([self.twin.turned_hz(commanded_hz, value) for value in values])
+
     @property
     def time_s(self) -> np.ndarray:
         """(n,) of the frames up to the last that is kept."""

@@ -6,9 +6,11 @@ from scipy.linalg import block_diag
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures.separation import Whitened
+from fitting.trial import MeasuredTrial
 
 PRIOR_SD = np.full(5, (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0))
 TOLD_TO = 0.002  # relative standard deviation of a measured frequency about the commanded one
+_ALIKE = 0.8  # correlation of that of the tail with that of the motor's log: both do what the motor does
 _LEAST = 0.01  # of a coefficient about which slopes are taken: nearer to 0 steps are lost in the twin's roughness
 _STEP = 0.02  # of the root of a coefficient, either way
 _ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
@@ -18,26 +20,39 @@ LONG = 10.0
 
 
 def left_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
-    """(k + t,) what the twin at coefficients (5,) leaves of the gaits, and measured less commanded frequencies, Hz."""
+    """(k + f,) what the twin at coefficients (5,) leaves of the gaits, and frequencies less commanded ones, Hz.
+
+    First those of all tails, as filmed, then those of the motors that were logged.
+    """
     left = model.measured - model.simulated(at[None])[0]
     trials = [each.trial for each in model.trials]
     hertz = [0.0 if trial.commanded_hz is None else trial.frequency.hz - trial.commanded_hz for trial in trials]
-    return np.append(left, hertz)
+    logged = [_off_command(trials[number]) for number in model.logged]
+    return np.concatenate([left, hertz, logged])
+
+
+def _off_command(trial: MeasuredTrial) -> float:
+    """Of a logged motor, Hz."""
+    assert trial.logged_hz is not None
+    assert trial.commanded_hz is not None
+    return trial.logged_hz - trial.commanded_hz
 
 
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
-    """(k + t, 5) of the row with the coefficients, on which no frequency depends; even steps in their roots."""
+    """(k + f, 5) of the row with the coefficients, on which no frequency depends; even steps in their roots."""
     roots = np.sqrt(np.maximum(at, _LEAST)) + _STEP * np.vstack([np.eye(5), -np.eye(5)])
     points = np.clip(roots, 0.0, np.sqrt(COEFFICIENT_BOUNDS[1])) ** 2
     gaits = model.simulated(points)
     slopes = (gaits[:5] - gaits[5:]) / np.diag(points[:5] - points[5:])[:, None]
-    return np.vstack([slopes.T, np.zeros((len(model.trials), 5))])
+    return np.vstack([slopes.T, np.zeros((model.frequencies, 5))])
 
 
 def row_covariance(model: SessionModel, gaits: np.ndarray, discrepancy: np.ndarray) -> np.ndarray:
-    """(k + t, k + t) from that of the gaits (k, k) and of what a twin leaves of each by itself (g, g)."""
-    hertz = [TOLD_TO * each.trial.frequency.hz for each in model.trials]
-    return block_diag(gaits + block_diag(*[discrepancy] * len(model.trials)), np.diag(np.square(hertz)))
+    """(k + f, k + f) from that of the gaits (k, k) and of what a twin leaves of each by itself (g, g)."""
+    whose = [*range(len(model.trials)), *model.logged]
+    hertz = np.diag([TOLD_TO * model.trials[number].trial.frequency.hz for number in whose])
+    alike = np.where(np.equal.outer(whose, whose), _ALIKE, 0.0) + (1 - _ALIKE) * np.eye(len(whose))
+    return block_diag(gaits + block_diag(*[discrepancy] * len(model.trials)), hertz @ alike @ hertz)
 
 
 def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:
@@ -49,7 +64,7 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
     Args:
         model: the swims.
         start: (5,).
-        covariance: (k + t, k + t) of the row.
+        covariance: (k + f, k + f) of the row.
     """
     at = np.array(start, float)
     left, slopes = left_row(model, at), row_slopes(model, at)

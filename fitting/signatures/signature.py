@@ -15,13 +15,13 @@ STRENGTHS = (-3.0, -1.0, 1.0, 3.0)  # standard deviations of a parameter's prior
 
 @dataclass(frozen=True, eq=False)
 class Signature:
-    """Of one effect on t trials, whose gaits stand in one row of length k.
+    """Of one effect on trials whose gaits stand in one row of length k, and which tell f frequencies.
 
     Attributes:
         effect: with the parameters that these trials' markers give it.
         values: (q, p) strengths that were tried.
         gaits: (q, k) change of the row of gaits; nan where the twin diverged.
-        hertz: (q, t) change of the frequency that each trial's command leads to; 0 where nobody knows the command.
+        hertz: (q, f) change of what the trials' commands lead to, as filmed and as logged; 0 where nobody knows them.
     """
 
     effect: Effect
@@ -31,7 +31,7 @@ class Signature:
 
     @property
     def rows(self) -> np.ndarray:
-        """(q, k + t) both, side by side."""
+        """(q, k + f) both, side by side."""
         return np.hstack([self.gaits, self.hertz])
 
 

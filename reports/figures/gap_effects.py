@@ -9,7 +9,7 @@ from reports.diagnosed import Diagnosed
 from reports.numbers import in_words, shown
 from reports.style import FAINT, GAP, HALF_WIDTH_IN, INK, MUTED, TWIN, Margins, panel, styled
 
-SURE = 0.9  # as `diagnosis.verdict`, which is not imported, for it loads the twin
+HELD = 0.6  # as `diagnosis.verdict`, which is not imported, for it loads the twin
 MOST, LEAST = 9, 0.005  # effects that are shown, and the probability of the last
 _OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}
 
@@ -22,8 +22,8 @@ def gap_effects_figure(found: Diagnosed) -> Figure:
     told = [name for name in chances if chances[name] >= LEAST or name in found.data["effects"]][:MOST]
     rows = [*((name, chances[name]) for name in told), *others.items()]
     figure, axes = panel(HALF_WIDTH_IN, 0.62 + 0.21 * len(rows), Margins(left=1.55, right=0.42, bottom=0.36, top=0.16))
-    axes.axvline(SURE, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)), zorder=0.5)
-    axes.text(SURE, 0.75, "sure", ha="center", va="bottom", fontsize=7, color=MUTED)
+    axes.axvline(HELD, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)), zorder=0.5)
+    axes.text(HELD, 0.75, "named from here", ha="center", va="bottom", fontsize=7, color=MUTED)
     for row, (name, chance) in enumerate(rows):
         _bar(axes, -row - 0.4 * (name in others), name, chance, found)
     ticks = [-row - 0.4 * (name in others) for row, (name, _) in enumerate(rows)]
@@ -41,5 +41,5 @@ def _bar(axes: Axes, row: float, name: str, chance: float, found: Diagnosed) -> 
     named = name in found.data["effects"]
     colour = TWIN if named else GAP if name == "none_of_these" else MUTED
     axes.barh(row, 1.0, height=0.66, color=FAINT, alpha=0.3)
-    axes.barh(row, chance, height=0.66, color=colour, alpha=1.0 if chance >= SURE or not named else 0.7)
+    axes.barh(row, chance, height=0.66, color=colour, alpha=1.0 if chance >= HELD or not named else 0.7)
     axes.text(1.02, row, shown(chance, 2), va="center_baseline", fontsize=7.5, color=INK if named else MUTED)

@@ -103,11 +103,12 @@ def _explanations(found: Diagnosed) -> Table:
     rows = []
     for told in found.data["evidence"]["sets"]:
         names = [in_words(name) for name in told["effects"]]
-        other = ["something else"] if told["something_else"] else []
+        like = f" that looks like {in_words(told['that_looks_like'])}" if told["that_looks_like"] else ""
+        other = [f"something else{like}"] if told["something_else"] else []
         rows.append((" + ".join([*names, *other]) or "nothing", shown(float(told["probability"]), 3)))
     caption = (
-        "The likeliest explanations, each weighed by its evidence. “Something else” is a smooth error of any form "
-        "that no effect of the catalogue makes."
+        "The likeliest explanations, each weighed by its evidence. “Something else” is an error that no effect of "
+        "the catalogue makes; it may look like one."
     )
     return Table(caption, SET, tuple(rows))
 

@@ -112,9 +112,13 @@ class AffectedTwin(Twin):
         """(p,) values in the frame of one trial, of those of a session (p,)."""
         return np.concatenate([effect.in_trial(view, values[columns]) for effect, columns in self._own])
 
+    def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
+        """Turns a second that a command leads to with values (p,), Hz."""
+        return float(self._folded("turned_hz", commanded_hz, values))
+
     def measured_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """The frequency that a command leads to with values (p,), Hz."""
-        return float(self._folded("measured_hz", commanded_hz, values))
+        """The frequency that a command leads to with values (p,), as it is filmed, Hz."""
+        return float(self._folded("measured_hz", self.turned_hz(commanded_hz, values), values))
 
     def beats_hz(self, runs: Runs, time_s: np.ndarray) -> np.ndarray:
         """(n,) turns a second of cranks on the camera's clock, over stamped times (f,): the slope of their turn."""

@@ -127,9 +127,13 @@ class Effect(ABC):
         """What the crank does when it is told this."""
         return drive
 
-    def measured_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """The frequency that a command leads to, Hz."""
+    def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
+        """Turns a second that a crank makes which is told so many: what a log of its motor tells, Hz."""
         return commanded_hz
+
+    def measured_hz(self, turned_hz: float, values: np.ndarray) -> float:
+        """The frequency at which a tail is filmed whose crank turns so often a second, Hz."""
+        return turned_hz
 
     def clock(self, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(f,) true times of frames that the camera stamps with times (f,), s."""
@@ -153,7 +157,7 @@ class Effect(ABC):
         return f"<effect {self.name}>"
 
 
-WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "measured_hz", "clock", "observe")
+WAYS = ("in_trial", "robot", "mjcf", "force", "damping", "drive", "turned_hz", "measured_hz", "clock", "observe")
 MODEL_WAYS = ("robot", "mjcf")
 """Ways that make another model."""
 MOVING_WAYS = (*MODEL_WAYS, "force", "damping")

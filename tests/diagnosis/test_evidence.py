@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from diagnosis.evidence import Belief
 from diagnosis.forms import shown
-from diagnosis.probabilities import Probabilities
+from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.row import Row
 from diagnosis.verdict import verdict_of
 from fitting.signatures import Signature
@@ -21,6 +22,10 @@ def after(left: np.ndarray) -> Probabilities:
     return Probabilities.after(explanations(left))
 
 
+def chances(sets: dict[tuple[int, ...], float], other: float) -> dict[Explanation, float]:
+    return {Explanation(present): chance for present, chance in sets.items()} | {Explanation((), True): other}
+
+
 def test_probabilities_add_up_to_one() -> None:
     assert sum(after(noise(0) + 5 * DIRECTIONS[3]).of.values()) == pytest.approx(1.0)
 
@@ -28,7 +33,7 @@ def test_probabilities_add_up_to_one() -> None:
 @pytest.mark.parametrize("strength", [8.0, -8.0, 25.0])
 def test_an_effect_that_is_there_is_named(strength: float) -> None:
     found = after(noise(1) + strength * DIRECTIONS[4])
-    assert found.marginal[4] > 0.95
+    assert found.marginal[4] > 0.85
     assert verdict_of(found).groups == (("effect_4",),)
 
 
@@ -52,14 +57,12 @@ def test_two_that_look_alike_are_told_as_alternatives() -> None:
 
 def test_an_effect_of_one_sign_does_not_explain_the_other() -> None:
     there, not_there = (after(noise(4) + s * DIRECTIONS[10]) for s in (9.0, -9.0))
-    assert there.marginal[10] > 0.95
+    assert there.marginal[10] > 0.85
     assert not_there.marginal[10] < 0.2
 
 
 def test_alternatives_that_may_act_together_are_alternatives_all_the_same() -> None:
-    either = Probabilities(
-        ("a", "b"), {((), False): 0.0, ((0,), False): 0.5, ((1,), False): 0.2, ((0, 1), False): 0.25, ((), True): 0.05}
-    )
+    either = Probabilities(("a", "b"), chances({(): 0.0, (0,): 0.5, (1,): 0.2, (0, 1): 0.25}, other=0.05))
     verdict = verdict_of(either)
     assert verdict.name == "inseparable"
     assert verdict.groups == (("a", "b"),)
@@ -74,7 +77,7 @@ def test_a_form_explains_only_strengths_near_those_that_were_tried() -> None:
         Probabilities.after(explanations(noise(12) + left, [bent, signature("plain", DIRECTIONS[5])])).marginal[0]
         for left in (8 * DIRECTIONS[1], 35 * (DIRECTIONS[1] + DIRECTIONS[2]), 6 * (DIRECTIONS[1] + DIRECTIONS[2]))
     )
-    assert min(weak, strong) > 0.9
+    assert min(weak, strong) > 0.8
     assert sideways < 0.5
 
 
@@ -123,9 +126,29 @@ def test_an_effect_that_does_nothing_is_left_out() -> None:
 
 
 def test_an_effect_that_did_not_stand_hands_its_chance_to_the_sets_without_it() -> None:
-    before = Probabilities(("a", "b"), {((0,), False): 0.2, ((0, 1), False): 0.7, ((1,), True): 0.1})
+    sets = {Explanation((0,)): 0.2, Explanation((0, 1)): 0.6}
+    sets |= {Explanation((1,), True): 0.1, Explanation((0,), True, 1): 0.1}
+    before = Probabilities(("a", "b"), sets)
     after = before.with_odds("b", -np.log(9.0))
     assert sum(after.of.values()) == pytest.approx(1.0)
     assert after.marginal == pytest.approx([0.9, 0.1])
-    assert after.of[(0,), False] == pytest.approx(0.2 + 0.7 * (1 - 0.1 / 0.8))
+    assert after.of[Explanation((0,))] == pytest.approx(0.2 + 0.7 * (1 - 0.1 / 0.7))
     assert before.with_odds("a", 20.0).marginal == pytest.approx(before.marginal)
+
+
+def test_what_looks_like_an_effect_may_be_none_and_the_less_it_strays_from_a_strong_one_the_less() -> None:
+    found = [after(noise(1) + strength * DIRECTIONS[4]) for strength in (6.0, 18.0, 45.0)]
+    share = [each.other for each in found]
+    assert 0.5 * Belief().imitated < share[0] < Belief().imitated
+    assert share[0] > 1.3 * share[1] > 1.3 * 1.3 * share[2]
+    assert all(each.any_seen([4]) > 0.99 for each in found)
+
+
+def test_a_name_that_a_gap_only_looks_like_is_not_said() -> None:
+    """Both look like the first effect, by 0.99 and by 0.9 of their length; of the second too much is something else."""
+    aside = np.random.default_rng(3).standard_normal((4, K)) @ (np.eye(K) - DIRECTIONS.T @ DIRECTIONS)
+    aside = aside.sum(axis=0) / np.linalg.norm(aside.sum(axis=0))
+    near, far = (after(noise(1) + 40 * (cos * DIRECTIONS[4] + np.sqrt(1 - cos**2) * aside)) for cos in (0.995, 0.8))
+    assert verdict_of(near).groups == (("effect_4",),)
+    assert far.any_seen([4]) > 0.9
+    assert verdict_of(far).name == "unexplained"

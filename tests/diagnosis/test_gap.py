@@ -17,7 +17,7 @@ ROOT = np.tril(np.random.default_rng(0).standard_normal((K + 1, K + 1))) / 10 + 
 def held(left: np.ndarray) -> SimpleNamespace:
     """Held-out swims of one trial, whose frequency stands last."""
     space = Whitened(ROOT, np.zeros((K + 1, 5)), np.ones(5))
-    return SimpleNamespace(left=left, space=space, trials=(None,))
+    return SimpleNamespace(left=left, space=space, model=SimpleNamespace(measured=left[:-1]))
 
 
 def coloured(white: np.ndarray) -> np.ndarray:

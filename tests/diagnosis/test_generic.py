@@ -9,7 +9,7 @@ from diagnosis.generic import generic_covariance, generic_gap
 
 ALONG_M = np.array([0.0, 0.142, 0.3, 0.45, 0.55])
 TRIALS, NOISE_SD = 2, 1e-4
-GENERIC = generic_covariance(ALONG_M, TRIALS)
+GENERIC = generic_covariance(ALONG_M, TRIALS, TRIALS)
 KNOWN = NOISE_SD**2 * np.eye(len(GENERIC))
 
 

@@ -64,9 +64,10 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
             "squares": 512.0,
             "numbers": 256,
             "sets": [
-                {"effects": ["tendon_slack", "wave_drag"], "something_else": False, "probability": 0.7},
-                {"effects": [], "something_else": True, "probability": 0.02},
-                {"effects": [], "something_else": False, "probability": 0.001},
+                _set(0.7, "tendon_slack", "wave_drag"),
+                _set(0.1, "wave_drag", other=True, like="tendon_slack"),
+                _set(0.02, other=True),
+                _set(0.001),
             ],
         },
         "withheld_from_catalogue": [],
@@ -119,3 +120,9 @@ def made_forces(size: float = 0.004, sd: float = 0.0003) -> dict[str, Any]:
         "mean": mean.tolist(),
         "sd": np.full_like(mean, sd).tolist(),
     }
+
+
+def _set(probability: float, *effects: str, other: bool = False, like: str | None = None) -> dict[str, Any]:
+    """An explanation with its probability."""
+    told = {"effects": list(effects), "something_else": other, "that_looks_like": like}
+    return told | {"probability": probability}

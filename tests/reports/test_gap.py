@@ -12,7 +12,7 @@ import pytest
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
-from diagnosis.verdict import SURE
+from diagnosis.verdict import HELD
 from fitting import CalibratedTrial
 from fitting.posterior.gait import waves
 from reports import Diagnosed, figures, read_diagnosed, render_report
@@ -173,7 +173,10 @@ def test_parameters_have_intervals_units_and_their_physics(page: Page) -> None:
 
 
 def test_explanations_are_listed_with_their_weight(page: Page) -> None:
-    assert "tendon slack + wave drag 0.700 something else 0.020 nothing 0.001" in page.text
+    assert (
+        "tendon slack + wave drag 0.700 wave drag + something else that looks like tendon slack 0.100 "
+        "something else 0.020 nothing 0.001"
+    ) in page.text
 
 
 def test_effort_and_a_shorter_catalogue_are_caveats() -> None:
@@ -198,8 +201,8 @@ def test_a_matrix_of_one_effect_is_not_drawn() -> None:
     assert "gap-separation" not in page_of(replace(found, separation=0 * found.separation)).ids
 
 
-def test_sure_is_what_the_verdict_takes_for_it() -> None:
-    assert gap_effects.SURE == SURE
+def test_names_are_said_from_where_the_verdict_says_them() -> None:
+    assert gap_effects.HELD == HELD
 
 
 def test_the_fuller_a_stage_the_fuller_its_colour() -> None:

@@ -16,7 +16,7 @@ class DriveRatioError(Effect):
     seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("relative", "1", -0.4, 0.4, 0.02),)
 
-    def measured_hz(self, commanded_hz: float, values: np.ndarray) -> float:
+    def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
         """At the wrong ratio."""
         return float(commanded_hz * (1 + values[0]))
 

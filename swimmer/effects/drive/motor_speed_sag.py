@@ -46,7 +46,7 @@ class MotorSpeedSag(Effect):
     seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("load", "s^2", 0.0, 0.3, 0.03), Parameter("warming", "1", 0.0, 0.3, 0.02))
 
-    def measured_hz(self, commanded_hz: float, values: np.ndarray) -> float:
+    def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
         """f / (1 + load f^2): the share `load` f^2 of what is left is lost."""
         return float(commanded_hz / (1 + values[0] * commanded_hz**2))
 

@@ -29,9 +29,9 @@ class TimeBaseError(Effect):
             return drive
         return drive._replace(frequency_hz=float(drive.frequency_hz / (1 + values[0])))
 
-    def measured_hz(self, commanded_hz: float, values: np.ndarray) -> float:
+    def measured_hz(self, turned_hz: float, values: np.ndarray) -> float:
         """As the camera's clock tells it."""
-        return float(commanded_hz * (1 + values[0]))
+        return float(turned_hz * (1 + values[0]))
 
 
 EFFECT = TimeBaseError()

@@ -108,7 +108,9 @@ def test_a_log_that_cannot_be_laid_on_the_video_says_what_to_give_and_nothing_of
 
 
 def test_commands_of_another_speed_than_the_session_s_are_flagged() -> None:
-    assert "other_command" in kinds(recorded(filmed(6)[0], spec=replace(SPEC, commanded_hz=0.6)).flags)
+    other = recorded(filmed(6)[0], spec=replace(SPEC, commanded_hz=0.6))
+    assert "other_command" in kinds(other.flags)
+    assert other.logged_hz is None
 
 
 def test_two_codes_tell_the_rate_no_worse_than_one() -> None:
@@ -122,6 +124,15 @@ def test_frames_stamped_at_another_rate_are_flagged() -> None:
     clock = recorded(one, replace(tail, time_s=1.004 * tail.time_s)).clock
     assert clock.rate == pytest.approx(one.motor.clock_rate / 1.004, abs=2e-4)
     assert kinds(clock.flags) == {"clock_rate"}
+
+
+def test_how_fast_a_motor_turned_by_its_own_clock_does_not_hang_on_the_clock_of_the_video() -> None:
+    one = filmed(6)[1]
+    tail = tail_of(one, None)
+    as_filmed, stamped = recorded(one), recorded(one, replace(tail, time_s=1.004 * tail.time_s))
+    assert stamped.measured_hz == pytest.approx(as_filmed.measured_hz / 1.004, rel=1e-3)
+    assert stamped.logged_hz == pytest.approx(as_filmed.logged_hz, rel=1e-3)
+    assert as_filmed.logged_hz == pytest.approx(0.99 * HZ, rel=0.005)
 
 
 def test_the_drive_and_its_speed_are_told_on_the_clock_of_the_video() -> None:

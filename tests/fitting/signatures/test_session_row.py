@@ -30,6 +30,8 @@ class LinearModel:
     def trials(self) -> list[SimpleNamespace]:
         return [SimpleNamespace(trial=SimpleNamespace(commanded_hz=1.0, frequency=SimpleNamespace(hz=1.0)))]
 
+    logged, frequencies = (), 1
+
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         self.asked.append(len(coefficients))
         return coefficients @ self.slopes.T
@@ -70,6 +72,8 @@ class BentModel(LinearModel):
     @property
     def measured(self) -> np.ndarray:
         return self._gait(TRUTH[None])[0]
+
+    logged, frequencies = (), 1
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         self.asked.append(len(coefficients))

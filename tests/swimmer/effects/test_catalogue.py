@@ -57,7 +57,7 @@ def test_at_zero_it_is_the_plain_twin_to_the_bit(effect: Effect, plain: np.ndarr
     simulated, observed = with_effect(effect, nothing)
     assert np.array_equal(simulated, plain)
     assert np.array_equal(observed, plain)
-    assert effect.measured_hz(0.8, nothing) == 0.8
+    assert effect.turned_hz(0.8, nothing) == effect.measured_hz(0.8, nothing) == 0.8
     assert np.array_equal(effect.clock(TIME_S, nothing), TIME_S)
     if effect.in_mjcf():
         coefficients = FluidCoefficients(*EVEN["coefficients"][0])
@@ -77,7 +77,7 @@ def test_each_of_its_parameters_does_something(effect: Effect, plain: np.ndarray
         values[number] = parameter.sd
         simulated, observed = with_effect(effect, values)
         seen = max(np.abs(simulated - plain).max(), np.abs(observed - plain).max())
-        hertz = abs(effect.measured_hz(0.8, values) - 0.8)
+        hertz = abs(effect.measured_hz(effect.turned_hz(0.8, values), values) - 0.8)
         assert seen > 1e-5 or hertz > 1e-3, parameter.name
 
 

@@ -43,13 +43,13 @@ def test_the_speed_of_a_turn_is_the_derivative_of_its_angle(effect: Effect, valu
 
 
 def test_a_wrong_ratio_changes_the_measured_frequency_alone() -> None:
-    assert RATIO.measured_hz(1.2, np.array([0.05])) == pytest.approx(1.26)
+    assert RATIO.turned_hz(1.2, np.array([0.05])) == pytest.approx(1.26)
     assert RATIO.drive(EVEN, np.array([0.05])) is EVEN
-    assert RATIO.enters() == ("measured_hz",)
+    assert RATIO.enters() == ("turned_hz",)
 
 
 def test_the_share_of_speed_lost_to_the_load_grows_with_the_square_of_the_command() -> None:
-    slow, fast = (1 - SAG.measured_hz(f, np.array([0.01, 0.0])) / f for f in (0.5, 1.5))
+    slow, fast = (1 - SAG.turned_hz(f, np.array([0.01, 0.0])) / f for f in (0.5, 1.5))
     assert fast / slow == pytest.approx(9.0, rel=0.03)
     assert fast == pytest.approx(0.01 * 1.5**2, rel=0.03)
     assert SAG.drive(EVEN, np.array([0.01, 0.0])) is EVEN

@@ -1,0 +1,20 @@
+"""What is said where no name is."""
+
+from __future__ import annotations
+
+import pytest
+
+from diagnosis.sentences import sentences
+from tests.reports.diagnoses import made_data
+
+
+@pytest.mark.parametrize(
+    ("chances", "said"),
+    [
+        ({"background_current": 0.54, "scale_error": 0.02, "none_of_these": 0.38}, "looks most like background current"),
+        ({"background_current": 0.2, "scale_error": 0.19, "none_of_these": 0.3}, "no effect stands out"),
+        ({"background_current": 0.1, "none_of_these": 0.8}, "no effect of the catalogue explains it"),
+    ],
+)
+def test_an_unexplained_gap_is_told_by_what_it_looks_like(chances: dict[str, float], said: str) -> None:
+    assert said in sentences(made_data("unexplained") | {"probabilities": chances})[1]
