@@ -36,7 +36,12 @@ def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
         "gap": _gap(found.gap),
         "effect_parameters": {} if found.refit is None else _parameters(found.refit),
         "next_experiments": [
-            {"describe": e.describe, "separates": list(e.separates), "expected_error": e.expected_error}
+            {
+                "describe": e.describe,
+                "separates": list(e.separates),
+                "expected_error": e.expected_error,
+                "trial": None if e.trial is None else e.trial._asdict(),
+            }
             for e in found.experiments
         ],
         "coefficients": _coefficients(found),

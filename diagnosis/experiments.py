@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.stats import norm
@@ -27,10 +27,25 @@ from swimmer import Runs, Twin
 from swimmer.effects import Effect
 
 SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)
+_DRY_HZ = 1.0
 _NEW_HZ = 0.12  # that a speed must differ by from those that were swum
 _SECONDS, _RUN_IN_BEATS, _START_M_S = 6.0, 4.0, 0.1
 _LOGGED_TO, _CLOCKED_TO = 0.001, 0.001  # relative standard deviations of a motor's speed and of a clock in view
 _CLOCK = "time_base_error"
+
+
+class MoreTrial(NamedTuple):
+    """A trial that could be added to a session.
+
+    Attributes:
+        kind: "swim" or "dry".
+        commanded_hz: that the motor is told.
+        logged: whether the motor is to be logged in it.
+    """
+
+    kind: Literal["swim", "dry"]
+    commanded_hz: float
+    logged: bool = False
 
 
 @dataclass(frozen=True)
@@ -41,17 +56,20 @@ class Experiment:
         describe: what to do, in a sentence.
         separates: two names.
         expected_error: chance to still take one for the other afterwards; 0.5 is a coin.
+        trial: what would be added to the session; None where that is no trial as sessions hold them.
     """
 
     describe: str
     separates: tuple[str, str]
     expected_error: float
+    trial: MoreTrial | None = None
 
 
 class _Trial(NamedTuple):
     """A trial that could be made: what to do, and how it would be measured."""
 
     describe: str
+    more: MoreTrial
     twin: Twin
     measured: MeasuredTrial
 
@@ -82,7 +100,7 @@ def next_experiments(
             wider = ground.with_trial(trial.twin, trial.measured)
             then = {name: signature_of(effects[name], wider.model, wider.camera, ground.at) for name in strengths}
             found += [
-                Experiment(trial.describe, pair, _error(_apart(wider, pair, strengths, then, effects)))
+                Experiment(trial.describe, pair, _error(_apart(wider, pair, strengths, then, effects)), trial.more)
                 for pair in pairs
             ]
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
@@ -140,12 +158,14 @@ def _with_a_number_more(
     hertz = {name: _hertz(ground, signatures[name], strengths[name]) for name in pair}
     clocks = {name: change if name == _CLOCK else 0.0 for name, change in hertz.items()}
     turned = {name: 0.0 if name == _CLOCK else change for name, change in hertz.items()}
-    ways = [("Put a running clock into the picture and film one more swim", clocks, _CLOCKED_TO)]
+    ways: list[tuple[str, dict[str, float], float, MoreTrial | None]]
+    ways = [("Put a running clock into the picture and film one more swim", clocks, _CLOCKED_TO, None)]
     if not ground.model.logged:
-        ways.append(("Log the motor in one more swim", turned, _LOGGED_TO))
+        again = MoreTrial("swim", float(ground.swims[0].commanded_hz or ground.swims[0].frequency.hz), logged=True)
+        ways.append(("Log the motor in one more swim", turned, _LOGGED_TO, again))
     return [
-        Experiment(describe, pair, _error(float(np.hypot(apart, (told[pair[0]] - told[pair[1]]) / to))))
-        for describe, told, to in ways
+        Experiment(describe, pair, _error(float(np.hypot(apart, (told[pair[0]] - told[pair[1]]) / to))), trial)
+        for describe, told, to, trial in ways
         if told[pair[0]] != told[pair[1]]
     ]
 
@@ -163,16 +183,15 @@ def _trials(ground: Ground, seed: int) -> list[_Trial]:
     found = []
     for hz in (hz for hz in SPEEDS_HZ if np.abs(swum - hz).min() > _NEW_HZ):
         with suppress(NotEnoughData, SimulationDiverged):
-            found.append(
-                _Trial(f"Film a swim at {hz:.1f} Hz", ground.twin, _measured(ground, ground.twin, hz, "swim", seed))
-            )
+            measured = _measured(ground, ground.twin, hz, "swim", seed)
+            found.append(_Trial(f"Film a swim at {hz:.1f} Hz", MoreTrial("swim", hz), ground.twin, measured))
     if ground.has_dry:
         return found
     dry = ground.clamped_twin
     with suppress(NotEnoughData, SimulationDiverged):
-        found.append(
-            _Trial("Film a dry run at 1 Hz, the head clamped in air", dry, _measured(ground, dry, 1.0, "dry", seed))
-        )
+        measured = _measured(ground, dry, _DRY_HZ, "dry", seed)
+        describe = f"Film a dry run at {_DRY_HZ:g} Hz, the head clamped in air"
+        found.append(_Trial(describe, MoreTrial("dry", _DRY_HZ), dry, measured))
     return found
 
 

@@ -94,10 +94,11 @@ def posterior(
 def effects(
     folder: Annotated[Path, typer.Argument(help="of the suite")],
     part: Annotated[
-        Literal["make", "rules", "diagnose", "withhold", "score"],
+        Literal["make", "rules", "diagnose", "withhold", "follow", "score"],
         typer.Option(
             help="make the sessions; judge them by trivial rules; diagnose them; diagnose those with one effect by a "
-            "catalogue that lacks it; score all that was said, into scores.json and scores.html"
+            "catalogue that lacks it; make the trial that is recommended where an effect stays one of several, and "
+            "diagnose with it; score all that was said, into scores.json and scores.html"
         ),
     ] = "make",
     suite: Annotated[Literal["small", "large"], typer.Option(help="24 sessions, or 700")] = "small",
@@ -112,6 +113,7 @@ def effects(
     """Makes sessions whose effect is withheld from what diagnoses them, has them diagnosed, and scores that."""
     from calib.benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
     from calib.benchmarks.effects.folder import SuiteFolder
+    from calib.benchmarks.effects.following import follow_suite
     from calib.benchmarks.effects.program import program_of
     from calib.benchmarks.effects.report import outcome_text
     from calib.benchmarks.effects.ruling import judge_suite
@@ -132,7 +134,7 @@ def effects(
         elif part == "rules":
             failures = judge_suite(where, workers, scheduler, tell)
         else:
-            run = diagnose_suite if part == "diagnose" else diagnose_without
+            run = {"diagnose": diagnose_suite, "withhold": diagnose_without, "follow": follow_suite}[part]
             failures = run(where, program_of(program), workers, scheduler, tell)
     told = {"failed": [failure._asdict() for failure in failures]}
     print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")

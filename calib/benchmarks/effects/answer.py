@@ -31,6 +31,8 @@ class Answer:
         oracle_shrinkage: share by which the twin's own form of the true effects, refitted on the fit trials, shrinks
             the gap of the held-out ones, both without noise: what can be reached, and what an interval should hold;
             None for null and outside.
+        seed: of all that was drawn for the session.
+        strengths: that each of what is present was made with.
     """
 
     session: str
@@ -41,6 +43,8 @@ class Answer:
     detectability: float = 0.0
     stage: str | None = None
     oracle_shrinkage: float | None = None
+    seed: int = 0
+    strengths: tuple[float, ...] = ()
 
     def present(self, name: str) -> bool:
         """Whether an effect of this name is."""
@@ -90,4 +94,5 @@ def checksum(path: Path) -> str:
 
 def _answer(stands: dict[str, Any]) -> Answer:
     alike = tuple(tuple(names) for names in stands["alike"])
-    return Answer(**stands | {"effects": tuple(stands["effects"]), "alike": alike})
+    strengths = tuple(stands.get("strengths", ()))
+    return Answer(**stands | {"effects": tuple(stands["effects"]), "alike": alike, "strengths": strengths})

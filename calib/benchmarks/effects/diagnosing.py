@@ -84,10 +84,11 @@ def _diagnosed(
 ) -> tuple[Failure, ...]:
     workers, scheduler, tell = how
     todo = [piece for piece in pieces if not (folder / piece[0] / DIAGNOSIS).exists()]
-    return each_session(partial(_attempt, program, folder, suite.discrepancy), todo, workers, scheduler, tell)
+    return each_session(partial(attempt, program, folder, suite.discrepancy), todo, workers, scheduler, tell)
 
 
-def _attempt(program: Program, folder: Path, discrepancy: Path, piece: Piece) -> Failure | None:
+def attempt(program: Program, folder: Path, discrepancy: Path, piece: Piece) -> Failure | None:
+    """Diagnoses one session of a folder; what fails is told."""
     name, without = piece
     began = time.perf_counter()
     try:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.benchmarks.effects.filming import Filming
-from calib.benchmarks.effects.suite import Recorded, SessionPlan
+from calib.benchmarks.effects.suite import BEATS, WARMUP_S, Recorded, SessionPlan
 from reality import Mechanism, Nuisances, Recording, Trial, World
 from reality.mechanisms.wear import worn
 from session import FISHSIM_MARKERS, TrialKind
@@ -33,12 +33,14 @@ class DrawnTrial:
         kind: of experiment.
         role: "fit" or "holdout".
         trial: as reality makes it.
+        logged: whether the motor is logged, even where that of the session's other trials is not.
     """
 
     name: str
     kind: TrialKind
     role: str
     trial: Trial
+    logged: bool = False
 
     @property
     def commanded_hz(self) -> float | None:
@@ -63,6 +65,10 @@ class DrawnWorld:
     def with_mechanisms(self, mechanisms: tuple[Mechanism, ...]) -> World:
         """The world with something in it."""
         return replace(self.world, mechanisms=mechanisms)
+
+    def with_trial(self, more: DrawnTrial) -> "DrawnWorld":
+        """The same with a trial that is made after all others."""
+        return replace(self, trials=(*self.trials, more))
 
     def swims(self, role: str) -> tuple[DrawnTrial, ...]:
         """Those that are fitted, or held out."""
@@ -131,13 +137,25 @@ def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial
     ]
     others = []
     if recorded.dry_hz is not None:
-        dry = Trial("dry", _DRY_S, recorded.dry_hz, phase_rad=float(random.uniform(0, 2 * np.pi)))
-        others.append(DrawnTrial(_name("dry", recorded.dry_hz), "dry", "fit", dry))
+        others.append(DrawnTrial(_name("dry", recorded.dry_hz), "dry", "fit", _dry(recorded.dry_hz, random)))
     if recorded.free_decay:
         bent = (float(random.choice([-1.0, 1.0]) * _TAIL_BENT_RAD),) * len(load_robot().hinges)
         decay = Trial("free_decay", _DECAY_S, bent_rad=bent, release_s=_RELEASED_S)
         others.append(DrawnTrial("decay", "free_decay", "fit", decay))
     return (*swims, *others)
+
+
+def one_more(plan: SessionPlan, kind: TrialKind, hz: float, logged: bool) -> DrawnTrial:
+    """A fitted swim or dry run in the session of a plan, after all that was recorded."""
+    random = np.random.default_rng([plan.seed, 5])
+    seconds = max(plan.recorded.seconds, WARMUP_S + BEATS / hz)
+    trial = _swim(hz, round(seconds, 1), random) if kind == "swim" else _dry(hz, random)
+    name = _name("f" if kind == "swim" else "dry", hz)
+    return DrawnTrial(f"more_{name}", kind, "fit", trial, logged)
+
+
+def _dry(hz: float, random: np.random.Generator) -> Trial:
+    return Trial("dry", _DRY_S, hz, phase_rad=float(random.uniform(0, 2 * np.pi)))
 
 
 def _swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:

@@ -55,6 +55,11 @@ class SuiteFolder(NamedTuple):
         return self.folder / "without"
 
     @property
+    def followed(self) -> Path:
+        """Sessions with the trial that their diagnosis recommends, to be diagnosed once more."""
+        return self.folder / "followed"
+
+    @property
     def rules(self) -> Path:
         """What trivial rules said, a folder a session."""
         return self.folder / "rules"

@@ -39,6 +39,12 @@ GOALS: Mapping[str, Goal] = {
 }
 """By the names of a score's headline; d is the detectability."""
 
+GOALS_FOLLOWED: Mapping[str, Goal] = {
+    "told_apart": Goal("told apart with one trial more", 0.90, 1.0),
+    "lost": Goal("no longer named", 0.0, 0.05),
+}
+"""Of effects that were one of several, with the trial that was recommended."""
+
 GOALS_WITHOUT: Mapping[str, Goal] = {
     "unexplained": Goal("unexplained, d ≥ 5", 0.80, 1.0),
     "stage_right": Goal("most of the gap on its stage, d ≥ 5", 0.80, 1.0),

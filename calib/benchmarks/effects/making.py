@@ -14,9 +14,9 @@ from calib.benchmarks.effects.answer import Answer
 from calib.benchmarks.effects.drawn import DrawnTrial, DrawnWorld, draw_world
 from calib.benchmarks.effects.filming import Filming
 from calib.benchmarks.effects.oracle import oracle_shrinkage
-from calib.benchmarks.effects.rows import WARMUP_S, SessionRows, camera_of, tracks_of
+from calib.benchmarks.effects.rows import SessionRows, camera_of, tracks_of
 from calib.benchmarks.effects.severity import Strength, Strong, strength_for
-from calib.benchmarks.effects.suite import SessionPlan
+from calib.benchmarks.effects.suite import WARMUP_S, SessionPlan
 from diagnosis import Discrepancy
 from fitting.signatures import Signature
 from reality import Drive, Mechanism, Recording
@@ -61,7 +61,7 @@ class Making:
     def _present(self, drawn: DrawnWorld) -> Filming[tuple[tuple[Mechanism, ...], Answer]]:
         plan = drawn.plan
         if plan.kind == "null":
-            return (), Answer(plan.name, "null")
+            return (), Answer(plan.name, "null", seed=plan.seed)
         base = yield from drawn.recorded()
         fitted = SessionRows.of(drawn, base, self.discrepancy)
         signatures = fitted.signatures(self.effects)
@@ -87,7 +87,28 @@ class Making:
             detectability=round(min(strength.detectability for strength in strengths), 2),
             stage=stages.pop() if len(stages) == 1 else None,
             oracle_shrinkage=shrinkage,
+            seed=plan.seed,
+            strengths=tuple(strength.value for strength in strengths),
         )
+
+    def make_with(self, plan: SessionPlan, strengths: Sequence[float], more: DrawnTrial, folder: Path) -> Filming[None]:
+        """Makes `folder/<name>` as it was made, with one more trial.
+
+        Args:
+            plan: of the session.
+            strengths: of what is present.
+            more: the trial.
+            folder: in which the session is made.
+
+        Raises:
+            SimulationDiverged: the trial cannot be simulated.
+            InputError, ResultsNotWritable, ValueError: as of `make`.
+        """
+        drawn = (yield from draw_world(plan)).with_trial(more)
+        random = np.random.default_rng([plan.seed, 3])
+        makers = [self.mechanisms[name](random) for name in plan.effects]
+        present = tuple(each for make, strength in zip(makers, strengths, strict=True) for each in make(strength))
+        write_session(folder / plan.name, drawn, (yield from drawn.recorded(present)), present)
 
     def _strength(
         self,
@@ -162,7 +183,7 @@ def _logged(
     folder: Path, drawn: DrawnWorld, each: DrawnTrial, recording: Recording, random: np.random.Generator
 ) -> dict[str, Any]:
     """Writes the log of a motor, where there is one; its clock is told by hand."""
-    if not drawn.plan.recorded.logged or each.kind == "free_decay":
+    if not (drawn.plan.recorded.logged or each.logged) or each.kind == "free_decay":
         return {}
     offset_s = float(np.round(random.uniform(0.0, _CLOCK_S), 3))
     file = f"trials/{each.name}.motor.csv"

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from calib.benchmarks.effects.goals import GOALS, GOALS_WITHOUT
+from calib.benchmarks.effects.followed import FollowedScore
+from calib.benchmarks.effects.goals import GOALS, GOALS_FOLLOWED, GOALS_WITHOUT
 from calib.benchmarks.effects.score import Score
 from calib.benchmarks.effects.scoring import Outcome
 from calib.benchmarks.effects.shares import Share
@@ -18,6 +19,8 @@ def outcome_text(outcome: Outcome) -> str:
     tables = [score_text(outcome.scores)]
     if outcome.without is not None:
         tables.append(without_text(outcome.without))
+    if outcome.followed is not None:
+        tables.append(followed_text(outcome.followed))
     return "\n\n".join([*tables, "d: detectability; shares with their 95 % interval (Wilson)"])
 
 
@@ -49,6 +52,13 @@ def without_text(score: WithoutScore) -> str:
     rows += [
         _row(f"unexplained, d = {level:g}", "", [share_text(share)]) for level, share in score.by_detectability.items()
     ]
+    return "\n".join(rows)
+
+
+def followed_text(score: FollowedScore) -> str:
+    """One column, beside what is asked."""
+    rows = [_row("with the trial that was recommended", "asked", ["diagnosis"])]
+    rows += [_row(goal.label, goal.asked, [share_text(score.headline[what])]) for what, goal in GOALS_FOLLOWED.items()]
     return "\n".join(rows)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from calib.benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
+from calib.benchmarks.effects.suite import WARMUP_S
 from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import Discrepancy
 from fitting.posterior.gait import advanced, phase_between
@@ -21,8 +22,6 @@ from reality import PixelNoise, Recording
 from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
-
-WARMUP_S = 1.0
 
 
 @dataclass(frozen=True, eq=False)

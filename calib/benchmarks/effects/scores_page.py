@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from matplotlib.figure import Figure
 
 from calib.benchmarks.effects.folder import SuiteFolder
-from calib.benchmarks.effects.goals import GOALS, GOALS_WITHOUT
+from calib.benchmarks.effects.followed import FollowedScore
+from calib.benchmarks.effects.goals import GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
 from calib.benchmarks.effects.report import number_text, share_text
 from calib.benchmarks.effects.score import Score
 from calib.benchmarks.effects.score_figures import (
@@ -19,6 +20,7 @@ from calib.benchmarks.effects.score_figures import (
     shrinkage_figure,
 )
 from calib.benchmarks.effects.scoring import PROGRAM, Outcome
+from calib.benchmarks.effects.shares import Share
 from calib.benchmarks.effects.without import WithoutScore
 from reality.mechanisms import CATALOGUED
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
@@ -79,6 +81,9 @@ def render_scores(outcome: Outcome) -> str:
     if outcome.without is not None:
         blocks = (Plots((plots["without_goals"], plots["without_by_detectability"])), _without_table(outcome.without))
         sections.append(Section("Without the effect in the catalogue", "without", blocks))
+    if outcome.followed is not None:
+        table = _followed_table(outcome.followed)
+        sections.append(Section("With the trial that was recommended", "followed", (table,)))
     if score.look_alikes:
         sections.append(Section("What cannot be told apart", "alike", (_look_alikes_table(score),)))
     return render_page(
@@ -168,9 +173,20 @@ def _look_alikes_table(score: Score) -> Table:
 
 
 def _without_table(score: WithoutScore) -> Table:
-    rows = tuple((goal.label, goal.asked, share_text(score.headline[what])) for what, goal in GOALS_WITHOUT.items())
-    columns = (Column("", numeric=False), Column("asked"), Column(PROGRAM))
-    return Table("Shares with their 95 % interval (Wilson).", columns, rows)
+    return _asked_table("Shares with their 95 % interval (Wilson).", score.headline, GOALS_WITHOUT)
+
+
+def _followed_table(score: FollowedScore) -> Table:
+    caption = (
+        "Sessions in which an effect that is there was told as one of several, diagnosed once more with the first "
+        "trial that was recommended. Shares with their 95 % interval (Wilson)."
+    )
+    return _asked_table(caption, score.headline, GOALS_FOLLOWED)
+
+
+def _asked_table(caption: str, shares: Mapping[str, Share], goals: Mapping[str, Goal]) -> Table:
+    rows = tuple((goal.label, goal.asked, share_text(shares[what])) for what, goal in goals.items())
+    return Table(caption, (Column("", numeric=False), Column("asked"), Column(PROGRAM)), rows)
 
 
 def _numbers(values: Sequence[float]) -> tuple[str, ...]:

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from calib.benchmarks.effects.folder import DIAGNOSIS, SECONDS, SuiteFolder
+from calib.benchmarks.effects.followed import FollowedScore
+from calib.benchmarks.effects.following import wanted
 from calib.benchmarks.effects.rules import RULES
 from calib.benchmarks.effects.score import Score, scored
 from calib.benchmarks.effects.told import Told, read_told
@@ -22,19 +24,22 @@ class Outcome:
     Attributes:
         scores: of the program and of the trivial rules, as far as they were run, by name.
         without: of the program whose catalogue lacked the effect that is there; None where that was not run.
+        followed: of sessions with the trial that was recommended; None where that was not run.
     """
 
     scores: Mapping[str, Score]
     without: WithoutScore | None = None
+    followed: FollowedScore | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Plain numbers."""
         plain = {name: score.to_json() for name, score in self.scores.items()}
-        return plain if self.without is None else plain | {"without_the_effect": self.without.to_json()}
+        more = {"without_the_effect": self.without, "with_the_recommended_trial": self.followed}
+        return plain | {name: score.to_json() for name, score in more.items() if score is not None}
 
 
 def score_all(suite: SuiteFolder) -> Outcome:
-    """Scores whatever stands in the folder of a suite: rules, diagnoses, diagnoses without the effect.
+    """Scores whatever stands in the folder of a suite: rules, diagnoses, those without the effect or with a trial more.
 
     Raises:
         InputError: neither rules nor a program were run, or not on every session; or an answer has another checksum.
@@ -45,7 +50,8 @@ def score_all(suite: SuiteFolder) -> Outcome:
         scores[PROGRAM] = score_suite(suite)
     if suite.rules.exists():
         scores |= score_rules(suite)
-    return Outcome(scores, score_without(suite) if suite.without.exists() else None)
+    without = score_without(suite) if suite.without.exists() else None
+    return Outcome(scores, without, score_followed(suite) if suite.followed.exists() else None)
 
 
 def score_suite(suite: SuiteFolder, told: Callable[[str], Told] | None = None) -> Score:
@@ -81,6 +87,17 @@ def score_without(suite: SuiteFolder) -> WithoutScore:
     lacking = {answer.session: frozenset(answer.effects) for answer in answers}
     told = _all_told(suite, tuple(lacking), lambda name: _told(suite.without / name, lacking[name]))
     return WithoutScore(scored(answers, told))
+
+
+def score_followed(suite: SuiteFolder) -> FollowedScore:
+    """Scores the diagnoses of sessions with the trial that was recommended.
+
+    Raises:
+        InputError: as of `score_suite`.
+    """
+    left = {name: each.confused.effect for name, each in wanted(suite).items()}
+    told = _all_told(suite, tuple(left), lambda name: _told(suite.followed / name))
+    return FollowedScore(tuple(left.values()), tuple(told))
 
 
 def _told(session: Path, lacking: frozenset[str] = frozenset()) -> Told:

@@ -14,8 +14,8 @@ from calib.benchmarks.effects.answer import Kind
 DETECTABILITIES = (1.0, 2.0, 3.3, 5.0, 10.0)
 SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.4, 1.4, 0.08
 _SINGLE, _DOUBLE = 0.6, 0.2  # of the sessions with something in them; the rest is outside the catalogue
-_BEATS = 3.0  # that the slowest swim makes after warm-up: its first half is what a held-out trial may be looked at
-_WARMUP_S = 1.0
+BEATS = 3.0  # that the slowest swim makes after warm-up: its first half is what a held-out trial may be looked at
+WARMUP_S = 1.0
 _DRY_SHARE, _DECAY_SHARE, _LOG_SHARE = 0.4, 0.4, 0.4
 
 
@@ -105,7 +105,7 @@ def recorded_by(random: np.random.Generator) -> Recorded:
     return Recorded(
         fit_hz=tuple(float(speeds[i]) for i in fit),
         holdout_hz=tuple(float(speeds[i]) for i in held_out),
-        seconds=float(np.round(max(random.uniform(5.0, 8.0), _WARMUP_S + _BEATS / speeds[0]), 1)),
+        seconds=float(np.round(max(random.uniform(5.0, 8.0), WARMUP_S + BEATS / speeds[0]), 1)),
         dry_hz=None if dry is None else round(dry, 2),
         free_decay=bool(random.random() < _DECAY_SHARE),
         logged=bool(random.random() < _LOG_SHARE),

@@ -1,15 +1,32 @@
 """What a program says of a session: its `diagnosis.json`, whoever wrote it, as far as scores need it."""
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from session import FaultCollector
 
 NONE = "none_of_these"
 VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
 _CAUSES = ("camera", "drive", "body", "tail")  # stages that an effect can act at
+
+
+class Recommended(NamedTuple):
+    """A trial that a diagnosis wants to see, by `trial` of its `next_experiments`.
+
+    Attributes:
+        separates: two names.
+        kind: "swim" or "dry".
+        commanded_hz: that the motor is told.
+        logged: whether the motor is to be logged.
+    """
+
+    separates: frozenset[str]
+    kind: str
+    commanded_hz: float
+    logged: bool
 
 
 @dataclass(frozen=True)
@@ -24,6 +41,7 @@ class Told:
         shrinkage: of the gap on held-out trials; None where it does not apply.
         interval: its 95 % interval.
         seconds: that it took; None where it is not told.
+        recommended: trials that would separate what is confused, the most telling first.
     """
 
     verdict: str
@@ -33,6 +51,7 @@ class Told:
     shrinkage: float | None
     interval: tuple[float, float] | None
     seconds: float | None
+    recommended: tuple[Recommended, ...] = ()
 
     @property
     def names(self) -> frozenset[str]:
@@ -97,7 +116,15 @@ def read_told(path: Path, lacking: frozenset[str] = frozenset()) -> Told:
         shrinkage=gap.get("shrinkage"),
         interval=None if interval is None or None in interval else (interval[0], interval[1]),
         seconds=stands.get("seconds"),
+        recommended=tuple(_recommended(stands)),
     )
+
+
+def _recommended(stands: dict[str, Any]) -> Iterator[Recommended]:
+    """Of what it recommends, all that is a trial."""
+    for each in stands.get("next_experiments") or ():
+        if (trial := each.get("trial")) is not None:
+            yield Recommended(frozenset(each["separates"]), trial["kind"], trial["commanded_hz"], trial["logged"])
 
 
 def _names_any(stands: dict[str, Any]) -> bool:
