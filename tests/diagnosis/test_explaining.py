@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
@@ -30,7 +31,7 @@ class Row:
     error: float = 1.0
     alike: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
     generic: np.ndarray = field(default_factory=lambda: np.eye(K))
-    trials: tuple[int, ...] = ()
+    model: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(frequencies=0))
 
     def with_error(self, error: float, alike: np.ndarray) -> Row:
         return replace(self, error=error, alike=alike)
