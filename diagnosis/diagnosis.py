@@ -120,7 +120,8 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnoses a session.
 
-    Motor logs are not looked at: beside the turn that was logged, what is wrong with the drive would not show.
+    Of motor logs only how fast they turned counts: beside the turn within a beat as it was logged, what is wrong with
+    the drive would not show.
 
     Args:
         trials: all swims; those of the role "fit" say which effect, the others how far it helps.

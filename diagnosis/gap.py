@@ -26,7 +26,8 @@ class Shrinkage:
     Attributes:
         plain, with_effects: mean squared whitened residual.
         value: S; None where the plain twin leaves no more than noise, or nothing was added.
-        interval: 95 %, over the noise of these trials, and over how far what was fitted may be off; None where S is.
+        interval: 95 %, over the noise of these trials, and over how far what was fitted may be off; None where S is, or
+            where twins a little off what was fitted diverge.
     """
 
     plain: float
@@ -78,14 +79,19 @@ def shrinkage(
     value = 1 - under / over
     drawn = 1 - drawn_under / np.maximum(drawn_over, 1e-9)
     if otherwise is not None:
-        drawn = np.add.outer(value - _values(held, *otherwise), drawn).ravel()
+        values = _values(held, *otherwise)
+        if not len(values):
+            return Shrinkage(plain, with_effects, float(value), None)
+        drawn = np.add.outer(value - values, drawn).ravel()
     low, high = np.quantile(drawn, [0.025, 0.975])
     return Shrinkage(plain, with_effects, float(value), (float(low), float(high)))
 
 
 def _values(held: Ground, plain: np.ndarray, with_effects: np.ndarray) -> np.ndarray:
-    """(d,) S of draws (d, k); those that diverged are left out."""
+    """(d,) S of draws (d, k); those that diverged are left out, and there may be none."""
     standing = np.isfinite(plain).all(axis=1) & np.isfinite(with_effects).all(axis=1)
+    if not standing.any():
+        return np.zeros(0)
     over, under = (
         np.array([gait @ gait - len(gait) for gait in (of_gaits(held, row) for row in rows[standing])])
         for rows in (plain, with_effects)

@@ -85,8 +85,9 @@ class Ground:
             found = cls._from(model, camera, np.array(start, float), discrepancy, known)
             if best is None or found is None:
                 best = best or found
-            elif found.misfit < best.misfit - _CLEARLY:  # then with what disturbs the row there
-                best = cls._from(model, camera, found.at, discrepancy) or best
+            elif found.misfit < best.misfit - _CLEARLY:
+                there = cls._from(model, camera, found.at, discrepancy)  # with what disturbs the row there
+                best = there if there is not None and there.misfit < best.misfit else best
         if best is None:
             raise SimulationDiverged("the plain twin diverged from every start; look into the flags of the fit trials")
         return best
@@ -179,7 +180,7 @@ class Ground:
     def left_drawn(self, fitted: "Ground", draws: int, seed: int) -> np.ndarray:
         """(d, k) what plain twins would leave of these swims, fitted to others as they might have been: linear.
 
-        What the plain twin leaves of the others counts as disturbance.
+        What the plain twin leaves of the others counts as disturbance. All nan where the twin diverges next to it.
         """
         random = np.random.default_rng([seed, 23])
         drawn = random.multivariate_normal(self.at, fitted.coefficient_covariance, draws)

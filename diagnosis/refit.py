@@ -95,10 +95,13 @@ def left_with(ground: Ground, best: Refit) -> np.ndarray:
 
 
 def left_drawn(ground: Ground, best: Refit, left: np.ndarray, draws: int, seed: int) -> np.ndarray:
-    """(d, k) what it would leave, fitted as it might have been: linear about what it leaves (k,)."""
+    """(d, k) what it would leave, fitted as it might have been: linear about what it leaves (k,).
+
+    All nan where the twin diverges next to it.
+    """
     joint, point = _Joint(ground, best.effects), np.append(best.at, best.values)
     drawn = np.random.default_rng([seed, 19]).multivariate_normal(point, best.covariance, draws)
-    return left - (np.clip(drawn, joint.low, joint.high) - point) @ joint.slopes(point).T
+    return left - (np.clip(drawn, joint.low, joint.high) - point) @ joint.differences(point).T
 
 
 class _Joint:
@@ -146,13 +149,16 @@ class _Joint:
         return float((((point - self.mean) / self.sd) ** 2).sum())
 
     def slopes(self, point: np.ndarray) -> np.ndarray:
-        """(k, 5 + p) of the row of the twin, even where bounds allow it."""
+        """(k, 5 + p) of the row of the twin, even where bounds allow it; 0 where it diverged."""
+        return np.nan_to_num(self.differences(point))
+
+    def differences(self, point: np.ndarray) -> np.ndarray:
+        """The same, nan where it diverged."""
         steps = np.concatenate([_ROOT_STEP * 2 * np.sqrt(np.maximum(point[:5], 0.01)), _STEP_SD * self.sd[5:] / _WIDER])
         up, down = (np.clip(point + sign * np.diag(steps), self.low, self.high) for sign in (1, -1))
         rows = self.rows(np.vstack([up, down]))
         width = np.diag(up - down)
-        slopes = (rows[len(point) :] - rows[: len(point)]) / width[:, None]
-        return np.nan_to_num(slopes).T
+        return np.asarray(((rows[len(point) :] - rows[: len(point)]) / width[:, None]).T)
 
     def step(self, point: np.ndarray, left: np.ndarray, slopes: np.ndarray) -> np.ndarray:
         """(5 + p,) towards the nearest, linear."""

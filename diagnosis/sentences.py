@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from diagnosis.verdict import HELD
 from diagnosis.where import OF_NO_MARKER
 
 _OF_STAGE = {
@@ -43,10 +44,12 @@ def _which(data: Mapping[str, Any]) -> str:
     if verdict == "no_gap":
         return f"Which: no effect is called for (probability of nothing {data['no_gap_probability']:.2f})."
     if verdict == "unexplained" and (like := _looks_like(chances)) is not None:
-        return (
-            f"Which: it looks most like {plain(like)} ({chances[like]:.2f}), but may as well be something that only "
-            "looks like it; see the missing forces."
+        but = (
+            "may as well be something that only looks like it"
+            if chances[like] < HELD
+            else "most of the gap stays beside it"
         )
+        return f"Which: it looks most like {plain(like)} ({chances[like]:.2f}), but {but}; see the missing forces."
     if verdict == "unexplained" and chances["none_of_these"] < 0.5:
         several = [plain(name) for name, chance in chances.items() if name != "none_of_these"][:4]
         return f"Which: no effect stands out; among the likeliest are {', '.join(several)}. See the missing forces."
@@ -92,5 +95,6 @@ def _how_far(data: Mapping[str, Any]) -> str:
     )
     if gap["shrinkage"] is None:
         return f"How far: on {trials} the plain twin leaves no more than noise; {change}."
-    low, high = gap["shrinkage_ci95"]
-    return f"How far: on {trials} the gap shrinks by {gap['shrinkage']:.0%} ({low:.0%} to {high:.0%}); {change}."
+    interval = gap["shrinkage_ci95"]
+    sure = "how surely is not known" if interval is None else f"{interval[0]:.0%} to {interval[1]:.0%}"
+    return f"How far: on {trials} the gap shrinks by {gap['shrinkage']:.0%} ({sure}); {change}."

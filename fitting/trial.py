@@ -59,7 +59,7 @@ class MeasuredTrial:
         turn: of the crank, from time 0; None where it is taken to turn evenly.
         beat: of the tail, over the whole trial.
         logged_hz: turns a second of the crank while it was driven, by its motor's log and clock; None without a log, or
-            with one that is another trial's by its commands.
+            with one that may be another trial's.
     """
 
     name: str

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import arviz
 import emcee
 import mujoco
 
@@ -169,5 +169,5 @@ def _code() -> dict[str, str]:
     for package in (inference, signatures, structure, swimmer, synthetic):
         files += Path(str(package.__file__)).parent.rglob("*.py")
         files += Path(str(package.__file__)).parent.rglob("*.toml")
-    libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": arviz.__version__}
+    libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": version("arviz")}
     return libraries | {f"{path.parent.name}/{path.name}": sha256_of(path) for path in sorted(set(files))}

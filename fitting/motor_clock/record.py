@@ -27,7 +27,7 @@ from swimmer import CrankTurn, RobotSpec
 RISE_S = 1.0  # after the command of the drive, in which the motor comes up to speed; as in `calib capture`
 COVERED = 0.5  # share of the frames that a log on a given clock must cover to be believed to belong to them
 BEAT_OFF_CRANK = 0.01  # relative, and three standard errors; every trial has the same codes, this tells whose log it is
-OTHER_TRIAL = "other_command"  # kind of flag
+OTHER_COMMAND_KIND, OFF_CRANK_KIND = "other_command", "beat_off_crank"  # of flags
 OTHER_COMMAND = 0.02  # relative; a servo's speeds come in steps of 0.004 turns a second
 FEWEST_FRAMES = 12
 _FEWEST_READINGS = 5
@@ -69,8 +69,12 @@ class MotorRecord:
 
     @property
     def logged_hz(self) -> float | None:
-        """Turns a second over the drive by the motor's own clock; None of a log that is another trial's."""
-        if any(flag.kind == OTHER_TRIAL for flag in self.flags):
+        """Turns a second over the drive by the motor's own clock; None of a log that may be another trial's.
+
+        It is by its commands; or by how the tail beats, where no commands beside it say that it is not.
+        """
+        kinds = {flag.kind for flag in self.flags}
+        if OTHER_COMMAND_KIND in kinds or (OFF_CRANK_KIND in kinds and self.commands is None):
             return None
         return self.measured_hz / self.clock.rate
 
@@ -90,7 +94,7 @@ class MotorRecord:
             f"the tail beats at {beat.hz:.3f} Hz, but by its motor log the crank makes {hz:.3f} turns a second "
             f"({100 * (hz / beat.hz - 1):+.1f} %): the log is not used. Is it this trial's, is the frame rate right?"
         )
-        return replace(self, usable=False, flags=(*self.flags, Flag("beat_off_crank", message=message)))
+        return replace(self, usable=False, flags=(*self.flags, Flag(OFF_CRANK_KIND, message=message)))
 
     def driven(self, tracks: Tracks, name: str) -> tuple[int, Tracks]:
         """The frames of the drive, and the number of the first; all frames where it is not known when it was.
@@ -217,7 +221,7 @@ def _other_command(commanded_hz: float, spec: TrialSpec) -> tuple[Flag, ...]:
         f"the commands beside its motor log ask for {commanded_hz:.3g} turns a second, commanded_hz in session.toml is "
         f"{spec.commanded_hz:g}: are log and commands this trial's?"
     )
-    return (Flag(OTHER_TRIAL, message=message),)
+    return (Flag(OTHER_COMMAND_KIND, message=message),)
 
 
 def _not_laid(clock: MotorClock, covered: float) -> tuple[Flag, ...]:

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import arviz
 import numpy as np
 import xarray
 
@@ -12,6 +11,7 @@ from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED
 from fitting.posterior.likelihood import LEAST_DISCREPANCY, MOST_SPEED, MOST_WAVE
 from fitting.posterior.posterior import Posterior
+from fitting.posterior.quiet_arviz import arviz
 from fitting.posterior.sampling import VARIABLES
 
 PRIOR = (

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import arviz
 import emcee
 import numpy as np
 import xarray
@@ -12,6 +11,7 @@ import xarray
 from fitting.coefficient_fit import NAMES
 from fitting.posterior.ensemble import sampler
 from fitting.posterior.exploration import Exploration
+from fitting.posterior.quiet_arviz import arviz
 from session import Flag
 
 R_HAT = 1.01

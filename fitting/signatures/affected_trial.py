@@ -38,10 +38,16 @@ class AffectedTrial:
         return np.asarray(led_to + self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
 
     def logged_hz(self, values: np.ndarray) -> np.ndarray:
-        """(s,) the frequency that the trial's command leads to with values (s, p), as the motor's log tells it."""
-        commanded_hz = self.model.trial.commanded_hz
-        assert commanded_hz is not None
-        return np.array([self.twin.turned_hz(commanded_hz, value) for value in values])
+        """(s,) the frequency that the trial's command leads to with values (s, p), as the motor's log tells it.
+
+        What makes a crank that does not turn evenly beat otherwise over the trial shows there too; a twin beside a
+        wrong clock beats as it was filmed.
+        """
+        trial = self.model.trial
+        assert trial.commanded_hz is not None
+        led_to = np.array([self.twin.turned_hz(trial.commanded_hz, value) for value in values])
+        runs = self.runs(np.zeros((len(values), 5)), values)
+        return np.asarray(led_to + self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
 
     @property
     def time_s(self) -> np.ndarray:

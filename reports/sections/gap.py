@@ -21,7 +21,7 @@ from reports.svg import inline_svg
 _VERDICTS = {
     "named": "Verdict: named. The data leave no other name of the catalogue.",
     "inseparable": "Verdict: inseparable. These trials cannot tell the names of a group apart; one of each is enough.",
-    "unexplained": "Verdict: unexplained. There is a gap, and no effect of the catalogue makes it.",
+    "unexplained": "Verdict: unexplained. There is a gap, and no name of the catalogue can be said of it.",
     "no_gap": "Verdict: no gap. These trials do not make it sure enough that there is anything but noise, misplaced "
     "boxes and the twin’s own error.",
 }
@@ -110,8 +110,9 @@ def _which(found: Diagnosed) -> tuple[Block, ...]:
     figure = Plot(
         inline_svg(gap_effects_figure(found), "gap-effects", "Probability of each effect"),
         "gap-effects",
-        "How likely each effect is, once these swims are seen. Blue are those that are named; at 0.9 one name is "
-        "enough. Several may be present at once, so the bars need not add up to 1.",
+        "How likely each effect is, once these swims are seen. Blue are those that are named: the "
+        "gap has to look like one of a group with 0.9, and one of the group to be there with 0.6, for it may be "
+        "something that only looks like it. Several may be present at once, so the bars need not add up to 1.",
     )
     blocks: list[Block] = [Prose(_VERDICTS[found.verdict])]
     if groups := found.data["groups"]:
@@ -196,13 +197,18 @@ def _shrinkage(found: Diagnosed) -> str:
     added = _added(found)
     if gap["shrinkage"] is None:
         return f"The plain twin leaves no more of the held-out swims than noise: there is no gap for {added} to shrink."
-    low, high = gap["shrinkage_ci95"]
     told = f"With {added}, both twins refitted to the fitted swims, {whole_percent(gap['shrinkage'])} of the held-out "
-    told += f"gap is gone (95 % interval {whole_percent(low)} to {whole_percent(high)})."
-    why = (
-        " The interval is over the noise of these swims and over how far what was fitted may be off; other swims may "
-        "fare otherwise."
-    )
+    told += "gap is gone"
+    if gap["shrinkage_ci95"] is None:
+        told += "."
+        why = " How surely is not known: twins a little off what was fitted diverge."
+    else:
+        low, high = gap["shrinkage_ci95"]
+        told += f" (95 % interval {whole_percent(low)} to {whole_percent(high)})."
+        why = (
+            " The interval is over the noise of these swims and over how far what was fitted may be off; other swims "
+            "may fare otherwise."
+        )
     worse = " The gap grows: what explains the fitted swims does not carry over." if gap["shrinkage"] < 0 else ""
     return told + why + worse + _controls(gap.get("controls"))
 

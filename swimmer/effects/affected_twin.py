@@ -213,6 +213,8 @@ class AffectedTwin(Twin):
             batch.step()
             acceleration = (velocity - before) / dt
             before, rolled[:, k] = velocity.copy(), position
+        for row, end in enumerate(steps):
+            rolled[row, end:] = rolled[row, end - 1]  # what came of it after its end does not count
         return rolled
 
     def _alike(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:

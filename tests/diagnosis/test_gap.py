@@ -82,3 +82,10 @@ def test_the_interval_holds_the_value_of_the_truth_where_strengths_were_fitted()
         narrow += with_noise.interval[0] <= truth <= with_noise.interval[1]
     assert 0.90 <= inside / 200 <= 1.0
     assert narrow / 200 < 0.85
+
+
+def test_how_surely_is_not_known_where_twins_a_little_off_diverge() -> None:
+    left, nowhere = coloured(6 * np.random.default_rng(5).standard_normal(K)), np.full((5, K + 1), np.nan)
+    told = shrinkage(held(left), 0.5 * left, otherwise=(nowhere, nowhere))
+    assert told.value is not None
+    assert told.interval is None

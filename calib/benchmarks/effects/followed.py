@@ -13,7 +13,8 @@ class Confused(NamedTuple):
 
     Attributes:
         effect: its name.
-        trial: the first that was recommended of those that can be made.
+        trial: the first that was recommended of those that can be made, whichever two of the group it is to separate:
+            nobody who follows it knows which of them is there.
     """
 
     effect: str
@@ -24,9 +25,9 @@ def confused(answer: Answer, told: Told) -> Confused | None:
     """What a diagnosis leaves confused, and what it wants to see for it; None where there is no such thing."""
     for group in told.groups:
         present = [name for name in group if answer.present(name)]
-        if len(group) > 1 and present:
-            wanted = [each for each in told.recommended if each.separates <= set(group)]
-            return Confused(present[0], wanted[0]) if wanted else None
+        wanted = [each for each in told.recommended if each.separates <= set(group)]
+        if len(group) > 1 and present and wanted:
+            return Confused(present[0], wanted[0])
     return None
 
 
@@ -37,10 +38,12 @@ class FollowedScore:
     Attributes:
         effects: that were confused, one a session.
         told: of each session with the trial.
+        missing: sessions that should have been followed and were not.
     """
 
     effects: tuple[str, ...]
     told: tuple[Told, ...]
+    missing: int = 0
 
     @property
     def headline(self) -> dict[str, Share]:
@@ -55,6 +58,7 @@ class FollowedScore:
         """Plain numbers."""
         return {
             "sessions": len(self.told),
+            "missing": self.missing,
             "headline": {name: share.to_json() for name, share in self.headline.items()},
             "effects": sorted(self.effects),
         }

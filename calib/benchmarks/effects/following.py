@@ -3,13 +3,14 @@
 import shutil
 from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from calib.benchmarks.effects.answer import Answer
 from calib.benchmarks.effects.diagnosing import attempt
-from calib.benchmarks.effects.drawn import one_more
+from calib.benchmarks.effects.drawn import DrawnTrial, one_more
 from calib.benchmarks.effects.each_session import each_session
 from calib.benchmarks.effects.filming import film_together
 from calib.benchmarks.effects.folder import DIAGNOSIS, Failure, SuiteFolder, Tell
@@ -20,7 +21,7 @@ from calib.benchmarks.effects.suite import SessionPlan, recorded_by
 from calib.benchmarks.effects.told import read_told
 from diagnosis import Discrepancy
 from reality.mechanisms import catalogued, uncatalogued
-from session import SwimcalError
+from session import SwimcalError, TrialKind, load_session
 from swimmer.effects import catalogue
 
 
@@ -45,7 +46,7 @@ def follow_suite(
 
     Args, Returns, Raises: as of `diagnose_suite`; all sessions must be diagnosed.
     """
-    todo = [each for name, each in wanted(suite).items() if not (suite.followed / name / DIAGNOSIS).exists()]
+    todo = [each for each in wanted(suite).values() if not was_followed(suite, each)]
     return each_session(partial(_followed, suite, program), todo, workers, scheduler, tell)
 
 
@@ -63,18 +64,37 @@ def wanted(suite: SuiteFolder) -> Mapping[str, Wanted]:
     return found
 
 
+def was_followed(suite: SuiteFolder, each: Wanted) -> bool:
+    """Whether a session was diagnosed with just the trial that its diagnosis wants."""
+    folder = suite.followed / each.answer.session
+    return (folder / DIAGNOSIS).exists() and _has(folder, each)
+
+
+def _has(folder: Path, each: Wanted) -> bool:
+    """Whether a session holds that trial: one of its own, with a log where that is wanted."""
+    if not (folder / "session.toml").exists():
+        return False
+    more, trial = _more(each), load_session(folder).trials[-1]
+    return trial.name == more.name and (trial.motor is not None or not more.logged)
+
+
+def _more(each: Wanted) -> DrawnTrial:
+    trial = each.confused.trial
+    kind: TrialKind = "dry" if trial.kind == "dry" else "swim"
+    return one_more(_plan(each.answer), kind, trial.commanded_hz, trial.logged)
+
+
 def _followed(suite: SuiteFolder, program: Program, each: Wanted) -> Failure | None:
-    answer, trial = each.answer, each.confused.trial
+    answer, folder = each.answer, suite.followed / each.answer.session
     if not answer.strengths:
         return Failure(answer.session, "its answer does not say how it was made: make the suite anew")
-    if not (suite.followed / answer.session / "session.toml").exists():
-        plan = _plan(answer)
-        more = one_more(plan, "dry" if trial.kind == "dry" else "swim", trial.commanded_hz, trial.logged)
+    if not _has(folder, each):
+        shutil.rmtree(folder, ignore_errors=True)  # made for a diagnosis that wanted another trial
         making = Making({**catalogued(), **uncatalogued()}, Discrepancy.load(suite.discrepancy), catalogue())
         for broken_off in suite.followed.glob(f".{answer.session}.*"):
             shutil.rmtree(broken_off, ignore_errors=True)
         try:
-            film_together([making.make_with(plan, answer.strengths, more, suite.followed)])
+            film_together([making.make_with(_plan(answer), answer.strengths, _more(each), suite.followed)])
         except (SwimcalError, ValueError, ArithmeticError) as error:
             return Failure(answer.session, f"{type(error).__name__}: {error}")
     return attempt(program, suite.followed, suite.discrepancy, (answer.session, frozenset()))

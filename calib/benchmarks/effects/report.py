@@ -39,6 +39,8 @@ def score_text(scores: Mapping[str, Score]) -> str:
         ("seconds a session", "≤ 60"): [score.seconds for score in scores.values()],
     }
     rows += [_row(label, asked, [number_text(value) for value in found]) for (label, asked), found in numbers.items()]
+    said = [share_text(each.wrong_said) for each in scores.values()]
+    rows.append(_row("only wrong names said, however sure", "", said))
     for level in sorted({level for score in scores.values() for level in score.by_detectability}):
         cells = [share_text(score.by_detectability.get(level)) for score in scores.values()]
         rows.append(_row(f"right name first, d = {level:g}", "", cells))
@@ -59,6 +61,8 @@ def followed_text(score: FollowedScore) -> str:
     """One column, beside what is asked."""
     rows = [_row("with the trial that was recommended", "asked", ["diagnosis"])]
     rows += [_row(goal.label, goal.asked, [share_text(score.headline[what])]) for what, goal in GOALS_FOLLOWED.items()]
+    if score.missing:
+        rows.append(_row("not followed", "", [str(score.missing)]))
     return "\n".join(rows)
 
 

@@ -146,6 +146,11 @@ class Score:
         return float(np.median(ratios)) if ratios else float("nan")
 
     @property
+    def wrong_said(self) -> Share:
+        """Sessions in which a name is said and none that is said is present, however sure it is."""
+        return self.share(lambda c: bool(c.told.names) and not any(map(c.answer.present, c.told.names)))
+
+    @property
     def seconds(self) -> float:
         """Median a session; nan where none tells."""
         told = [case.told.seconds for case in self.cases if case.told.seconds is not None]
@@ -161,6 +166,7 @@ class Score:
             "confusion": self.confusion,
             "look_alikes": self.look_alikes,
             "reliability": self.reliability._asdict(),
+            "wrong_name_said": self.wrong_said.to_json(),
             "share_on_stage": self.share_on_stage,
             "shrinkage_of_oracle": self.shrinkage_of_oracle,
             "seconds": self.seconds,

@@ -7,7 +7,7 @@ from typing import Any
 
 from calib.benchmarks.effects.folder import DIAGNOSIS, SECONDS, SuiteFolder
 from calib.benchmarks.effects.followed import FollowedScore
-from calib.benchmarks.effects.following import wanted
+from calib.benchmarks.effects.following import wanted, was_followed
 from calib.benchmarks.effects.rules import RULES
 from calib.benchmarks.effects.score import Score, scored
 from calib.benchmarks.effects.told import Told, read_told
@@ -90,14 +90,15 @@ def score_without(suite: SuiteFolder) -> WithoutScore:
 
 
 def score_followed(suite: SuiteFolder) -> FollowedScore:
-    """Scores the diagnoses of sessions with the trial that was recommended.
+    """Scores the diagnoses of sessions with the trial that was recommended, those that were not followed counted.
 
     Raises:
         InputError: as of `score_suite`.
     """
-    left = {name: each.confused.effect for name, each in wanted(suite).items()}
+    all_wanted = wanted(suite)
+    left = {name: each.confused.effect for name, each in all_wanted.items() if was_followed(suite, each)}
     told = _all_told(suite, tuple(left), lambda name: _told(suite.followed / name))
-    return FollowedScore(tuple(left.values()), tuple(told))
+    return FollowedScore(tuple(left.values()), tuple(told), len(all_wanted) - len(left))
 
 
 def _told(session: Path, lacking: frozenset[str] = frozenset()) -> Told:

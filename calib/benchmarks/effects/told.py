@@ -1,6 +1,7 @@
 """What a program says of a session: its `diagnosis.json`, whoever wrote it, as far as scores need it."""
 
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from session import FaultCollector
 
 NONE = "none_of_these"
 VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
+_PAIR, _KINDS = 2, ("swim", "dry")
 _CAUSES = ("camera", "drive", "body", "tail")  # stages that an effect can act at
 
 
@@ -124,11 +126,23 @@ def _recommended(stands: dict[str, Any]) -> Iterator[Recommended]:
     """Of what it recommends, all that is a trial."""
     for each in stands.get("next_experiments") or ():
         if (trial := each.get("trial")) is not None:
-            yield Recommended(frozenset(each["separates"]), trial["kind"], trial["commanded_hz"], trial["logged"])
+            logged = bool(trial.get("logged", False))
+            yield Recommended(frozenset(each["separates"]), trial["kind"], float(trial["commanded_hz"]), logged)
 
 
 def _names_any(stands: dict[str, Any]) -> bool:
     return stands["verdict"] in ("named", "inseparable")
+
+
+def _is_recommended(each: Any) -> bool:
+    """Whether an experiment names two effects and, as its trial, nothing or a swim or a dry run at a speed."""
+    if not isinstance(each, dict) or len(each.get("separates") or ()) != _PAIR:
+        return False
+    trial = each.get("trial")
+    if trial is None:
+        return True
+    hz = trial.get("commanded_hz") if isinstance(trial, dict) else None
+    return isinstance(hz, int | float) and 0 < hz < math.inf and trial.get("kind") in _KINDS
 
 
 def _check(stands: Any, lacking: frozenset[str], faults: FaultCollector) -> None:
@@ -154,6 +168,15 @@ def _check(stands: Any, lacking: frozenset[str], faults: FaultCollector) -> None
             expected=" or ".join(VERDICTS),
             next_step="Diagnose it again.",
         )
+    for number, each in enumerate(stands.get("next_experiments") or ()):
+        if not _is_recommended(each):
+            faults.add(
+                f"next_experiments[{number}]",
+                "not an experiment",
+                found=repr(each)[:120],
+                expected='"separates": two names; "trial": null, or "kind" swim or dry and "commanded_hz" above 0',
+                next_step="Diagnose it again.",
+            )
     for name, p in stands["probabilities"].items():
         if not 0 <= p <= 1:
             faults.add(

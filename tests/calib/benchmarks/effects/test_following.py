@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from calib.benchmarks.effects import following
+from calib.benchmarks.effects import making as making_module
 from calib.benchmarks.effects.answer import Answer
 from calib.benchmarks.effects.drawn import one_more
-from calib.benchmarks.effects.filming import film_together
+from calib.benchmarks.effects.filming import Filming, film_together
 from calib.benchmarks.effects.folder import DIAGNOSIS
 from calib.benchmarks.effects.followed import FollowedScore, confused
 from calib.benchmarks.effects.following import follow_suite, wanted
@@ -21,14 +22,15 @@ from calib.benchmarks.effects.making import Making
 from calib.benchmarks.effects.report import outcome_text
 from calib.benchmarks.effects.scores_page import render_scores
 from calib.benchmarks.effects.scoring import score_all
+from calib.benchmarks.effects.severity import Strength, Strong
 from calib.benchmarks.effects.suite import Recorded, SessionPlan
-from calib.benchmarks.effects.told import Told
+from calib.benchmarks.effects.told import Told, read_told
 from diagnosis import Discrepancy
 from reality.mechanisms import catalogued
 from session import load_session
 from tests.calib.benchmarks.effects.suites import suite_in
 
-SEED = 4
+SEED, STRENGTH = 4, 1.5
 SLACK = Answer("w00000002", "single", ("tendon_slack",), None, ((),), 10.0, "tail", 0.8, SEED, (1.0,))
 NULL = Answer("w00000001", "null", seed=3)
 SHORT = Recorded((0.9,), (1.1,), 2.5, None, free_decay=False, logged=False)
@@ -60,8 +62,6 @@ def confuses(session: Path, _discrepancy: Discrepancy, _without: frozenset[str])
 
 
 def read(found: dict[str, Any], folder: Path) -> Told:
-    from calib.benchmarks.effects.told import read_told
-
     (folder / "told.json").write_text(json.dumps(found))
     return read_told(folder / "told.json")
 
@@ -92,6 +92,11 @@ def test_a_recommended_trial_is_made_and_the_session_diagnosed_with_it(
     assert "told apart with one trial more" in outcome_text(outcome)
     assert "With the trial that was recommended" in render_scores(outcome)
     assert follow_suite(suite, confuses, 1) == ()
+    other = told([PAIR], (SWIM | {"commanded_hz": 0.8},))
+    (suite.sessions / SLACK.session / DIAGNOSIS).write_text(json.dumps(other))
+    again = score_all(suite).followed
+    assert again is not None
+    assert (len(again.told), again.missing) == (0, 1)
 
 
 def test_a_suite_from_before_trials_were_recommended_is_to_be_made_anew(tmp_path: Path) -> None:
@@ -101,14 +106,22 @@ def test_a_suite_from_before_trials_were_recommended_is_to_be_made_anew(tmp_path
     assert "make the suite anew" in failure.message
 
 
+def as_strong_as_told(_asked: float, strong: Strong, *_: Any) -> Filming[Strength]:
+    """In place of the search, which takes minutes."""
+    yield from ()
+    return Strength(STRENGTH, strong(STRENGTH), 10.0, (), np.zeros(0))
+
+
 @pytest.mark.long
-def test_all_that_was_recorded_before_stays_as_it_was(tmp_path: Path) -> None:
-    """The world is drawn again from the seed alone."""
-    plan = SessionPlan("w00000001", 3, SHORT, "null")
+def test_all_that_was_recorded_before_stays_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The world and what is in it, both effects with draws of their own, are made again from seed and strengths."""
+    plan = SessionPlan("w00000001", 3, SHORT, "double", ("drive_ratio_error", "bend_offset"))
+    monkeypatch.setattr(making_module, "strength_for", as_strong_as_told)
     making = Making(catalogued(), Discrepancy(np.eye(127)), {})
     more = one_more(plan, "dry", 1.0, logged=False)
-    film_together([making.make(plan, tmp_path / "before")])
-    film_together([making.make_with(plan, (), more, tmp_path / "after")])
+    (answer,) = film_together([making.make(plan, tmp_path / "before")])
+    assert (answer.seed, answer.strengths) == (3, (STRENGTH, STRENGTH))
+    film_together([making.make_with(plan, answer.strengths, more, tmp_path / "after")])
     before, after = (sorted((tmp_path / part / plan.name / "trials").iterdir()) for part in ("before", "after"))
     assert {path.name for path in after} - {path.name for path in before} == {"more_dry1_00.csv.gz"}
     for path in before:

@@ -34,6 +34,26 @@ def test_it_is_read(tmp_path: Path) -> None:
     assert (told.shrinkage, told.interval, told.seconds) == (0.7, (0.6, 0.8), 41.0)
 
 
+def test_trials_that_are_recommended_are_read(tmp_path: Path) -> None:
+    swim = {"kind": "swim", "commanded_hz": 0.8, "logged": True}
+    wanted = [{"separates": ["a", "b"], "trial": None}, {"separates": ["a", "b"], "trial": swim}]
+    (told,) = read_told(written(tmp_path, next_experiments=wanted)).recommended
+    assert told == (frozenset({"a", "b"}), "swim", 0.8, True)
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        {"trial": None},
+        {"separates": ["a", "b"], "trial": {"kind": "flight", "commanded_hz": 1.0}},
+        {"separates": ["a", "b"], "trial": {"kind": "swim", "commanded_hz": -1.0}},
+    ],
+)
+def test_an_experiment_that_cannot_be_read_is_told(wanted: dict[str, Any], tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="next_experiments"):
+        read_told(written(tmp_path, next_experiments=[wanted]))
+
+
 def test_what_does_not_apply_is_none(tmp_path: Path) -> None:
     told = read_told(written(tmp_path, verdict="no_gap", groups=[], gap=None, where=None, seconds=None))
     assert (told.first, told.stage, told.shrinkage, told.interval, told.seconds) == (None,) * 5
