@@ -11,7 +11,7 @@ wrong is taken at the strength that the row has, and of effects that act togethe
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import comb
 
@@ -64,11 +64,13 @@ class Explanations:
             be; all as likely.
         effects: that may explain it.
         belief: before the row.
+        frequencies: where the whitened row holds frequencies.
     """
 
     rows: tuple[Row, ...]
     effects: Sequence[Shown]
     belief: Belief
+    frequencies: slice = field(default_factory=lambda: slice(0, 0))
 
     @property
     def row(self) -> Row:
@@ -98,6 +100,15 @@ class Explanations:
         length = float(np.linalg.norm(columns @ form.nearest(self.row.left, columns)))
         octaves = -np.log(self.belief.strays)
         return float(np.clip(np.log(_SHOWS / max(self.belief.strays * length, _SILENT)) / octaves, 0.0, 1.0))
+
+    def of_gaits(self, effect: int) -> float:
+        """Share of the squared length of what an effect does that is in gaits, not in frequencies."""
+        form = self.best[effect]
+        if form is None:
+            return 1.0
+        moved = form.columns @ form.nearest(self.row.left, self.row.turn @ form.columns)
+        in_frequencies = float((moved[self.frequencies] ** 2).sum())
+        return 1 - in_frequencies / max(float(moved @ moved), _SILENT)
 
     @cached_property
     def best(self) -> tuple[Form | None, ...]:

@@ -41,4 +41,5 @@ def _explanations(ground: Ground, signatures: Sequence[Signature], belief: Belie
         Row.of(ground.space, ground.left, ground.generic, like, frequencies)
         for like, frequencies in ((effects, 0), (effects, ground.model.frequencies), ((), 0))
     )
-    return Explanations((wrong, like_any, loose), effects, belief)
+    ends = len(ground.generic)
+    return Explanations((wrong, like_any, loose), effects, belief, slice(ends - ground.model.frequencies, ends))

@@ -118,7 +118,8 @@ def _try(explanations: Explanations, logs: dict[Explanation, float], present: tu
 def _imitations(explanations: Explanations, logs: dict[Explanation, float]) -> dict[Explanation, float]:
     """Each set with something in the place of one of its effects that only looks like it, and how likely that is.
 
-    Where it strays too little to show it is as likely as the effect would be, else as that and something else beside.
+    Where it strays too little to show it is as likely as the effect would be, else as that and something else beside;
+    but something else strays in gaits: what changes frequencies alone, each trial's by as much, is not made by chance.
     """
     found, belief = {}, explanations.belief
     beside = np.log(belief.other) - np.log1p(-belief.other)
@@ -127,7 +128,8 @@ def _imitations(explanations: Explanations, logs: dict[Explanation, float]) -> d
             for effect in present:
                 unseen = explanations.unseen(effect)
                 alone = logs[Explanation(present)] + np.log(unseen)
-                strays = logs[Explanation(present, True)] - beside + np.log1p(-unseen)
+                shows = (1 - unseen) * explanations.of_gaits(effect)
+                strays = logs[Explanation(present, True)] - beside + np.log(shows)
                 rest = tuple(i for i in present if i != effect)
                 odds = np.log(belief.imitated)
                 found[Explanation(rest, True, effect)] = float(odds + np.logaddexp(alone, strays))

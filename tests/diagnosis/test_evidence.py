@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.evidence import Belief
+from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
 from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.row import Row
@@ -152,3 +152,19 @@ def test_a_name_that_a_gap_only_looks_like_is_not_said() -> None:
     assert verdict_of(near).groups == (("effect_4",),)
     assert far.any_seen([4]) > 0.9
     assert verdict_of(far).name == "unexplained"
+
+
+def test_what_changes_frequencies_alone_is_no_chance_likeness_whatever_gaits_have() -> None:
+    """Beside it something else is amiss with the gaits, of which the first 98 numbers are."""
+    clock = signature("clock", np.eye(K)[K - 1])
+    others, strange = catalogue()[:3], np.random.default_rng(3).standard_normal(K)
+    strange[K - 2 :] = 0.0
+    effects = shown([clock, *others], SPACE)
+    left = noise(6) + 40 * np.eye(K)[K - 1] + 4 * strange
+    rows = tuple(Row.of(SPACE, left, np.eye(K), like, count) for like, count in ((effects, 0), (effects, 2), ((), 0)))
+    known, unknown = (
+        Probabilities.after(Explanations(rows, effects, Belief(), frequencies)).marginal[0]
+        for frequencies in (slice(K - 2, K), slice(0, 0))
+    )
+    assert known > 0.9
+    assert unknown < 0.8
