@@ -74,6 +74,7 @@ def test_what_is_followed_is_an_effect_among_several_with_a_trial_that_can_be_ma
         assert confused(SLACK, read(told(groups, trials), tmp_path)) is None
 
 
+@pytest.mark.long
 def test_a_recommended_trial_is_made_and_the_session_diagnosed_with_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
