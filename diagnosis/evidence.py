@@ -93,22 +93,23 @@ class Explanations:
 
     def unseen(self, effect: int) -> float:
         """Probability that something which looks like an effect strays too little from it to show."""
-        form = self.best[effect]
-        if form is None:
-            return 1.0
-        columns = self.row.turn @ form.columns
-        length = float(np.linalg.norm(columns @ form.nearest(self.row.left, columns)))
-        octaves = -np.log(self.belief.strays)
-        return float(np.clip(np.log(_SHOWS / max(self.belief.strays * length, _SILENT)) / octaves, 0.0, 1.0))
+        length, least = float(np.linalg.norm(self.row.turn @ self._moved[effect])), self.belief.strays
+        return float(np.clip(np.log(_SHOWS / max(least * length, _SILENT)) / -np.log(least), 0.0, 1.0))
 
     def of_gaits(self, effect: int) -> float:
         """Share of the squared length of what an effect does that is in gaits, not in frequencies."""
-        form = self.best[effect]
-        if form is None:
-            return 1.0
-        moved = form.columns @ form.nearest(self.row.left, self.row.turn @ form.columns)
+        moved = self._moved[effect]
         in_frequencies = float((moved[self.frequencies] ** 2).sum())
         return 1 - in_frequencies / max(float(moved @ moved), _SILENT)
+
+    @cached_property
+    def _moved(self) -> tuple[np.ndarray, ...]:
+        """(q,) of the whitened row, what each effect does in its best form where it comes nearest to what is left."""
+        turn, left = self.row.turn, self.row.left
+        return tuple(
+            np.zeros(turn.shape[1]) if form is None else form.columns @ form.nearest(left, turn @ form.columns)
+            for form in self.best
+        )
 
     @cached_property
     def best(self) -> tuple[Form | None, ...]:

@@ -112,6 +112,7 @@ class _Joint:
         self.effects = self.session.effects
         self.ground = ground
         parameters = [parameter for effect in self.effects for parameter in effect.parameters]
+        self._plain_hz = self.session.hertz(np.zeros((1, len(parameters))))
         self.sd = np.concatenate([PRIOR_SD, [_WIDER * p.sd for p in parameters]])
         self.mean = np.concatenate([ground.at, np.zeros(len(parameters))])
         self.low = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[0]), [p.low for p in parameters]])
@@ -122,9 +123,8 @@ class _Joint:
         """(s, k) measured less simulated, of points (s, 5 + p)."""
         at, values = points[:, :5], points[:, 5:]
         gaits, hertz = self.session.gaits(at, values), self.session.hertz(values)
-        plain_hz = self.session.hertz(np.zeros((1, values.shape[1])))
         off_command = self.ground.left[len(self.ground.model.measured) :]
-        return np.hstack([self.ground.model.measured - gaits, np.nan_to_num(off_command - (hertz - plain_hz))])
+        return np.hstack([self.ground.model.measured - gaits, np.nan_to_num(off_command - (hertz - self._plain_hz))])
 
     def count_as_disturbance(self, left: np.ndarray, point: np.ndarray) -> float:
         """Sets the size of a gap of no particular cause by what is left (k,) at a point; the misfit there with it."""

@@ -71,7 +71,7 @@ class MotorRecord:
     def logged_hz(self) -> float | None:
         """Turns a second over the drive by the motor's own clock; None of a log that may be another trial's.
 
-        It is by its commands; or by how the tail beats, where no commands beside it say that it is not.
+        Commands beside it that are not the session's say so; without commands, a tail that beats otherwise does.
         """
         kinds = {flag.kind for flag in self.flags}
         if OTHER_COMMAND_KIND in kinds or (OFF_CRANK_KIND in kinds and self.commands is None):

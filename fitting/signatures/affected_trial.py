@@ -32,10 +32,7 @@ class AffectedTrial:
         if trial.commanded_hz is None:
             return np.full(len(values), np.nan)
         led_to = np.array([self.twin.measured_hz(trial.commanded_hz, value) for value in values])
-        if trial.turn is not None:
-            return led_to
-        runs = self.runs(np.zeros((len(values), 5)), values)
-        return np.asarray(led_to + self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
+        return led_to + self._otherwise_hz(values)
 
     def logged_hz(self, values: np.ndarray) -> np.ndarray:
         """(s,) the frequency that the trial's command leads to with values (s, p), as the motor's log tells it.
@@ -46,8 +43,15 @@ class AffectedTrial:
         trial = self.model.trial
         assert trial.commanded_hz is not None
         led_to = np.array([self.twin.turned_hz(trial.commanded_hz, value) for value in values])
+        return led_to + self._otherwise_hz(values)
+
+    def _otherwise_hz(self, values: np.ndarray) -> np.ndarray:
+        """(s,) by how much a crank that does not turn evenly beats otherwise over the trial; 0 beside a measured turn."""
+        trial = self.model.trial
+        if trial.turn is not None:
+            return np.zeros(len(values))
         runs = self.runs(np.zeros((len(values), 5)), values)
-        return np.asarray(led_to + self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
+        return np.asarray(self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
 
     @property
     def time_s(self) -> np.ndarray:

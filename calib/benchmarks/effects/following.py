@@ -1,6 +1,5 @@
 """Makes the trials that diagnoses recommend, each in the world of its session, and has these diagnosed once more."""
 
-import shutil
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -15,14 +14,11 @@ from calib.benchmarks.effects.each_session import each_session
 from calib.benchmarks.effects.filming import film_together
 from calib.benchmarks.effects.folder import DIAGNOSIS, Failure, SuiteFolder, Tell
 from calib.benchmarks.effects.followed import Confused, confused
-from calib.benchmarks.effects.making import Making
 from calib.benchmarks.effects.program import Program
+from calib.benchmarks.effects.run import clear_away, making_of
 from calib.benchmarks.effects.suite import SessionPlan, recorded_by
 from calib.benchmarks.effects.told import read_told
-from diagnosis import Discrepancy
-from reality.mechanisms import catalogued, uncatalogued
 from session import SwimcalError, TrialKind, load_session
-from swimmer.effects import catalogue
 
 
 class Wanted(NamedTuple):
@@ -89,12 +85,10 @@ def _followed(suite: SuiteFolder, program: Program, each: Wanted) -> Failure | N
     if not answer.strengths:
         return Failure(answer.session, "its answer does not say how it was made: make the suite anew")
     if not _has(folder, each):
-        shutil.rmtree(folder, ignore_errors=True)  # made for a diagnosis that wanted another trial
-        making = Making({**catalogued(), **uncatalogued()}, Discrepancy.load(suite.discrepancy), catalogue())
-        for broken_off in suite.followed.glob(f".{answer.session}.*"):
-            shutil.rmtree(broken_off, ignore_errors=True)
+        clear_away(suite.followed, answer.session)  # broken off, or made for a diagnosis that wanted another trial
+        work = making_of(suite).make_with(_plan(answer), answer.strengths, _more(each), suite.followed)
         try:
-            film_together([making.make_with(_plan(answer), answer.strengths, _more(each), suite.followed)])
+            film_together([work])
         except (SwimcalError, ValueError, ArithmeticError) as error:
             return Failure(answer.session, f"{type(error).__name__}: {error}")
     return attempt(program, suite.followed, suite.discrepancy, (answer.session, frozenset()))

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from calib.benchmarks.effects.followed import FollowedScore
-from calib.benchmarks.effects.goals import GOALS, GOALS_FOLLOWED, GOALS_WITHOUT
+from calib.benchmarks.effects.goals import GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
 from calib.benchmarks.effects.score import Score
 from calib.benchmarks.effects.scoring import Outcome
 from calib.benchmarks.effects.shares import Share
@@ -49,8 +49,7 @@ def score_text(scores: Mapping[str, Score]) -> str:
 
 def without_text(score: WithoutScore) -> str:
     """One column, beside what is asked."""
-    rows = [_row("without the effect that is there", "asked", ["diagnosis"])]
-    rows += [_row(goal.label, goal.asked, [share_text(score.headline[what])]) for what, goal in GOALS_WITHOUT.items()]
+    rows = _asked_rows("without the effect that is there", score.headline, GOALS_WITHOUT)
     rows += [
         _row(f"unexplained, d = {level:g}", "", [share_text(share)]) for level, share in score.by_detectability.items()
     ]
@@ -59,8 +58,7 @@ def without_text(score: WithoutScore) -> str:
 
 def followed_text(score: FollowedScore) -> str:
     """One column, beside what is asked."""
-    rows = [_row("with the trial that was recommended", "asked", ["diagnosis"])]
-    rows += [_row(goal.label, goal.asked, [share_text(score.headline[what])]) for what, goal in GOALS_FOLLOWED.items()]
+    rows = _asked_rows("with the trial that was recommended", score.headline, GOALS_FOLLOWED)
     if score.missing:
         rows.append(_row("not followed", "", [str(score.missing)]))
     return "\n".join(rows)
@@ -78,6 +76,11 @@ def share_text(share: Share | None, *, interval: bool = True) -> str:
 def number_text(value: float) -> str:
     """A number to three digits."""
     return "none" if np.isnan(value) else f"{value:.3g}"
+
+
+def _asked_rows(title: str, shares: Mapping[str, Share], goals: Mapping[str, Goal]) -> list[str]:
+    rows = [_row(title, "asked", ["diagnosis"])]
+    return rows + [_row(goal.label, goal.asked, [share_text(shares[what])]) for what, goal in goals.items()]
 
 
 def _row(label: str, asked: str, cells: Sequence[str]) -> str:

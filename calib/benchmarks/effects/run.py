@@ -5,6 +5,7 @@ import os
 import shutil
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 
 from calib.benchmarks.effects.answer import checksum, seal
 from calib.benchmarks.effects.filming import Filming, film_together
@@ -74,17 +75,26 @@ def _made_together(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> tuple[
 def _made(suite: SuiteFolder, plan: SessionPlan) -> Filming[Failure | None]:
     if suite.made(plan.name):  # a cluster does again what a worker had done that then died
         return None
-    for broken_off in (suite.sessions / plan.name, *suite.sessions.glob(f".{plan.name}.*")):
-        shutil.rmtree(broken_off, ignore_errors=True)
-    making = Making({**catalogued(), **uncatalogued()}, Discrepancy.load(suite.discrepancy), catalogue())
+    clear_away(suite.sessions, plan.name)
     try:
-        answer = yield from making.make(plan, suite.sessions)
+        answer = yield from making_of(suite).make(plan, suite.sessions)
     except (SwimcalError, ValueError, ArithmeticError) as error:
         return Failure(plan.name, f"{type(error).__name__}: {error}")
     suite.answers.mkdir(parents=True, exist_ok=True)
     seal([answer], suite.answer(plan.name))
     undated(suite.answer(plan.name))
     return None
+
+
+def making_of(suite: SuiteFolder) -> Making:
+    """All that reality can do, beside the discrepancy of a suite."""
+    return Making({**catalogued(), **uncatalogued()}, Discrepancy.load(suite.discrepancy), catalogue())
+
+
+def clear_away(folder: Path, name: str) -> None:
+    """Removes a session from a folder of sessions, whole or broken off."""
+    for there in (folder / name, *folder.glob(f".{name}.*")):
+        shutil.rmtree(there, ignore_errors=True)
 
 
 def _check_same(suite: SuiteFolder, plans: Sequence[SessionPlan]) -> None:
