@@ -46,7 +46,7 @@ class AffectedTrial:
         return led_to + self._otherwise_hz(values)
 
     def _otherwise_hz(self, values: np.ndarray) -> np.ndarray:
-        """(s,) by how much a crank that does not turn evenly beats otherwise over the trial; 0 beside a measured turn."""
+        """(s,) what an uneven turn of the crank adds to how the tail beats; 0 beside a measured turn."""
         trial = self.model.trial
         if trial.turn is not None:
             return np.zeros(len(values))
