@@ -23,6 +23,7 @@ from diagnosis.pruning import pruned
 from diagnosis.pushes import responses
 from diagnosis.refit import Refit
 from diagnosis.separation import separations
+from diagnosis.strangers import Stranger, strangers
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
 from fitting.signatures import Signature, signature_of
@@ -76,6 +77,7 @@ class Diagnosis:
         ground: the fitted swims beside the nearest plain twin.
         signatures: what every effect would do.
         shown: the same, whitened.
+        elsewhere: where something that is in no catalogue was looked for.
         explanations: with their evidence.
         probabilities: after the session.
         verdict: what is said.
@@ -89,6 +91,7 @@ class Diagnosis:
     ground: Ground
     signatures: tuple[Signature, ...]
     shown: tuple[Shown, ...]
+    elsewhere: tuple[Stranger, ...]
     explanations: Explanations
     probabilities: Probabilities
     verdict: Verdict
@@ -148,12 +151,13 @@ def diagnose(
     for number, effect in enumerate(effects.values()):
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))
         signatures.append(signature_of(effect, ground.model, camera, ground.at))
-    tell("weighing explanations", 0.6)
-    ground, explanations = explained(ground, signatures, settings.belief)
+    tell("missing forces", 0.6)
+    forces = responses(ground)
+    tell("weighing explanations", 0.65)
+    elsewhere = strangers(ground, forces)
+    ground, explanations = explained(ground, signatures, settings.belief, elsewhere)
     probabilities = Probabilities.after(explanations)
     verdict = verdict_of(probabilities)
-    tell("missing forces", 0.65)
-    forces = responses(ground)
     where = locate(ground, forces, signatures)
     best, remainder, gap = None, None, None
     rounds = _ROUNDS[settings.effort]
@@ -184,6 +188,7 @@ def diagnose(
         ground,
         tuple(signatures),
         tuple(explanations.effects),
+        elsewhere,
         explanations,
         probabilities,
         verdict,

@@ -13,6 +13,8 @@ from diagnosis.supposition import Supposition
 NONE = "none_of_these"
 _LEAST = 1e-4  # probability that is told
 
+_TOLD = 0.01  # probability of a place
+
 
 def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
     """By the public contract; what stands beside it (`evidence`) is for the report."""
@@ -164,4 +166,15 @@ def _evidence(found: Diagnosis) -> dict[str, Any]:
             }
             for each, chance in likeliest
         ],
+        "elsewhere": _elsewhere(found),
     }
+
+
+def _elsewhere(found: Diagnosis) -> list[dict[str, Any]]:
+    """Places where there may be something else, the likeliest first."""
+    told = [
+        {"place": each.place, "same_in_all_trials": each.same, "probability": chance}
+        for each, chance in zip(found.elsewhere, found.probabilities.at_place, strict=True)
+        if chance >= _TOLD
+    ]
+    return sorted(told, key=lambda each: -float(each["probability"]))

@@ -4,14 +4,15 @@ Every explanation is normal: nothing leaves unit noise; an effect adds its colum
 a size that is not known (uniform in its logarithm, from what is just seen to what its bounds allow), its columns those
 of the stretch in which the strength lies; and what shows is never quite what a form says, by a share of its own length
 in no particular direction, and perhaps by what looks like a little of another effect, for that is likelier than one
-more effect. Something else is a gap in no particular direction of a size that is not known. So evidences are formulas
+more effect. Something else is a gap of a size that is not known: in no particular direction, or at one place, or an
+effect that comes and goes from trial to trial. So evidences are formulas
 (Rasmussen and Williams 2006, chapter 5), and forms with more freedom pay for it by themselves. Approximate are four
 things: several sizes count as independent about the likeliest, bounds are held parameter by parameter, what a form has
 wrong is taken at the strength that the row has, and of effects that act together only the likeliest stretches count.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import comb
 
@@ -37,6 +38,7 @@ class Belief:
         alike: probability that its form is also wrong by what looks like a little of some effect.
         number: prior probabilities of none, one, two … effects.
         other: prior probability that there is something else, beside whatever effects.
+        placed: of that, that it is at one place, or an effect that comes and goes.
         imitated: odds, against an effect, that something outside the catalogue looks like it.
         strays: least share of its own length by which what looks like an effect strays from it; at most all of it, and
             as likely in each octave between.
@@ -46,6 +48,7 @@ class Belief:
     alike: float = 0.5
     number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015, 0.005)
     other: float = 0.1
+    placed: float = 0.2
     imitated: float = 0.15
     strays: float = 0.05
 
@@ -65,12 +68,17 @@ class Explanations:
         effects: that may explain it.
         belief: before the row.
         frequencies: where the whitened row holds frequencies.
+        places: where something else may be: how likely against each other, and (q, b) what it does to the whitened row.
+        of_any_size: what the evidence of nothing gains where the twin's own error is not of the size that these rows
+            have, but of any.
     """
 
     rows: tuple[Row, ...]
     effects: Sequence[Shown]
     belief: Belief
     frequencies: slice = field(default_factory=lambda: slice(0, 0))
+    places: tuple[tuple[float, np.ndarray], ...] = ()
+    of_any_size: float = 0.0
 
     @property
     def row(self) -> Row:
@@ -80,7 +88,7 @@ class Explanations:
     def evidence(self, present: Sequence[int], other: bool) -> float:
         """Log evidence of some effects, each in its best form, with or without something else beside them."""
         if not present:
-            return self._over_sizes((), other)
+            return self._over_sizes((), other) + (0.0 if other else self.of_any_size)
         alone = [self._alone(other)[i] for i in present]
         if not all(alone):
             return -np.inf
@@ -90,6 +98,34 @@ class Explanations:
         best = tuple(self.effects[i].forms[int(np.argmax(logs))] for i, logs in zip(present, alone, strict=True))
         chosen = sum(max(logs) - of_all for logs, of_all in zip(alone, total, strict=True))
         return self._over_sizes(best, other) - chosen
+
+    def counting(self, of_any_size: float) -> "Explanations":
+        """The same with what nothing gains by any size of the twin's own error."""
+        found = replace(self, of_any_size=of_any_size)
+        found.__dict__.update({name: own for name, own in self.__dict__.items() if name not in found.__dict__})
+        return found
+
+    def somewhere(self, present: Sequence[int]) -> np.ndarray:
+        """(n + 1,) log evidence of some effects with something else that `evidence` does not think of.
+
+        That is at each of n places; and last, the effects themselves, otherwise in each trial: never without effects.
+        Both ways are as likely; what is added to what the effects alone explain is taken at their
+        likeliest sizes.
+        """
+        forms = tuple(form for form in (self.best[i] for i in present) if form is not None)
+        if not self.places or len(forms) < len(present):
+            return np.full(len(self.places) + 1, -np.inf)
+        likeliest, _ = self._search(self.row, forms, False)
+        weights = np.array([weight for weight, _ in self.places])
+        at_places = np.log(weights / weights.sum()) + [_mean(list(likeliest.beside(p, SIZES))) for p in self._placed]
+        apart, alone = -np.inf, self._over_sizes(forms, False)
+        if forms:
+            alone -= likeliest.gained(self._directions[self.row], self.belief.alike)  # this is in its place
+            alone -= float(sum(np.log(len(self.effects[i].ways)) for i in present))
+            turned = [self.row.turn @ form.in_trials.reshape(len(form.columns), -1) for form in forms]
+            apart = _mean(list(likeliest.apart(turned)))
+        ways = 2 if forms else 1
+        return alone - np.log(ways) + np.append(at_places, apart)
 
     def unseen(self, effect: int) -> float:
         """Probability that something which looks like an effect strays too little from it to show."""
@@ -144,6 +180,14 @@ class Explanations:
 
         Over one size in full; over more along each axis through the likeliest point, as if they were independent there.
         """
+        likeliest, along = self._search(row, forms, other)
+        if not along:
+            return likeliest.evidence
+        gained = likeliest.gained(self._directions[row], self.belief.alike) if forms else 0.0
+        return float(max(along[-1]) + sum(_mean(lines) - max(lines) for lines in along) + gained)
+
+    def _search(self, row: Row, forms: tuple[Form, ...], other: bool) -> tuple[Sized, list[list[float]]]:
+        """With the likeliest sizes, and log evidence along each axis through them."""
         axes = [_sizes(form) for form in forms] + ([SIZES] if other else [])
         columns = tuple(row.turn @ form.columns / form.size for form in forms)
 
@@ -152,9 +196,8 @@ class Explanations:
             return Sized(row, forms, columns, sizes[: len(forms)], sizes[-1] if other else 0.0, self.belief.unlike)
 
         point = [len(axis) // 2 for axis in axes]
-        if not axes:
-            return at(point).evidence
-        for _ in range(_ROUNDS if len(axes) > 1 else 1):
+        along: list[list[float]] = []
+        for _ in range(_ROUNDS if len(axes) > 1 else len(axes)):
             before, along = list(point), []
             for number, axis in enumerate(axes):
                 lines = [at([*point[:number], i, *point[number + 1 :]]).evidence for i in range(len(axis))]
@@ -162,9 +205,13 @@ class Explanations:
                 along.append(lines)
             if before == point:
                 break
-        top = max(along[-1])
-        gained = at(point).gained(self._directions[row], self.belief.alike) if forms else 0.0
-        return float(top + sum(_mean(lines) - max(lines) for lines in along) + gained)
+        return at(point), along
+
+    @cached_property
+    def _placed(self) -> tuple[np.ndarray, ...]:
+        """(q, b) what something else does at each place in the first row, of a length of one in all."""
+        turned = (self.row.turn @ part for _, part in self.places)
+        return tuple(part / max(float(np.linalg.norm(part)), _SILENT) for part in turned)
 
     @cached_property
     def _directions(self) -> dict[Row, np.ndarray]:

@@ -47,6 +47,21 @@ class Normal:
         along = weighted.T @ self.row - shared.T @ self.mean
         return np.asarray(0.5 * (size * along) ** 2 / (1 + size**2 * length) - 0.5 * np.log1p(size**2 * length))
 
+    def gained_together(self, more: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, float]:
+        """(s,) what more columns (q, d) all together, of strengths of each of these sizes (s,), would add to it.
+
+        And how long what they then do is at the likeliest size.
+        """
+        weighted = more / self.variance[:, None]
+        shared = self._weighted.T @ more  # (p, d)
+        gram = more.T @ weighted - shared.T @ np.linalg.solve(self.precision, shared)
+        lengths, turn = np.linalg.eigh(gram)
+        along = turn.T @ (weighted.T @ self.row - shared.T @ self.mean)
+        grown = 1 + np.outer(sizes**2, np.maximum(lengths, 0.0))  # (s, d)
+        gained = 0.5 * (np.outer(sizes**2, along**2) / grown - np.log(grown)).sum(axis=1)
+        best = int(np.argmax(gained))
+        return gained, float(np.linalg.norm(more @ (turn @ (sizes[best] ** 2 * along / grown[best]))))
+
     @cached_property
     def _weighted(self) -> np.ndarray:
         return self.columns / self.variance[:, None]

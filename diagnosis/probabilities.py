@@ -13,6 +13,7 @@ from diagnosis.evidence import Explanations
 
 _TRIED = 8  # of the likeliest effects, of which pairs are tried
 _MOST = 4  # effects at once
+_PLACED = 12  # of the likeliest sets, beside which something is looked for at each place
 _KEPT = 3  # sets of effects that are tried with one more
 
 
@@ -42,10 +43,12 @@ class Probabilities:
     Attributes:
         names: (e,) of the effects.
         of: probability of each explanation that was tried; they add up to 1.
+        at_place: (n,) that there is something else, at each place, beside whatever effects.
     """
 
     names: tuple[str, ...]
     of: dict[Explanation, float]
+    at_place: tuple[float, ...] = ()
 
     @classmethod
     def after(cls, explanations: Explanations) -> "Probabilities":
@@ -59,10 +62,11 @@ class Probabilities:
         for size in range(3, _MOST + 1):
             for present in _larger(logs, shows, size):
                 _try(explanations, logs, present)
+        places = _somewhere(explanations, logs)
         logs |= _imitations(explanations, logs)
         total = logsumexp(list(logs.values()))
         chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
-        return cls(tuple(each.name for each in explanations.effects), chances)
+        return cls(tuple(each.name for each in explanations.effects), chances, tuple(np.exp(places - total).tolist()))
 
     def with_odds(self, name: str, log_odds: float) -> "Probabilities":
         """With these odds of an effect that was taken for likelier; its sets pass the rest on to those without it."""
@@ -78,7 +82,7 @@ class Probabilities:
             share = kept if effect in each.seen else 1.0
             for key, own in ((each, share), (without, 1 - share)):
                 found[key] = found.get(key, 0.0) + own * chance
-        return Probabilities(self.names, found)
+        return Probabilities(self.names, found, self.at_place)
 
     @property
     def null(self) -> float:
@@ -113,6 +117,26 @@ def _try(explanations: Explanations, logs: dict[Explanation, float], present: tu
         if (key := Explanation(present, other)) not in logs:
             prior = explanations.belief.log_prior(len(present), other, len(explanations.effects))
             logs[key] = explanations.evidence(present, other) + prior
+
+
+def _somewhere(explanations: Explanations, logs: dict[Explanation, float]) -> np.ndarray:
+    """Weighs what else may be beside the likeliest sets, at one place or not the same in all trials; (n,) by place."""
+    places = np.full(len(explanations.places), -np.inf)
+    if not len(places):
+        return places
+    placed = explanations.belief.placed
+    for key in logs:
+        if key.other:
+            logs[key] += float(np.log1p(-placed))
+    every = {key.present: max(logs[key], logs[Explanation(key.present, True)]) for key in logs if not key.other}
+    likeliest = sorted(every, key=lambda present: -every[present])[:_PLACED]
+    for present in {(), *likeliest}:
+        prior = explanations.belief.log_prior(len(present), True, len(explanations.effects)) + np.log(placed)
+        found = prior + explanations.somewhere(present)
+        key = Explanation(present, True)
+        logs[key] = float(logsumexp([logs[key], *found]))
+        places = np.logaddexp(places, found[:-1])
+    return places
 
 
 def _imitations(explanations: Explanations, logs: dict[Explanation, float]) -> dict[Explanation, float]:

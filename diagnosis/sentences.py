@@ -12,6 +12,7 @@ _OF_STAGE = {
     "body": "in the forces on the whole fish",
     "tail": "in the tail: its hinges and tendons",
 }
+_PLACED = 0.5  # probability from which a place is said
 _LOOKS_LIKE = 0.5  # of all that is there
 
 
@@ -49,19 +50,34 @@ def _which(data: Mapping[str, Any]) -> str:
             if chances[like] < HELD
             else "most of the gap stays beside it"
         )
-        return f"Which: it looks most like {plain(like)} ({chances[like]:.2f}), but {but}; see the missing forces."
+        return (
+            f"Which: it looks most like {plain(like)} ({chances[like]:.2f}), but {but}{_elsewhere(data)}; "
+            "see the missing forces."
+        )
     if verdict == "unexplained" and chances["none_of_these"] < 0.5:
         several = [plain(name) for name, chance in chances.items() if name != "none_of_these"][:4]
         return f"Which: no effect stands out; among the likeliest are {', '.join(several)}. See the missing forces."
     if verdict == "unexplained":
         return (
             "Which: no effect of the catalogue explains it "
-            f"(probability that it is something else {chances['none_of_these']:.2f}); see the missing forces."
+            f"(probability that it is something else {chances['none_of_these']:.2f}){_elsewhere(data)}; "
+            "see the missing forces."
         )
     told = " together with ".join(_group(group, chances) for group in data["groups"])
     rest = data["remainder"]
     left = "" if rest is None or rest["share"] < 0.05 else f"; {rest['share']:.0%} of the gap remains"
-    return f"Which: {told}{left}."
+    return f"Which: {told}{left}{_elsewhere(data)}."
+
+
+def _elsewhere(data: Mapping[str, Any]) -> str:
+    """Where something that no catalogue holds most probably acts, if anywhere."""
+    chances: dict[str, float] = {}
+    for each in data["evidence"].get("elsewhere", ()):
+        chances[each["place"]] = chances.get(each["place"], 0.0) + each["probability"]
+    place = max(chances, key=lambda name: chances[name], default=None)
+    if place is None or chances[place] < _PLACED:
+        return ""
+    return f"; something that no catalogue holds acts on the {plain(place)} ({chances[place]:.2f})"
 
 
 def _looks_like(chances: Mapping[str, float]) -> str | None:

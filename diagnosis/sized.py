@@ -1,6 +1,7 @@
 """A row beside forms of effects that have a size: how probable it is, with what no form holds."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +12,8 @@ from diagnosis.normal import Normal, log_mass
 from diagnosis.row import Row
 
 _LITTLE = (0.05, 0.2)  # shares of what effects do, by which their forms may be wrong in one direction
+_CLEARLY = 3.0  # log evidence from which something else counts, and so what is wrong with it
+_OTHERWISE = (0.3, 1.0)  # shares of its strength by which what comes and goes is otherwise in each trial
 _MOST_WRONG = 40.0  # whitened length beyond which a form is no more wrong in all: what is left then is something else
 
 
@@ -49,6 +52,29 @@ class Sized:
         """What is added where what no form holds has, with this probability, one of these directions (q, d)."""
         gains = np.concatenate([self._normal.gained(directions, share * self._raw) for share in _LITTLE])
         return float(np.logaddexp(np.log1p(-alike), np.log(alike) + logsumexp(gains) - np.log(len(gains))))
+
+    def beside(self, columns: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+        """(s,) what is added by something else that does this (q, b), of each of these sizes (s,).
+
+        It too does not do quite what its columns say, by the share that forms have wrong.
+        """
+        gained, length = self._normal.gained_together(columns, sizes)
+        if gained.max() < _CLEARLY:
+            return gained
+        wrong = replace(self, other=self.unlike * min(length, _MOST_WRONG))
+        return np.asarray(wrong.evidence - self.evidence + wrong._normal.gained_together(columns, sizes)[0])
+
+    def apart(self, in_trials: Sequence[np.ndarray]) -> np.ndarray:
+        """(s,) what is added where forms have other strengths in each trial, by each of the shares `_OTHERWISE`.
+
+        Args:
+            in_trials: (q, t p) of each form, what each trial's gait has of its columns, in this row's directions.
+        """
+        parts, first = [np.zeros((len(self.row.left), 0))], 0
+        for form, size, columns, own in zip(self.forms, self.sizes, self.columns, in_trials, strict=True):
+            strengths = self._normal.mean[first : (first := first + columns.shape[1])]
+            parts.append(float(np.sqrt(np.mean(strengths**2))) * size / form.size * own)
+        return self._normal.gained_together(np.hstack(parts), np.array(_OTHERWISE))[0]
 
     @cached_property
     def _normal(self) -> Normal:

@@ -16,12 +16,11 @@ from scipy.optimize import minimize
 
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
+from diagnosis.ripples import rippled
 from fitting.posterior.gait import (
     COURSE,
     HARMONICS,
     SPEED,
-    advanced,
-    harmonics_of,
     of_markers,
     places_of_markers,
 )
@@ -168,7 +167,7 @@ def _beats(gait: np.ndarray) -> np.ndarray:
 
 def _ripples(gait: np.ndarray) -> np.ndarray:
     """(g, 4) a crank that ripples once and twice a turn."""
-    return np.column_stack([_rippled(gait, order, sine) for order in (1, 2) for sine in (False, True)])
+    return np.column_stack([_RIPPLE_RAD * rippled(gait, order, sine) for order in (1, 2) for sine in (False, True)])
 
 
 def _other_frequencies(ground: Ground) -> np.ndarray:
@@ -177,26 +176,6 @@ def _other_frequencies(ground: Ground) -> np.ndarray:
     clocks = np.vstack([filmed, np.zeros((len(logged), len(filmed)))])
     hertz = np.hstack([clocks, np.vstack([filmed[:, logged], filmed[np.ix_(logged, logged)]])])
     return np.vstack([np.zeros((len(ground.left) - len(hertz), hertz.shape[1])), hertz])
-
-
-def _rippled(gait: np.ndarray, order: int, sine: bool) -> np.ndarray:
-    """(g,) how a gait changes whose crank runs ahead by a cosine, or sine, of `order` turns."""
-    step = 1e-4
-    slope = (advanced(gait, step) - advanced(gait, -step)) / (2 * step)
-    rates = harmonics_of(slope)  # (m, 2, 3) complex, Re(rate exp(i h turn))
-    ahead = -1j if sine else 1.0 + 0j
-    result = np.zeros_like(gait)
-    beats = of_markers(result)
-    for h in range(1, HARMONICS + 1):
-        rate = rates[..., h - 1]
-        for other, product in ((h + order, ahead * rate / 2), (h - order, np.conj(ahead) * rate / 2)):
-            number, told = (other, product) if other >= 0 else (-other, np.conj(product))
-            if number == 0:
-                beats[..., 0] += told.real
-            elif number <= HARMONICS:
-                beats[..., 2 * number - 1] += told.real
-                beats[..., 2 * number] -= told.imag
-    return _RIPPLE_RAD * result
 
 
 def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:

@@ -1,11 +1,12 @@
 """`results/report.html`: one self-contained page a session."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from reports.context import ReportContext
 from reports.numbers import counted
 from reports.page import render_page
-from reports.sections import SECTIONS
+from reports.sections import SECTIONS, SectionBuilder
 from session import write_whole
 
 
@@ -22,9 +23,9 @@ def write_report(path: Path, context: ReportContext) -> None:
     write_whole(path, render_report(context))
 
 
-def render_report(context: ReportContext) -> str:
-    """The report as HTML: opens offline, holds its figures, and loads nothing."""
-    built = [build(context) for build in SECTIONS]
+def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = SECTIONS) -> str:
+    """The report, or some of its sections, as HTML: opens offline, holds its figures, and loads nothing."""
+    built = [build(context) for build in sections]
     calibration, provenance = context.calibration, context.provenance
     trials = counted(len(calibration.trials), "trial")
     return render_page(

@@ -143,6 +143,7 @@ def test_results_that_cannot_be_written_are_said_to_be(calib: Front, fresh: Path
     assert files_in(fresh).keys() - before.keys() <= {".swimcal.lock"}
 
 
+@pytest.mark.long
 def test_results_that_cannot_be_written_later_leave_what_stood_there(calib: Front, finished: Path) -> None:
     """A folder stands where the calibrated model goes."""
     before = (finished / "results" / "report.html").read_bytes()

@@ -129,6 +129,7 @@ def test_a_second_fit_does_nothing(calib: Front, fitted: Path) -> None:
         assert calib("fit", fitted, "--effort", "quick").code == 0
 
 
+@pytest.mark.long
 def test_another_search_does_not_find_the_structure_again(calib: Front, fitted: Path) -> None:
     before = calibration_of(fitted)
     with remade(fitted, "calibration.json", "calibrated.xml"):
@@ -136,6 +137,7 @@ def test_another_search_does_not_find_the_structure_again(calib: Front, fitted: 
     assert calibration_of(fitted)["structure"] == before["structure"]
 
 
+@pytest.mark.long
 def test_a_deleted_structure_is_found_again_without_a_new_fit(calib: Front, fitted: Path) -> None:
     before = json.loads((fitted / "results" / "structure.json").read_text())
     (fitted / "results" / "structure.npz").unlink()
@@ -157,6 +159,7 @@ def test_a_calibration_read_back_has_its_structure(fitted: Path) -> None:
         assert 1000 * trial.scores.marker_error_m == pytest.approx(said, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("true_report")
 def test_the_report_is_written_from_what_was_kept(calib: Front, fitted: Path) -> None:
     with remade(fitted, "evidence.json", "report.html"):
@@ -210,6 +213,7 @@ def test_what_needs_a_swim_says_so_once_the_structure_stands(calib: Front, unfit
     assert results_of(unfitted).keys() >= STRUCTURE
 
 
+@pytest.mark.long
 def test_an_experiment_that_cannot_be_measured_is_left_out_and_said(calib: Front, unfitted: Path) -> None:
     def stand_still(position_px: np.ndarray) -> None:
         position_px[:] = position_px[:1]
@@ -267,6 +271,7 @@ def test_an_experiment_that_is_not_believed_is_said(calib: Front, unfitted: Path
     assert "not_used" in [flag["kind"] for flag in data["flags"]]
 
 
+@pytest.mark.long
 def test_a_trial_with_a_motor_log_is_shown_beside_the_frames_it_was_measured_from(tmp_path: Path) -> None:
     """Only the steady drive is compared: the twin stands beside those frames of the recording, and beside no other."""
     swim = PLAN.trials[0].model_copy(update={"seconds": 17.0, "motor": SyntheticMotor(drive_s=5.0)})

@@ -72,6 +72,7 @@ def test_json_tells_the_whole_diagnosis(calib: Front, diagnosed: Path) -> None:
     assert told["diagnosis"]["verdict"] == "named"
 
 
+@pytest.mark.long
 def test_another_catalogue_is_another_diagnosis(calib: Front, diagnosed: Path) -> None:
     assert calib("diagnose", diagnosed, *QUICK, "--without", "scale_error").code == 0
     data = read_result_json(diagnosed / "results" / "diagnosis.json")

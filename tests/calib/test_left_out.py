@@ -46,6 +46,7 @@ def only(folder: Path, *names: str) -> Path:
     return folder
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("true_report")
 def test_other_trials_are_left_out_with_a_note_that_says_why(calib: Front, fresh: Path) -> None:
     outcome = calib("run", with_others(fresh), "--effort", "quick")
@@ -103,6 +104,7 @@ def test_a_trial_whose_tail_cannot_be_trusted_is_named(calib: Front, fresh: Path
     assert set(files_in(fresh / "results")) <= {".stages.json", "tracks/slow.csv", "tracks/fast.csv"}
 
 
+@pytest.mark.long
 def test_flagged_stretches_are_left_out_by_weight(calib: Front, fresh: Path) -> None:
     def freeze(position_px: np.ndarray) -> None:
         position_px[60:120, PLAN.markers.index("tail_5")] = position_px[60, PLAN.markers.index("tail_5")]

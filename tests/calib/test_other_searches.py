@@ -60,6 +60,7 @@ def test_the_command_line_asks_for_it(calib: Front, otherwise: Path, choice: str
     assert {key: fit[key] for key in USUAL} == USUAL | {choice: FOUND[choice]}
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("true_report")
 def test_the_report_tells_of_the_fit_that_was_asked_for(calib: Front, otherwise: Path, choice: str) -> None:
     with remade(otherwise, "evidence.json", "report.html"):
@@ -79,6 +80,7 @@ def test_neither_model_nor_recording_replaces_it(calib: Front, otherwise: Path, 
     assert (tmp_path / "fish.xml").read_text() == (otherwise / "results" / "calibrated.xml").read_text()
 
 
+@pytest.mark.long
 def test_a_fit_that_replaces_it_says_what_differs(calib: Front, otherwise: Path, choice: str) -> None:
     outcome = calib("fit", otherwise, *QUICK)
 
@@ -94,6 +96,7 @@ def test_of_other_inputs_the_usual_search_makes_it_again(calib: Front, otherwise
     assert fit_of(otherwise)[choice] == USUAL[choice]
 
 
+@pytest.mark.long
 def test_distances_beside_it_are_the_published_ones(otherwise: Path) -> None:
     pipeline = Pipeline(open_session(otherwise), Options("quick"))
     calibration = pipeline.calibrated()

@@ -174,6 +174,7 @@ def test_run_with_full_effort_says_a_refusal_beside_the_report(
     assert outcome.out.splitlines()[-1] == str(finished / "results" / "report.html")
 
 
+@pytest.mark.long
 def test_help_does_not_wait_for_the_sampler() -> None:
     code = "import sys, calib.cli; print(*{'emcee', 'arviz', 'h5netcdf', 'xarray'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)

@@ -100,6 +100,7 @@ def test_a_calibration_read_back_is_the_one_that_was_made(finished: Path) -> Non
         assert trial.speed_twin == pytest.approx(told["speed_twin"], rel=1e-9)
 
 
+@pytest.mark.long
 def test_the_step_costs_next_to_nothing_in_accuracy() -> None:
     error = speed._step_error("a twin that swims like the robot", speed.FITTED)
 
@@ -129,6 +130,7 @@ def test_versions_are_told(calib: Front) -> None:
     assert outcome.out.startswith("swimcal ")
 
 
+@pytest.mark.long
 def test_no_command_leaves_a_log_of_the_engine_behind(
     calib: Front, fresh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

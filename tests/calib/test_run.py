@@ -67,6 +67,7 @@ def test_full_effort_makes_all_again_and_tells_how_sure_it_is(
     assert json.loads((finished / "results" / "calibration.json").read_text())["effort"] == "full"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", [*later("seed", "role"), "tracks"])
 def test_a_changed_input_makes_all_again(calib: Front, finished: Path, change: str) -> None:
     if change == "seed":
@@ -91,6 +92,7 @@ def test_deleted_evidence_is_made_again_with_the_report(calib: Front, finished: 
         calib("run", finished, "--effort", "quick")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["calibration.json", "calibrated.xml"])
 def test_a_deleted_calibration_is_made_again_and_the_same(calib: Front, finished: Path, name: str) -> None:
     path = finished / "results" / name
@@ -187,6 +189,7 @@ def test_from_a_straight_tail_at_any_phase_the_calibrated_file_does_not_diverge(
         assert np.abs(state.qvel).max() < 50
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stage", [*later("calibrated_mjcf"), "write_report"])
 def test_an_interrupted_write_leaves_what_stood_there(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch, stage: str

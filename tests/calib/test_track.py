@@ -112,6 +112,7 @@ def test_without_boxes_a_page_is_written_and_named(calib: Front, filmed: Path, m
     assert_told(calib("track", filmed), "fast.mp4", str(places[1]))
 
 
+@pytest.mark.long
 def test_boxes_belong_beside_the_video_wherever_it_lies(
     calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -41,6 +41,7 @@ def test_a_run_goes_from_video_to_report(calib: Front, filmed: Path) -> None:
     assert files_in(filmed / "results") == before
 
 
+@pytest.mark.long
 def test_tracks_and_videos_go_together(calib: Front, tracked: Path) -> None:
     with_tracks(tracked, "fast")
     assert calib("fit", tracked, "--effort", "quick").code == 0
@@ -111,6 +112,7 @@ def test_a_trial_without_enough_to_measure_is_told(calib: Front, filmed: Path) -
     assert_told(calib("fit", filmed, "--effort", "quick"), "trial slow", "trial fast", "warm-up")
 
 
+@pytest.mark.long
 def test_the_terminal_shows_frames_a_second_and_the_time_left(filmed: Path) -> None:
     ours, theirs = pty.openpty()
     command = [sys.executable, "-c", "from calib.cli import main; main()", "track", str(filmed)]

@@ -112,6 +112,7 @@ def test_an_edit_can_be_undone(calib: Front, tracked: Path) -> None:
     assert len((tracked / "trials" / "slow.edits.jsonl").read_text().splitlines()) == 2
 
 
+@pytest.mark.long
 def test_a_fit_takes_an_edit_into_account_by_itself(calib: Front, fitted: Path) -> None:
     before = json.loads((fitted / "results" / "calibration.json").read_text())
     calib("edit", fitted, "slow", DROP)

@@ -71,6 +71,7 @@ def test_a_trial_of_tracks_alone_is_shown_without_video(calib: Front, tracked: P
     assert not [entity for entity in contents.entities if entity.startswith("/fast/picture/video")]
 
 
+@pytest.mark.long
 def test_tracks_too_short_to_measure_are_still_shown(calib: Front, filmed: Path) -> None:
     edit(filmed / "session.toml", "warmup_s = 1.0", "warmup_s = 9.0")
 

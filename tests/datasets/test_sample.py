@@ -57,6 +57,7 @@ def test_the_sample_is_small_and_has_what_a_sample_needs() -> None:
     assert plan.noise.sd_px > 0
 
 
+@pytest.mark.long
 def test_the_sample_is_what_its_plan_makes(remade: Path) -> None:
     """To the bit on one machine; on another a sample on the edge may round to the next place of the grid."""
     committed, again = load_session(SAMPLE), load_session(remade)
@@ -71,6 +72,7 @@ def test_the_sample_is_what_its_plan_makes(remade: Path) -> None:
         assert (apart > 0).mean() < 0.001
 
 
+@pytest.mark.long
 def test_the_motor_logs_of_the_sample_are_what_its_plan_makes(remade: Path) -> None:
     """To a step of the encoder."""
     for run in sample_plan().dry_runs:
@@ -93,6 +95,7 @@ def test_the_session_does_not_tell_what_the_dry_experiments_are_to_find() -> Non
         assert abs(run.motor.clock_offset_s) > 1000
 
 
+@pytest.mark.long
 def test_the_video_of_the_sample_is_what_its_plan_makes(remade: Path) -> None:
     """In its truth and boxes; the bytes of the video depend on the encoder."""
     truths = [
@@ -104,6 +107,7 @@ def test_the_video_of_the_sample_is_what_its_plan_makes(remade: Path) -> None:
     assert boxes[0] == boxes[1]
 
 
+@pytest.mark.long
 def test_the_video_of_the_sample_is_tracked_to_a_tenth_of_a_pixel() -> None:
     session = load_session(SAMPLE)
     spec = session.trial("f1_00_video")
@@ -118,6 +122,7 @@ def test_the_video_of_the_sample_is_tracked_to_a_tenth_of_a_pixel() -> None:
     np.testing.assert_allclose(tracked.tracks.time_s, truth.time_s, atol=1e-4)
 
 
+@pytest.mark.long
 def test_the_truth_of_the_sample_is_what_its_plan_makes(remade: Path) -> None:
     committed, again = read_truth(SAMPLE), read_truth(remade)
 

@@ -70,6 +70,7 @@ def test_the_summary_is_the_mean_over_the_trials_of_a_role(calibration: Calibrat
     assert calibration.summary("nothing") is None
 
 
+@pytest.mark.long
 def test_trials_beyond_the_fitted_speeds_are_flagged(trials: dict[str, MeasuredTrial]) -> None:
     within, beyond = trials["new"], replace(trials["fast"], role="holdout")
     compared = calibrate([trials["slow"], replace(within, role="fit"), beyond], assumed(load_robot()), EFFORT).trials

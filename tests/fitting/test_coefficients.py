@@ -72,6 +72,7 @@ def test_threads_do_not_change_the_result_nor_do_runs(swims: Swims) -> None:
     np.testing.assert_array_equal(fits[0].phase_rad, fits[1].phase_rad)
 
 
+@pytest.mark.long
 def test_progress_never_goes_back_and_ends_at_one(swims: Swims) -> None:
     told: list[tuple[float, float]] = []
     fit_coefficients(swims, TINY, seed=0, progress=lambda share, best_m: told.append((share, best_m)))

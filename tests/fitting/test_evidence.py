@@ -54,11 +54,13 @@ def evidence(trials: tuple[MeasuredTrial, ...], fit: CoefficientFit) -> Evidence
     return gather_evidence(trials, exact_twin(), fit)
 
 
+@pytest.mark.long
 def test_a_profile_is_never_above_its_slice(evidence: Evidence) -> None:
     assert evidence.profiles.value.shape == evidence.profiles.slice_m.shape == evidence.profiles.profile_m.shape
     assert (evidence.profiles.profile_m <= evidence.profiles.slice_m).all()
 
 
+@pytest.mark.long
 def test_profiles_are_lowest_at_the_fit(evidence: Evidence, fit: CoefficientFit) -> None:
     """To within what the roughness of the objective leaves, far less than the rise to either end."""
     profiles = evidence.profiles
@@ -70,12 +72,14 @@ def test_profiles_are_lowest_at_the_fit(evidence: Evidence, fit: CoefficientFit)
         assert profiles.slice_m[i].max() > 1.5 * profiles.best_m
 
 
+@pytest.mark.long
 def test_the_free_yaw_of_straight_axes_is_small_and_named_by_trial(evidence: Evidence) -> None:
     assert list(evidence.yaw.yaw_rad) == ["f0.70", "f1.20"]
     assert np.abs(np.degrees(list(evidence.yaw.yaw_rad.values()))).max() < 1.0
     assert evidence.yaw.mean_distance_m <= 1.02 * evidence.profiles.best_m
 
 
+@pytest.mark.long
 def test_boxes_that_sit_right_stay_where_they_are(evidence: Evidence) -> None:
     """Also of the held-out trial, which finds its own from its first beats."""
     assert [trial.name for trial in evidence.placed.trials] == ["f0.70", "f1.20", "f1.00"]
@@ -85,6 +89,7 @@ def test_boxes_that_sit_right_stay_where_they_are(evidence: Evidence) -> None:
     assert not evidence.placed.flags
 
 
+@pytest.mark.long
 def test_every_pair_is_fitted_once_and_forecasts_what_it_has_not_seen(evidence: Evidence) -> None:
     assert [pair.fitted for pair in evidence.pairs] == [("f0.70", "f1.00"), ("f0.70", "f1.20"), ("f1.00", "f1.20")]
     for pair in evidence.pairs:
@@ -92,6 +97,7 @@ def test_every_pair_is_fitted_once_and_forecasts_what_it_has_not_seen(evidence: 
         assert all(np.isfinite(list(pair.speed_mae.values())))
 
 
+@pytest.mark.long
 def test_the_pairs_know_nothing_of_the_fit_and_come_in_any_order(
     trials: tuple[MeasuredTrial, ...], evidence: Evidence
 ) -> None:
@@ -99,6 +105,7 @@ def test_the_pairs_know_nothing_of_the_fit_and_come_in_any_order(
     assert fit_pairs(trials[::-1], exact_twin()) == evidence.pairs
 
 
+@pytest.mark.long
 def test_a_held_out_trial_is_never_looked_at_beyond_its_known_part(
     trials: tuple[MeasuredTrial, ...], evidence: Evidence
 ) -> None:
@@ -162,6 +169,7 @@ def test_of_many_pairs_a_seeded_choice_is_made_by_name() -> None:
     assert chosen == again == chosen_pairs(names[::-1], 0) != other
 
 
+@pytest.mark.long
 def test_evidence_comes_back_from_its_file_as_it_went(evidence: Evidence) -> None:
     back = read_evidence(json.loads(json.dumps(evidence_payload(evidence), allow_nan=False)))
 
@@ -181,6 +189,7 @@ def test_evidence_comes_back_from_its_file_as_it_went(evidence: Evidence) -> Non
         assert one.marker_error_m == pytest.approx(other.marker_error_m, rel=1e-14)
 
 
+@pytest.mark.long
 def test_without_pairs_none_are_read(evidence: Evidence) -> None:
     without = replace(evidence, pairs=())
 

@@ -190,7 +190,8 @@ def test_the_order_of_trials_does_not_change_a_bit(method: str, effort: Effort) 
     assert one.mean_distance_m == pytest.approx(other.mean_distance_m, rel=1e-12)
 
 
-@pytest.mark.parametrize("method", ["gradient", *later(*OTHERS)])
+@pytest.mark.long
+@pytest.mark.parametrize("method", ["gradient", *OTHERS])
 def test_the_number_of_workers_does_not_change_a_bit(method: str) -> None:
     trials = exact_swims(hz=(0.7, 1.2), seconds=2.5)
     fits = [search(method, Swims(exact_twin(workers), trials), ABRUPT, seed=0, budget_s=200.0) for workers in (1, 3)]

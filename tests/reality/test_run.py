@@ -17,6 +17,7 @@ BASE = World(COEFFICIENTS)
 SWIM = Trial("swim", 0.6, 1.0, phase_rad=0.4, run_in_s=0.2)
 
 
+@pytest.mark.long
 def test_recordings_do_not_depend_on_their_company():
     trials = [
         (BASE, SWIM),
@@ -42,6 +43,7 @@ def test_the_step_converges_with_second_order():
     assert errors[1] / errors[2] > 3.0
 
 
+@pytest.mark.long
 def test_more_hinges_converge():
     ends = [simulate([(replace(BASE, hinges_per_gap=n), SWIM)])[0].marker_m[-1] for n in (1, 2, 4)]
     first, second = (np.abs(a - b).max() for a, b in pairwise(ends))

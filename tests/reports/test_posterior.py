@@ -10,13 +10,14 @@ from fitting.left_out import EffectsLeftOut
 from fitting.posterior.findings import Findings
 from fitting.posterior.whiteness import noise_flags
 from reports import figures, render_report
+from reports.sections import posterior
 from tests.reports.page import Page
 from tests.reports.posteriors import left_out, made_findings
 from tests.reports.sample import ROLES, made_calibration, made_context
 
 
 def page_of(found: Findings | None, names: tuple[str, ...] = tuple(ROLES)) -> Page:
-    return Page(render_report(replace(made_context(made_calibration(names)), posterior=found)))
+    return Page(render_report(replace(made_context(made_calibration(names)), posterior=found), (posterior.build,)))
 
 
 @pytest.fixture(scope="module")

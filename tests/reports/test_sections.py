@@ -2,12 +2,25 @@
 
 import re
 from dataclasses import replace
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 from fitting import BoxesOff, Evidence, SearchRun
 from reports import render_report
+from reports.sections import (
+    SECTIONS,
+    coefficients,
+    free_yaw,
+    other_pairs,
+    placement,
+    residuals,
+    searches,
+    speed_sweep,
+    tail_beat,
+    trials,
+)
 from swimmer import load_robot
 from tests.reports.page import Page
 from tests.reports.sample import (
@@ -20,13 +33,16 @@ from tests.reports.sample import (
 
 
 def page_of(
+    *only: ModuleType,
     names: tuple[str, ...] = ("slow", "medium", "fast"),
     evidence: Evidence | None = None,
     searches: tuple[SearchRun, ...] = (),
     **changes: object,
 ) -> Page:
+    """The report, or only some of its sections."""
     calibration = replace(made_calibration(names), **changes)  # type: ignore[arg-type]
-    return Page(render_report(replace(made_context(calibration), evidence=evidence, searches=searches)))
+    context = replace(made_context(calibration), evidence=evidence, searches=searches)
+    return Page(render_report(context, [section.build for section in only] or SECTIONS))
 
 
 @pytest.fixture(scope="module")
@@ -53,14 +69,14 @@ def test_without_searches_it_tells_how_to_compare_them(bare: Page) -> None:
 
 
 def test_with_two_swims_there_is_no_other_pair() -> None:
-    page = page_of(("medium", "fast"), made_evidence(("medium", "fast")))
+    page = page_of(other_pairs, names=("medium", "fast"), evidence=made_evidence(("medium", "fast")))
 
     assert "With fewer than three swims there is no other pair of fit trials to try." in page.text
     assert "pair-errors" not in page.ids
 
 
 def test_a_single_trial_fills_every_section() -> None:
-    page = page_of(("fast",), made_evidence(("fast",)), made_searches(1))
+    page = page_of(names=("fast",), evidence=made_evidence(("fast",)), searches=made_searches(1))
 
     assert "Speed errors over 1 fit trial." in page.text
     assert "the errors below are those of the fit and flatter every model" in page.text
@@ -87,7 +103,7 @@ def test_where_every_marker_is_lost_in_some_trial_none_is_singled_out() -> None:
         weight = trial.measured.weight.copy()
         weight[:, i::3] = 0.0
         blind.append(replace(trial, measured=replace(trial.measured, weight=weight)))
-    page = page_of(trials=tuple(blind))
+    page = page_of(residuals, trials=tuple(blind))
 
     assert "In no trial do all markers have samples that count, so no marker is singled out." in page.text
     assert "is farthest off" not in page.text
@@ -108,7 +124,7 @@ def test_pairs_are_summed_up_with_their_caveats(full: Page) -> None:
 def test_theory_that_predicts_nothing_is_a_dash() -> None:
     evidence = made_evidence()
     pairs = tuple(replace(p, speed_mae={**p.speed_mae, "large": np.nan}) for p in evidence.pairs)
-    page = page_of(evidence=replace(evidence, pairs=pairs))
+    page = page_of(other_pairs, evidence=replace(evidence, pairs=pairs))
 
     assert "– mm/s for EBT, large amplitude (the twin is better in 0 of 3)" in page.text
     assert not re.search(r"\bnan\b", page.text)
@@ -132,7 +148,7 @@ def test_boxes_that_no_hand_puts_there_are_doubted() -> None:
     evidence = made_evidence()
     far = replace(evidence.placed.trials[1], boxes=BoxesOff(neck_across=0.02))
     trials = (evidence.placed.trials[0], far, evidence.placed.trials[2])
-    page = page_of(evidence=replace(evidence, placed=replace(evidence.placed, trials=trials)))
+    page = page_of(placement, evidence=replace(evidence, placed=replace(evidence.placed, trials=trials)))
 
     assert "Trial medium: the boxes of nose and neck would have to be 20 mm off, more than a hand misses" in page.text
 
@@ -143,7 +159,7 @@ def test_the_course_says_what_a_symmetric_twin_does_not_do(full: Page) -> None:
 
 def test_a_large_yaw_is_doubted() -> None:
     evidence = made_evidence()
-    page = page_of(evidence=replace(evidence, yaw=replace(evidence.yaw, yaw_rad={"medium": -0.3})))
+    page = page_of(free_yaw, evidence=replace(evidence, yaw=replace(evidence.yaw, yaw_rad={"medium": -0.3})))
 
     assert "A turn of more than 10° (medium) is more than a misplaced box explains" in page.text
 
@@ -164,7 +180,7 @@ def test_a_start_that_fits_widens_the_range_a_coefficient_can_slide_over() -> No
     height = np.where(evidence.profiles.value > 2.0, 0.05, evidence.profiles.profile_m)
     end = np.array([made_calibration().coefficients._replace(blunt_drag=6.25)])
     profiles = replace(evidence.profiles, profile_m=height, restart=end, restart_m=np.array([0.032]))
-    page = page_of(evidence=replace(evidence, profiles=profiles))
+    page = page_of(coefficients, evidence=replace(evidence, profiles=profiles))
     found = re.search(r"blunt drag ([\d.]+) to ([\d.]+), slender", page.text)
 
     assert found
@@ -176,8 +192,12 @@ def test_the_best_is_held_against_other_starts_as_it_was_before_its_simplex() ->
     fit = made_calibration().fit
     best, other, backward = fit.restarts
     before = replace(best, objective_m=0.0304)
-    polished = page_of(fit=replace(fit, restarts=(best, before, replace(other, objective_m=0.0306), backward)))
-    alone = page_of(fit=replace(fit, restarts=(best, before, replace(other, objective_m=0.0309), backward)))
+    polished = page_of(
+        coefficients, fit=replace(fit, restarts=(best, before, replace(other, objective_m=0.0306), backward))
+    )
+    alone = page_of(
+        coefficients, fit=replace(fit, restarts=(best, before, replace(other, objective_m=0.0309), backward))
+    )
 
     assert "2 starts fit equally well (within 1 % of the best, as it was before Nelder-Mead)" in polished.text
     assert "No other start came within 1 % of it, as it was before Nelder-Mead." in alone.text
@@ -185,7 +205,7 @@ def test_the_best_is_held_against_other_starts_as_it_was_before_its_simplex() ->
 
 def test_the_distance_with_a_free_yaw_is_called_an_upper_bound(full: Page) -> None:
     evidence = made_evidence()
-    page = page_of(evidence=replace(evidence, yaw=replace(evidence.yaw, converged=False)))
+    page = page_of(free_yaw, evidence=replace(evidence, yaw=replace(evidence.yaw, converged=False)))
 
     assert "Its distance is an upper bound: the descent starts from the plain fit and converged;" in full.text
     assert "from the plain fit and was still improving when its iterations ran out;" in page.text
@@ -202,7 +222,7 @@ def test_searches_are_ranked_and_those_that_found_nothing_named(full: Page) -> N
 
 def test_searches_within_one_percent_are_level() -> None:
     runs = tuple(replace(r, best_m=0.0311) if r.method == "bo-nm" else r for r in made_searches())
-    page = page_of(searches=runs)
+    page = page_of(searches, searches=runs)
 
     assert re.search(r"Nelder-Mead and Bayesian .* end level \(within 1 %\), at 31.0 mm", page.text)
 
@@ -210,13 +230,16 @@ def test_searches_within_one_percent_are_level() -> None:
 def test_unequal_budgets_are_said() -> None:
     runs = tuple(replace(r, simulated_s=5000.0) if r.method == "gradient" else r for r in made_searches(3))
 
-    assert "The budgets are not equal: the gradient search stops by itself" in page_of(searches=runs).text
+    assert "The budgets are not equal: the gradient search stops by itself" in page_of(searches, searches=runs).text
 
 
 def test_searches_that_all_found_nothing_are_said() -> None:
     runs = tuple(run for run in made_searches() if run.method == "random")
 
-    assert "On the published objective no search found a point that swims forward." in page_of(searches=runs).text
+    assert (
+        "On the published objective no search found a point that swims forward."
+        in page_of(searches, searches=runs).text
+    )
 
 
 def test_residuals_name_the_farthest_marker(full: Page) -> None:
@@ -228,7 +251,7 @@ def test_a_marker_flagged_too_often_is_left_out_of_the_wave() -> None:
     weight = trial.measured.weight.copy()
     weight[:150, -1] = 0.0
     lost = replace(trial, measured=replace(trial.measured, weight=weight))
-    page = page_of(trials=(lost,))
+    page = page_of(tail_beat, residuals, trials, trials=(lost,))
 
     assert "Too often flagged for its beat to be told: caudal_fin of fast" in page.text
     assert "it is not known for any trial here" in page.text
@@ -247,7 +270,7 @@ def test_a_diverged_sweep_and_a_search_without_a_trace_are_drawn() -> None:
     calibration = made_calibration()
     lost = {name: np.full(12, np.nan) for name in calibration.sweep.ebt}
     sweep = replace(calibration.sweep, speed_twin=np.full(12, np.nan), ebt=lost)
-    page = page_of(sweep=sweep, fit=replace(calibration.fit, trace=()))
+    page = page_of(speed_sweep, coefficients, sweep=sweep, fit=replace(calibration.fit, trace=()))
 
     assert "The twin diverged at 12 frequencies" in page.text
     assert "trace" not in page.ids

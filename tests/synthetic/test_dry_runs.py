@@ -93,6 +93,7 @@ def test_driven_by_its_log_on_the_clock_of_the_video_the_twin_moves_as_the_track
     assert turn.mean_hz(*motor.steady_s) == pytest.approx(run().frequency_hz, rel=2e-3)
 
 
+@pytest.mark.long
 def test_the_arm_is_found_from_the_tracks_and_the_log(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "s", dry_plan())
     session, truth = load_session(folder), read_truth(folder)

@@ -76,6 +76,7 @@ def test_an_effect_sets_the_one_number_that_it_is_about() -> None:
     assert stiffer.robot.tail.hinge_stiffness_n_m == pytest.approx(1.15 * load_robot().tail.hinge_stiffness_n_m)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect", ["current", *later(*(each for each in EFFECTS if each != "current"))])
 def test_an_unmodelled_effect_changes_the_swim_and_not_the_truth(drawn: DrawnSession, effect: Effect) -> None:
     other = draw_session(3, effect, seconds=3.0, step=COARSE)

@@ -68,6 +68,7 @@ def test_the_robot_is_otherwise_as_described(structure: Structure) -> None:
     assert structure.robot == robot_with(own)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few_points")
 def test_the_dry_runs_are_fitted_with_the_hinges_of_the_decay(structure: Structure) -> None:
     """The motion that the crank is read from is that of the measured hinges: the same runs, told those hinges."""
@@ -133,6 +134,7 @@ def test_a_decay_that_must_not_be_believed_is_reported_and_not_used(
     assert by_quantity(beside)["hinge_stiffness"] == by_quantity(structure)["hinge_stiffness"]
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few_points")
 def test_a_wrong_dry_run_does_not_spoil_the_others() -> None:
     slow, fast = measured().runs
@@ -145,6 +147,7 @@ def test_a_wrong_dry_run_does_not_spoil_the_others() -> None:
     assert "dry run dry_slow is not used" in found.flags[0].message
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few_points")
 def test_where_no_dry_run_is_believed_the_arm_is_assumed() -> None:
     (_, fast), loose = measured().runs, (MOVES,)

@@ -95,6 +95,7 @@ def structure() -> Structure:
     return identify_structure(DryExperiments(measured().decays, measured().runs[1:]), DESCRIBED)
 
 
+@pytest.mark.long
 def test_a_structure_read_back_is_the_one_that_was_written(structure: Structure, tmp_path: Path) -> None:
     payload, arrays = structure_payload(structure)
     write_result_json(tmp_path / "results" / "structure.json", STAMP, payload)

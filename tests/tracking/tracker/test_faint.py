@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+import pytest
 
 from tracking.tracker.csrt import CROP
 from tracking.tracker.faint import FaintMarkers
@@ -45,6 +46,7 @@ def test_a_marker_is_followed_far_beyond_its_first_crop() -> None:
     assert np.linalg.norm(seen - truth, axis=2).max() < 0.3 * DIAMETER_PX
 
 
+@pytest.mark.long
 def test_taken_up_again_it_goes_on_to_the_same_bits() -> None:
     shown = list(frames(60))
     faint, seen = followed(40)

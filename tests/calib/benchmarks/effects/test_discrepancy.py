@@ -64,6 +64,7 @@ def test_a_few_sessions_that_are_far_off_do_not_say_how_most_are() -> None:
     assert apart(robust_covariance(left)) < 0.5 * apart(plain)
 
 
+@pytest.mark.long
 def test_what_is_measured_is_written_with_its_seeds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def drawn(seeds: Sequence[int], with_effects: bool) -> list[BaseSession]:
         found = [session(seed) for seed in seeds]

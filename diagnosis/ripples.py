@@ -1,0 +1,35 @@
+"""What a crank, or a clock, that does not run evenly does to a gait."""
+
+import numpy as np
+
+from fitting.posterior.gait import HARMONICS, advanced, harmonics_of, of_markers
+
+
+def rippled(gait: np.ndarray, order: int, sine: bool) -> np.ndarray:
+    """(g,) how a gait changes, over rad, whose crank runs ahead by a cosine, or sine, of `order` turns."""
+    step = 1e-4
+    slope = (advanced(gait, step) - advanced(gait, -step)) / (2 * step)
+    rates = harmonics_of(slope)  # (m, 2, 3) complex, Re(rate exp(i h turn))
+    ahead = -1j if sine else 1.0 + 0j
+    result = np.zeros_like(gait)
+    beats = of_markers(result)
+    for h in range(1, HARMONICS + 1):
+        rate = rates[..., h - 1]
+        for other, product in ((h + order, ahead * rate / 2), (h - order, np.conj(ahead) * rate / 2)):
+            number, told = (other, product) if other >= 0 else (-other, np.conj(product))
+            if number == 0:
+                beats[..., 0] += told.real
+            elif number <= HARMONICS:
+                beats[..., 2 * number - 1] += told.real
+                beats[..., 2 * number] -= told.imag
+    return result
+
+
+def smeared(gait: np.ndarray) -> np.ndarray:
+    """(g,) how a gait changes, over rad^2, whose beats come early and late by a phase that goes with none of them.
+
+    Harmonic h falls by h^2 / 2 of the variance of that phase.
+    """
+    result = np.zeros_like(gait)
+    of_markers(result)[..., 1:] = -0.5 * np.repeat(np.arange(1, HARMONICS + 1) ** 2, 2) * of_markers(gait)[..., 1:]
+    return result

@@ -1,0 +1,98 @@
+"""Something that no catalogue holds, but that acts at one place: on a marker, the head, a hinge, the tail, or in time.
+
+What is amiss at one place is told by few numbers: so it shows where a gap of no particular cause of the same length
+would not. It may be the same in all trials, or another in each.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from diagnosis.ground import Ground
+from diagnosis.pushes import HEAD, Responses
+from diagnosis.ripples import rippled, smeared
+from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED
+
+_OF_HARMONIC = 0.5  # of each harmonic against the one before
+_IN_WATER, _OF_WATER = ("head", "tail"), 0.1  # places where the twin's own error acts too, alike in all trials
+_ORDERS = (1, 2)  # of the crank's turn, in which it runs unevenly
+_RIPPLE_RAD, _SMEAR_RAD = 0.02, 0.2  # against each other
+
+
+class Stranger(NamedTuple):
+    """What anything at one place would do.
+
+    Attributes:
+        place: where.
+        same: whether it is the same in all trials.
+        columns: (k, b) of the row.
+        weight: how likely it is, against others, before a session is looked at.
+    """
+
+    place: str
+    same: bool
+    columns: np.ndarray
+    weight: float = 1.0
+
+
+def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
+    """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat."""
+    found = []
+    for place, columns in (*_at_markers(ground), *_pushing(ground, responses), _in_time(ground)):
+        within = columns.reshape(len(columns), len(ground.trials), -1)
+        found.append(Stranger(place, True, within.sum(axis=1), _OF_WATER if place.startswith(_IN_WATER) else 1.0))
+        if len(ground.trials) > 1:
+            found.append(Stranger(place, False, within.reshape(len(columns), -1)))
+    return tuple(found)
+
+
+def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
+    """(k, t, 14) of each marker."""
+    decay = np.append(1.0, np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2))
+    sizes = np.tile(decay, 2)
+    trials, length = len(ground.trials), len(ground.left)
+    own = len(ground.model.measured) // trials
+    for number, marker in enumerate(ground.trials[0].markers):
+        columns = np.zeros((length, trials, 2 * OF_A_MARKER))
+        first = SPEED + 1 + 2 * OF_A_MARKER * number
+        for trial in range(trials):
+            rows = own * trial + first + np.arange(2 * OF_A_MARKER)
+            columns[rows, trial, np.arange(2 * OF_A_MARKER)] = sizes
+        yield f"marker {marker}", columns
+
+
+def _in_time(ground: Ground) -> tuple[str, np.ndarray]:
+    """(k, t, 5) of beats that come early and late, in step with the crank or not."""
+    gaits = [model.measured for model in ground.model.trials]
+    columns = np.zeros((len(ground.left), len(gaits), 1 + 2 * len(_ORDERS)))
+    for trial, gait in enumerate(gaits):
+        own = slice(len(gait) * trial, len(gait) * (trial + 1))
+        ripples = [_RIPPLE_RAD * rippled(gait, order, sine) for order in _ORDERS for sine in (False, True)]
+        columns[own, trial] = np.column_stack([_SMEAR_RAD**2 * smeared(gait), *ripples])
+    return "timing of the beat", columns
+
+
+def _pushing(ground: Ground, responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
+    """(k, t, b) of forces on the head, of a torque in each hinge, and of a force across the tail at each marker."""
+    columns, head = responses.columns, len(HEAD)
+    scaled = columns / responses.unit[:, None]
+    yield "head, steadily", columns[:, :, :head, 0]
+    yield "head", np.moveaxis(columns[:, :, :head], 2, 3).reshape(*columns.shape[:2], -1)
+    for number, hinge in enumerate(responses.joints[head:], head):
+        yield f"hinge {hinge}", columns[:, :, number]
+    robot, markers = ground.twin.robot, ground.trials[0].markers
+    for marker, place_m in zip(markers, robot.marker_positions_m(markers)[:, 0], strict=True):
+        if place_m > robot.hinge_x_m[0]:
+            on_joints = across(float(place_m), robot.hinge_x_m)
+            yield f"tail at {marker}", np.einsum("ktjn,j->ktn", scaled, on_joints)
+
+
+def across(place_m: float, hinge_m: np.ndarray) -> np.ndarray:
+    """(3 + h,) what a force of 1 N to the left at a place of the straight robot is on its joints, N and N m.
+
+    Args:
+        place_m: x in the robot's frame.
+        hinge_m: (h,) of the hinges.
+    """
+    return np.concatenate([[0.0, 1.0, place_m], np.maximum(place_m - hinge_m, 0.0)])

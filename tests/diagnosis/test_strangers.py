@@ -1,0 +1,144 @@
+"""Something that no catalogue holds is found at the one place where it acts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from diagnosis.evidence import Belief, Explanations
+from diagnosis.explaining import explained
+from diagnosis.forms import shown
+from diagnosis.ground import Ground
+from diagnosis.probabilities import Probabilities
+from diagnosis.pushes import Responses, responses
+from diagnosis.ripples import smeared
+from diagnosis.row import Row
+from diagnosis.strangers import Stranger, across, strangers
+from diagnosis.verdict import verdict_of
+from fitting.posterior.gait import advanced
+from fitting.signatures import signature_of
+from session import FISHSIM_MARKERS
+from swimmer import load_robot, robot_spec
+from swimmer.effects.measurement.marker_offset import MarkerOffset
+from swimmer.effects.structure.stiffness_gradient import StiffnessGradient
+from tests.diagnosis.grounds import CAMERA, ground
+from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, signature
+
+PLACES = np.linalg.qr(np.random.default_rng(6).standard_normal((K, 60)))[0].T.reshape(6, 10, K)
+
+
+def among(left: np.ndarray) -> Probabilities:
+    """Of what is left (k,), where something else may be at one of six places, ten numbers each."""
+    effects = shown(catalogue(), SPACE)
+    rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, effects, ()))
+    places = tuple((1.0, SPACE.freed(place).T) for place in PLACES)
+    return Probabilities.after(Explanations(rows, effects, Belief(), places=places))
+
+
+def noise(seed: int) -> np.ndarray:
+    return np.random.default_rng([seed, 2]).standard_normal(K)
+
+
+def test_what_is_amiss_at_one_place_is_found_there_where_nothing_else_shows() -> None:
+    gap = 9.0 * np.array([0.6, 0.0, 0.7, 0.0, 0.3, 0.0, 0.0, 0.2, 0.0, 0.1]) @ PLACES[3]
+    found = among(noise(0) + gap)
+    assert verdict_of(found).name == "unexplained"
+    assert int(np.argmax(found.at_place)) == 3
+    assert found.at_place[3] > 0.8
+    assert found.other > 0.8
+
+
+def test_noise_is_at_no_place() -> None:
+    for seed in range(1, 9):
+        found = among(noise(seed))
+        assert verdict_of(found).name == "no_gap"
+        assert sum(found.at_place) < 0.3
+
+
+def test_an_effect_that_is_there_is_no_stranger() -> None:
+    found = among(noise(0) + 12.0 * DIRECTIONS[5])
+    assert verdict_of(found).groups == (("effect_5",),)
+    assert sum(found.at_place) < 0.2
+
+
+def test_an_effect_that_comes_and_goes_is_not_believed_to_be_itself() -> None:
+    """Two trials; what looks like the effect is there in the first, and the other way round in the second."""
+    trials = [slice(0, K // 2), slice(K // 2, K)]
+    both = np.ones(K) / np.sqrt(K - 5)
+    both[:5] = 0.0  # coefficients take that
+    effect = signature("comes_and_goes", both)
+    turned = np.where(np.arange(K) < K // 2, 1.5, 0.3)
+    chances = []
+    for shape in (np.ones(K), turned):
+        left = noise(3) + 40.0 * shape * both
+        effects = shown([effect, *catalogue()], SPACE, trials)
+        rows = tuple(Row.of(SPACE, left, np.eye(K), like) for like in (effects, effects, ()))
+        places = ((1.0, SPACE.freed(PLACES[0]).T),)
+        chances.append(Probabilities.after(Explanations(rows, effects, Belief(), places=places)))
+    steady, varying = chances
+    assert steady.marginal[0] > 0.8
+    assert varying.marginal[0] < 0.6
+    assert verdict_of(varying).name == "unexplained"
+
+
+def test_a_force_across_the_straight_tail_is_on_its_joints_what_mujoco_says() -> None:
+    robot = load_robot()
+    model = robot_spec(robot).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for place_m in (robot.hinge_x_m[0] + 0.01, robot.hinge_x_m[2] + 0.02, robot.fin_root_x_m):
+        behind = int(np.sum(robot.hinge_x_m < place_m))
+        body = model.body(robot.hinges[behind - 1]).id
+        jacobian = np.zeros((3, model.nv))
+        mujoco.mj_jac(model, data, jacobian, None, data.body("head").xpos + [place_m, 0.0, 0.0], body)
+        joints = [model.joint(name).dofadr[0] for name in robot.hinges]
+        expected = across(float(place_m), robot.hinge_x_m)
+        assert jacobian[1, joints] == pytest.approx(expected[3:], abs=1e-9)
+
+
+def test_beats_that_come_early_and_late_are_those_of_the_mean() -> None:
+    gait = ground().model.trials[0].measured
+    phase = 1e-3
+    mean = 0.5 * (advanced(gait, phase) + advanced(gait, -phase))
+    assert (mean - gait) / phase**2 == pytest.approx(smeared(gait), rel=1e-3, abs=1e-9)
+
+
+@pytest.fixture(scope="module")
+def pushed() -> Responses:
+    return responses(ground())
+
+
+@pytest.fixture(scope="module")
+def elsewhere(pushed: Responses) -> tuple[Stranger, ...]:
+    return strangers(ground(), pushed)
+
+
+def test_every_place_is_looked_at_alike_in_all_trials_and_in_each(elsewhere: tuple[Stranger, ...]) -> None:
+    places = {each.place for each in elsewhere}
+    assert {f"marker {name}" for name in FISHSIM_MARKERS} <= places
+    assert {"head", "hinge tail_1", "tail at caudal_fin", "timing of the beat"} <= places
+    for each in elsewhere:
+        assert len(each.columns) == len(ground().left)
+    by_place = {(each.place, each.same): each.columns for each in elsewhere}
+    for place in places:
+        trials = len(ground().trials)
+        split = by_place[place, False].reshape(len(ground().left), trials, -1)
+        assert split.sum(axis=1) == pytest.approx(by_place[place, True])
+
+
+def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tuple[Stranger, ...]) -> None:
+    (lagging,) = (each for each in elsewhere if each.place == "marker tail_4" and each.same)
+    gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2])
+    gap *= 15 / np.linalg.norm(ground().space.freed(gap))
+    here: Ground = replace(ground())
+    here.__dict__.update(left=ground().left + gap, slopes=ground().slopes, generic=ground().generic)
+    effects = (MarkerOffset().suited(ground().twin.robot, FISHSIM_MARKERS), StiffnessGradient())
+    known = [signature_of(effect, here.model, CAMERA, here.at) for effect in effects]
+    _, explanations = explained(here, known, Belief(), elsewhere)
+    found = Probabilities.after(explanations)
+    most = elsewhere[int(np.argmax(found.at_place))]
+    assert most.place == "marker tail_4"
+    assert sum(p for p, each in zip(found.at_place, elsewhere, strict=True) if each.place == most.place) > 0.8
