@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 from scipy.stats import chi2
+from threadpoolctl import threadpool_limits
 
 from diagnosis.controls import placebo_for
 from diagnosis.discrepancy import Discrepancy
@@ -111,6 +112,7 @@ class Diagnosis:
         return tuple(self.probabilities.names[i] for i in order), separations(self.explanations, order)
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
 def diagnose(
     trials: Sequence[MeasuredTrial],
     twin: Twin,

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from diagnosis.affected_swims import Swum, swum
 from diagnosis.diagnosis import Settings, Tell
@@ -49,6 +50,7 @@ class Supposition:
     gap: Gap | None
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
 def suppose(
     trials: Sequence[MeasuredTrial],
     twin: Twin,

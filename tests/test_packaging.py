@@ -127,6 +127,7 @@ def test_the_targets_that_a_page_names_are_in_the_makefile(page: str) -> None:
     assert named <= targets
 
 
+@pytest.mark.long
 def test_the_commands_that_the_readme_names_are_there() -> None:
     named = set(re.findall(r"(?:^|[`/])calib ([a-z]+)", (ROOT / "README.md").read_text(), re.MULTILINE))
     code = "import sys; from calib.cli import main; sys.argv = ['calib', '--help']; main()"

@@ -20,6 +20,8 @@ FORCE = (
     Column("correlation"),
 )
 SET = (Column("explanation", numeric=False), Column("probability"))
+PLACE = (Column("place", numeric=False), Column("in all trials", numeric=False), Column("probability"))
+_PLACES = 5  # that are shown, the likeliest
 PARAMETER = (
     Column("effect", numeric=False),
     Column("parameter", numeric=False),
@@ -94,6 +96,8 @@ def _force_row(forces: MissingForces, place: int, like: Mapping[str, Likeness]) 
 def evidence(found: Diagnosed) -> tuple[Block, ...]:
     """Explanations with their weight, and the effects as strong as they were fitted."""
     blocks: list[Block] = [_explanations(found)]
+    if found.data["evidence"].get("elsewhere"):
+        blocks.append(_elsewhere(found))
     if found.refitted:
         blocks.append(_parameters(found))
     return tuple(blocks)
@@ -111,6 +115,22 @@ def _explanations(found: Diagnosed) -> Table:
         "the catalogue makes; it may look like one."
     )
     return Table(caption, SET, tuple(rows))
+
+
+def _elsewhere(found: Diagnosed) -> Table:
+    rows = [
+        (
+            in_words(told["place"]),
+            "alike" if told["same_in_all_trials"] else "each its own",
+            shown(float(told["probability"]), 3),
+        )
+        for told in found.data["evidence"]["elsewhere"][:_PLACES]
+    ]
+    caption = (
+        "Where something else may act: a marker that is seen elsewhere, a force or torque that no model holds, a crank "
+        "that runs unevenly, each free in every harmonic of the beat."
+    )
+    return Table(caption, PLACE, tuple(rows))
 
 
 def _parameters(found: Diagnosed) -> Table:

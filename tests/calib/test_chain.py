@@ -255,6 +255,7 @@ def test_what_is_wrong_with_any_trial_is_told_at_once(calib: Front, unfitted: Pa
     assert not STRUCTURE & results_of(unfitted).keys()
 
 
+@pytest.mark.long
 def test_an_experiment_that_is_not_believed_is_said(calib: Front, unfitted: Path) -> None:
     def shake(position_px: np.ndarray) -> None:
         position_px[:, 3:] += np.random.default_rng(0).normal(0.0, 6.0, position_px[:, 3:].shape)

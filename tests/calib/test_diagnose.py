@@ -93,6 +93,7 @@ def test_a_session_without_fitted_swims_is_refused(calib: Front, fresh: Path) ->
     assert_told(calib("diagnose", fresh, *QUICK), 'role "fit"')
 
 
+@pytest.mark.long
 def test_report_and_recording_show_what_is_missing(
     calib: Front, diagnosed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

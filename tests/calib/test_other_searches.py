@@ -52,6 +52,7 @@ def otherwise(fitted_otherwise: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(fitted_otherwise, tmp_path / "pool"))
 
 
+@pytest.mark.long
 def test_the_command_line_asks_for_it(calib: Front, otherwise: Path, choice: str) -> None:
     """What it asks for stands there already, so that nothing is made again."""
     with remade(otherwise):

@@ -18,3 +18,15 @@ from tests.reports.diagnoses import made_data
 )
 def test_an_unexplained_gap_is_told_by_what_it_looks_like(chances: dict[str, float], said: str) -> None:
     assert said in sentences(made_data("unexplained") | {"probabilities": chances})[1]
+
+
+@pytest.mark.parametrize("chance", [0.4, 0.6])
+def test_the_place_of_what_no_catalogue_holds_is_told_where_it_is_sure(chance: float) -> None:
+    """Alike in all trials or not, it is the same place."""
+    data = made_data("unexplained") | {"probabilities": {"none_of_these": 0.95}}
+    split = [
+        {"place": "marker tail_4", "same_in_all_trials": same, "probability": chance / 2} for same in (True, False)
+    ]
+    data["evidence"] = data["evidence"] | {"elsewhere": split}
+    said = "something that no catalogue holds acts on the marker tail 4" in sentences(data)[1]
+    assert said == (chance > 0.5)

@@ -171,6 +171,7 @@ def test_seven_in_ten_intervals_or_more_hold_the_truth(draws: list[Draw]) -> Non
     assert np.mean(inside) > 0.7, np.mean(inside)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("method", "effort"),
     [("gradient", ABRUPT), *later(*((method, ABRUPT) for method in OTHERS), ("gradient", THOROUGH))],

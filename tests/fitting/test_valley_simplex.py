@@ -28,6 +28,7 @@ def started(swims: Swims) -> PublishedObjective:
     return objective
 
 
+@pytest.mark.long
 def test_for_the_same_budget_it_comes_lower_than_a_simplex_along_the_coefficients(swims: Swims) -> None:
     shaped, plain = started(swims), started(swims)
     descend_in_valley(shaped, BUDGET_S)

@@ -69,6 +69,7 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
                 _set(0.02, other=True),
                 _set(0.001),
             ],
+            "elsewhere": [{"place": "marker tail_4", "same_in_all_trials": True, "probability": 0.07}],
         },
         "withheld_from_catalogue": [],
     }

@@ -122,6 +122,7 @@ def assert_twin_stays_bounded(n: int) -> None:
     assert_plausible(Twin(FISH).simulate(sobol_runs(n), FRAMES))
 
 
+@pytest.mark.long
 def test_none_of_256_sobol_points_diverges_in_the_exported_file_from_a_straight_tail() -> None:
     assert_exported_stays_bounded(256)
 

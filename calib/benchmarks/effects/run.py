@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from threadpoolctl import threadpool_limits
+
 from calib.benchmarks.effects.answer import checksum, seal
 from calib.benchmarks.effects.filming import Filming, film_together
 from calib.benchmarks.effects.folder import Failure, SuiteFolder, Tell
@@ -66,6 +68,7 @@ def _batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPl
     return [tuple(plans[first : first + each]) for first in range(0, len(plans), each)]
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
 def _made_together(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> tuple[int, list[Failure]]:
     """How many were tried, and what failed."""
     outcomes = film_together([_made(suite, plan) for plan in plans])

@@ -22,6 +22,7 @@ def drawn() -> DrawnSession:
     return draw_session(3, seconds=3.0, step=COARSE)
 
 
+@pytest.mark.long
 def test_a_seed_draws_the_same_session_again(drawn: DrawnSession) -> None:
     again = draw_session(3, seconds=3.0, step=COARSE)
     assert again.truth == drawn.truth
@@ -71,6 +72,7 @@ def test_what_nobody_measured_of_the_robot_is_off(drawn: DrawnSession) -> None:
     assert 0 < abs(swam.crank.arm_m / known.crank.arm_m - 1) < 0.08
 
 
+@pytest.mark.long
 def test_an_effect_sets_the_one_number_that_it_is_about() -> None:
     stiffer = draw_session(3, "hinge_stiffness", seconds=3.0, step=COARSE)
     assert stiffer.robot.tail.hinge_stiffness_n_m == pytest.approx(1.15 * load_robot().tail.hinge_stiffness_n_m)

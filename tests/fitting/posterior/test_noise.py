@@ -133,6 +133,7 @@ def test_what_markers_have_in_common_is_found(scale_s: float, smooth: bool, shru
     assert np.mean(np.diag(across, 4)) == pytest.approx(0.7**4, abs=0.15)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shared", [*later(0.0), 0.8])
 def test_intervals_with_the_noise_that_was_found_hold_as_often_as_with_the_true_one(shared: float) -> None:
     """Of five numbers that move gaits anyhow, fitted by least squares: 90 %, whatever neighbours have in common."""

@@ -74,6 +74,7 @@ records = st.builds(
 )
 
 
+@pytest.mark.long
 @given(records)
 def test_a_record_read_back_is_the_one_that_was_written(record: Everything) -> None:
     arrays: dict[str, np.ndarray] = {}
@@ -116,6 +117,7 @@ def test_a_structure_read_back_is_the_one_that_was_written(structure: Structure,
         np.testing.assert_array_equal(again.arrays[key], array)
 
 
+@pytest.mark.long
 def test_its_numbers_stand_in_the_file_and_its_arrays_beside_it(structure: Structure) -> None:
     payload, arrays = structure_payload(structure)
     (decay,) = payload["decays"]
