@@ -12,7 +12,7 @@ wrong is taken at the strength that the row has, and of effects that act togethe
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import comb
 
@@ -69,8 +69,6 @@ class Explanations:
         belief: before the row.
         frequencies: where the whitened row holds frequencies.
         places: where something else may be: how likely against each other, and (q, b) what it does to the whitened row.
-        of_any_size: what the evidence of nothing gains where the twin's own error is not of the size that these rows
-            have, but of any.
     """
 
     rows: tuple[Row, ...]
@@ -78,7 +76,6 @@ class Explanations:
     belief: Belief
     frequencies: slice = field(default_factory=lambda: slice(0, 0))
     places: tuple[tuple[float, np.ndarray], ...] = ()
-    of_any_size: float = 0.0
 
     @property
     def row(self) -> Row:
@@ -88,7 +85,7 @@ class Explanations:
     def evidence(self, present: Sequence[int], other: bool) -> float:
         """Log evidence of some effects, each in its best form, with or without something else beside them."""
         if not present:
-            return self._over_sizes((), other) + (0.0 if other else self.of_any_size)
+            return self._over_sizes((), other)
         alone = [self._alone(other)[i] for i in present]
         if not all(alone):
             return -np.inf
@@ -98,12 +95,6 @@ class Explanations:
         best = tuple(self.effects[i].forms[int(np.argmax(logs))] for i, logs in zip(present, alone, strict=True))
         chosen = sum(max(logs) - of_all for logs, of_all in zip(alone, total, strict=True))
         return self._over_sizes(best, other) - chosen
-
-    def counting(self, of_any_size: float) -> "Explanations":
-        """The same with what nothing gains by any size of the twin's own error."""
-        found = replace(self, of_any_size=of_any_size)
-        found.__dict__.update({name: own for name, own in self.__dict__.items() if name not in found.__dict__})
-        return found
 
     def somewhere(self, present: Sequence[int]) -> np.ndarray:
         """(n + 1,) log evidence of some effects with something else that `evidence` does not think of.

@@ -1,7 +1,6 @@
 """All explanations of what the nearest plain twin leaves, once it is known how large the twin's own error is here."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
@@ -26,7 +25,7 @@ def explained(
     """The ground with the likeliest size of the twin's own error, and all explanations of what stands beside it.
 
     Likeliest beside whatever there is, nothing or one effect or something else: so a gap does not make the error large.
-    That there is nothing counts with all sizes.
+    Something else at one place does not count in this: the twin's own error, where it is large, is at some place too.
 
     Args:
         ground: as fitted.
@@ -35,35 +34,15 @@ def explained(
         elsewhere: what something else might do at one place.
     """
     alike = ground.discrepancy.alike(signatures)
-    singles = [(number,) for number in range(len(signatures))]
-    keys: list[tuple[tuple[int, ...], bool]] = [((), False), ((), True), *((single, False) for single in singles)]
-    prior = np.array([belief.log_prior(len(present), other, len(signatures)) for present, other in keys])
     weighed = []
     for scale, chance in SCALES.items():
         here = ground.with_error(scale, alike)
         found = _explanations(here, signatures, belief, elsewhere)
-        logs = np.array([found.evidence(present, other) for present, other in keys])
-        likeliest = keys[int(np.argmax(logs + prior))][0]
-        beside = [
-            found.somewhere(present) + belief.log_prior(len(present), True, len(signatures)) + np.log(belief.placed)
-            for present in {(), likeliest}
-        ]
-        volume = here.space.log_volume + np.log(chance)
-        total = logsumexp([*(logs + prior), *np.concatenate(beside)]) + volume
-        weighed.append(_Weighed(float(total), volume, logs, here, found))
-    best = max(weighed, key=lambda each: each.total)
-    nothing = float(logsumexp([each.logs[0] + each.volume for each in weighed])) - best.volume
-    return best.ground, best.found.counting(nothing - float(best.logs[0]))
-
-
-class _Weighed(NamedTuple):
-    """One size of the twin's own error: log probability of all and of each explanation, and the volume between."""
-
-    total: float
-    volume: float
-    logs: np.ndarray
-    ground: Ground
-    found: Explanations
+        sets = [((), False), ((), True), *(((i,), False) for i, each in enumerate(found.effects) if each.ways)]
+        logs = [found.evidence(s, other) + belief.log_prior(len(s), other, len(signatures)) for s, other in sets]
+        weighed.append((float(logsumexp(logs)) + here.space.log_volume + np.log(chance), here, found))
+    _, here, found = max(weighed, key=lambda each: each[0])
+    return here, found
 
 
 def _explanations(

@@ -13,7 +13,7 @@ from diagnosis.row import Row
 
 _LITTLE = (0.05, 0.2)  # shares of what effects do, by which their forms may be wrong in one direction
 _CLEARLY = 3.0  # log evidence from which something else counts, and so what is wrong with it
-_OTHERWISE = (0.3, 1.0)  # shares of its strength by which what comes and goes is otherwise in each trial
+_OTHERWISE = (1.0,)  # shares of its strength by which what comes and goes is otherwise in each trial
 _MOST_WRONG = 40.0  # whitened length beyond which a form is no more wrong in all: what is left then is something else
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from diagnosis import Diagnosis, Settings, diagnose, discrepancy_for
 from diagnosis.arrays import save_arrays
@@ -51,6 +52,19 @@ def test_motor_logs_are_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(Looked) as looked:
         diagnose(logged, Twin(ROBOT, FISHSIM_MARKERS, workers=1), CAMERA, EFFECTS, np.eye(127))
     assert looked.value.args[0] == [None] * len(logged)
+
+
+def test_small_matrices_wait_for_no_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Looked(Exception):
+        pass
+
+    def fitted(*_: object) -> None:
+        raise Looked([pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"])
+
+    monkeypatch.setattr("diagnosis.diagnosis.Ground.fitted", fitted)
+    with threadpool_limits(2), pytest.raises(Looked) as looked:
+        diagnose(trials(), Twin(ROBOT, FISHSIM_MARKERS, workers=1), CAMERA, EFFECTS, np.eye(127))
+    assert set(looked.value.args[0]) == {1}
 
 
 @pytest.mark.long
