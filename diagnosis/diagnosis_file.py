@@ -11,9 +11,7 @@ from diagnosis.refit import Refit
 from diagnosis.supposition import Supposition
 
 NONE = "none_of_these"
-_LEAST = 1e-4  # probability that is told
-
-_TOLD = 0.01  # probability of a place
+_LEAST, _LEAST_OF_PLACE = 1e-4, 0.01  # probability that is told, of an effect and of a place
 
 
 def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
@@ -175,6 +173,6 @@ def _elsewhere(found: Diagnosis) -> list[dict[str, Any]]:
     told = [
         {"place": each.place, "same_in_all_trials": each.same, "probability": chance}
         for each, chance in zip(found.elsewhere, found.probabilities.at_place, strict=True)
-        if chance >= _TOLD
+        if chance >= _LEAST_OF_PLACE
     ]
     return sorted(told, key=lambda each: -float(each["probability"]))

@@ -5,10 +5,11 @@ a size that is not known (uniform in its logarithm, from what is just seen to wh
 of the stretch in which the strength lies; and what shows is never quite what a form says, by a share of its own length
 in no particular direction, and perhaps by what looks like a little of another effect, for that is likelier than one
 more effect. Something else is a gap of a size that is not known: in no particular direction, or at one place, or an
-effect that comes and goes from trial to trial. So evidences are formulas
-(Rasmussen and Williams 2006, chapter 5), and forms with more freedom pay for it by themselves. Approximate are four
-things: several sizes count as independent about the likeliest, bounds are held parameter by parameter, what a form has
-wrong is taken at the strength that the row has, and of effects that act together only the likeliest stretches count.
+effect that comes and goes from trial to trial. So evidences are formulas (Rasmussen and Williams 2006, chapter 5), and
+forms with more freedom pay for it by themselves. Approximate are five things: several sizes count as independent about
+the likeliest, bounds are held parameter by parameter, what a form has wrong is taken at the strength that the row has,
+of effects that act together only the likeliest stretches count, and what is at one place is weighed beside effects of
+the sizes that are likeliest without it.
 """
 
 from collections.abc import Sequence
@@ -100,21 +101,20 @@ class Explanations:
         """(n + 1,) log evidence of some effects with something else that `evidence` does not think of.
 
         That is at each of n places; and last, the effects themselves, otherwise in each trial: never without effects.
-        Both ways are as likely; what is added to what the effects alone explain is taken at their
-        likeliest sizes.
+        Both ways are as likely; what is added to what the effects alone explain is taken at their likeliest sizes, and
+        stands in the place of what their forms have wrong in one direction.
         """
         forms = tuple(form for form in (self.best[i] for i in present) if form is not None)
         if not self.places or len(forms) < len(present):
             return np.full(len(self.places) + 1, -np.inf)
-        likeliest, _ = self._search(self.row, forms, False)
+        likeliest, alone = self._around(self.row, forms, False)
         weights = np.array([weight for weight, _ in self.places])
         at_places = np.log(weights / weights.sum()) + [_mean(list(likeliest.beside(p, SIZES))) for p in self._placed]
-        apart, alone = -np.inf, self._over_sizes(forms, False)
+        alone -= float(sum(np.log(len(self.effects[i].ways)) for i in present))
+        apart = -np.inf
         if forms:
-            alone -= likeliest.gained(self._directions[self.row], self.belief.alike)  # this is in its place
-            alone -= float(sum(np.log(len(self.effects[i].ways)) for i in present))
             turned = [self.row.turn @ form.in_trials.reshape(len(form.columns), -1) for form in forms]
-            apart = _mean(list(likeliest.apart(turned)))
+            apart = likeliest.apart(turned)
         ways = 2 if forms else 1
         return alone - np.log(ways) + np.append(at_places, apart)
 
@@ -171,14 +171,11 @@ class Explanations:
 
         Over one size in full; over more along each axis through the likeliest point, as if they were independent there.
         """
-        likeliest, along = self._search(row, forms, other)
-        if not along:
-            return likeliest.evidence
-        gained = likeliest.gained(self._directions[row], self.belief.alike) if forms else 0.0
-        return float(max(along[-1]) + sum(_mean(lines) - max(lines) for lines in along) + gained)
+        likeliest, evidence = self._around(row, forms, other)
+        return evidence + (likeliest.gained(self._directions[row], self.belief.alike) if forms else 0.0)
 
-    def _search(self, row: Row, forms: tuple[Form, ...], other: bool) -> tuple[Sized, list[list[float]]]:
-        """With the likeliest sizes, and log evidence along each axis through them."""
+    def _around(self, row: Row, forms: tuple[Form, ...], other: bool) -> tuple[Sized, float]:
+        """With the likeliest sizes, and the log evidence over all, forms being right but in no particular direction."""
         axes = [_sizes(form) for form in forms] + ([SIZES] if other else [])
         columns = tuple(row.turn @ form.columns / form.size for form in forms)
 
@@ -196,7 +193,9 @@ class Explanations:
                 along.append(lines)
             if before == point:
                 break
-        return at(point), along
+        if not along:
+            return at(point), at(point).evidence
+        return at(point), float(max(along[-1]) + sum(_mean(lines) - max(lines) for lines in along))
 
     @cached_property
     def _placed(self) -> tuple[np.ndarray, ...]:

@@ -49,12 +49,17 @@ def _explanations(
     ground: Ground, signatures: Sequence[Signature], belief: Belief, elsewhere: Sequence[Stranger]
 ) -> Explanations:
     ends = len(ground.generic)
-    own = (ends - ground.model.frequencies) // len(ground.trials) if elsewhere else 0
-    trials = [slice(own * number, own * (number + 1)) for number in range(len(ground.trials))] if elsewhere else []
-    effects = shown(signatures, ground.space, trials)
+    effects = shown(signatures, ground.space, _gaits(ground) if elsewhere else ())
     wrong, like_any, loose = (
         Row.of(ground.space, ground.left, ground.generic, like, frequencies)
         for like, frequencies in ((effects, 0), (effects, ground.model.frequencies), ((), 0))
     )
     places = tuple((each.weight, ground.space.freed(each.columns.T).T) for each in elsewhere)
     return Explanations((wrong, like_any, loose), effects, belief, slice(ends - ground.model.frequencies, ends), places)
+
+
+def _gaits(ground: Ground) -> list[slice]:
+    """Where the row holds that of each trial."""
+    count = len(ground.trials)
+    own = (len(ground.generic) - ground.model.frequencies) // count
+    return [slice(own * number, own * (number + 1)) for number in range(count)]

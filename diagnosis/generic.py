@@ -12,7 +12,8 @@ from fitting.posterior.gait import COURSE, HARMONICS, OF_A_MARKER, SPEED
 
 _ALONG_M = 0.12  # over which displacements along the body are alike
 _OF_ITS_OWN = 0.2  # share of the variance that each marker has to itself
-_OF_HARMONIC = 0.5  # of each harmonic against the one before
+OF_HARMONIC = 0.5
+"""Of each harmonic of displacements against the one before."""
 _SPEED_PER_S = 1.0  # m/s for a metre of displacement
 _COURSE_PER_M = (1.0, 6.0)  # sideways, m/s; turning, rad/s
 _HERTZ_PER_M = 2.0
@@ -30,7 +31,7 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int) -> np
     """
     near = np.exp(-0.5 * ((along_m[:, None] - along_m) / _ALONG_M) ** 2)
     between = (1 - _OF_ITS_OWN) * near + _OF_ITS_OWN * np.eye(len(along_m))
-    decay = _OF_HARMONIC ** np.arange(HARMONICS)
+    decay = OF_HARMONIC ** np.arange(HARMONICS)
     of_beat = np.diag(np.concatenate([[1.0], np.repeat(decay, 2)]) ** 2)
     assert len(of_beat) == OF_A_MARKER
     markers = np.kron(between, np.kron(np.eye(2), of_beat))  # (14 m, 14 m)

@@ -5,7 +5,22 @@ import numpy as np
 from fitting.posterior.gait import HARMONICS, advanced, harmonics_of, of_markers
 
 
-def rippled(gait: np.ndarray, order: int, sine: bool) -> np.ndarray:
+def rippled(gait: np.ndarray) -> np.ndarray:
+    """(g, 4) how a gait (g,) changes, over rad, whose crank runs ahead by a cosine or sine of one turn or of two."""
+    return np.column_stack([_ahead(gait, order, sine) for order in (1, 2) for sine in (False, True)])
+
+
+def smeared(gait: np.ndarray) -> np.ndarray:
+    """(g,) how a gait changes, over rad^2, whose beats come early and late by a phase that goes with none of them.
+
+    Harmonic h falls by h^2 / 2 of the variance of that phase.
+    """
+    result = np.zeros_like(gait)
+    of_markers(result)[..., 1:] = -0.5 * np.repeat(np.arange(1, HARMONICS + 1) ** 2, 2) * of_markers(gait)[..., 1:]
+    return result
+
+
+def _ahead(gait: np.ndarray, order: int, sine: bool) -> np.ndarray:
     """(g,) how a gait changes, over rad, whose crank runs ahead by a cosine, or sine, of `order` turns."""
     step = 1e-4
     slope = (advanced(gait, step) - advanced(gait, -step)) / (2 * step)
@@ -22,14 +37,4 @@ def rippled(gait: np.ndarray, order: int, sine: bool) -> np.ndarray:
             elif number <= HARMONICS:
                 beats[..., 2 * number - 1] += told.real
                 beats[..., 2 * number] -= told.imag
-    return result
-
-
-def smeared(gait: np.ndarray) -> np.ndarray:
-    """(g,) how a gait changes, over rad^2, whose beats come early and late by a phase that goes with none of them.
-
-    Harmonic h falls by h^2 / 2 of the variance of that phase.
-    """
-    result = np.zeros_like(gait)
-    of_markers(result)[..., 1:] = -0.5 * np.repeat(np.arange(1, HARMONICS + 1) ** 2, 2) * of_markers(gait)[..., 1:]
     return result

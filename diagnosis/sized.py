@@ -13,7 +13,6 @@ from diagnosis.row import Row
 
 _LITTLE = (0.05, 0.2)  # shares of what effects do, by which their forms may be wrong in one direction
 _CLEARLY = 3.0  # log evidence from which something else counts, and so what is wrong with it
-_OTHERWISE = (1.0,)  # shares of its strength by which what comes and goes is otherwise in each trial
 _MOST_WRONG = 40.0  # whitened length beyond which a form is no more wrong in all: what is left then is something else
 
 
@@ -64,8 +63,8 @@ class Sized:
         wrong = replace(self, other=self.unlike * min(length, _MOST_WRONG))
         return np.asarray(wrong.evidence - self.evidence + wrong._normal.gained_together(columns, sizes)[0])
 
-    def apart(self, in_trials: Sequence[np.ndarray]) -> np.ndarray:
-        """(s,) what is added where forms have other strengths in each trial, by each of the shares `_OTHERWISE`.
+    def apart(self, in_trials: Sequence[np.ndarray]) -> float:
+        """What is added where forms have other strengths in each trial, by as much as they have in all.
 
         Args:
             in_trials: (q, t p) of each form, what each trial's gait has of its columns, in this row's directions.
@@ -74,7 +73,8 @@ class Sized:
         for form, size, columns, own in zip(self.forms, self.sizes, self.columns, in_trials, strict=True):
             strengths = self._normal.mean[first : (first := first + columns.shape[1])]
             parts.append(float(np.sqrt(np.mean(strengths**2))) * size / form.size * own)
-        return self._normal.gained_together(np.hstack(parts), np.array(_OTHERWISE))[0]
+        gained, _ = self._normal.gained_together(np.hstack(parts), np.ones(1))
+        return float(gained[0])
 
     @cached_property
     def _normal(self) -> Normal:

@@ -9,14 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from diagnosis.generic import OF_HARMONIC
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, Responses
 from diagnosis.ripples import rippled, smeared
 from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED
 
-_OF_HARMONIC = 0.5  # of each harmonic against the one before
-_IN_WATER, _OF_WATER = ("head", "tail"), 0.1  # places where the twin's own error acts too, alike in all trials
-_ORDERS = (1, 2)  # of the crank's turn, in which it runs unevenly
+_OF_WATER = 0.1  # how likely forces of the water are, alike in all trials: there the twin's own error acts too
 _RIPPLE_RAD, _SMEAR_RAD = 0.02, 0.2  # against each other
 
 
@@ -39,17 +38,19 @@ class Stranger(NamedTuple):
 def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
     """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat."""
     found = []
-    for place, columns in (*_at_markers(ground), *_pushing(ground, responses), _in_time(ground)):
-        within = columns.reshape(len(columns), len(ground.trials), -1)
-        found.append(Stranger(place, True, within.sum(axis=1), _OF_WATER if place.startswith(_IN_WATER) else 1.0))
-        if len(ground.trials) > 1:
-            found.append(Stranger(place, False, within.reshape(len(columns), -1)))
+    dry = (*_at_markers(ground), *_in_hinges(responses), _in_time(ground))
+    for weight, places in ((1.0, dry), (_OF_WATER, tuple(_by_water(ground, responses)))):
+        for place, columns in places:
+            within = columns.reshape(len(columns), len(ground.trials), -1)
+            found.append(Stranger(place, True, within.sum(axis=1), weight))
+            if len(ground.trials) > 1:
+                found.append(Stranger(place, False, within.reshape(len(columns), -1)))
     return tuple(found)
 
 
 def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
     """(k, t, 14) of each marker."""
-    decay = np.append(1.0, np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2))
+    decay = np.append(1.0, np.repeat(OF_HARMONIC ** np.arange(HARMONICS), 2))
     sizes = np.tile(decay, 2)
     trials, length = len(ground.trials), len(ground.left)
     own = len(ground.model.measured) // trials
@@ -65,27 +66,30 @@ def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
 def _in_time(ground: Ground) -> tuple[str, np.ndarray]:
     """(k, t, 5) of beats that come early and late, in step with the crank or not."""
     gaits = [model.measured for model in ground.model.trials]
-    columns = np.zeros((len(ground.left), len(gaits), 1 + 2 * len(_ORDERS)))
-    for trial, gait in enumerate(gaits):
-        own = slice(len(gait) * trial, len(gait) * (trial + 1))
-        ripples = [_RIPPLE_RAD * rippled(gait, order, sine) for order in _ORDERS for sine in (False, True)]
-        columns[own, trial] = np.column_stack([_SMEAR_RAD**2 * smeared(gait), *ripples])
+    within = [np.column_stack([_SMEAR_RAD**2 * smeared(gait), _RIPPLE_RAD * rippled(gait)]) for gait in gaits]
+    columns = np.zeros((len(ground.left), len(gaits), within[0].shape[1]))
+    for trial, own in enumerate(within):
+        columns[len(own) * trial : len(own) * (trial + 1), trial] = own
     return "timing of the beat", columns
 
 
-def _pushing(ground: Ground, responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
-    """(k, t, b) of forces on the head, of a torque in each hinge, and of a force across the tail at each marker."""
-    columns, head = responses.columns, len(HEAD)
-    scaled = columns / responses.unit[:, None]
-    yield "head, steadily", columns[:, :, :head, 0]
-    yield "head", np.moveaxis(columns[:, :, :head], 2, 3).reshape(*columns.shape[:2], -1)
-    for number, hinge in enumerate(responses.joints[head:], head):
-        yield f"hinge {hinge}", columns[:, :, number]
+def _in_hinges(responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
+    """(k, t, 7) of a torque in each hinge."""
+    for number, hinge in enumerate(responses.joints[len(HEAD) :], len(HEAD)):
+        yield f"hinge {hinge}", responses.columns[:, :, number]
+
+
+def _by_water(ground: Ground, responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
+    """(k, t, b) of forces on the head, and of a force across the tail at each marker on it."""
+    of_head = responses.columns[:, :, : len(HEAD)]
+    yield "head, steadily", of_head[..., 0]
+    yield "head", of_head.reshape(*of_head.shape[:2], -1)
+    over_unit = responses.columns / responses.unit[:, None]
     robot, markers = ground.twin.robot, ground.trials[0].markers
     for marker, place_m in zip(markers, robot.marker_positions_m(markers)[:, 0], strict=True):
         if place_m > robot.hinge_x_m[0]:
             on_joints = across(float(place_m), robot.hinge_x_m)
-            yield f"tail at {marker}", np.einsum("ktjn,j->ktn", scaled, on_joints)
+            yield f"tail at {marker}", np.einsum("ktjn,j->ktn", over_unit, on_joints)
 
 
 def across(place_m: float, hinge_m: np.ndarray) -> np.ndarray:

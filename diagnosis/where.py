@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 from scipy.optimize import minimize
 
+from diagnosis.generic import OF_HARMONIC
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
 from diagnosis.ripples import rippled
@@ -30,7 +31,7 @@ from fitting.signatures import Signature
 STAGES = ("camera", "drive", "body", "tail", "floor")
 OF_NO_MARKER = ("speed", "course", "frequency")
 """Keys of `by_marker`, `by_axis` and `by_band` that stand for a whole trial."""
-_SEEN_M, _OF_HARMONIC, _SCALE = 1e-3, 0.5, 0.01  # of a marker, of each harmonic against the one before, of the picture
+_SEEN_M, _SCALE = 1e-3, 0.01  # of a marker, of the picture
 _RIPPLE_RAD = 0.05
 _HERTZ = 0.01  # relative
 
@@ -122,7 +123,7 @@ def _ways(ground: Ground, responses: Responses, signatures: Sequence[Signature])
     found[Way("camera", "in the picture")] = _misboxed(ground)
     found[Way("camera", "beating")] = _in_each_trial(ground, _beats)
     found[Way("camera", "scale")] = _in_each_trial(ground, lambda gait: _SCALE * gait[:, None])
-    found[Way("drive", "ripple")] = _in_each_trial(ground, _ripples)
+    found[Way("drive", "ripple")] = _in_each_trial(ground, lambda gait: _RIPPLE_RAD * rippled(gait))
     found[Way("drive", "frequency")] = _other_frequencies(ground)
     told = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
     found[Way("drive", "effects")] = np.hstack([np.zeros((len(ground.left), 0)), *told])
@@ -158,16 +159,11 @@ def _misboxed(ground: Ground) -> np.ndarray:
 
 def _beats(gait: np.ndarray) -> np.ndarray:
     """(g, 12 m) each marker's harmonics otherwise."""
-    decay = np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)
+    decay = np.repeat(OF_HARMONIC ** np.arange(HARMONICS), 2)
     markers = of_markers(gait)
     sizes = np.zeros(len(gait))
     sizes[places_of_markers(len(gait))] = np.broadcast_to(np.append(0.0, decay), markers.shape).ravel()
     return _SEEN_M * np.diag(sizes)[:, sizes > 0]
-
-
-def _ripples(gait: np.ndarray) -> np.ndarray:
-    """(g, 4) a crank that ripples once and twice a turn."""
-    return np.column_stack([_RIPPLE_RAD * rippled(gait, order, sine) for order in (1, 2) for sine in (False, True)])
 
 
 def _other_frequencies(ground: Ground) -> np.ndarray:

@@ -25,7 +25,6 @@ from fitting.smooth_floor import settled
 from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
 from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS
-from tests.cases import later
 from tests.fitting.exact_swims import PHASES, ROBOT, exact_swims, exact_twin
 
 OTHERS = [method for method in METHODS if method != "gradient"]
@@ -174,7 +173,7 @@ def test_seven_in_ten_intervals_or_more_hold_the_truth(draws: list[Draw]) -> Non
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("method", "effort"),
-    [("gradient", ABRUPT), *later(*((method, ABRUPT) for method in OTHERS), ("gradient", THOROUGH))],
+    [("gradient", ABRUPT), *((method, ABRUPT) for method in OTHERS), ("gradient", THOROUGH)],
     ids=["gradient", *OTHERS, "thorough gradient"],
 )
 def test_the_order_of_trials_does_not_change_a_bit(method: str, effort: Effort) -> None:

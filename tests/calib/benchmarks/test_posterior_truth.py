@@ -12,7 +12,6 @@ from fitting.from_rest import speed_from_rest
 from fitting.posterior import SessionModel
 from session import FISHSIM_MARKERS
 from swimmer import SWIM, Runs, Twin, load_robot
-from tests.cases import later
 
 COARSE = 1 / 8  # so that a draw takes no seconds
 
@@ -79,7 +78,7 @@ def test_an_effect_sets_the_one_number_that_it_is_about() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("effect", ["current", *later(*(each for each in EFFECTS if each != "current"))])
+@pytest.mark.parametrize("effect", EFFECTS)
 def test_an_unmodelled_effect_changes_the_swim_and_not_the_truth(drawn: DrawnSession, effect: Effect) -> None:
     other = draw_session(3, effect, seconds=3.0, step=COARSE)
     assert other.truth == drawn.truth

@@ -12,7 +12,6 @@ from fitting.posterior.noise import GaitNoise, noise_of
 from fitting.posterior.noise_part import NoisePart
 from synthetic import TrackingNoise
 from synthetic.noise import lasting_errors
-from tests.cases import later
 from tests.fitting.posterior.waves import ALONG_M, FPS, SPEED_M_S, TIME_S, cruising, reader
 
 ALIKE = 0.7 ** np.abs(np.subtract.outer(np.arange(len(ALONG_M)), np.arange(len(ALONG_M))))
@@ -134,7 +133,7 @@ def test_what_markers_have_in_common_is_found(scale_s: float, smooth: bool, shru
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("shared", [*later(0.0), 0.8])
+@pytest.mark.parametrize("shared", [0.0, 0.8])
 def test_intervals_with_the_noise_that_was_found_hold_as_often_as_with_the_true_one(shared: float) -> None:
     """Of five numbers that move gaits anyhow, fitted by least squares: 90 %, whatever neighbours have in common."""
     read, inside = reader(), []
