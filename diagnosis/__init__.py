@@ -1,7 +1,7 @@
 """The sim-to-real gap: where it lies, which effect makes it, how far it shrinks with it, what to measure next."""
 
 from diagnosis.diagnosis import Diagnosis, Gap, Remainder, Settings, diagnose
-from diagnosis.discrepancy import Discrepancy, discrepancy_for
+from diagnosis.discrepancy import Discrepancy, discrepancy_for, shipped_discrepancy
 from diagnosis.evidence import Belief
 from diagnosis.probabilities import Probabilities
 from diagnosis.supposition import Supposition, suppose
@@ -22,5 +22,6 @@ __all__ = [
     "Where",
     "diagnose",
     "discrepancy_for",
+    "shipped_discrepancy",
     "suppose",
 ]

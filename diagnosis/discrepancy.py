@@ -8,6 +8,7 @@ straight a fish goes is not among the numbers that the benchmark compares; what 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.resources import as_file, files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 
 import numpy as np
@@ -71,9 +72,14 @@ def with_course(covariance: np.ndarray) -> np.ndarray:
     return np.asarray(block_diag(covariance, np.diag(np.square(COURSE_SD))))
 
 
+def shipped_discrepancy() -> Traversable:
+    """The file that every diagnosis uses, of gaits of the published markers."""
+    return files("diagnosis").joinpath("discrepancy.npz")
+
+
 def discrepancy_for(markers: tuple[str, ...], robot: RobotSpec) -> Discrepancy:
     """Of gaits of these markers, without their course."""
-    with as_file(files("diagnosis").joinpath("discrepancy.npz")) as path:
+    with as_file(shipped_discrepancy()) as path:
         known = Discrepancy.load(path)
     return known if markers == FISHSIM_MARKERS else replace(known, covariance=_of_markers(known, markers, robot))
 

@@ -1,6 +1,6 @@
 """What remains between reality in its base state and the refitted twin, which every diagnosis may know.
 
-`python -m calib.benchmarks.effects.discrepancy datasets/withheld/discrepancy.npz` measures it anew, on all cores.
+`python -m calib.benchmarks.effects.discrepancy diagnosis/discrepancy.npz` measures it anew, on all cores.
 """
 
 import sys

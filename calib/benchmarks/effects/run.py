@@ -15,7 +15,7 @@ from calib.benchmarks.effects.folder import Failure, SuiteFolder, Tell
 from calib.benchmarks.effects.making import Making, undated
 from calib.benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
 from calib.benchmarks.spread import spread
-from diagnosis import Discrepancy
+from diagnosis import Discrepancy, shipped_discrepancy
 from reality.mechanisms import catalogued, uncatalogued
 from session import FaultCollector, SwimcalError, write_whole
 from swimmer.effects import catalogue
@@ -34,7 +34,7 @@ def make_suite(
     """Makes the sessions that are missing; broken off, it goes on where it was.
 
     Args:
-        suite: where; its discrepancy must be there.
+        suite: where; without a discrepancy of its own it gets the one that is shipped.
         seed, size: of the suite.
         workers: sessions at a time; 0 for one on each core.
         scheduler: address of a dask scheduler whose workers make them; they need to see the same folder.
@@ -48,6 +48,8 @@ def make_suite(
     """
     plans = plan_suite(seed, size, tuple(catalogued()), tuple(uncatalogued()))
     _check_same(suite, plans)
+    if not suite.discrepancy.exists():
+        write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())
     todo = [plan for plan in plans if not suite.made(plan.name)]
     failures: list[Failure] = []
     done = 0

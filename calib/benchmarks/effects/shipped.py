@@ -7,7 +7,6 @@ import re
 import sys
 from hashlib import sha256
 from pathlib import Path
-from shutil import copyfile
 
 from calib.benchmarks.effects.answer import checksum
 from calib.benchmarks.effects.folder import SuiteFolder
@@ -19,15 +18,13 @@ SEED = 1
 
 
 def ship(folder: Path, workers: int = 0) -> None:
-    """Makes `small/` in a folder that holds the discrepancy, and writes its checksums into the card beside it.
+    """Makes `small/` in a folder, and writes its checksums into the card beside it.
 
     Raises:
         InputError: `small/` holds another suite.
         RuntimeError: a session could not be made.
     """
     suite = SuiteFolder(folder / "small")
-    suite.folder.mkdir(exist_ok=True)
-    copyfile(folder / "discrepancy.npz", suite.discrepancy)
     if failures := make_suite(suite, SEED, SMALL, workers, tell=lambda said, _: print(said, file=sys.stderr)):
         raise RuntimeError(f"small suite: {len(failures)} sessions failed, the first: {failures[0].message}")
     card = folder / "CARD.md"

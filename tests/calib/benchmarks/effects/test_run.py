@@ -14,7 +14,7 @@ from calib.benchmarks.effects.answer import Answer
 from calib.benchmarks.effects.folder import SuiteFolder
 from calib.benchmarks.effects.run import make_suite
 from calib.benchmarks.effects.suite import SuiteSize, plan_suite
-from diagnosis import Discrepancy
+from diagnosis import Discrepancy, shipped_discrepancy
 from reality.mechanisms import catalogued, uncatalogued
 from session import InputError
 from tests.calib.benchmarks.effects.suites import shortened
@@ -38,6 +38,13 @@ def empty_suite(folder: Path) -> SuiteFolder:
 
 def tracks(suite: SuiteFolder) -> dict[Path, bytes]:
     return {path.relative_to(suite.folder): path.read_bytes() for path in suite.sessions.rglob("*.csv*")}
+
+
+def test_a_new_folder_gets_the_discrepancy_that_is_shipped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(run, "plan_suite", lambda *_: ())
+    suite = SuiteFolder(tmp_path / "new" / "suite")
+    assert make_suite(suite, 4, SIZE, workers=1) == ()
+    assert suite.discrepancy.read_bytes() == shipped_discrepancy().read_bytes()
 
 
 @pytest.mark.long

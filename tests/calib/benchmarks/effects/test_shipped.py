@@ -11,6 +11,7 @@ from calib.benchmarks.effects.answer import Answer, checksum
 from calib.benchmarks.effects.folder import SuiteFolder
 from calib.benchmarks.effects.shipped import SEED, checksum_of_sessions
 from calib.benchmarks.effects.suite import SMALL, plan_suite
+from diagnosis import shipped_discrepancy
 from reality.mechanisms import catalogued, uncatalogued
 from session import load_session, load_tracks
 from swimmer.effects import catalogue
@@ -60,7 +61,7 @@ def test_it_is_small_and_its_files_have_the_card_s_checksum() -> None:
 
 
 def test_its_discrepancy_is_that_of_this_reality() -> None:
-    assert SUITE.discrepancy.read_bytes() == (FOLDER / "discrepancy.npz").read_bytes()
+    assert SUITE.discrepancy.read_bytes() == shipped_discrepancy().read_bytes()
 
 
 def test_nothing_in_it_says_what_is_present() -> None:
