@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from calib.benchmarks.effects.answer import Answer, unseal
+from session import FaultCollector
 
 Tell = Callable[[str, float | None], None]
 DIAGNOSIS = Path("results") / "diagnosis.json"
@@ -66,17 +67,36 @@ class SuiteFolder(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the sessions, in order."""
-        return tuple(sorted(json.loads(self.checksums.read_text())))
+        """Of the sessions, in order.
+
+        Raises:
+            InputError: there is no whole suite.
+        """
+        return tuple(sorted(self._sums))
 
     def unsealed(self) -> tuple[Answer, ...]:
         """All answers, in the order of the names.
 
         Raises:
-            InputError: one has another checksum than was published.
+            InputError: there is no whole suite, or an answer has another checksum than was published.
         """
+        return tuple(answer for name in self.names for answer in unseal(self.answer(name), self._sums[name]))
+
+    @property
+    def _sums(self) -> dict[str, str]:
+        if not self.checksums.exists():
+            begun = self.sessions.is_dir()
+            faults = FaultCollector(str(self.folder))
+            faults.add(
+                "",
+                "no suite of withheld effects",
+                found="one that broke off" if begun else "no checksums.json",
+                expected="a folder that `calib benchmark effects FOLDER --part make` has finished",
+                next_step="Make it, or copy datasets/withheld/small.",
+            )
+            faults.raise_if_any()
         sums: dict[str, str] = json.loads(self.checksums.read_text())
-        return tuple(answer for name in self.names for answer in unseal(self.answer(name), sums[name]))
+        return sums
 
     def answer(self, name: str) -> Path:
         """The sealed answer of a session."""

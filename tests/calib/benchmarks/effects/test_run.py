@@ -105,3 +105,11 @@ def test_what_was_made_stands_when_a_cluster_asks_for_it_again(tmp_path: Path) -
     before = (suite.sessions / plan.name / "session.toml").stat().st_ino
     assert run._made_together(suite, (plan,)) == (1, [])
     assert (suite.sessions / plan.name / "session.toml").stat().st_ino == before
+
+
+def test_a_folder_without_a_whole_suite_is_told_plainly(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"found no checksums\.json; .*--part make"):
+        SuiteFolder(tmp_path).unsealed()
+    (tmp_path / "sessions").mkdir()
+    with pytest.raises(InputError, match="found one that broke off"):
+        _ = SuiteFolder(tmp_path).names
