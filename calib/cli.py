@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from calib.commands import benchmarks, cameras, hardware, results, sessions, tracks, videos
-from calib.pipeline import program
 from session import SwimcalError
 
 app = typer.Typer(
@@ -63,6 +62,8 @@ def version(
 ) -> None:
     """Options that stand before a command."""
     if show:
+        from calib.pipeline import program
+
         print(program())
         raise typer.Exit
 

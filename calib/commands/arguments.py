@@ -1,13 +1,21 @@
-"""Arguments that several commands share."""
+"""Arguments that several commands share.
+
+What a command works with it imports itself: one that only prints its help, or drives the motor, waits for none of it.
+"""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from calib.options import EffortName
+EffortOption = Literal["quick", "full"]
+MethodOption = Literal["gradient", "bo-nm", "nelder-mead", "random"]
+ComparisonOption = Literal["published", "shape"]
+TrackerOption = Literal["hybrid", "spots", "csrt"]
+FORMS = ("swimcal", "deeplabcut", "movement", "movement-legacy", "fishsim")
+"""Of tracks, for help; what is given is held against `tracking.records.FORMATS`."""
 
 SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]
-Effort = Annotated[EffortName, typer.Option(help="how hard to search; recorded in the results")]
+Effort = Annotated[EffortOption, typer.Option(help="how hard to search; recorded in the results")]
 Workers = Annotated[int, typer.Option(min=0, help="threads; 0: all cores, or as SWIMCAL_WORKERS says")]
 AsJson = Annotated[bool, typer.Option("--json", help="print the outcome as JSON on standard output")]

@@ -10,11 +10,19 @@ from typing import Annotated, Literal
 
 import typer
 
-from calib.benchmarks.posterior_effects import Effect
 from calib.commands.arguments import AsJson, SessionFolder, Workers
-from calib.options import Options
-from calib.working import progress_bar, working
-from session import plain_json
+
+EffectOption = Literal[
+    "none",
+    "hinge_stiffness",
+    "hinge_damping",
+    "crank_arm",
+    "current",
+    "entrained_water",
+    "tendon_compliance",
+    "segment_coefficients",
+    "any",
+]
 
 
 def speed(
@@ -25,6 +33,7 @@ def speed(
 ) -> None:
     """Times real time on one core and on all, beside a bare step without fluid; distance to an 8 times finer step."""
     from calib.benchmarks.speed import measure_speed, speed_table
+    from calib.working import working
 
     coefficients = None
     if session is not None:
@@ -42,6 +51,8 @@ def search(
     as_json: AsJson = False,
 ) -> None:
     """Compares the searches on a session's fit trials: same budget, both objectives; the report then shows them."""
+    from calib.options import Options
+    from calib.working import working
     from fitting import comparison_payload, comparison_table
 
     with working(session, as_json, Options(workers=workers)) as pipeline:
@@ -62,6 +73,8 @@ def tracking(
 ) -> None:
     """Tracks rendered videos with known truth: the tracker, without CSRT, plain CSRT, threshold and nearest."""
     from calib.benchmarks.tracking_report import measure_all
+    from calib.working import progress_bar
+    from session import plain_json
 
     chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
@@ -76,7 +89,7 @@ def posterior(
     ] = None,
     first: Annotated[int, typer.Option(min=0, help="first session of this shard")] = 0,
     count: Annotated[int, typer.Option(min=0, help="sessions of this shard; 0: only the table of what is there")] = 300,
-    effect: Annotated[Effect, typer.Option(help="what the robot does and the twin leaves out")] = "none",
+    effect: Annotated[EffectOption, typer.Option(help="what the robot does and the twin leaves out")] = "none",
     strength: Annotated[float, typer.Option(min=0, help="of that, in shares of its full strength")] = 1.0,
     workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
     scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
@@ -84,6 +97,8 @@ def posterior(
 ) -> None:
     """Draws sessions from the prior; tells how often the posterior holds the truth (simulation-based calibration)."""
     from calib.benchmarks.posterior_report import Asked, measure_posterior
+    from calib.working import progress_bar
+    from session import plain_json
 
     asked = Asked(first, count, effect, strength, workers, scheduler)
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
@@ -121,6 +136,8 @@ def effects(
     from calib.benchmarks.effects.scores_page import write_scores
     from calib.benchmarks.effects.scoring import score_all
     from calib.benchmarks.effects.suite import LARGE, SMALL
+    from calib.working import progress_bar
+    from session import plain_json
 
     where = SuiteFolder(folder)
     if part == "score":

@@ -1,25 +1,20 @@
 """Commands about the camera: `camera board`, `camera lens`, `camera scale`."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from calib.commands.arguments import AsJson
-from calib.working import progress_bar
-from session import load_camera
-from tracking.lens import (
-    BoardSpec,
-    calibrate_lens,
-    draw_board,
-    load_board,
-    save_camera,
-    scale_from_board,
-    video_pictures,
-)
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from tracking.lens import BoardSpec
 
 BoardFile = Annotated[
     Path | None, typer.Option(help="TOML with a table [board]; default: the board that `calib camera board` draws")
@@ -31,6 +26,8 @@ def board(
     description: BoardFile = None,
 ) -> None:
     """Draws a calibration board to be printed at its true size."""
+    from tracking.lens import draw_board
+
     draw_board(out, _board(description))
     print(out)
 
@@ -42,6 +39,9 @@ def lens(
     as_json: AsJson = False,
 ) -> None:
     """Calibrates the lens from pictures of a board at many angles; the session names the file as its calibration."""
+    from calib.working import progress_bar
+    from tracking.lens import calibrate_lens, save_camera
+
     spec = _board(description)
     with progress_bar(as_json) as tell:
         tell("looking for the board", None)
@@ -68,6 +68,9 @@ def scale(
     board_height_m: Annotated[float, typer.Option(help="of the board above the water, m")] = 0.0,
 ) -> None:
     """Metres per pixel from a board in the pool, beside the nose-neck distance; the camera's height with a lens."""
+    from session import load_camera
+    from tracking.lens import scale_from_board
+
     found = scale_from_board(picture, _board(description), load_camera(camera) if camera else None, board_height_m)
     print(f"{1000 * found.metres_per_px:.4f} ± {1000 * found.sd_metres_per_px:.4f} mm per pixel at the water's surface")
     if found.camera_height_m is not None:
@@ -76,14 +79,17 @@ def scale(
     print("scale_length_m of the session: this times the nose-neck distance in pixels")
 
 
-_BOARD = BoardSpec(columns=9, rows=6, square_m=0.03)
 _PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")
 
 
 def _board(description: Path | None) -> BoardSpec:
-    return _BOARD if description is None else load_board(description)
+    from tracking.lens import BoardSpec, load_board
+
+    return BoardSpec(columns=9, rows=6, square_m=0.03) if description is None else load_board(description)
 
 
 def _pictures(files: list[Path]) -> Iterable[Path | np.ndarray]:
     """The pictures, or frames of a single video."""
+    from tracking.lens import video_pictures
+
     return files if len(files) > 1 or files[0].suffix.lower() in _PICTURES else video_pictures(files[0])

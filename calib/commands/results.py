@@ -1,19 +1,19 @@
 """Commands that make a session's results: `run`, `fit`, `posterior`, `report`, `mjcf`."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
-from calib.commands.arguments import AsJson, Effort, SessionFolder, Workers
-from calib.options import Options
-from calib.working import tell_diagnosis, tell_outcome, tell_supposition, working
-from fitting import MethodName
-from session import SESSION_FILE, NotConverged
+from calib.commands.arguments import AsJson, ComparisonOption, Effort, MethodOption, SessionFolder, Workers
 
 
 def run(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:
     """Does everything the session's data allow: tracks, fit, MJCF, posterior and gap (effort full), report."""
+    from calib.options import Options
+    from calib.working import tell_outcome, working
+    from session import NotConverged
+
     with working(session, as_json, Options(effort, workers)) as pipeline:
         if effort == "full":
             try:
@@ -29,9 +29,9 @@ def fit(
     session: SessionFolder,
     effort: Effort = "full",
     workers: Workers = 0,
-    method: Annotated[MethodName, typer.Option(help="the search; `calib benchmark search` compares them")] = "gradient",
+    method: Annotated[MethodOption, typer.Option(help="the search; see `calib benchmark search`")] = "gradient",
     objective: Annotated[
-        Literal["published", "shape"],
+        ComparisonOption,
         typer.Option(help="published: markers in the head frame; shape: relative to the nose in every frame"),
     ] = "published",
     as_json: AsJson = False,
@@ -42,6 +42,9 @@ def fit(
     recorded is assumed to be as the robot is described, and that is said. Without a swim it ends with hinges and crank.
     The other commands take the fit of this effort as it stands, by whatever search; only another fit replaces it.
     """
+    from calib.options import Options
+    from calib.working import tell_outcome, working
+
     with working(session, as_json, Options(effort, workers, method, objective)) as pipeline:
         result = pipeline.structured() if pipeline.only_dry else pipeline.fit()
     tell_outcome(pipeline, result, as_json)
@@ -52,6 +55,9 @@ def posterior(session: SessionFolder, effort: Effort = "full", workers: Workers 
 
     Stopped, it goes on where it was. Where the draws are not enough nothing is reported.
     """
+    from calib.options import Options
+    from calib.working import tell_outcome, working
+
     with working(session, as_json, Options(effort, workers)) as pipeline:
         result = pipeline.posterior()
     tell_outcome(pipeline, result, as_json)
@@ -72,6 +78,9 @@ def diagnose(
     Writes results/diagnosis.json and, where an effect is named, the model with it. With --suppose it writes
     results/supposed.json alone.
     """
+    from calib.options import Options
+    from calib.working import tell_diagnosis, tell_supposition, working
+
     lacking, supposed = (tuple(name.strip() for name in told.split(",") if name.strip()) for told in (without, suppose))
     if suppose and not supposed:
         raise typer.BadParameter("names no effect; docs/effects.md has the table", param_hint="--suppose")
@@ -98,6 +107,7 @@ def report(
 ) -> None:
     """Writes the HTML report of each session, and an index when there are several."""
     from calib.batch import report_batch
+    from calib.options import Options
 
     for path in report_batch(sessions, Options(effort, workers), index):
         print(path)
@@ -114,7 +124,9 @@ def mjcf(
 ) -> None:
     """Writes the MJCF: calibrated for a session, nominal for a robot."""
     from calib.mjcf_file import write_nominal_mjcf
-    from session import write_whole
+    from calib.options import Options
+    from calib.working import working
+    from session import SESSION_FILE, write_whole
 
     if source is None or (source.suffix == ".toml" and source.name != SESSION_FILE):
         write_nominal_mjcf(source, out)

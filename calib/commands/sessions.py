@@ -5,8 +5,6 @@ from typing import Annotated
 
 import typer
 
-from session import new_from_fishsim
-
 
 def new(
     session: Annotated[Path, typer.Argument(metavar="SESSION", help="the folder to make")],
@@ -20,6 +18,8 @@ def new(
     seed: Annotated[int, typer.Option(min=0, help="of a synthetic session")] = 0,
 ) -> None:
     """Makes a session folder."""
+    from session import new_from_fishsim
+
     if (from_fishsim is None) == (not synthetic):
         raise typer.BadParameter("give either --from-fishsim DIR or --synthetic")
     if video and not synthetic:

@@ -5,22 +5,27 @@ from typing import Annotated
 
 import typer
 
-from session import FISHSIM_MARKERS, FaultCollector
-from tracking.records import FORMATS, TrackedTrial, export_tracks, import_tracks
+from calib.commands.arguments import FORMS
 
 
 def convert(
     tracks: Annotated[Path, typer.Argument(help="tracks in any of the forms; which one is told from the content")],
     out: Annotated[Path, typer.Option(help="the file to write")],
-    to: Annotated[str, typer.Option(help=f"the form to write: {', '.join(FORMATS)}")] = "swimcal",
+    to: Annotated[str, typer.Option(help=f"the form to write: {', '.join(FORMS)}")] = "swimcal",
     markers: Annotated[
-        str, typer.Option(help="markers to take, comma-separated; in files without a header, their order")
-    ] = ",".join(FISHSIM_MARKERS),
+        str | None,
+        typer.Option(
+            help="markers to take, comma-separated; in files without a header, their order; default: the published nine"
+        ),
+    ] = None,
     fps: Annotated[float, typer.Option(help="frames a second, for forms without time")] = 60.0,
 ) -> None:
     """Converts tracks between this program, DeepLabCut, movement and the authors' CSV."""
+    from session import FISHSIM_MARKERS
+    from tracking.records import TrackedTrial, export_tracks, import_tracks
+
     check_form(to, "--to")
-    names = tuple(name.strip() for name in markers.split(",") if name.strip())
+    names = FISHSIM_MARKERS if markers is None else tuple(name.strip() for name in markers.split(","))
     _check_numbers(names, fps, out)
     export_tracks(TrackedTrial.of(import_tracks(tracks, names, fps)), out, to)
     print(out)
@@ -32,6 +37,9 @@ def check_form(name: str, option: str) -> None:
     Raises:
         InputError: they cannot; lists the forms.
     """
+    from session import FaultCollector
+    from tracking.records import FORMATS
+
     faults = FaultCollector(option)
     if name not in FORMATS:
         faults.add("", "no such form of tracks", found=repr(name), choices=FORMATS)
@@ -39,10 +47,12 @@ def check_form(name: str, option: str) -> None:
 
 
 def _check_numbers(names: tuple[str, ...], fps: float, out: Path) -> None:
+    from session import FaultCollector
+
     faults = FaultCollector("the options")
     if not 0 < fps < float("inf"):
         faults.add("--fps", "not a frame rate", found=f"{fps:g}", expected="a number above 0")
-    if not names or len(set(names)) < len(names):
+    if not all(names) or len(set(names)) < len(names):
         faults.add("--markers", "not a list of markers", found=", ".join(names), expected="each marker once")
     if out.suffix == ".gz":
         faults.add("--out", "packed files are read, not written", found=out.name, expected="a name without .gz")

@@ -1,78 +1,36 @@
 """Commands that work on a session's videos: `track`, `edit`, `view`."""
 
-import json
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated
 
-import numpy as np
 import typer
 
-from calib.camera_doubts import camera_doubts
-from calib.commands.arguments import AsJson, SessionFolder, Workers
+from calib.commands.arguments import FORMS, AsJson, SessionFolder, TrackerOption, Workers
 from calib.commands.tracks import check_form
-from calib.options import Options
-from calib.videos import VideoTracks
-from calib.working import working
-from session import FaultCollector, InputError, Session, TrialSpec, plain_json
-from tracking.records import FORMATS, EditLog, SampleState, export_tracks
-from tracking.tracker import TrackerName
-from tracking.video import Video
-
-T = TypeVar("T")
 
 TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline"
-_SUFFIX = {"swimcal": ".csv", "deeplabcut": ".dlc.csv", "fishsim": ".fishsim.csv"}
 
 
 def track(
     session: SessionFolder,
     method: Annotated[
-        TrackerName | None, typer.Option(help=f"{TRACKER_HELP}; default: that of the tracks which stand, else hybrid")
+        TrackerOption | None, typer.Option(help=f"{TRACKER_HELP}; default: that of the tracks which stand, else hybrid")
     ] = None,
     click: Annotated[
         bool, typer.Option("--click", help="only write a page on which to click the start boxes of each video")
     ] = False,
-    export: Annotated[str, typer.Option(help=f"also write the tracks as one of: {', '.join(FORMATS)}")] = "",
+    export: Annotated[str, typer.Option(help=f"also write the tracks as one of: {', '.join(FORMS)}")] = "",
     workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
     """Tracks the markers in a session's videos, with the state and confidence of each sample, and flags."""
+    from calib.tracked_videos import track_videos, write_click_pages
+
     if export:
         check_form(export, "--export")
-    with working(session, as_json, Options(workers=workers, tracker=method)) as pipeline:
-        filmed = _filmed(pipeline.session)
-        videos = pipeline.recordings.videos
-        if click:
-            pages = _each(filmed, videos.click_page)
-            print(json.dumps({name: str(page) for name, page in pages.items()}, indent=1) if as_json else _list(pages))
-            return
-        boxes = videos.all_boxes(filmed)
-        tracks = _each(filmed, videos.tracks)
-        exported = {name: videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}" for name in tracks if export}
-        for name, path in exported.items():
-            export_tracks(tracks[name].tracked, path, export)
-    doubts = camera_doubts(tracks.values(), pipeline.session.camera, pipeline.robot)
-    lines = {name: TrackLine.of(found, videos.folder / f"{name}.csv") for name, found in tracks.items()}
-    if as_json:
-        camera = {"camera": [flag.to_json() for flag in doubts]}
-        flags = {name: [flag.to_json() for flag in found.flags] for name, found in tracks.items()}
-        more = {name: {"boxes": boxes[name].to_json(), "flags": flags[name]} | camera for name in lines}
-        told = {name: line.to_json() | more[name] for name, line in lines.items()}
-        print(json.dumps(plain_json(told), indent=1))
-        return
-    shares = f"{'seen':>7} {'counts':>7} {'filled':>7} {'missing':>8}"
-    print(f"{'trial':12} {'frames':>7} {shares} {'confidence':>11}  flags")
-    for name, line in lines.items():
-        print(f"{name:12} {line.text()}")
-    for name, found in tracks.items():
-        whole = [flag for flag in found.flags if flag.frames is None and flag.message]
-        print("".join(f"! {name}: {flag.message}\n" for flag in whole), end="")
-    print("".join(f"! {flag.message}\n" for flag in doubts), end="")
-    print("".join(f"{path}\n" for path in exported.values()), end="")
-    print(videos.folder)
+    if click:
+        write_click_pages(session, as_json)
+    else:
+        track_videos(session, method, export, workers, as_json)
 
 
 def edit(
@@ -87,10 +45,9 @@ def edit(
     ],
 ) -> None:
     """Adds a correction to the edit log of a trial; `calib track` replays it. Nothing is ever removed from the log."""
-    with working(session, True) as pipeline:
-        log = _log(pipeline.session, pipeline.session.trial(trial)).append_text(correction)
-    edits = "1 edit counts" if len(log.in_force) == 1 else f"{len(log.in_force)} edits count"
-    print(f"{log.path}: added line {log.edits[-1].line}; {edits}. `calib track` replays them")
+    from calib.tracked_videos import correct_track
+
+    correct_track(session, trial, correction)
 
 
 def view(
@@ -99,8 +56,10 @@ def view(
     workers: Workers = 0,
 ) -> None:
     """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin beside them."""
+    from calib.options import Options
     from calib.viewer import open_viewer
     from calib.viewing import make_recording
+    from calib.working import working
 
     with working(session, False, Options(workers=workers)) as pipeline:
         recording = make_recording(pipeline)
@@ -109,95 +68,3 @@ def view(
     print(recording)
     if show:
         open_viewer(recording)
-
-
-def _filmed(session: Session) -> list[TrialSpec]:
-    """The trials to be tracked: those with a video and no tracks of their own.
-
-    Raises:
-        InputError: there is none.
-    """
-    filmed = [spec for spec in session.trials if spec.video is not None and spec.tracks is None]
-    if not filmed:
-        faults = FaultCollector(str(session.folder / "session.toml"))
-        faults.add("", "no video to track", found=f"{len(session.trials)} trials", expected='a trial with video = "…"')
-        faults.raise_if_any()
-    return filmed
-
-
-def _each(specs: Sequence[TrialSpec], make: Callable[[TrialSpec], T]) -> dict[str, T]:
-    """What is made of each trial; one that is faulty does not keep the others from it.
-
-    Raises:
-        InputError: at the end, with the faults of all.
-    """
-    made, faults = {}, FaultCollector()
-    for spec in specs:
-        with faults.nested():
-            made[spec.name] = make(spec)
-    faults.raise_if_any()
-    return made
-
-
-def _list(pages: Mapping[str, Path]) -> str:
-    return "\n".join(map(str, pages.values()))
-
-
-def _log(session: Session, spec: TrialSpec) -> EditLog:
-    """The edit log of a trial, and its number of frames, for edits to be held against.
-
-    Raises:
-        InputError: the trial is not tracked from a video, its video cannot be read, or the log has faults.
-    """
-    if spec.video is None or spec.edits is None or spec.tracks is not None:
-        faults = FaultCollector(str(session.folder / "session.toml"))
-        what = "it has no video" if spec.video is None else "its tracks come from a file, not from its video"
-        choices = [each.name for each in session.trials if each.video is not None and each.tracks is None]
-        expected = "a trial whose video is tracked here"
-        faults.add(f"trial {spec.name}", what, expected=expected, choices=choices)
-        raise InputError(faults.faults)
-    with Video(spec.video) as video:
-        return EditLog.load(spec.edits, session.markers, video.info.frames)
-
-
-@dataclass(frozen=True)
-class TrackLine:
-    """What is said of one tracked video: shares of its samples from the frame of the boxes on.
-
-    Not all that is seen counts in a fit: see `docs/tracking.md`, "What it says of each sample".
-    """
-
-    frames: int
-    seen: float
-    counts: float
-    filled: float
-    missing: float
-    confidence: float
-    flags: dict[str, int]
-    tracks: str
-
-    @classmethod
-    def of(cls, found: VideoTracks, file: Path) -> Self:
-        """What is said of these tracks, which stand in `file`."""
-        tracked, since = found.tracked, slice(found.boxes.frame, None)
-        seen, present = tracked.seen[since], tracked.state[since] != SampleState.MISSING
-        return cls(
-            frames=len(tracked.state),
-            seen=float(seen.mean()),
-            counts=float((found.weight[since] > 0).mean()),
-            filled=float((present & ~seen).mean()),
-            missing=float((~present).mean()),
-            confidence=float(np.average(tracked.tracks.confidence[since], weights=seen)) if seen.any() else 0.0,
-            flags=dict(Counter(flag.kind for flag in found.flags)),
-            tracks=str(file),
-        )
-
-    def text(self) -> str:
-        """For a terminal."""
-        flags = ", ".join(f"{count} {kind}" for kind, count in self.flags.items()) or "none"
-        shares = f"{self.seen:7.2%} {self.counts:7.2%} {self.filled:7.2%} {self.missing:8.2%}"
-        return f"{self.frames:7d} {shares} {self.confidence:11.2f}  {flags}"
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain numbers."""
-        return asdict(self)

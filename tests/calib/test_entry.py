@@ -4,10 +4,17 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from typing import get_args
 
 import pytest
 
 import calib
+from calib.benchmarks.posterior_effects import EFFECTS
+from calib.commands import arguments, benchmarks
+from calib.options import EFFORTS
+from fitting import METHODS, Comparison
+from tracking.records import FORMATS
+from tracking.tracker import TRACKERS
 
 
 def test_the_names_it_promises_are_there() -> None:
@@ -25,3 +32,20 @@ def test_importing_it_alone_loads_nothing_beyond_the_standard_library() -> None:
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
     assert shown.stdout.strip() == ""
+
+
+def test_the_command_line_waits_for_nothing_that_it_does_not_use() -> None:
+    """Help, or the motor's program, comes within a second where loading all takes five."""
+    code = "import sys; import calib.cli; print(*{'scipy', 'matplotlib', 'mujoco', 'cv2'} & set(sys.modules))"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+
+    assert shown.stdout.strip() == ""
+
+
+def test_what_its_options_offer_is_what_there_is() -> None:
+    assert get_args(arguments.EffortOption) == tuple(EFFORTS)
+    assert get_args(arguments.MethodOption) == tuple(METHODS)
+    assert set(get_args(arguments.ComparisonOption)) < set(get_args(Comparison))
+    assert get_args(arguments.TrackerOption) == tuple(TRACKERS)
+    assert tuple(FORMATS) == arguments.FORMS
+    assert get_args(benchmarks.EffectOption) == ("none", *EFFECTS, "any")
