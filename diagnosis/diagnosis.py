@@ -160,7 +160,6 @@ def diagnose(
     ground, explanations = explained(ground, signatures, settings.belief, elsewhere)
     probabilities = Probabilities.after(explanations)
     verdict = verdict_of(probabilities)
-    where = locate(ground, forces, signatures)
     best, remainder, gap = None, None, None
     rounds = _ROUNDS[settings.effort]
     if verdict.first:
@@ -176,6 +175,7 @@ def diagnose(
         remainder = _remainder(ground, best, locate(rest, forces, signatures))
         if remainder.share > _UNEXPLAINED and _with_something_else(probabilities) > 0.5:
             verdict, best, remainder = Verdict("unexplained", ()), None, None
+    where = locate(ground, forces, signatures, verdict.effects)
     if held:
         tell("held-out swims", 0.85)
         other = None

@@ -1,17 +1,19 @@
 """Where the gap lies: shares by stage, and by trial, marker, axis and band.
 
 By stage, what is left is the sum of what missing forces on the head would do (body), missing torques in the hinges
-(tail), a crank that turns otherwise (drive), markers that are seen elsewhere (camera), and noise (floor). Each stage
-has a size that is not known and is found by maximum likelihood (variance components; Patterson and Thompson 1971); the
-shares are those of the expected parts in the squared length, and add up exactly.
+(tail), a crank that turns otherwise (drive), markers that are seen elsewhere (camera), and noise (floor); and of what
+effects that are named would do, each at its stage. Each of these has a size that is not known and is found by maximum
+likelihood (variance components; Patterson and Thompson 1971); the shares are those of the expected parts in the squared
+length, and add up exactly.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import block_diag, cho_factor, cho_solve
+from scipy.linalg import block_diag, cho_solve, cholesky
+from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
 from diagnosis.generic import OF_HARMONIC
@@ -72,16 +74,17 @@ class Where:
     parts: np.ndarray
 
 
-def locate(ground: Ground, responses: Responses, signatures: Sequence[Signature]) -> Where:
+def locate(ground: Ground, responses: Responses, signatures: Sequence[Signature], named: Collection[str] = ()) -> Where:
     """Splits what is left.
 
     Args:
         ground: the fitted swims beside the nearest twin.
         responses: to missing forces.
         signatures: of the catalogue; those of the stage "drive" say how cranks turn otherwise.
+        named: effects, each of which explains what it can.
     """
     left = ground.left - ground.slopes @ ground.space.coefficients(ground.left)
-    ways = _ways(ground, responses, signatures)
+    ways = _ways(ground, responses, signatures, named)
     target = ground.space.freed(left)
     freed = {way: ground.space.freed(part.T).T for way, part in ways.items()}
     sizes = _sizes(target, list(freed.values()))
@@ -111,7 +114,9 @@ class Way(NamedTuple):
     what: str
 
 
-def _ways(ground: Ground, responses: Responses, signatures: Sequence[Signature]) -> dict[Way, np.ndarray]:
+def _ways(
+    ground: Ground, responses: Responses, signatures: Sequence[Signature], named: Collection[str]
+) -> dict[Way, np.ndarray]:
     """(k, q) columns of each way: what is steady, and what beats."""
     of_joint = np.moveaxis(responses.columns, 2, 0)  # (j, k, t, 7)
     found = {}
@@ -125,8 +130,11 @@ def _ways(ground: Ground, responses: Responses, signatures: Sequence[Signature])
     found[Way("camera", "scale")] = _in_each_trial(ground, lambda gait: _SCALE * gait[:, None])
     found[Way("drive", "ripple")] = _in_each_trial(ground, lambda gait: _RIPPLE_RAD * rippled(gait))
     found[Way("drive", "frequency")] = _other_frequencies(ground)
-    told = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
+    of_each = {signature.effect.name: _of_each_parameter(signature) for signature in signatures}
+    told = [of_each[signature.effect.name] for signature in signatures if signature.effect.stage == "drive"]
     found[Way("drive", "effects")] = np.hstack([np.zeros((len(ground.left), 0)), *told])
+    for effect in (signature.effect for signature in signatures if signature.effect.name in named):
+        found[Way(effect.stage, effect.name)] = of_each[effect.name]
     return {way: columns for way, columns in found.items() if columns.size and np.any(ground.space.freed(columns.T))}
 
 
@@ -180,13 +188,11 @@ def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
 
     def deviance(ln_sizes: np.ndarray) -> tuple[float, np.ndarray]:
         covariance = np.eye(len(target)) + sum(np.exp(2 * s) * gram for s, gram in zip(ln_sizes, grams, strict=True))
-        factor = cho_factor(covariance, lower=True)
-        solved, inverse = cho_solve(factor, target), cho_solve(factor, np.eye(len(target)))
-        slope = [
-            np.exp(2 * s) * 2 * (np.sum(inverse * gram) - solved @ gram @ solved)
-            for s, gram in zip(ln_sizes, grams, strict=True)
-        ]
-        return float(target @ solved + 2 * np.log(np.diag(factor[0])).sum()), np.array(slope)
+        root = cholesky(covariance, lower=True)
+        solved, half = cho_solve((root, True), target), dpotri(root, lower=True)[0]  # the inverse's lower triangle
+        against = 2 * np.tril(half) - np.diag(np.diag(half)) - np.outer(solved, solved)
+        slope = [2 * np.exp(2 * s) * np.vdot(against, gram) for s, gram in zip(ln_sizes, grams, strict=True)]
+        return float(target @ solved + 2 * np.log(np.diag(root)).sum()), np.array(slope)
 
     scale = np.array([np.sqrt(np.trace(gram) / len(target)) for gram in grams])
     starts = np.log(np.maximum(target @ target / len(target) - 1, 0.05) ** 0.5 / scale / 2)

@@ -12,6 +12,7 @@ from diagnosis.pushes import HEAD, Pushes, Responses, responses
 from diagnosis.where import Where, locate
 from fitting.signatures import signature_of
 from session import FISHSIM_MARKERS
+from swimmer.effects import catalogue
 from swimmer.effects.measurement.marker_offset import MarkerOffset
 from tests.diagnosis.grounds import CAMERA, ground
 
@@ -66,6 +67,17 @@ def test_a_marker_seen_elsewhere_is_the_cameras(pushed: Responses) -> None:
     told = dict(located(pushed, row).by_stage)
     del told["floor"]
     assert max(told, key=lambda name: told[name]) == "camera"
+
+
+def test_an_effect_that_is_named_lies_at_its_stage(pushed: Responses) -> None:
+    """Entrained water pushes the head too: what it does beyond the tail would else count as the body's."""
+    effect = catalogue()["entrained_water"].suited(ground().twin.robot, ground().twin.markers)
+    signature = signature_of(effect, ground().model, CAMERA, ground().at)
+    other: Ground = replace(ground())
+    other.__dict__["left"] = ground().left + signature.rows[-1]
+    told = {named: locate(other, pushed, [signature], named).by_stage for named in ((), ("entrained_water",))}
+    assert told["entrained_water",]["tail"] > max(0.5, told[()]["tail"] + 0.1)
+    assert sum(told["entrained_water",].values()) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_no_push_is_the_plain_twin() -> None:

@@ -39,6 +39,13 @@ GOALS: Mapping[str, Goal] = {
 }
 """By the names of a score's headline; d is the detectability."""
 
+CLEAR_ALONE: Mapping[str, str] = {
+    "unexplained_outside": "outside: unexplained",
+    "doubles_in_groups": "two: each in its group",
+    "stage_right": "gap on its stage",
+}
+"""By the names of what a score counts of clear sessions alone, and of what can be reached at all."""
+
 GOALS_FOLLOWED: Mapping[str, Goal] = {
     "told_apart": Goal("told apart with one trial more", 0.90, 1.0),
     "lost": Goal("no longer named", 0.0, 0.05),

@@ -5,12 +5,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from calib.benchmarks.effects.followed import FollowedScore
-from calib.benchmarks.effects.goals import GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
+from calib.benchmarks.effects.goals import CLEAR_ALONE, GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
 from calib.benchmarks.effects.score import Score
 from calib.benchmarks.effects.scoring import Outcome
 from calib.benchmarks.effects.shares import Share
 from calib.benchmarks.effects.without import WithoutScore
 
+_NOTES = """d: detectability; shares with their 95 % interval (Wilson); reachable: of all d, by a matched filter that
+knows what to look for and gives one false alarm in a hundred"""
 _LABEL, _ASKED, _CELL = 36, 12, 26  # characters
 
 
@@ -21,7 +23,7 @@ def outcome_text(outcome: Outcome) -> str:
         tables.append(without_text(outcome.without))
     if outcome.followed is not None:
         tables.append(followed_text(outcome.followed))
-    return "\n\n".join([*tables, "d: detectability; shares with their 95 % interval (Wilson)"])
+    return "\n\n".join([*tables, _NOTES])
 
 
 def score_text(scores: Mapping[str, Score]) -> str:
@@ -41,6 +43,11 @@ def score_text(scores: Mapping[str, Score]) -> str:
     rows += [_row(label, asked, [number_text(value) for value in found]) for (label, asked), found in numbers.items()]
     said = [share_text(each.wrong_said) for each in scores.values()]
     rows.append(_row("only wrong names said, however sure", "", said))
+    for what, label in CLEAR_ALONE.items():
+        rows.append(_row(f"{label}, d ≥ 5", "", [share_text(score.clear_alone[what]) for score in scores.values()]))
+    first = next(iter(scores.values()))
+    for what, label in CLEAR_ALONE.items():
+        rows.append(_row(f"{label}: reachable", "", [percent_text(first.reachable[what])]))
     for level in sorted({level for score in scores.values() for level in score.by_detectability}):
         cells = [share_text(score.by_detectability.get(level)) for score in scores.values()]
         rows.append(_row(f"right name first, d = {level:g}", "", cells))
@@ -71,6 +78,11 @@ def share_text(share: Share | None, *, interval: bool = True) -> str:
     low, high = share.interval
     text = f"{share.value:.0%} ({low:.0%} to {high:.0%})" if interval else f"{share.value:.0%}"
     return text.replace("%", " %")
+
+
+def percent_text(value: float) -> str:
+    """A share that nothing was counted for."""
+    return "none" if np.isnan(value) else f"{100 * value:.0f} %"
 
 
 def number_text(value: float) -> str:

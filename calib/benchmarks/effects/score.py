@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.stats import norm
 
 from calib.benchmarks.effects.answer import Answer
 from calib.benchmarks.effects.shares import Reliability, Share
@@ -14,6 +15,7 @@ from calib.benchmarks.effects.told import Told
 CONFIDENT = 0.9
 CLEAR = 5.0  # detectability from which a name is asked for
 _SET = 3
+_FALSE_ALARMS = 0.01
 _FEW = 5  # rivals
 _ALMOST = 0.9  # of a level that counts as reached
 _WORTH_TELLING = 0.01  # probabilities below do not count for calibration: there are thirty of them in each session
@@ -73,6 +75,35 @@ class Score:
             "stage_right": self.share(lambda c: c.told.stage == c.answer.stage, lambda c: c.answer.stage is not None),
             "interval_holds": self.share(_holds, lambda c: _holds_applies(c)),
         }
+
+    @property
+    def clear_alone(self) -> dict[str, Share]:
+        """Those of the headline that count every session with something in it, of the clear ones."""
+        return {
+            "unexplained_outside": self.share(lambda c: c.told.verdict == "unexplained", _clear_of("outside")),
+            "doubles_in_groups": self.share(lambda c: c.in_groups, _clear_of("double")),
+            "stage_right": self.share(
+                lambda c: c.told.stage == c.answer.stage, lambda c: c.answer.stage is not None and _is_clear(c.answer)
+            ),
+        }
+
+    @property
+    def reachable(self) -> dict[str, float]:
+        """What of these, weak ones with them, a matched filter would see with one false alarm in a hundred.
+
+        Such a filter knows beforehand what to look for, and the weaker of two decides (Neyman and Pearson 1933); nan
+        where there is no session.
+        """
+        among = {
+            "unexplained_outside": _of("outside"),
+            "doubles_in_groups": _of("double"),
+            "stage_right": lambda case: case.answer.stage is not None,
+        }
+        found = {}
+        for name, chosen in among.items():
+            d = np.array([case.answer.detectability for case in self.cases if chosen(case)])
+            found[name] = float(norm.sf(norm.isf(_FALSE_ALARMS) - d).mean()) if d.size else float("nan")
+        return found
 
     @property
     def by_detectability(self) -> dict[float, Share]:
@@ -161,6 +192,8 @@ class Score:
         return {
             "sessions": len(self.cases),
             "headline": {name: share.to_json() for name, share in self.headline.items()},
+            "clear_alone": {name: share.to_json() for name, share in self.clear_alone.items()},
+            "reachable": self.reachable,
             "by_detectability": {f"{level:g}": share.to_json() for level, share in self.by_detectability.items()},
             "by_effect": {name: share.to_json() for name, share in self.by_effect.items()},
             "confusion": self.confusion,
@@ -197,7 +230,15 @@ def _is(name: str) -> Callable[[Case], bool]:
 
 def clear(case: Case) -> bool:
     """Whether a session holds one effect that its data tell from every other."""
-    return case.answer.kind == "single" and _level(case.answer) >= CLEAR
+    return case.answer.kind == "single" and _is_clear(case.answer)
+
+
+def _is_clear(answer: Answer) -> bool:
+    return _level(answer) >= CLEAR
+
+
+def _clear_of(kind: str) -> Callable[[Case], bool]:
+    return lambda case: case.answer.kind == kind and _is_clear(case.answer)
 
 
 def _holds_applies(case: Case) -> bool:

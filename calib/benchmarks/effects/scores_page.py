@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from calib.benchmarks.effects.folder import SuiteFolder
 from calib.benchmarks.effects.followed import FollowedScore
-from calib.benchmarks.effects.goals import GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
-from calib.benchmarks.effects.report import number_text, share_text
+from calib.benchmarks.effects.goals import CLEAR_ALONE, GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
+from calib.benchmarks.effects.report import number_text, percent_text, share_text
 from calib.benchmarks.effects.score import Score
 from calib.benchmarks.effects.score_figures import (
     by_detectability_figure,
@@ -158,8 +158,23 @@ def _goals_table(scores: Mapping[str, Score]) -> Table:
         ("share of the gap on its stage", "", *_numbers([s.share_on_stage for s in scores.values()])),
         ("seconds a session", "≤ 60", *_numbers([s.seconds for s in scores.values()])),
     ]
+    alone = [score.clear_alone for score in scores.values()]
+    rows += [
+        (
+            f"{label}, d ≥ 5",
+            f"{percent_text(_main(scores).reachable[what])} of all",
+            share_text(alone[0][what]),
+            *(share_text(each[what], interval=False) for each in alone[1:]),
+        )
+        for what, label in CLEAR_ALONE.items()
+    ]
     columns = (Column("", numeric=False), Column("asked"), *(Column(name) for name in scores))
-    return Table("Shares, the first with its 95 % interval (Wilson), and medians.", columns, tuple(rows))
+    caption = (
+        "Shares, the first with its 95 % interval (Wilson), and medians. Last, of clear sessions alone, beside the "
+        "share of all sessions, weak ones with them, that a matched filter which knows what to look for would see with one "
+        "false alarm in a hundred."
+    )
+    return Table(caption, columns, tuple(rows))
 
 
 def _look_alikes_table(score: Score) -> Table:

@@ -1,6 +1,7 @@
 """Scores of made-up diagnoses, counted by hand."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,6 +50,17 @@ def test_the_right_name_counts_first_and_in_a_set_where_it_is_clear() -> None:
 def test_a_set_of_four_is_no_answer() -> None:
     wide = told("named", ("tendon_slack", "a", "b"), ("c",), tendon_slack=0.9)
     assert headline((SLACK, wide))["right_in_three"] == (0, 1)
+
+
+def test_what_is_clear_is_counted_apart_beside_what_can_be_reached_at_all() -> None:
+    """At d = 10 a matched filter sees it, at the threshold for one false alarm in a hundred one of two."""
+    faint = replace(TETHER, detectability=2.326)
+    score = scored([TETHER, faint, BOTH, NULL], [told("unexplained"), *[told("no_gap")] * 3])
+    assert tuple(score.clear_alone["unexplained_outside"]) == (1, 1)
+    assert score.headline["unexplained_outside"].of == 2
+    assert tuple(score.clear_alone["doubles_in_groups"]) == (0, 1)
+    assert score.reachable["unexplained_outside"] == pytest.approx(0.75, abs=1e-3)
+    assert np.isnan(scored([NULL], [told("no_gap")]).reachable["stage_right"])
 
 
 def test_both_of_two_must_be_in_groups_of_their_own() -> None:
