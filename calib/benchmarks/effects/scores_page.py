@@ -171,8 +171,8 @@ def _goals_table(scores: Mapping[str, Score]) -> Table:
     columns = (Column("", numeric=False), Column("asked"), *(Column(name) for name in scores))
     caption = (
         "Shares, the first with its 95 % interval (Wilson), and medians. Last, of clear sessions alone, beside the "
-        "share of all sessions, weak ones with them, that a matched filter which knows what to look for would see with one "
-        "false alarm in a hundred."
+        "share of all sessions, weak ones with them, that a matched filter which knows what to look for would see "
+        "with one false alarm in a hundred."
     )
     return Table(caption, columns, tuple(rows))
 
