@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from diagnosis import Diagnosis, Discrepancy
 
 Found = TypeVar("Found")
-FORM = 11  # of the files and of what they rest on
+FORM = 12  # of the files and of what they rest on
 
 
 class DiagnosisStage:

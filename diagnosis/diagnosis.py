@@ -25,6 +25,7 @@ from diagnosis.pushes import responses
 from diagnosis.refit import Refit
 from diagnosis.separation import separations
 from diagnosis.strangers import Stranger, strangers
+from diagnosis.sway import Sway, sway_of
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
 from fitting.signatures import Signature, signature_of
@@ -79,6 +80,7 @@ class Diagnosis:
         signatures: what every effect would do.
         shown: the same, whitened.
         elsewhere: where something that is in no catalogue was looked for.
+        sway: of the fish beside its beat, in the fitted swims.
         explanations: with their evidence.
         probabilities: after the session.
         verdict: what is said.
@@ -93,6 +95,7 @@ class Diagnosis:
     signatures: tuple[Signature, ...]
     shown: tuple[Shown, ...]
     elsewhere: tuple[Stranger, ...]
+    sway: Sway
     explanations: Explanations
     probabilities: Probabilities
     verdict: Verdict
@@ -157,7 +160,8 @@ def diagnose(
     forces = responses(ground)
     tell("weighing explanations", 0.65)
     elsewhere = strangers(ground, forces)
-    ground, explanations = explained(ground, signatures, settings.belief, elsewhere)
+    sway = sway_of(ground.swims)
+    ground, explanations = explained(ground, signatures, settings.belief, elsewhere, sway.log_odds)
     probabilities = Probabilities.after(explanations)
     verdict = verdict_of(probabilities)
     best, remainder, gap = None, None, None
@@ -173,7 +177,7 @@ def diagnose(
         rest = replace(ground)
         rest.__dict__["left"] = best.left
         remainder = _remainder(ground, best, locate(rest, forces, signatures))
-        if remainder.share > _UNEXPLAINED and _with_something_else(probabilities) > 0.5:
+        if remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5:
             verdict, best, remainder = Verdict("unexplained", ()), None, None
     where = locate(ground, forces, signatures, verdict.effects)
     if held:
@@ -191,6 +195,7 @@ def diagnose(
         tuple(signatures),
         tuple(explanations.effects),
         elsewhere,
+        sway,
         explanations,
         probabilities,
         verdict,
@@ -200,11 +205,6 @@ def diagnose(
         gap,
         experiments,
     )
-
-
-def _with_something_else(found: Probabilities) -> float:
-    """Probability that there is something beside whatever effects."""
-    return sum(chance for each, chance in found.of.items() if each.other)
 
 
 def _remainder(ground: Ground, best: Refit, where: Where) -> Remainder:

@@ -165,6 +165,11 @@ def _evidence(found: Diagnosis) -> dict[str, Any]:
             for each, chance in likeliest
         ],
         "elsewhere": _elsewhere(found),
+        "sway": {
+            "rms_m": found.sway.rms_m,
+            "log_bayes_factor": found.sway.log_odds,
+            "probability": chances.with_other * found.explanations.swaying,
+        },
     }
 
 

@@ -5,7 +5,8 @@ a size that is not known (uniform in its logarithm, from what is just seen to wh
 of the stretch in which the strength lies; and what shows is never quite what a form says, by a share of its own length
 in no particular direction, and perhaps by what looks like a little of another effect, for that is likelier than one
 more effect. Something else is a gap of a size that is not known: in no particular direction, or at one place, or an
-effect that comes and goes from trial to trial. So evidences are formulas (Rasmussen and Williams 2006, chapter 5), and
+effect that comes and goes from trial to trial; and it may move the fish beside its beat as well, of which the row does
+not tell. So evidences are formulas (Rasmussen and Williams 2006, chapter 5), and
 forms with more freedom pay for it by themselves. Approximate are five things: several sizes count as independent about
 the likeliest, bounds are held parameter by parameter, what a form has wrong is taken at the strength that the row has,
 of effects that act together only the likeliest stretches count, and what is at one place is weighed beside effects of
@@ -40,6 +41,7 @@ class Belief:
         number: prior probabilities of none, one, two … effects.
         other: prior probability that there is something else, beside whatever effects.
         placed: of that, that it is at one place, or an effect that comes and goes.
+        sways: of that, that it moves the fish beside its beat too.
         imitated: odds, against an effect, that something outside the catalogue looks like it.
         strays: least share of its own length by which what looks like an effect strays from it; at most all of it, and
             as likely in each octave between.
@@ -50,6 +52,7 @@ class Belief:
     number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015, 0.005)
     other: float = 0.1
     placed: float = 0.2
+    sways: float = 0.2
     imitated: float = 0.15
     strays: float = 0.05
 
@@ -70,6 +73,7 @@ class Explanations:
         belief: before the row.
         frequencies: where the whitened row holds frequencies.
         places: where something else may be: how likely against each other, and (q, b) what it does to the whitened row.
+        sway: by which the tracks speak for a motion beside the beat (log Bayes factor), see `diagnosis.sway`.
     """
 
     rows: tuple[Row, ...]
@@ -77,14 +81,28 @@ class Explanations:
     belief: Belief
     frequencies: slice = field(default_factory=lambda: slice(0, 0))
     places: tuple[tuple[float, np.ndarray], ...] = ()
+    sway: float = 0.0
 
     @property
     def row(self) -> Row:
         """The first."""
         return self.rows[0]
 
+    @property
+    def beside_the_beat(self) -> float:
+        """What motion beside the beat adds to the log evidence of something else, which may make some or none."""
+        return float(np.logaddexp(np.log1p(-self.belief.sways), np.log(self.belief.sways) + self.sway))
+
+    @property
+    def swaying(self) -> float:
+        """Probability that something else makes it, where there is something else."""
+        return float(np.exp(np.log(self.belief.sways) + self.sway - self.beside_the_beat))
+
     def evidence(self, present: Sequence[int], other: bool) -> float:
         """Log evidence of some effects, each in its best form, with or without something else beside them."""
+        return self._of_gaits(present, other) + (self.beside_the_beat if other else 0.0)
+
+    def _of_gaits(self, present: Sequence[int], other: bool) -> float:
         if not present:
             return self._over_sizes((), other)
         alone = [self._alone(other)[i] for i in present]
@@ -115,8 +133,8 @@ class Explanations:
         if forms:
             turned = [self.row.turn @ form.in_trials.reshape(len(form.columns), -1) for form in forms]
             apart = likeliest.apart(turned)
-        ways = 2 if forms else 1
-        return alone - np.log(ways) + np.append(at_places, apart)
+        alone += self.beside_the_beat - np.log(2 if forms else 1)
+        return alone + np.append(at_places, apart)
 
     def unseen(self, effect: int) -> float:
         """Probability that something which looks like an effect strays too little from it to show."""
@@ -144,7 +162,7 @@ class Explanations:
 
         Beside something else where there is likely to be something else.
         """
-        other = self._over_sizes((), other=True) > self._over_sizes((), other=False)
+        other = self.evidence((), other=True) > self.evidence((), other=False)
         return tuple(
             each.forms[int(np.argmax(logs))] if logs else None
             for each, logs in zip(self.effects, self._alone(other), strict=True)

@@ -1,6 +1,7 @@
 """All explanations of what the nearest plain twin leaves, once it is known how large the twin's own error is here."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -20,7 +21,11 @@ As in 25 base sessions of the benchmark, with larger ones taken to be somewhat l
 
 
 def explained(
-    ground: Ground, signatures: Sequence[Signature], belief: Belief, elsewhere: Sequence[Stranger] = ()
+    ground: Ground,
+    signatures: Sequence[Signature],
+    belief: Belief,
+    elsewhere: Sequence[Stranger] = (),
+    sway: float = 0.0,
 ) -> tuple[Ground, Explanations]:
     """The ground with the likeliest size of the twin's own error, and all explanations of what stands beside it.
 
@@ -32,12 +37,13 @@ def explained(
         signatures: of the catalogue.
         belief: before the session.
         elsewhere: what something else might do at one place.
+        sway: log Bayes factor of a motion beside the beat.
     """
     alike = ground.discrepancy.alike(signatures)
     weighed = []
     for scale, chance in SCALES.items():
         here = ground.with_error(scale, alike)
-        found = _explanations(here, signatures, belief, elsewhere)
+        found = replace(_explanations(here, signatures, belief, elsewhere), sway=sway)
         sets = [((), False), ((), True), *(((i,), False) for i, each in enumerate(found.effects) if each.ways)]
         logs = [found.evidence(s, other) + belief.log_prior(len(s), other, len(signatures)) for s, other in sets]
         weighed.append((float(logsumexp(logs)) + here.space.log_volume + np.log(chance), here, found))

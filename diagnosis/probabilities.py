@@ -94,6 +94,11 @@ class Probabilities:
         """That there is something else, and no effect of the catalogue."""
         return sum(chance for each, chance in self.of.items() if each.other and not each.present)
 
+    @property
+    def with_other(self) -> float:
+        """That there is something else, beside whatever effects."""
+        return sum(chance for each, chance in self.of.items() if each.other)
+
     def any_present(self, effects: Collection[int]) -> float:
         """That at least one of some effects is present."""
         return sum(chance for each, chance in self.of.items() if set(each.present) & set(effects))
@@ -151,7 +156,7 @@ def _imitations(explanations: Explanations, logs: dict[Explanation, float]) -> d
         for present in [each.present for each in logs if each.present and not each.other]:
             for effect in present:
                 unseen = explanations.unseen(effect)
-                alone = logs[Explanation(present)] + np.log(unseen)
+                alone = logs[Explanation(present)] + np.log(unseen) + explanations.beside_the_beat
                 shows = (1 - unseen) * explanations.of_gaits(effect)
                 strays = logs[Explanation(present, True)] - beside + np.log(shows)
                 rest = tuple(i for i in present if i != effect)

@@ -56,7 +56,10 @@ def _which(data: Mapping[str, Any]) -> str:
         )
     if verdict == "unexplained" and chances["none_of_these"] < 0.5:
         several = [plain(name) for name, chance in chances.items() if name != "none_of_these"][:4]
-        return f"Which: no effect stands out; among the likeliest are {', '.join(several)}. See the missing forces."
+        return (
+            f"Which: no effect stands out; among the likeliest are {', '.join(several)}{_elsewhere(data)}. "
+            "See the missing forces."
+        )
     if verdict == "unexplained":
         return (
             "Which: no effect of the catalogue explains it "
@@ -74,10 +77,14 @@ def _elsewhere(data: Mapping[str, Any]) -> str:
     chances: dict[str, float] = {}
     for each in data["evidence"].get("elsewhere", ()):
         chances[each["place"]] = chances.get(each["place"], 0.0) + each["probability"]
-    place = max(chances, key=lambda name: chances[name], default=None)
-    if place is None or chances[place] < _PLACED:
+    place = max(chances, key=lambda name: chances[name], default="")
+    placed, sway = chances.get(place, 0.0), data["evidence"].get("sway")
+    if sway is not None and sway["probability"] > max(_PLACED, placed):
+        of_size = f"{1000 * sway['rms_m']:.1f} mm, {sway['probability']:.2f}"
+        return f"; something that no catalogue holds moves the whole fish beside its beat ({of_size})"
+    if placed < _PLACED:
         return ""
-    return f"; something that no catalogue holds acts on the {plain(place)} ({chances[place]:.2f})"
+    return f"; something that no catalogue holds acts on the {plain(place)} ({placed:.2f})"
 
 
 def _looks_like(chances: Mapping[str, float]) -> str | None:

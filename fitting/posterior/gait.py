@@ -75,6 +75,17 @@ class Gait:
         gait = np.concatenate(told, axis=1)
         return gait.reshape(*position_m.shape[:-3], gait.shape[-1])
 
+    def cruising(self, position_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places (n, m) of positions (n, m, 2) in the frame that cruises with the fish, and (n,) how fast that goes.
+
+        Both along + i across, m and m/s; places are 0 where nothing counts.
+        """
+        trend = self._heading(position_m[None])
+        place, path = self._along(position_m[None], trend)[0], self._path(self._along(position_m[None], trend))[0]
+        turning = np.gradient(trend[0], self.time_s)
+        velocity = np.gradient(path, self.time_s) + 1j * turning * path
+        return np.where(self.usable, place - path[:, None], 0.0), velocity
+
     @cached_property
     def _scaled(self) -> np.ndarray:
         """(n,) time from -1 to 1."""

@@ -22,6 +22,7 @@ FORCE = (
 SET = (Column("explanation", numeric=False), Column("probability"))
 PLACE = (Column("place", numeric=False), Column("in all trials", numeric=False), Column("probability"))
 _PLACES = 5  # that are shown, the likeliest
+_LEAST_OF_SWAY = 0.01  # probability
 PARAMETER = (
     Column("effect", numeric=False),
     Column("parameter", numeric=False),
@@ -96,8 +97,13 @@ def _force_row(forces: MissingForces, place: int, like: Mapping[str, Likeness]) 
 def evidence(found: Diagnosed) -> tuple[Block, ...]:
     """Explanations with their weight, and the effects as strong as they were fitted."""
     blocks: list[Block] = [_explanations(found)]
-    if found.data["evidence"].get("elsewhere"):
-        blocks.append(_elsewhere(found))
+    if rows := _elsewhere(found):
+        caption = (
+            "Where something else may act: a marker that is seen elsewhere, a force or torque that no model holds, a "
+            "crank that runs unevenly, each free in every harmonic of the beat; or the whole fish is moved in no step "
+            "with it, as tracks tell where markers stray together."
+        )
+        blocks.append(Table(caption, PLACE, rows))
     if found.refitted:
         blocks.append(_parameters(found))
     return tuple(blocks)
@@ -117,20 +123,17 @@ def _explanations(found: Diagnosed) -> Table:
     return Table(caption, SET, tuple(rows))
 
 
-def _elsewhere(found: Diagnosed) -> Table:
-    rows = [
-        (
-            in_words(told["place"]),
-            "alike" if told["same_in_all_trials"] else "each its own",
-            shown(float(told["probability"]), 3),
-        )
-        for told in found.data["evidence"]["elsewhere"][:_PLACES]
+def _elsewhere(found: Diagnosed) -> tuple[tuple[str, ...], ...]:
+    told = [
+        (float(each["probability"]), in_words(each["place"]), "alike" if each["same_in_all_trials"] else "each its own")
+        for each in found.data["evidence"].get("elsewhere", ())
     ]
-    caption = (
-        "Where something else may act: a marker that is seen elsewhere, a force or torque that no model holds, a crank "
-        "that runs unevenly, each free in every harmonic of the beat."
-    )
-    return Table(caption, PLACE, tuple(rows))
+    sway = found.data["evidence"].get("sway")
+    if sway is not None and sway["probability"] >= _LEAST_OF_SWAY:
+        size = f"{of_its_size(MILLI * sway['rms_m'])} mm"
+        told.append((float(sway["probability"]), f"the whole fish, beside its beat ({size})", "each its own"))
+    likeliest = sorted(told, reverse=True)[:_PLACES]
+    return tuple((place, trials, shown(chance, 3)) for chance, place, trials in likeliest)
 
 
 def _parameters(found: Diagnosed) -> Table:

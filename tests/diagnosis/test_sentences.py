@@ -30,3 +30,12 @@ def test_the_place_of_what_no_catalogue_holds_is_told_where_it_is_sure(chance: f
     data["evidence"] = data["evidence"] | {"elsewhere": split}
     said = "something that no catalogue holds acts on the marker tail 4" in sentences(data)[1]
     assert said == (chance > 0.5)
+
+
+@pytest.mark.parametrize("chance", [0.4, 0.6])
+def test_a_fish_that_sways_beside_its_beat_is_told_where_it_is_sure(chance: float) -> None:
+    data = made_data("unexplained") | {"probabilities": {"none_of_these": 0.95}}
+    sway = {"rms_m": 0.0028, "log_bayes_factor": 50.0, "probability": chance}
+    data["evidence"] = data["evidence"] | {"sway": sway}
+    said = "moves the whole fish beside its beat (2.8 mm, 0.60)" in sentences(data)[1]
+    assert said == (chance > 0.5)

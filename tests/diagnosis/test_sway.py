@@ -1,0 +1,100 @@
+"""Motion beside the beat is told from noise of markers, from a clock that wanders, and counts for something else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from diagnosis.probabilities import Probabilities
+from diagnosis.sway import sway_of
+from diagnosis.verdict import verdict_of
+from fitting import MeasuredTrial
+from tests.diagnosis.rows import K, explanations
+from tests.fitting.exact_swims import exact_swims
+
+NOISE_M, SWAY_M = 5e-4, 1e-3
+LASTS_S = 0.1
+
+
+@lru_cache(maxsize=1)
+def swims() -> tuple[MeasuredTrial, ...]:
+    return exact_swims(hz=(0.7, 1.1), seconds=6.0)
+
+
+def moved(by_m: list[np.ndarray]) -> list[MeasuredTrial]:
+    """The swims with something added to their markers (n, m, 2)."""
+    pairs = zip(swims(), by_m, strict=True)
+    return [replace(trial, position_m=trial.position_m + each) for trial, each in pairs]
+
+
+def noise(random: np.random.Generator) -> list[np.ndarray]:
+    """Of each marker by itself, lasting for some frames."""
+    return [NOISE_M * lasting(trial, trial.position_m.shape[1:], LASTS_S, random) for trial in swims()]
+
+
+def lasting(trial: MeasuredTrial, shape: tuple[int, ...], scale_s: float, random: np.random.Generator) -> np.ndarray:
+    """(n, *shape) of unit variance, whose correlation falls to 1/e in a time."""
+    time_s = trial.time_s
+    root = np.linalg.cholesky(np.exp(-np.abs(time_s[:, None] - time_s) / scale_s) + 1e-9 * np.eye(len(time_s)))
+    return (root @ random.standard_normal((len(time_s), int(np.prod(shape))))).reshape(len(time_s), *shape)
+
+
+def test_noise_of_markers_is_no_sway() -> None:
+    random = np.random.default_rng(1)
+    assert max(sway_of(moved(noise(random))).log_odds for _ in range(20)) < 0.0
+
+
+def test_without_any_noise_nothing_is_made_up() -> None:
+    assert sway_of(swims()).log_odds < 0.0
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_the_whole_fish_swaying_is_found_with_its_size(turning: bool) -> None:
+    random, shaken, sizes = np.random.default_rng(2), [], []
+    for trial, own in zip(swims(), noise(random), strict=True):
+        sway = SWAY_M * lasting(trial, (1, 2), 0.5, random) * np.ones((1, len(trial.markers), 1))
+        if turning:
+            arm = trial.position_m - trial.position_m.mean(axis=1, keepdims=True)
+            angle = sway[:, :, :1] / np.abs(arm).mean()
+            sway = angle * np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+        shaken.append(own + sway)
+        sizes.append(np.sqrt(2 * np.mean(sway**2)))
+    found = sway_of(moved(shaken))
+    assert found.log_odds > 20.0
+    assert 0.3 * np.mean(sizes) < found.rms_m < 1.2 * np.mean(sizes)  # what is slow passes for the fish's own path
+
+
+def test_the_same_motion_of_each_marker_by_itself_is_noise() -> None:
+    random = np.random.default_rng(3)
+    own = [SWAY_M * lasting(trial, trial.position_m.shape[1:], 0.5, random) for trial in swims()]
+    assert sway_of(moved(own)).log_odds < 0.0
+
+
+def test_a_clock_that_wanders_is_no_sway() -> None:
+    random, late = np.random.default_rng(4), []
+    for trial, own in zip(swims(), noise(random), strict=True):
+        delay_s = 0.02 * np.sin(2 * np.pi * trial.time_s / 3.0)
+        late.append(own + delay_s[:, None, None] * np.gradient(trial.position_m, trial.time_s, axis=0))
+    assert sway_of(moved(late)).log_odds < 0.0
+
+
+def test_a_marker_that_is_hardly_seen_does_not_keep_the_others_from_telling() -> None:
+    random = np.random.default_rng(5)
+    shaken = [
+        own + SWAY_M * lasting(trial, (1, 2), 0.5, random) for trial, own in zip(swims(), noise(random), strict=True)
+    ]
+    without = [replace(trial, weight=trial.weight * (np.arange(len(trial.markers)) != 4)) for trial in moved(shaken)]
+    assert sway_of(without).log_odds > 20.0
+
+
+def test_it_speaks_for_something_else_and_its_absence_hardly_against() -> None:
+    quiet = explanations(np.random.default_rng([0, 5]).standard_normal(K))
+    none, shaken, still = (Probabilities.after(replace(quiet, sway=sway)) for sway in (0.0, 50.0, -50.0))
+    assert verdict_of(none).name == "no_gap"
+    assert verdict_of(shaken).name == "unexplained"
+    assert shaken.with_other > 0.999
+    assert none.with_other > still.with_other > 0.75 * none.with_other
+    assert replace(quiet, sway=50.0).swaying > 0.999
