@@ -71,12 +71,14 @@ class MotorRecord:
     def logged_hz(self) -> float | None:
         """Turns a second over the drive by the motor's own clock; None of a log that may be another trial's.
 
-        Commands beside it that are not the session's say so; without commands, a tail that beats otherwise does.
+        Commands beside it that are not the session's say so; without commands, a tail that beats otherwise, unless the
+        motor turned as fast as this trial asks for.
         """
-        kinds = {flag.kind for flag in self.flags}
-        if OTHER_COMMAND_KIND in kinds or (OFF_CRANK_KIND in kinds and self.commands is None):
+        kinds, hz = {flag.kind for flag in self.flags}, self.measured_hz / self.clock.rate
+        as_asked = self.commands is not None or abs(hz / self.commanded_hz - 1) <= OTHER_COMMAND
+        if OTHER_COMMAND_KIND in kinds or (OFF_CRANK_KIND in kinds and not as_asked):
             return None
-        return self.measured_hz / self.clock.rate
+        return hz
 
     def against(self, beat: SwimFrequency, time_s: np.ndarray) -> MotorRecord:
         """The same, no longer usable where the tail beats otherwise than the crank turns: it is another trial's log.

@@ -114,13 +114,16 @@ def test_commands_of_another_speed_than_the_session_s_are_flagged() -> None:
     assert other.logged_hz is None
 
 
-def test_a_log_that_turns_otherwise_than_the_tail_beats_is_this_trial_s_only_by_its_commands() -> None:
+def test_a_log_that_turns_otherwise_than_the_tail_beats_is_this_trial_s_by_its_commands_or_speed() -> None:
     record = recorded(filmed(6)[0])
     off = SwimFrequency(0.8 * record.measured_hz, 1e-4, 0.0, 0.02, 0.9, 8.0, None)
     told = record.against(off, np.linspace(*record.drive_s, 100))
     assert "beat_off_crank" in kinds(told.flags)
     assert told.logged_hz == record.logged_hz
-    assert replace(told, commands=None).logged_hz is None
+    alone = replace(told, commands=None)
+    assert replace(alone, commanded_hz=1.01 * told.measured_hz).logged_hz == record.logged_hz
+    assert replace(alone, commanded_hz=1.05 * told.measured_hz).logged_hz is None
+    assert replace(alone, commanded_hz=np.nan).logged_hz is None
 
 
 def test_two_codes_tell_the_rate_no_worse_than_one() -> None:
