@@ -1,4 +1,4 @@
-"""Something that no catalogue holds, but that acts at one place: on a marker, the head, a hinge, the tail, or in time.
+"""Something that no catalogue holds, but that acts at one place: a marker, the head, a hinge, the tail, picture, time.
 
 What is amiss at one place is told by few numbers: so it shows where a gap of no particular cause of the same length
 would not. It may be the same in all trials, or another in each.
@@ -13,7 +13,7 @@ from diagnosis.generic import OF_HARMONIC
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, Responses
 from diagnosis.ripples import rippled, smeared
-from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED
+from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED, of_markers, places_of_markers
 
 _OF_WATER = 0.1  # how likely forces of the water are, alike in all trials: there the twin's own error acts too
 _RIPPLE_RAD, _SMEAR_RAD = 0.02, 0.2  # against each other
@@ -36,9 +36,12 @@ class Stranger(NamedTuple):
 
 
 def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
-    """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat."""
+    """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat.
+
+    And a picture that is drawn out of shape, and beats that come early and late.
+    """
     found = []
-    dry = (*_at_markers(ground), *_in_hinges(responses), _in_time(ground))
+    dry = (*_at_markers(ground), *_in_hinges(responses), _in_picture(ground), _in_time(ground))
     for weight, places in ((1.0, dry), (_OF_WATER, tuple(_by_water(ground, responses)))):
         for place, columns in places:
             within = columns.reshape(len(columns), len(ground.trials), -1)
@@ -61,6 +64,24 @@ def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
             rows = own * trial + first + np.arange(2 * OF_A_MARKER)
             columns[rows, trial, np.arange(2 * OF_A_MARKER)] = sizes
         yield f"marker {marker}", columns
+
+
+def _in_picture(ground: Ground) -> tuple[str, np.ndarray]:
+    """(k, t, 4) of a picture that is drawn out along and across the fish, and sheared either way."""
+    gaits = [model.measured for model in ground.model.trials]
+    columns = np.zeros((len(ground.left), len(gaits), 4))
+    for trial, gait in enumerate(gaits):
+        speed, sideways = gait[SPEED], gait[-2]
+        along, across = np.moveaxis(of_markers(gait), 1, 0)
+        own = columns[len(gait) * trial : len(gait) * (trial + 1), trial]
+        for number, (to, of, into, moved) in enumerate(
+            ((0, along, SPEED, speed), (0, across, SPEED, sideways), (1, along, -2, speed), (1, across, -2, sideways))
+        ):
+            seen = np.zeros((len(along), 2, OF_A_MARKER))
+            seen[:, to] = of
+            own[places_of_markers(len(gait)), number] = seen.ravel()
+            own[into, number] = moved
+    return "picture", columns
 
 
 def _in_time(ground: Ground) -> tuple[str, np.ndarray]:

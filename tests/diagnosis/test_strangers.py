@@ -107,6 +107,15 @@ def test_beats_that_come_early_and_late_are_those_of_the_mean() -> None:
     assert (mean - gait) / phase**2 == pytest.approx(smeared(gait), rel=1e-3, abs=1e-9)
 
 
+def test_a_picture_on_another_scale_scales_speed_and_beats(elsewhere: tuple[Stranger, ...]) -> None:
+    (picture,) = (each for each in elsewhere if each.place == "picture" and each.same)
+    model = ground().model
+    scaled = [each.gait(1.01 * each.trial.position_m[each.trial.kept]) - each.measured for each in model.trials]
+    expected = (0.01 * picture.columns @ np.array([1.0, 0.0, 0.0, 1.0]))[: len(model.measured)]
+    turning = np.cumsum([len(each.measured) for each in model.trials]) - 1
+    assert np.delete(np.concatenate(scaled), turning) == pytest.approx(np.delete(expected, turning), abs=1e-9)
+
+
 @pytest.fixture(scope="module")
 def pushed() -> Responses:
     return responses(ground())
@@ -120,7 +129,7 @@ def elsewhere(pushed: Responses) -> tuple[Stranger, ...]:
 def test_every_place_is_looked_at_alike_in_all_trials_and_in_each(elsewhere: tuple[Stranger, ...]) -> None:
     places = {each.place for each in elsewhere}
     assert {f"marker {name}" for name in FISHSIM_MARKERS} <= places
-    assert {"head", "hinge tail_1", "tail at caudal_fin", "timing of the beat"} <= places
+    assert {"head", "hinge tail_1", "tail at caudal_fin", "picture", "timing of the beat"} <= places
     for each in elsewhere:
         assert len(each.columns) == len(ground().left)
     by_place = {(each.place, each.same): each.columns for each in elsewhere}
