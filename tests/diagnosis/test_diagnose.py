@@ -102,5 +102,3 @@ def test_without_the_effect_in_the_catalogue_it_is_not_named() -> None:
     assert "crank_arm_error" not in told.probabilities.names
     assert told.verdict.name != "named"
     assert told.gap is None
-    if told.verdict.name == "unexplained":
-        assert {name for each in told.experiments for name in each.separates} == set(others)

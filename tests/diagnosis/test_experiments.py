@@ -1,0 +1,80 @@
+"""What is recommended would separate what is confused, as surely as it says; on swims of the twin itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis import experiments
+from diagnosis.evidence import Belief
+from diagnosis.experiments import Experiment, next_experiments
+from diagnosis.explaining import explained
+from diagnosis.probabilities import Probabilities
+from diagnosis.verdict import Verdict
+from fitting.signatures import signature_of
+from swimmer.effects import catalogue
+from tests.diagnosis.grounds import CAMERA, ground
+
+CLOCK, RATIO, DAMPING = "time_base_error", "drive_ratio_error", "joint_damping"
+OFF = 1.05  # times as fast as filmed the motors were told to turn
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[Experiment, ...]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(experiments, "SPEEDS_HZ", (1.0, 1.4))
+        return recommended((CLOCK, RATIO))
+
+
+def recommended(group: tuple[str, ...]) -> tuple[Experiment, ...]:
+    """For a group, of swims whose tails beat slower than the motors were told."""
+    plain = ground()
+    beside = tuple(
+        replace(each, trial=replace(each.trial, commanded_hz=OFF * each.trial.frequency.hz))
+        for each in plain.model.trials
+    )
+    told = replace(plain, model=type(plain.model)(beside))
+    effects = {name: catalogue()[name] for name in (CLOCK, RATIO, DAMPING)}
+    signatures = [signature_of(effect, told.model, CAMERA, told.at) for effect in effects.values()]
+    here, explanations = explained(told, signatures, Belief())
+    chances, verdict = Probabilities.after(explanations), Verdict("inseparable", (group,))
+    return next_experiments(here, explanations, verdict, chances, effects)
+
+
+def by_text(found: tuple[Experiment, ...], text: str) -> Experiment:
+    (one,) = (each for each in found if text in each.describe)
+    return one
+
+
+def test_a_clock_is_told_from_a_gear_by_a_log_or_a_clock_in_view(found: tuple[Experiment, ...]) -> None:
+    log, clock = by_text(found, "Log the motor"), by_text(found, "running clock")
+    assert max(log.expected_error, clock.expected_error) < 0.001
+    assert log.trial is not None
+    assert log.trial.logged
+    assert clock.trial is None
+
+
+def test_no_swim_does_so_as_surely(found: tuple[Experiment, ...]) -> None:
+    swim = by_text(found, "swim at 1.4 Hz")
+    assert swim.expected_error > 100 * by_text(found, "Log the motor").expected_error
+    assert swim.trial is not None
+    assert (swim.trial.kind, swim.trial.commanded_hz, swim.trial.logged) == ("swim", 1.4, False)
+
+
+def test_the_most_telling_comes_first_and_what_was_swum_is_not_swum_again(found: tuple[Experiment, ...]) -> None:
+    errors = [each.expected_error for each in found]
+    assert errors == sorted(errors)
+    assert 0.0 <= min(errors) <= max(errors) <= 0.5
+    assert all(set(each.separates) == {CLOCK, RATIO} for each in found)
+    swum = np.array([trial.commanded_hz for trial in ground().trials])
+    assert all(
+        np.abs(swum - each.trial.commanded_hz).min() > 0.05
+        for each in found
+        if each.trial is not None and each.trial.kind == "swim" and not each.trial.logged
+    )
+
+
+def test_where_nothing_is_confused_nothing_is_recommended() -> None:
+    assert recommended((DAMPING,)) == ()
