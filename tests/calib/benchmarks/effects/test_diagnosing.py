@@ -11,7 +11,7 @@ import pytest
 from calib.benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
 from calib.benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
 from calib.benchmarks.effects.program import CommandLine, diagnose, program_of
-from calib.benchmarks.effects.scoring import score_all, score_suite, score_without
+from calib.benchmarks.effects.scoring import score_all, score_rules, score_suite, score_without
 from calib.options import Options
 from diagnosis import Discrepancy
 from session import InputError
@@ -83,6 +83,12 @@ def test_scores_without_the_effect(suite: SuiteFolder) -> None:
     assert {level: tuple(share) for level, share in score.by_detectability.items()} == {2.0: (0, 1), 10.0: (1, 1)}
     assert 0.0 <= score_suite(suite).seconds < 10.0  # measured, as the program does not tell
     assert score_all(suite).to_json()["without_the_effect"]["headline"]["unexplained"]["share"] == 1.0
+
+
+def test_rules_that_have_not_judged_every_session_are_not_scored(suite: SuiteFolder) -> None:
+    suite.rules.mkdir()
+    with pytest.raises(InputError, match=rf"found {len(NAMES)} of {len(NAMES)} are missing.*--part rules"):
+        score_rules(suite)
 
 
 def test_a_diagnosis_by_the_wrong_catalogue_is_refused(suite: SuiteFolder) -> None:
