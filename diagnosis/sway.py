@@ -2,7 +2,7 @@
 
 Gaits hold what repeats with the crank; what does not would pass for tracking noise. But a tracker errs at each marker
 by itself, and waves, eddies, a tether or a camera that shakes move all markers together. So what drift and harmonics
-leave of the markers, but for a beat that comes early or late, is split over short stretches of time into a motion of
+leave of the markers, but for how a swim settles and for a beat that comes early or late, is split over short stretches of time into a motion of
 the whole (along, across, turning) and the rest, which tells the noise. Under noise alone both have the same variance
 (analysis of variance; Fisher 1925).
 """
@@ -19,8 +19,9 @@ from fitting.trial import MeasuredTrial
 
 _STRETCH_S = 0.25  # longer than trackers err alike
 _LASTING = 0.5  # of all stretches, as many as count for independent: trackers err alike for a little longer yet
-_RATIOS = np.geomspace(4.0, 2.0**12, 11)  # of the variance of the whole's motion to that of noise, where there is one
+_RATIOS = np.geomspace(10.0, 4000.0, 10)  # of the variance of the whole's motion to that of noise, where there is one
 _WANDERS_S = 0.5  # in which a beat comes earlier or later
+_SETTLES_S = (0.3, 1.0)  # in which a fish that has just started comes up to its speed
 _WHOLE = 3  # along, across, turning
 _MOSTLY = 0.8  # of the frames, in which a marker must count
 _LEAST_M = 1e-4  # noise of a marker, below which none is believed
@@ -61,7 +62,7 @@ def sway_of(trials: Sequence[MeasuredTrial]) -> Sway:
 
 
 def _log_odds(ratio: float, whole: float, rest: float) -> float:
-    """Of a ratio of mean squares of so many numbers: by variances that differ fourfold or more, against equal ones."""
+    """Of a ratio of mean squares of so many numbers: by variances that differ tenfold or more, against equal ones."""
     excess = whole * ratio / rest
     logs = -0.5 * whole * np.log(_RATIOS) + 0.5 * (whole + rest) * (np.log1p(excess) - np.log1p(excess / _RATIOS))
     return float(logsumexp(logs) - np.log(len(logs)))
@@ -72,7 +73,8 @@ def _squares(trial: MeasuredTrial) -> _Squares | None:
     gait = Gait.of(trial)
     told = gait.usable.mean(axis=0) >= _MOSTLY
     frames, markers = np.flatnonzero(gait.usable[:, told].all(axis=1)), int(told.sum())
-    columns = smooth_swim(gait)[frames]
+    begun_s = gait.time_s - gait.time_s[0]
+    columns = np.column_stack([smooth_swim(gait), *(np.exp(-begun_s / each) for each in _SETTLES_S)])[frames]
     stretch = np.floor(gait.time_s[frames] / _STRETCH_S).astype(int)
     if len(np.unique(stretch)) <= columns.shape[1] or markers <= _WHOLE:
         return None
