@@ -2,9 +2,9 @@
 
 Gaits hold what repeats with the crank; what does not would pass for tracking noise. But a tracker errs at each marker
 by itself, and waves, eddies, a tether or a camera that shakes move all markers together. So what drift and harmonics
-leave of the markers, but for how a swim settles and for a beat that comes early or late, is split over short stretches of time into a motion of
-the whole (along, across, turning) and the rest, which tells the noise. Under noise alone both have the same variance
-(analysis of variance; Fisher 1925).
+leave of the markers, but for how a swim settles and for a beat that comes early or late, is split over short stretches
+of time into a motion of the whole (along, across, turning) and the rest, which tells the noise. Under noise alone both
+have the same variance (analysis of variance; Fisher 1925).
 """
 
 from collections.abc import Sequence
