@@ -162,17 +162,21 @@ def _goals_table(scores: Mapping[str, Score]) -> Table:
     rows += [
         (
             f"{label}, d ≥ 5",
-            f"{percent_text(_main(scores).reachable[what])} of all",
+            "",
             share_text(alone[0][what]),
             *(share_text(each[what], interval=False) for each in alone[1:]),
         )
         for what, label in CLEAR_ALONE.items()
     ]
+    rows += [
+        (f"{label}, all d: reachable", "", percent_text(_main(scores).reachable[what]), *("" for _ in rules))
+        for what, label in CLEAR_ALONE.items()
+    ]
     columns = (Column("", numeric=False), Column("asked"), *(Column(name) for name in scores))
     caption = (
-        "Shares, the first with its 95 % interval (Wilson), and medians. Last, of clear sessions alone, beside the "
-        "share of all sessions, weak ones with them, that a matched filter which knows what to look for would see "
-        "with one false alarm in a hundred."
+        "Shares, the first with its 95 % interval (Wilson), and medians. Last, of clear sessions alone; and, "
+        "reachable, the share of all sessions, weak ones with them, that a matched filter which knows what to look "
+        "for would see with one false alarm in a hundred."
     )
     return Table(caption, columns, tuple(rows))
 
