@@ -168,7 +168,7 @@ def _evidence(found: Diagnosis) -> dict[str, Any]:
         "sway": {
             "rms_m": found.sway.rms_m,
             "log_bayes_factor": found.sway.log_odds,
-            "probability": chances.with_other * found.explanations.swaying,
+            "probability": min(chances.with_other * found.explanations.swaying, 1.0),  # sums of exponentials round
         },
     }
 

@@ -12,6 +12,7 @@ _OF_STAGE = {
     "body": "in the forces on the whole fish",
     "tail": "in the tail: its hinges and tendons",
 }
+_STANDS_OUT = 0.005  # share of a stage, below which none is named
 _PLACED = 0.5  # probability from which a place is said
 _LOOKS_LIKE = 0.5  # of all that is there
 
@@ -32,6 +33,11 @@ def _where(data: Mapping[str, Any]) -> str:
     if data["verdict"] == "no_gap":
         return f"Where: nowhere that these trials show; {floor:.0%} of what the nearest twin leaves is noise."
     stage = max(shares, key=lambda name: shares[name])
+    if shares[stage] < _STANDS_OUT:
+        return (
+            "Where: in nothing that repeats with the beat; "
+            f"{floor:.0%} of what the nearest twin leaves of that is noise."
+        )
     markers = {name: p for name, p in data["where"]["by_marker"].items() if name not in OF_NO_MARKER}
     marker = max(markers, key=lambda name: markers[name])
     return (

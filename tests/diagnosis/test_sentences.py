@@ -39,3 +39,10 @@ def test_a_fish_that_sways_beside_its_beat_is_told_where_it_is_sure(chance: floa
     data["evidence"] = data["evidence"] | {"sway": sway}
     said = "moves the whole fish beside its beat (2.8 mm, 0.60)" in sentences(data)[1]
     assert said == (chance > 0.5)
+
+
+def test_where_no_stage_stands_out_none_is_named() -> None:
+    data = made_data("unexplained")
+    by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}
+    data["where"] = data["where"] | {"by_stage": by_stage}
+    assert sentences(data)[0].startswith("Where: in nothing that repeats with the beat; 100%")
