@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from calib.benchmarks.posterior_effects import Effect, effect_of
+from calib.benchmarks.posterior_effect_names import Effect
+from calib.benchmarks.posterior_effects import effect_of
 from calib.benchmarks.posterior_exact import exact_widths
 from calib.benchmarks.posterior_truth import DrawnSession, draw_session
 from fitting.posterior import Posterior, sample_posterior

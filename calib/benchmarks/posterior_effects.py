@@ -1,27 +1,13 @@
 """What a robot may do that its twin leaves out, as `calib benchmark posterior --effect` puts it in."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 
+from calib.benchmarks.posterior_effect_names import EFFECTS, Effect
 from swimmer import RobotSpec, Runs, Scene, Trajectories, Twin
 from swimmer.effects import AffectedRuns, AffectedTwin, catalogue
 
-Effect = Literal[
-    "none",
-    "hinge_stiffness",
-    "hinge_damping",
-    "crank_arm",
-    "current",
-    "entrained_water",
-    "tendon_compliance",
-    "segment_coefficients",
-    "any",
-]
-"""At full strength: hinges 15 % stiffer, or damped twice as much; a crank arm 5 % shorter; a current; effects of the
-catalogue, two standard deviations strong, that no nuisance stands for; any of these, in turn by seed."""
-EFFECTS: tuple[Effect, ...] = get_args(Effect)[1:-1]
 CURRENT_M_S = 0.02
 _STIFFER, _DAMPED, _SHORTER = 0.15, 1.0, 0.05
 _OF_CATALOGUE = {"entrained_water": (0.004,), "tendon_compliance": (4.0,), "segment_coefficients": (0.6, -0.6)}

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import binomtest, chisquare, kstest
 
 from calib.benchmarks.posterior import RANKED, PosteriorScore
-from calib.benchmarks.posterior_effects import Effect
+from calib.benchmarks.posterior_effect_names import Effect
 from calib.benchmarks.posterior_run import Tell, run_sessions
 from calib.benchmarks.posterior_store import Failure, ScoreStore, read_scores
 from fitting.coefficient_fit import NAMES

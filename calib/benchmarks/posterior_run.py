@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from calib.benchmarks.posterior import PosteriorScore, score_session
-from calib.benchmarks.posterior_effects import Effect
+from calib.benchmarks.posterior_effect_names import Effect
 from calib.benchmarks.posterior_store import Failure, ScoreStore
 from calib.benchmarks.spread import spread
 from session import SwimcalError

@@ -17,7 +17,7 @@ import swimmer
 import synthetic
 from calib.benchmarks import posterior, posterior_effects, posterior_exact, posterior_truth
 from calib.benchmarks.posterior import PosteriorScore
-from calib.benchmarks.posterior_effects import Effect
+from calib.benchmarks.posterior_effect_names import Effect
 from fitting import objective, signatures, structure
 from fitting import posterior as inference
 from session import FaultCollector, fingerprint_of, plain_json, sha256_of, write_whole

@@ -6,7 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from calib.benchmarks.posterior_effects import Effect, Unmodelled, with_effect
+from calib.benchmarks.posterior_effect_names import Effect
+from calib.benchmarks.posterior_effects import Unmodelled, with_effect
 from fitting.from_rest import speed_from_rest
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.robot_doubt import doubts_of

@@ -10,19 +10,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from calib.benchmarks.posterior_effect_names import Effect
 from calib.commands.arguments import AsJson, SessionFolder, Workers
-
-EffectOption = Literal[
-    "none",
-    "hinge_stiffness",
-    "hinge_damping",
-    "crank_arm",
-    "current",
-    "entrained_water",
-    "tendon_compliance",
-    "segment_coefficients",
-    "any",
-]
 
 
 def speed(
@@ -89,7 +78,7 @@ def posterior(
     ] = None,
     first: Annotated[int, typer.Option(min=0, help="first session of this shard")] = 0,
     count: Annotated[int, typer.Option(min=0, help="sessions of this shard; 0: only the table of what is there")] = 300,
-    effect: Annotated[EffectOption, typer.Option(help="what the robot does and the twin leaves out")] = "none",
+    effect: Annotated[Effect, typer.Option(help="what the robot does and the twin leaves out")] = "none",
     strength: Annotated[float, typer.Option(min=0, help="of that, in shares of its full strength")] = 1.0,
     workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
     scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,

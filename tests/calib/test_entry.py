@@ -9,8 +9,7 @@ from typing import get_args
 import pytest
 
 import calib
-from calib.benchmarks.posterior_effects import EFFECTS
-from calib.commands import arguments, benchmarks
+from calib.commands import arguments
 from calib.options import EFFORTS
 from fitting import METHODS, Comparison
 from tracking.records import FORMATS
@@ -48,4 +47,3 @@ def test_what_its_options_offer_is_what_there_is() -> None:
     assert set(get_args(arguments.ComparisonOption)) < set(get_args(Comparison))
     assert get_args(arguments.TrackerOption) == tuple(TRACKERS)
     assert tuple(FORMATS) == arguments.FORMS
-    assert get_args(benchmarks.EffectOption) == ("none", *EFFECTS, "any")

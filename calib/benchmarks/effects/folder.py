@@ -80,7 +80,8 @@ class SuiteFolder(NamedTuple):
         Raises:
             InputError: there is no whole suite, or an answer has another checksum than was published.
         """
-        return tuple(answer for name in self.names for answer in unseal(self.answer(name), self._sums[name]))
+        sums = self._sums
+        return tuple(answer for name in sorted(sums) for answer in unseal(self.answer(name), sums[name]))
 
     @property
     def _sums(self) -> dict[str, str]:

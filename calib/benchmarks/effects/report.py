@@ -81,7 +81,7 @@ def share_text(share: Share | None, *, interval: bool = True) -> str:
 
 
 def percent_text(value: float) -> str:
-    """A share that nothing was counted for."""
+    """A share that was calculated, not counted."""
     return "none" if np.isnan(value) else f"{100 * value:.0f} %"
 
 

@@ -12,6 +12,7 @@ from calib.benchmarks.effects.answer import checksum
 from calib.benchmarks.effects.folder import SuiteFolder
 from calib.benchmarks.effects.run import make_suite
 from calib.benchmarks.effects.suite import SMALL
+from diagnosis import shipped_discrepancy
 from session import write_whole
 
 SEED = 1
@@ -25,6 +26,7 @@ def ship(folder: Path, workers: int = 0) -> None:
         RuntimeError: a session could not be made.
     """
     suite = SuiteFolder(folder / "small")
+    write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())  # it may have been measured anew
     if failures := make_suite(suite, SEED, SMALL, workers, tell=lambda said, _: print(said, file=sys.stderr)):
         raise RuntimeError(f"small suite: {len(failures)} sessions failed, the first: {failures[0].message}")
     card = folder / "CARD.md"

@@ -11,7 +11,7 @@ from distributed import LocalCluster
 
 from calib.benchmarks import posterior_run, posterior_store, spread
 from calib.benchmarks.posterior import PosteriorScore
-from calib.benchmarks.posterior_effects import Effect
+from calib.benchmarks.posterior_effect_names import Effect
 from calib.benchmarks.posterior_report import Asked, measure_posterior
 from calib.benchmarks.posterior_run import run_sessions
 from calib.benchmarks.posterior_store import ScoreStore

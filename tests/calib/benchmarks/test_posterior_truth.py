@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from calib.benchmarks import posterior_truth
-from calib.benchmarks.posterior_effects import CURRENT_M_S, EFFECTS, Effect, effect_of, with_effect
+from calib.benchmarks.posterior_effect_names import EFFECTS, Effect
+from calib.benchmarks.posterior_effects import CURRENT_M_S, effect_of, with_effect
 from calib.benchmarks.posterior_truth import DrawnSession, draw_session, drawn_noise
 from fitting.from_rest import speed_from_rest
 from fitting.posterior import SessionModel
