@@ -5,6 +5,7 @@ would not. It may be the same in all trials, or another in each.
 """
 
 from collections.abc import Iterator
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from diagnosis.pushes import HEAD, Responses
 from diagnosis.ripples import rippled, smeared
 from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED, of_markers, places_of_markers
 
+_SIDEWAYS = -2  # place of the sideways speed in a gait with its course
 _OF_WATER = 0.1  # how likely forces of the water are, alike in all trials: there the twin's own error acts too
 _RIPPLE_RAD, _SMEAR_RAD = 0.02, 0.2  # against each other
 
@@ -71,16 +73,13 @@ def _in_picture(ground: Ground) -> tuple[str, np.ndarray]:
     gaits = [model.measured for model in ground.model.trials]
     columns = np.zeros((len(ground.left), len(gaits), 4))
     for trial, gait in enumerate(gaits):
-        speed, sideways = gait[SPEED], gait[-2]
-        along, across = np.moveaxis(of_markers(gait), 1, 0)
+        beats, speeds = of_markers(gait), (SPEED, _SIDEWAYS)  # along and across, either
         own = columns[len(gait) * trial : len(gait) * (trial + 1), trial]
-        for number, (to, of, into, moved) in enumerate(
-            ((0, along, SPEED, speed), (0, across, SPEED, sideways), (1, along, -2, speed), (1, across, -2, sideways))
-        ):
-            seen = np.zeros((len(along), 2, OF_A_MARKER))
-            seen[:, to] = of
+        for number, (to, of) in enumerate(product((0, 1), repeat=2)):
+            seen = np.zeros_like(beats)
+            seen[:, to] = beats[:, of]
             own[places_of_markers(len(gait)), number] = seen.ravel()
-            own[into, number] = moved
+            own[speeds[to], number] = gait[speeds[of]]
     return "picture", columns
 
 

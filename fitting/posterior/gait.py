@@ -62,12 +62,8 @@ class Gait:
     def __call__(self, position_m: np.ndarray) -> np.ndarray:
         """(..., k) gaits of positions (..., n, m, 2); what does not count may be nan."""
         flat = position_m.reshape(-1, *position_m.shape[-3:])
-        trend = self._heading(flat)  # (s, n)
-        place = self._along(flat, trend)  # (s, n, m)
-        path = self._path(place)  # (s, n)
+        place, path, speed, turning = self._cruise(flat)
         beats = np.einsum("mcn,snm->smc", self._beat, place - path[..., None])  # (s, m, 7)
-        turning = np.gradient(trend, self.time_s, axis=-1)
-        speed = np.gradient(path, self.time_s, axis=-1) + 1j * turning * path
         parts = np.stack([beats.real, beats.imag], axis=2)  # (s, m, 2, 7)
         told = [speed.real.mean(axis=-1)[:, None], parts.reshape(len(parts), -1)]
         if self.span_m is not None:
@@ -80,11 +76,19 @@ class Gait:
 
         Both along + i across, m and m/s; places are 0 where nothing counts.
         """
-        trend = self._heading(position_m[None])
-        place, path = self._along(position_m[None], trend)[0], self._path(self._along(position_m[None], trend))[0]
-        turning = np.gradient(trend[0], self.time_s)
-        velocity = np.gradient(path, self.time_s) + 1j * turning * path
-        return np.where(self.usable, place - path[:, None], 0.0), velocity
+        place, path, speed, _ = self._cruise(position_m[None])
+        return np.where(self.usable, place[0] - path[0][:, None], 0.0), speed[0]
+
+    def _cruise(self, position_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Of positions (s, n, m, 2): (s, n, m) places along headings, the smooth path (s, n), its speed, its turning.
+
+        Along + i across, m, m and m/s; turning in rad/s.
+        """
+        trend = self._heading(position_m)  # (s, n)
+        place = self._along(position_m, trend)
+        path = self._path(place)
+        turning = np.gradient(trend, self.time_s, axis=-1)
+        return place, path, np.gradient(path, self.time_s, axis=-1) + 1j * turning * path, turning
 
     @cached_property
     def _scaled(self) -> np.ndarray:
