@@ -1,6 +1,7 @@
 """One instant of n simulations, as mechanisms see it, and the forces they may answer with."""
 
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -59,15 +60,27 @@ class Instant:
         return self.chain.generalised(self.pose, force, torque)
 
 
-def rows_of(record: _Rows, index: np.ndarray, **known: Any) -> _Rows:
-    """Some rows of a dataclass of arrays, and of the dataclasses in it, but for fields known; what has none stays."""
-    taken: dict[str, Any] = dict(known)
-    for each in fields(record):  # type: ignore[arg-type]
-        if each.name in known:
-            continue
-        value = getattr(record, each.name)
-        if isinstance(value, np.ndarray):
-            taken[each.name] = value[index]
-        elif is_dataclass(value) and not isinstance(value, Layout):
-            taken[each.name] = rows_of(value, index)
-    return replace(record, **taken)  # type: ignore[type-var]
+def rows_of(record: _Rows, index: np.ndarray | slice, **known: Any) -> _Rows:
+    """Some rows of a dataclass of arrays, and of the dataclasses in it, but for fields known; what has none stays.
+
+    Asked for at every step, so without the constructor, which would look at each field once more.
+    """
+    kind: Any = type(record)
+    taken = object.__new__(kind)
+    for name in _field_names(kind):
+        value = known[name] if name in known else _rows_of_field(getattr(record, name), index)
+        object.__setattr__(taken, name, value)
+    return taken
+
+
+def _rows_of_field(value: Any, index: np.ndarray | slice) -> Any:
+    if isinstance(value, np.ndarray):
+        return value[index]
+    kind: Any = type(value)
+    return rows_of(value, index) if _field_names(kind) and not isinstance(value, Layout) else value
+
+
+@cache
+def _field_names(kind: type) -> tuple[str, ...]:
+    """Of a dataclass; none of anything else."""
+    return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()

@@ -9,6 +9,7 @@ handled apart.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from numbers import Number
 
 import numpy as np
@@ -68,21 +69,26 @@ class Group:
 
     Attributes:
         mechanism: with a field (r, 1) for each of its numbers.
-        rows: (r,) of the batch.
+        rows: (r,) of the batch; a slice where they stand side by side, whose part of an array costs nothing.
         parameters: of these rows.
     """
 
     mechanism: Mechanism
-    rows: np.ndarray
+    rows: np.ndarray | slice
     parameters: Parameters
 
-    def overrides(self, hook: str) -> bool:
-        """Whether this class does anything there."""
-        return getattr(type(self.mechanism), hook) is not getattr(Mechanism, hook)
+    def overrides(self, *hooks: str) -> bool:
+        """Whether this class does anything in one of them."""
+        return not self._hooks.isdisjoint(hooks)
+
+    @cached_property
+    def _hooks(self) -> frozenset[str]:
+        kind = type(self.mechanism)
+        return frozenset(name for name in vars(Mechanism) if getattr(kind, name) is not getattr(Mechanism, name))
 
     def seen(self, now: Instant) -> Instant:
         """The instant, its own rows alone."""
-        whole = len(self.rows) == len(now.time_s)
+        whole = len(self.parameters) == len(now.time_s)
         return now if whole else rows_of(now, self.rows, parameters=self.parameters)
 
 
@@ -97,9 +103,15 @@ def grouped(mechanisms: Sequence[Sequence[Mechanism]], parameters: Parameters) -
             count[kind] += 1
     groups = []
     for listed in members.values():
-        rows = np.array([row for row, _ in listed])
+        rows = _side_by_side([row for row, _ in listed])
         groups.append(Group(_together([mechanism for _, mechanism in listed]), rows, rows_of(parameters, rows)))
     return groups
+
+
+def _side_by_side(rows: list[int]) -> np.ndarray | slice:
+    """Rows in rising order, as a slice where none is left out."""
+    first, beyond = rows[0], rows[-1] + 1
+    return slice(first, beyond) if beyond - first == len(rows) else np.array(rows)
 
 
 def _kind(mechanism: Mechanism) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ class Equations:
         stiffness, damping: (n, N, N) symmetric, positive semidefinite.
         force_rate: (n, N) slope of the force over time where the fish stands still.
         now: what they hold for.
-        seen: the same for each group of mechanisms, its rows alone.
+        seen: the same for each group of mechanisms that acts while it swims, its rows alone; the whole for others.
     """
 
     mass: np.ndarray
@@ -58,6 +58,7 @@ class Motion:
     ) -> None:
         self.layout, self.parameters = layout, parameters
         self.groups = grouped(mechanisms, parameters)
+        self._look = [group.overrides("force", "water", "advance") for group in self.groups]
         self.chain = Chain(layout, parameters)
         self._tendons = Tendons(layout, parameters, self.chain)
         self._water = Water(layout, parameters, self.chain)
@@ -105,7 +106,8 @@ class Motion:
         pose, pull = now.pose, now.pull
         mass, force = self.chain.inertia(pose)
         force += now.bend(self._hinge_torque(pose)) + now.tighten(pull.tension_n)
-        water, seen_by_all = now.water, [group.seen(now) for group in self.groups]
+        water = now.water
+        seen_by_all = [group.seen(now) if looks else now for group, looks in zip(self.groups, self._look, strict=True)]
         for group, seen, state in zip(self.groups, seen_by_all, states, strict=True):
             if group.overrides("water"):
                 water = _replaced(water, group, group.mechanism.water(seen, rows_of(water, group.rows), state))

@@ -105,7 +105,9 @@ def effects(
             "diagnose with it; score all that was said, into scores.json and scores.html"
         ),
     ] = "make",
-    suite: Annotated[Literal["small", "large"], typer.Option(help="24 sessions, or 700")] = "small",
+    suite: Annotated[
+        str, typer.Option(help="small: 24 sessions; large: 700; large:2/10: its second tenth, which others may join")
+    ] = "small",
     seed: Annotated[int, typer.Option(min=0, help="of the suite")] = 0,
     program: Annotated[
         str, typer.Option(help="command that diagnoses, given SESSION [--without EFFECT]; default: the toolkit's own")
@@ -124,11 +126,15 @@ def effects(
     from calib.benchmarks.effects.run import make_suite
     from calib.benchmarks.effects.scores_page import write_scores
     from calib.benchmarks.effects.scoring import score_all
-    from calib.benchmarks.effects.suite import LARGE, SMALL
+    from calib.benchmarks.effects.suite import suite_named
     from calib.working import progress_bar
     from session import plain_json
 
     where = SuiteFolder(folder)
+    try:
+        size, shard = suite_named(suite)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--suite") from error
     if part == "score":
         outcome = score_all(where)
         write_scores(where, outcome)
@@ -136,7 +142,7 @@ def effects(
         return
     with progress_bar(as_json) as tell:
         if part == "make":
-            failures = make_suite(where, seed, SMALL if suite == "small" else LARGE, workers, scheduler, tell)
+            failures = make_suite(where, seed, size, workers, scheduler, tell, shard)
         elif part == "rules":
             failures = judge_suite(where, workers, scheduler, tell)
         else:

@@ -53,6 +53,11 @@ class Disturbances(NamedTuple):
         """Of the columns, not of their squares: the twin's roughness moves each look's by chance."""
         return cls(*(np.mean(parts, axis=0) for parts in zip(*looks, strict=True)))
 
+    def beside(self, more: "Disturbances") -> "Disturbances":
+        """Of the same trials and others after them, (l,), which share markers and robot with them."""
+        apart = (block_diag(*parts) for parts in zip(self[:3], more[:3], strict=True))
+        return Disturbances(*apart, *(np.vstack(parts) for parts in zip(self[3:], more[3:], strict=True)))
+
     @property
     def finite(self) -> bool:
         """Whether no twin diverged."""
@@ -130,10 +135,10 @@ class SessionModel:
         """(s, k) rows of coefficients (s, 5); nan where the twin diverged."""
         return np.hstack([model.simulated(coefficients) for model in self.trials])
 
-    def disturbances(self, coefficients: np.ndarray) -> Disturbances:
-        """What noise and nuisances do at coefficients (5,)."""
+    def disturbances(self, coefficients: np.ndarray, noise: np.ndarray | None = None) -> Disturbances:
+        """What noise and nuisances do at coefficients (5,); noise (k, k) by default as the tracks show it."""
         freedoms = [model.freedoms(coefficients) for model in self.trials]
         own = block_diag(*[freedom.own for freedom in freedoms])
         boxes = block_diag(*[freedom.boxes for freedom in freedoms])
         markers, robot = (np.vstack(each) for each in zip(*[(f.markers, f.robot) for f in freedoms], strict=True))
-        return Disturbances(self.noise, own, boxes, markers, robot)
+        return Disturbances(self.noise if noise is None else noise, own, boxes, markers, robot)

@@ -3,7 +3,7 @@
 Work on a session is a generator: it yields the trials that it wants to see and is sent their recordings.
 """
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -16,29 +16,40 @@ Wanted = Sequence[tuple[World, Trial]]
 Filming = Generator[Wanted, list[Recording], T]
 
 
-def film_together(works: Sequence[Filming[T]]) -> list[T]:
+def film_together(works: Iterable[Filming[T]], at_once: int | None = None) -> list[T]:
     """What pieces of work end with, in their order; whatever they want to see is simulated in common.
 
     A recording does not depend on its company (to some 1e-7 px). What cannot be simulated is raised within the work
     that asked for it: `SimulationDiverged`, or the `ValueError` of a trial that is impossible.
+
+    Args:
+        works: begun as there is room for them.
+        at_once: pieces that are under way; where one ends, the next begins. Default: all.
     """
-    ended: dict[int, T] = {}
+    begun = iter(enumerate(works))
+    under_way: dict[int, Filming[T]] = {}
     waiting: dict[int, Wanted] = {}
+    ended: dict[int, T] = {}
 
     def go_on(number: int, sent: list[Recording] | Exception | None) -> None:
-        work = works[number]
+        work = under_way[number]
         waiting.pop(number, None)
         try:
             waiting[number] = work.throw(sent) if isinstance(sent, Exception) else work.send(sent)  # type: ignore[arg-type]
         except StopIteration as stop:
             ended[number] = stop.value
+            del under_way[number]
 
-    for number in range(len(works)):
-        go_on(number, None)
-    while waiting:
+    while True:
+        while at_once is None or len(under_way) < at_once:
+            if (following := next(begun, None)) is None:
+                break
+            under_way[following[0]] = following[1]
+            go_on(following[0], None)
+        if not waiting:
+            return [ended[number] for number in sorted(ended)]
         for number, filmed in _filmed(dict(waiting)).items():
             go_on(number, filmed)
-    return [ended[number] for number in range(len(works))]
 
 
 def _filmed(wanted: dict[int, Wanted]) -> dict[int, list[Recording] | Exception]:

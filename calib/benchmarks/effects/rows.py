@@ -111,18 +111,23 @@ class SessionRows:
         return np.append(np.concatenate([advanced(g, -by) for g, by in zip(gaits, ahead, strict=True)]), row[-count:])
 
     def signatures(self, effects: Mapping[str, Effect]) -> list[Signature]:
-        """What every effect does to the refitted twin."""
+        """What every effect does to the refitted twin; asked again, an effect of the same name is not simulated."""
         camera = camera_of(self.drawn)
-        return [signature_of(effect, self.model, camera, self.coefficients) for effect in effects.values()]
+        for name in effects.keys() - self._signatures.keys():
+            self._signatures[name] = signature_of(effects[name], self.model, camera, self.coefficients)
+        return [self._signatures[name] for name in effects]
+
+    @cached_property
+    def _signatures(self) -> dict[str, Signature]:
+        return {}
 
     def _covariance(self, at: np.ndarray) -> np.ndarray:
         """(k, k) of tracking noise, boxes, nuisances and the discrepancy of the base state."""
         noise = self.drawn.world.noise
         scale = float(np.mean([model.trial.metres_per_px for model in self.model.trials]))
-        disturbances = self.model.disturbances(at)
         off = PlacesOff(noise.placement_sd_px * scale, GLUED_SD_M)
-        known = disturbances.of(off) - disturbances.noise
-        return row_covariance(self.model, known + self.tracking, self.discrepancy.covariance)
+        disturbed = self.model.disturbances(at, self.tracking).of(off)
+        return row_covariance(self.model, disturbed, self.discrepancy.covariance)
 
 
 def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) -> list[MeasuredTrial]:

@@ -13,14 +13,15 @@ from calib.benchmarks.effects.answer import checksum, seal
 from calib.benchmarks.effects.filming import Filming, film_together
 from calib.benchmarks.effects.folder import Failure, SuiteFolder, Tell
 from calib.benchmarks.effects.making import Making, undated
-from calib.benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
+from calib.benchmarks.effects.suite import WHOLE, SessionPlan, Shard, SuiteSize, plan_suite
 from calib.benchmarks.spread import spread
 from diagnosis import Discrepancy, shipped_discrepancy
 from reality.mechanisms import catalogued, uncatalogued
 from session import FaultCollector, SwimcalError, write_whole
 from swimmer.effects import catalogue
 
-_TOGETHER = 16  # sessions: twice as many are hardly faster, and as many are lost when a worker dies
+_TOGETHER = 32  # sessions under way at a time: as many are lost when a worker dies
+_PIECES = 2  # as many sessions as that a piece of work has: the last of them are made with ever less company
 
 
 def make_suite(
@@ -30,6 +31,7 @@ def make_suite(
     workers: int = 0,
     scheduler: str | None = None,
     tell: Tell | None = None,
+    shard: Shard = WHOLE,
 ) -> tuple[Failure, ...]:
     """Makes the sessions that are missing; broken off, it goes on where it was.
 
@@ -39,6 +41,7 @@ def make_suite(
         workers: sessions at a time; 0 for one on each core.
         scheduler: address of a dask scheduler whose workers make them; they need to see the same folder.
         tell: of the progress.
+        shard: which of its sessions; others of the same suite may be there already.
 
     Returns:
         What could not be made; the next run tries it again.
@@ -50,7 +53,7 @@ def make_suite(
     _check_same(suite, plans)
     if not suite.discrepancy.exists():
         write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())
-    todo = [plan for plan in plans if not suite.made(plan.name)]
+    todo = [plan for plan in shard.of(plans) if not suite.made(plan.name)]
     failures: list[Failure] = []
     done = 0
     for made, failed in spread(partial(_made_together, suite), _batches(todo, workers), workers, scheduler):
@@ -65,15 +68,15 @@ def make_suite(
 
 
 def _batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPlan, ...]]:
-    """Sessions that are made together, in their order: as many as save time, but no worker is left without."""
-    each = max(min(_TOGETHER, -(-len(plans) // (workers or os.cpu_count() or 1))), 1)
+    """Sessions that one worker makes, in their order: as many as save time, but no worker is left without."""
+    each = max(min(_PIECES * _TOGETHER, -(-len(plans) // (workers or os.cpu_count() or 1))), 1)
     return [tuple(plans[first : first + each]) for first in range(0, len(plans), each)]
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
 def _made_together(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> tuple[int, list[Failure]]:
     """How many were tried, and what failed."""
-    outcomes = film_together([_made(suite, plan) for plan in plans])
+    outcomes = film_together((_made(suite, plan) for plan in plans), _TOGETHER)
     return len(plans), [outcome for outcome in outcomes if outcome is not None]
 
 

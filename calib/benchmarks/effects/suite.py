@@ -6,6 +6,7 @@ What was recorded is drawn before, and independently of, what is present: nothin
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle, islice
+from re import fullmatch
 
 import numpy as np
 
@@ -68,7 +69,37 @@ class SuiteSize:
     null: int
 
 
-SMALL, LARGE = SuiteSize(24, 8), SuiteSize(700, 300)
+@dataclass(frozen=True)
+class Shard:
+    """A part of a suite: as good a sample of it as any other, since its order is drawn.
+
+    Attributes:
+        number: from 1.
+        count: of parts.
+    """
+
+    number: int = 1
+    count: int = 1
+
+    def of(self, plans: Sequence[SessionPlan]) -> tuple[SessionPlan, ...]:
+        """The sessions in it."""
+        return tuple(plans[self.number - 1 :: self.count])
+
+
+SMALL, LARGE, WHOLE = SuiteSize(24, 8), SuiteSize(700, 300), Shard()
+
+
+def suite_named(text: str) -> tuple[SuiteSize, Shard]:
+    """A size, "small" or "large", and which part of it: all, or of "large:2/10" the second tenth.
+
+    Raises:
+        ValueError: there is no such suite.
+    """
+    found = fullmatch(r"(small|large)(?::(\d+)/(\d+))?", text)
+    number, count = (int(each or 1) for each in found.groups()[1:]) if found else (0, 0)
+    if found is None or not 1 <= number <= count:
+        raise ValueError(f"found {text!r}, expected small, large, or a part such as large:2/10, its second tenth")
+    return SMALL if found[1] == "small" else LARGE, Shard(number, count)
 
 
 def plan_suite(

@@ -1,6 +1,6 @@
 """Work on several sessions sees what it would see alone, in fewer simulations."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -57,6 +57,26 @@ def test_each_sees_its_own_and_all_are_simulated_at_once(asked: list[int]) -> No
         assert isinstance(own, Recording)
         assert own.trial == expected.trial
         assert np.abs(own.position_px - expected.position_px).max() < 1e-7
+
+
+def test_where_one_ends_the_next_begins(asked: list[int]) -> None:
+    """And not before: works are begun as there is room for them, and told in their order."""
+    begun: list[int] = []
+
+    def work(number: int, rounds: int) -> Filming[int]:
+        begun.append(number)
+        for _ in range(rounds):
+            yield [(WORLD, SWIM)]
+        return number
+
+    def works() -> Iterator[Filming[int]]:
+        for number, rounds in enumerate((3, 1, 0, 1)):
+            asked.append(-number)
+            yield work(number, rounds)
+
+    assert film_together(works(), at_once=2) == [0, 1, 2, 3]
+    assert asked == [0, -1, 2, -2, -3, 2, 1]
+    assert begun == [0, 1, 2, 3]
 
 
 def test_what_diverges_is_raised_in_the_work_that_asked_for_it() -> None:

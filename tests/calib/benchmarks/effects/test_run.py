@@ -10,13 +10,13 @@ import pytest
 from distributed import LocalCluster
 
 from calib.benchmarks.effects import run
-from calib.benchmarks.effects.answer import Answer
-from calib.benchmarks.effects.folder import SuiteFolder
+from calib.benchmarks.effects.answer import Answer, seal
+from calib.benchmarks.effects.folder import Failure, SuiteFolder
 from calib.benchmarks.effects.run import make_suite
-from calib.benchmarks.effects.suite import SuiteSize, plan_suite
+from calib.benchmarks.effects.suite import LARGE, SMALL, WHOLE, SessionPlan, Shard, SuiteSize, plan_suite, suite_named
 from diagnosis import Discrepancy, shipped_discrepancy
 from reality.mechanisms import catalogued, uncatalogued
-from session import InputError
+from session import InputError, write_whole
 from tests.calib.benchmarks.effects.suites import shortened
 
 SIZE = SuiteSize(5, 5)  # nothing in them: no severity is sought, which takes a minute each
@@ -27,7 +27,7 @@ NAMES = [plan.name for plan in PLANS]
 @pytest.fixture(autouse=True)
 def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "plan_suite", lambda *_: tuple(shortened(plan) for plan in PLANS))
-    monkeypatch.setattr(run, "_TOGETHER", 2)
+    monkeypatch.setattr(run, "_TOGETHER", 1)  # and so two in a piece
 
 
 def empty_suite(folder: Path) -> SuiteFolder:
@@ -90,6 +90,40 @@ def test_broken_off_it_goes_on_where_it_was(tmp_path: Path) -> None:
     assert all((session / "session.toml").stat().st_ino == node for session, node in made.items())
     assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
     assert sorted(json.loads(suite.checksums.read_text())) == NAMES
+
+
+def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A fifth is one of five sessions; what is published is what is there; the rest joins it."""
+    tried: list[str] = []
+
+    def made(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> tuple[int, list[Failure]]:
+        for plan in plans:
+            tried.append(plan.name)
+            write_whole(suite.sessions / plan.name / "session.toml", b"")
+            seal([Answer(plan.name, "null")], suite.answer(plan.name))
+        return len(plans), []
+
+    monkeypatch.setattr(run, "_made_together", made)
+    suite = empty_suite(tmp_path)
+    suite.answers.mkdir()
+    assert make_suite(suite, 4, SIZE, workers=1, shard=Shard(2, 5)) == ()
+    assert suite.names == tuple(tried) == (NAMES[1],)
+    assert make_suite(suite, 4, SIZE, workers=1, shard=Shard(1, 2)) == ()
+    assert sorted(tried) == sorted([NAMES[1], *NAMES[::2]])
+    assert make_suite(suite, 4, SIZE, workers=1) == ()
+    assert sorted(tried) == NAMES
+    assert suite.unsealed() == tuple(Answer(name, "null") for name in NAMES)
+
+
+def test_a_suite_goes_by_its_name() -> None:
+    assert suite_named("small") == (SMALL, WHOLE)
+    assert suite_named("large:2/10") == (LARGE, Shard(2, 10))
+
+
+@pytest.mark.parametrize("text", ["", "2/10", "large:0/3", "large:4/3", "small:1/-1", "large:"])
+def test_what_is_no_suite_is_told(text: str) -> None:
+    with pytest.raises(ValueError, match="expected small, large, or a part such as large:2/10"):
+        suite_named(text)
 
 
 def test_a_folder_of_another_suite_is_left_alone(tmp_path: Path) -> None:
