@@ -15,7 +15,7 @@ without it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from math import comb
 
 import numpy as np
@@ -197,7 +197,8 @@ class Explanations:
         axes = [_sizes(form) for form in forms] + ([SIZES] if other else [])
         columns = tuple(row.turn @ form.columns / form.size for form in forms)
 
-        def at(point: list[int]) -> Sized:
+        @cache  # lines cross, and the last ones are gone along twice
+        def at(*point: int) -> Sized:
             sizes = tuple(float(axis[i]) for axis, i in zip(axes, point, strict=True))
             return Sized(row, forms, columns, sizes[: len(forms)], sizes[-1] if other else 0.0, self.belief.unlike)
 
@@ -206,14 +207,14 @@ class Explanations:
         for _ in range(_ROUNDS if len(axes) > 1 else len(axes)):
             before, along = list(point), []
             for number, axis in enumerate(axes):
-                lines = [at([*point[:number], i, *point[number + 1 :]]).evidence for i in range(len(axis))]
+                lines = [at(*point[:number], i, *point[number + 1 :]).evidence for i in range(len(axis))]
                 point[number] = int(np.argmax(lines))
                 along.append(lines)
             if before == point:
                 break
         if not along:
-            return at(point), at(point).evidence
-        return at(point), float(max(along[-1]) + sum(_mean(lines) - max(lines) for lines in along))
+            return at(*point), at(*point).evidence
+        return at(*point), float(max(along[-1]) + sum(_mean(lines) - max(lines) for lines in along))
 
     @cached_property
     def _placed(self) -> tuple[np.ndarray, ...]:

@@ -7,7 +7,7 @@ Phi(-d / 2) afterwards, with d the whitened distance from the one to the other, 
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal, NamedTuple
 
@@ -19,7 +19,9 @@ from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
 from diagnosis.verdict import MOST_ALIKE, Verdict
 from fitting.posterior.noise import GaitNoise
-from fitting.signatures import Signature, signature_of
+from fitting.posterior.session_model import SessionModel
+from fitting.signatures import Signature, Whitened, signature_of
+from fitting.signatures.session_row import with_trial
 from fitting.signatures.view_of import TO_PX, picture_px
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, NotEnoughData, SimulationDiverged, Tracks, TrialSpec
@@ -91,19 +93,60 @@ def next_experiments(
     if not pairs:
         return ()
     strengths = _strengths(explanations, {name for pair in pairs for name in pair}, ground, effects)
-    now = {name: signature_of(effects[name], ground.model, ground.camera, ground.at) for name in strengths}
+    now = _Looks.of(ground, ground.model, strengths, effects)
     found = []
     for pair in pairs:
-        found += _with_a_number_more(ground, pair, strengths, now, _apart(ground, pair, strengths, now, effects))
+        found += _with_a_number_more(ground, pair, strengths, now)
     for trial in _trials(ground, seed):
         with suppress(NotEnoughData, SimulationDiverged, np.linalg.LinAlgError, ValueError):  # nan where one diverged
             wider = ground.with_trial(trial.twin, trial.measured)
-            then = {name: signature_of(effects[name], wider.model, wider.camera, ground.at) for name in strengths}
+            own = _Looks.of(wider, SessionModel(wider.model.trials[-1:]), strengths, effects)
+            then = now.with_trial(own, ground.model)
             found += [
-                Experiment(trial.describe, pair, _error(_apart(wider, pair, strengths, then, effects)), trial.more)
-                for pair in pairs
+                Experiment(trial.describe, pair, _error(then.apart(wider.space, pair)), trial.more) for pair in pairs
             ]
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
+
+
+@dataclass(frozen=True, eq=False)
+class _Looks:
+    """What effects do to the trials of a model.
+
+    Attributes:
+        signatures: by name.
+        changes: (k,) by name, as strong as the session has them.
+    """
+
+    signatures: Mapping[str, Signature]
+    changes: Mapping[str, np.ndarray]
+
+    @classmethod
+    def of(
+        cls, ground: Ground, model: SessionModel, strengths: Mapping[str, np.ndarray], effects: Mapping[str, Effect]
+    ) -> "_Looks":
+        """To a model's trials beside the twin of a ground."""
+        signatures, changes = {}, {}
+        for name, strength in strengths.items():
+            signatures[name] = signature_of(effects[name], model, ground.camera, ground.at)
+            own = signature_of(effects[name], model, ground.camera, ground.at, strength[None])
+            changes[name] = own.rows[0]
+        return cls(signatures, changes)
+
+    def with_trial(self, more: "_Looks", model: SessionModel) -> "_Looks":
+        """Those to a model's trials and to one trial more."""
+        changes = {name: with_trial(row, more.changes[name], model) for name, row in self.changes.items()}
+        signatures = {}
+        for name, signature in self.signatures.items():
+            rows = with_trial(signature.rows.T, more.signatures[name].rows.T, model).T
+            gaits = signature.gaits.shape[1] + more.signatures[name].gaits.shape[1]
+            signatures[name] = replace(signature, gaits=rows[:, :gaits], hertz=rows[:, gaits:])
+        return _Looks(signatures, changes)
+
+    def apart(self, space: Whitened, pair: tuple[str, str]) -> float:
+        """The lesser distance of the one from the other, refitted."""
+        ways = ((self.changes[own], self.signatures[other]) for own, other in (pair, pair[::-1]))
+        found = [space.rival(change, other).distance for change, other in ways if np.isfinite(change).all()]
+        return min(found, default=0.0)
 
 
 def _likeliest(explanations: Explanations, probabilities: Probabilities) -> tuple[str, ...]:
@@ -126,28 +169,11 @@ def _strengths(
     return found
 
 
-def _apart(
-    ground: Ground,
-    pair: tuple[str, str],
-    strengths: Mapping[str, np.ndarray],
-    signatures: Mapping[str, Signature],
-    effects: Mapping[str, Effect],
-) -> float:
-    """The lesser distance of the one from the other, refitted."""
-    found = []
-    for own, other in (pair, pair[::-1]):
-        change = signature_of(effects[own], ground.model, ground.camera, ground.at, strengths[own][None]).rows[0]
-        if np.isfinite(change).all():
-            found.append(ground.space.rival(change, signatures[other]).distance)
-    return min(found, default=0.0)
-
-
 def _with_a_number_more(
     ground: Ground,
     pair: tuple[str, str],
     strengths: Mapping[str, np.ndarray],
-    signatures: Mapping[str, Signature],
-    apart: float,
+    now: _Looks,
 ) -> list[Experiment]:
     """A clock in view, or a motor's log: each gives a frequency that an effect of the clock leaves as it is.
 
@@ -155,7 +181,8 @@ def _with_a_number_more(
     """
     if not all(name in strengths for name in pair):
         return []
-    hertz = {name: _hertz(ground, signatures[name], strengths[name]) for name in pair}
+    apart = now.apart(ground.space, pair)
+    hertz = {name: _hertz(ground, now.signatures[name], strengths[name]) for name in pair}
     clocks = {name: change if name == _CLOCK else 0.0 for name, change in hertz.items()}
     turned = {name: 0.0 if name == _CLOCK else change for name, change in hertz.items()}
     ways: list[tuple[str, dict[str, float], float, MoreTrial | None]]

@@ -15,7 +15,7 @@ from fitting.posterior.places_off import TAKEN, places_off
 from fitting.posterior.session_model import START_PHASE_RAD, Disturbances, PlacesOff, SessionModel
 from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import Whitened
-from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes
+from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes, with_trial
 from fitting.trial import MeasuredTrial
 from session import CameraSpec, SimulationDiverged
 from swimmer import DRY, Twin
@@ -142,10 +142,16 @@ class Ground:
         return found
 
     def with_trial(self, twin: Twin, trial: MeasuredTrial) -> "Ground":
-        """The same swims and one more, which may have a twin of its own."""
-        more = _beside(twin, [trial]).trials
-        model = SessionModel((*self.model.trials, *more))
-        return replace(self, model=model, disturbances=model.disturbances(self.at), alike=None)
+        """The same swims and one more, without a log, which may have a twin of its own; it alone is simulated."""
+        more = _beside(twin, [trial])
+        found = replace(
+            self,
+            model=SessionModel((*self.model.trials, *more.trials)),
+            disturbances=self.disturbances.beside(more.disturbances(self.at)),
+            alike=None,
+        )
+        found.__dict__.update(slopes=with_trial(self.slopes, row_slopes(more, self.at), self.model))
+        return found
 
     @property
     def trials(self) -> tuple[MeasuredTrial, ...]:

@@ -36,7 +36,7 @@ class Sized:
     other: float
     unlike: float
 
-    @property
+    @cached_property
     def evidence(self) -> float:
         """Its logarithm, with what no form holds in no particular direction; strengths stay where forms hold."""
         if not self.forms:

@@ -9,25 +9,35 @@ from swimmer import FluidCoefficients, Twin
 from tracking import HeadFrame, one_of
 
 _REACH_RAD = 0.6  # the harmonic phase is right to within this
-_TRIES = 13
+_TRIES = (13, 7)  # phases a round, the second between the neighbours of the best of the first
 
 
 def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients) -> float:
     """Crank phase at time 0, from the shape of the tail in the known part of the trial, rad.
 
-    The harmonic phase is refined twice on a grid, all simulations in one batch.
+    The harmonic phase is refined twice on a grid, all simulations of one in a batch, then by a parabola.
     """
     hz = trial.start_frequency.hz
     values = np.array([coefficients], float)
-    centre = float(phase_from_harmonic(twin, trial, values, hz)[0])
-    reach = _REACH_RAD
+    centre, reach = float(phase_from_harmonic(twin, trial, values, hz)[0]), _REACH_RAD
     frames = frames_in_step(trial)
-    for _ in range(3):
-        tries = centre + np.linspace(-reach, reach, _TRIES)
-        simulated = swim(twin, trial, np.repeat(values, _TRIES, axis=0), tries, hz, frames.stop)
+    for count in _TRIES:
+        tries = centre + np.linspace(-reach, reach, count)
+        simulated = swim(twin, trial, np.repeat(values, count, axis=0), tries, hz, frames.stop)
         misfit = _shape_misfit(trial, simulated, frames)
-        centre, reach = float(tries[np.argmin(misfit)]), reach / 5
-    return centre
+        centre, reach = float(tries[np.argmin(misfit)]), float(tries[1] - tries[0])
+    return _lowest(tries, misfit)
+
+
+def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:
+    """Where the parabola through the least of misfits (s,) at even steps and its neighbours is lowest."""
+    best = int(np.clip(np.argmin(misfit), 1, len(tries) - 2))
+    before, least, after = misfit[best - 1 : best + 2]
+    bend = before - 2 * least + after
+    if not bend > 0:
+        return float(tries[np.argmin(misfit)])
+    off = np.clip(0.5 * (before - after) / bend, -1.0, 1.0)
+    return float(tries[best] + off * (tries[1] - tries[0]))
 
 
 def forecast(

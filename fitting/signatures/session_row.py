@@ -47,6 +47,12 @@ def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
     return np.vstack([slopes.T, np.zeros((model.frequencies, 5))])
 
 
+def with_trial(rows: np.ndarray, more: np.ndarray, model: SessionModel) -> np.ndarray:
+    """Rows (k + f, ...) of the trials of a model, and those (g + 1, ...) of one trial more, whose motor has no log."""
+    gaits, filmed = len(rows) - model.frequencies, len(rows) - len(model.logged)
+    return np.concatenate([rows[:gaits], more[:-1], rows[gaits:filmed], more[-1:], rows[filmed:]])
+
+
 def row_covariance(model: SessionModel, gaits: np.ndarray, discrepancy: np.ndarray) -> np.ndarray:
     """(k + f, k + f) from that of the gaits (k, k) and of what a twin leaves of each by itself (g, g)."""
     whose = [*range(len(model.trials)), *model.logged]

@@ -1,12 +1,14 @@
 """The twin with effects: a model of its own for every simulation, all in one batch."""
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Self, TypeVar
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
+from scipy.interpolate import CubicSpline
 
 from swimmer.effects.effect import MODEL_WAYS, MOVING_WAYS, Drive, Effect, StepDamper, StepForce, StepState
 from swimmer.effects.seen import Seen, View
@@ -150,33 +152,36 @@ class AffectedTwin(Twin):
         return position, velocity
 
     @property
+    def _pose(self) -> CubicSpline:
+        return self.plain._pose
+
+    @property
     def _changes_models(self) -> bool:
         return any(way in effect.enters() for effect in self.effects for way in MODEL_WAYS)
 
     def _settled_elsewhere(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
         """(n, h) by how much the pose at each run's phase differs from the plain robot's, and its slope with phase."""
         scene, values = replace(DRY, timestep_s=self.scene.timestep_s), self._values(runs)
+        both = np.column_stack([np.vstack([values, np.zeros_like(values)]), np.tile(runs.phase_rad, 2)])
+        told, which = np.unique(both, axis=0, return_inverse=True)  # of the trials of a session, most are alike
         some = FluidCoefficients(*runs.coefficients[0])
-        models = [
-            self.spec(some, v, scene).compile() for v in np.vstack([values, np.zeros((len(runs), values.shape[1]))])
-        ]
+        models = [self.spec(some, v, scene).compile() for v in told[:, :-1]]
         batch = Batch(models[0], len(models), self.workers)
         batch.set_models(models)
         batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
-        first = np.tile(runs.phase_rad - _LEAD_RAD, 2)
+        first = told[:, -1] - _LEAD_RAD
         batch.bind("qpos")[:, 0], batch.bind("qpos")[:, 1:] = first, self._pose(first)
         batch.bind("qvel")[:, 0] = batch.bind("ctrl")[:, 0] = _SLOW_RAD_S
         turned = np.array([_LEAD_RAD - _ASIDE_RAD, _LEAD_RAD, _LEAD_RAD + _ASIDE_RAD])
         at = np.round(turned / (_SLOW_RAD_S * scene.timestep_s)).astype(int)
         with quiet_engine():
             rolled = batch.rollout(int(at[-1]) + 1, record=("qpos",))["qpos"]
-        off = np.subtract(*np.split(rolled[:, at, 1:], 2))  # (n, 3, h)
+        off = np.subtract(*np.split(rolled[which.ravel()][:, at, 1:], 2))  # (n, 3, h)
         slope = (off[:, 2] - off[:, 0]) / (_SLOW_RAD_S * scene.timestep_s * (at[2] - at[0]))
         return off[:, 1], slope
 
     def _batch(self, runs: Runs) -> Batch:
-        values = self._values(runs)
-        models = [self.spec(FluidCoefficients(*c), v).compile() for c, v in zip(runs.coefficients, values, strict=True)]
+        models = self._models(np.column_stack([runs.coefficients, self._values(runs)]))
         for row, model in enumerate(models):
             turn = None if runs.turns is None else runs.turns[row]
             if turn is not None and turn.logged:
@@ -187,6 +192,12 @@ class AffectedTwin(Twin):
         batch.set_models(models)
         batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
         return batch
+
+    def _models(self, told: np.ndarray) -> list[mujoco.MjModel]:
+        """Of coefficients and values (n, 5 + p), each a model of its own, compiled once for those that are alike."""
+        first, which = np.unique(told, axis=0, return_inverse=True)
+        compiled = [self.spec(FluidCoefficients(*row[:5]), row[5:]).compile() for row in first]
+        return [copy(compiled[number]) for number in which.ravel()]
 
     def _rolled(self, batch: Batch, runs: Runs, steps: np.ndarray) -> np.ndarray:
         forces, dampers = self._forces(runs), self._dampers(runs, batch.models)

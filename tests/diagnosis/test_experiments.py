@@ -76,5 +76,27 @@ def test_the_most_telling_comes_first_and_what_was_swum_is_not_swum_again(found:
     )
 
 
+def test_one_more_swim_is_seen_as_if_all_had_been_simulated_anew() -> None:
+    """The last of the swims comes on top of the others, of which one was logged."""
+    whole = ground()
+    logged = replace(whole.model.trials[0], trial=replace(whole.model.trials[0].trial, commanded_hz=1.0, logged_hz=1.0))
+    all_trials = type(whole.model)((logged, *whole.model.trials[1:]))
+    others = replace(whole, model=type(whole.model)(all_trials.trials[:-1]))
+    others = replace(others, disturbances=others.model.disturbances(whole.at))
+    last = all_trials.trials[-1]
+    found = others.with_trial(last.twin, last.trial)
+    anew = replace(whole, model=all_trials, disturbances=all_trials.disturbances(whole.at), alike=None)
+    assert np.array_equal(found.slopes, anew.slopes)
+    for part, expected in zip(found.disturbances, anew.disturbances, strict=True):
+        assert np.array_equal(part, expected)
+    looks = [
+        experiments._Looks.of(each, model, {RATIO: np.array([0.02])}, {RATIO: catalogue()[RATIO]})
+        for each, model in ((others, others.model), (found, type(whole.model)((last,))), (anew, anew.model))
+    ]
+    joined = looks[0].with_trial(looks[1], others.model)
+    assert np.allclose(joined.changes[RATIO], looks[2].changes[RATIO], rtol=0, atol=1e-12)
+    assert np.allclose(joined.signatures[RATIO].rows, looks[2].signatures[RATIO].rows, rtol=0, atol=1e-12)
+
+
 def test_where_nothing_is_confused_nothing_is_recommended() -> None:
     assert recommended((DAMPING,)) == ()
