@@ -10,6 +10,9 @@ SPREAD := --dist loadfile --no-loadscope-reorder # whole files, in the order of 
 IN_REAL_TIME := tests/calib/motor tests/calib/capture
 LOCK_ARGS ?= # e.g. --upgrade, or --upgrade-package numpy
 
+# Whoever asks Python to write no bytecode would have every process of the tests compile all that it imports anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help demo test test-all check format lock
 
 help:

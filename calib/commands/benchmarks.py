@@ -96,7 +96,9 @@ def posterior(
 
 
 def effects(
-    folder: Annotated[Path, typer.Argument(help="of the suite")],
+    folder: Annotated[
+        Path, typer.Argument(help="of the suite; to score, also a cases.jsonl, of one shard or of several")
+    ],
     part: Annotated[
         Literal["make", "rules", "diagnose", "withhold", "follow", "score"],
         typer.Option(
@@ -117,6 +119,7 @@ def effects(
     as_json: AsJson = False,
 ) -> None:
     """Makes sessions whose effect is withheld from what diagnoses them, has them diagnosed, and scores that."""
+    from calib.benchmarks.effects.cases import read_cases
     from calib.benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
     from calib.benchmarks.effects.folder import SuiteFolder
     from calib.benchmarks.effects.following import follow_suite
@@ -125,7 +128,7 @@ def effects(
     from calib.benchmarks.effects.ruling import judge_suite
     from calib.benchmarks.effects.run import make_suite
     from calib.benchmarks.effects.scores_page import write_scores
-    from calib.benchmarks.effects.scoring import score_all
+    from calib.benchmarks.effects.scoring import PROGRAM, Outcome, score_all
     from calib.benchmarks.effects.suite import suite_named
     from calib.working import progress_bar
     from session import plain_json
@@ -136,8 +139,11 @@ def effects(
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--suite") from error
     if part == "score":
-        outcome = score_all(where)
-        write_scores(where, outcome)
+        if folder.suffix == ".jsonl":
+            outcome = Outcome({PROGRAM: read_cases(folder)})
+        else:
+            outcome = score_all(where)
+            write_scores(where, outcome)
         print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome_text(outcome))
         return
     with progress_bar(as_json) as tell:

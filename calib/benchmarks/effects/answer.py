@@ -84,7 +84,7 @@ def unseal(path: Path, expected: str) -> tuple[Answer, ...]:
         )
     faults.raise_if_any()
     stands: list[dict[str, Any]] = json.loads(zlib.decompressobj().decompress(base64.b64decode(path.read_text())))
-    return tuple(_answer(each) for each in stands)
+    return tuple(answer_of(each) for each in stands)
 
 
 def checksum(path: Path) -> str:
@@ -92,7 +92,8 @@ def checksum(path: Path) -> str:
     return sha256(path.read_bytes()).hexdigest()
 
 
-def _answer(stands: dict[str, Any]) -> Answer:
+def answer_of(stands: dict[str, Any]) -> Answer:
+    """From its fields as JSON."""
     alike = tuple(tuple(names) for names in stands["alike"])
     strengths = tuple(stands.get("strengths", ()))
     return Answer(**stands | {"effects": tuple(stands["effects"]), "alike": alike, "strengths": strengths})

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
+from calib.benchmarks.effects.cases import write_cases
 from calib.benchmarks.effects.folder import SuiteFolder
 from calib.benchmarks.effects.followed import FollowedScore
 from calib.benchmarks.effects.goals import CLEAR_ALONE, GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
@@ -52,12 +53,14 @@ class _Drawn:
 
 
 def write_scores(suite: SuiteFolder, outcome: Outcome) -> None:
-    """Writes `scores.json`, `scores.html` and `figures/*.png` into the folder of the suite.
+    """Writes `scores.json`, `scores.html`, `figures/*.png` and `cases.jsonl` into the folder of the suite.
 
     Raises:
         ResultsNotWritable: they cannot be written.
     """
     write_whole(suite.folder / "scores.json", json.dumps(plain_json(outcome.to_json()), indent=1) + "\n")
+    if PROGRAM in outcome.scores:
+        write_cases(suite.folder / "cases.jsonl", outcome.scores[PROGRAM])
     write_whole(suite.folder / "scores.html", render_scores(outcome))
     for drawn in _drawn(outcome):
         write_whole(suite.folder / "figures" / f"{drawn.name}.png", _png(drawn.figure))

@@ -106,6 +106,21 @@ def read_told(path: Path, lacking: frozenset[str] = frozenset()) -> Told:
         faults.add("", "cannot be read", found=str(error), expected="a diagnosis.json", next_step="Diagnose it again.")
         faults.raise_if_any()
         raise
+    return told_of(stands, str(path), lacking)
+
+
+def told_of(stands: Any, where: str, lacking: frozenset[str] = frozenset()) -> Told:
+    """From JSON.
+
+    Args:
+        stands: what was read.
+        where: it was read from.
+        lacking: see `read_told`.
+
+    Raises:
+        InputError: it is not by the contract, or made with another catalogue; all faults at once.
+    """
+    faults = FaultCollector(where)
     _check(stands, lacking, faults)
     faults.raise_if_any()
     gap = stands["gap"] or {}
