@@ -21,7 +21,9 @@ def weighted_fit(columns: np.ndarray, series: np.ndarray, weight: np.ndarray) ->
     A series without enough weight gets the solution of least norm.
     """
     y = np.where(weight > 0, np.nan_to_num(series), 0.0)
-    normal = np.einsum("nc,nk,nd->kcd", columns, weight, columns)  # (k, c, c)
-    moment = np.einsum("nc,nk->kc", columns, weight * y)  # (k, c)
+    count = columns.shape[1]
+    products = (columns[:, :, None] * columns[:, None, :]).reshape(len(columns), -1)
+    normal = (weight.T @ products).reshape(-1, count, count)  # (k, c, c)
+    moment = (weight * y).T @ columns  # (k, c)
     ridge = 1e-12 * np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-300
-    return np.linalg.solve(normal + ridge * np.eye(columns.shape[1]), moment[..., None])[..., 0].T
+    return np.linalg.solve(normal + ridge * np.eye(count), moment[..., None])[..., 0].T
