@@ -49,6 +49,11 @@ class StripForces:
     torque_n_m: np.ndarray
 
 
+def wet_half_height_m(layout: Layout, parameters: Parameters) -> np.ndarray:
+    """(n, s) of each strip, m: of a fish that floats deeper, more of every strip is under water."""
+    return layout.strips.half_height_m + parameters.sunk_m / 2
+
+
 class Water:
     """The water around n simulations."""
 
@@ -57,7 +62,7 @@ class Water:
         self.strips, self._chain = strips, chain
         self._current = parameters.current_m_s
         self._of_link = np.eye(len(layout.origin_m))[strips.link]  # (s, l) sums strips over their link
-        height, chord, length = strips.half_height_m, strips.half_chord_m, strips.length_m
+        height, chord, length = wet_half_height_m(layout, parameters), strips.half_chord_m, strips.length_m
         alike = strips.plate[:, None] == strips.plate
         self._over_plate = alike * length[:, None] / (alike @ length)  # (s, s) means over the rest of a strip's plate
         self._edge = strips.half_thickness_m / chord

@@ -22,6 +22,7 @@ class Parameters:
         anchor_radius_m: (n, 2) from the shaft to each tendon's anchor.
         coefficients: (n, 5, s) blunt, slender and angular drag, Kutta and Magnus lift, on each strip.
         density_kg_m3: (n, 1) of the fluid; 0 in air.
+        sunk_m: (n, 1) by how much more of the height of every strip is wet.
         added_mass_reaction: (n, 1) share, 0 to 1, of elongated body theory's reactive force; see `reality.fluid`.
         current_m_s: (n, 1) velocity of the water in the pool, complex.
         head_clamped: (n, 1) whether the head is held where it is.
@@ -43,6 +44,7 @@ class Parameters:
     anchor_radius_m: np.ndarray
     coefficients: np.ndarray
     density_kg_m3: np.ndarray
+    sunk_m: np.ndarray
     added_mass_reaction: np.ndarray
     current_m_s: np.ndarray
     head_clamped: np.ndarray
@@ -87,6 +89,7 @@ def nominal_parameters(layout: Layout, markers: tuple[str, ...], coefficients: t
         anchor_radius_m=row(robot.crank.anchor_radius_m, 2),
         coefficients=np.repeat(np.array(coefficients, float)[None, :, None], len(layout.strips.link), axis=2),
         density_kg_m3=row(robot.water.density_kg_m3, 1),
+        sunk_m=row(0.0, 1),
         added_mass_reaction=row(0.0, 1),
         current_m_s=row(0.0 + 0.0j, 1),
         head_clamped=row(False, 1),

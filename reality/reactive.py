@@ -13,7 +13,7 @@ whose second term leaves at the tail tip what the wake carries away. Candelier, 
 import numpy as np
 
 from reality.body import Chain, Pose
-from reality.fluid import Flow
+from reality.fluid import Flow, wet_half_height_m
 from reality.layout import Layout
 from reality.parameters import Parameters
 
@@ -26,7 +26,7 @@ class ReactiveWater:
         self._strips, self._chain = strips, chain
         self._of_link = np.eye(len(layout.origin_m))[strips.link]
         share = parameters.added_mass_reaction * parameters.density_kg_m3
-        self._per_length = share * np.pi * strips.half_height_m**2  # (n, s) m, times the share
+        self._per_length = share * np.pi * wet_half_height_m(layout, parameters) ** 2  # (n, s) m, times the share
         mass = self._per_length * strips.length_m
         self._moments = [(mass * strips.place_m**k) @ self._of_link for k in (0, 1, 2)]  # (n, l)
 

@@ -22,6 +22,7 @@ class Nuisances:
     Attributes:
         head_mass, tail_mass: factors of mass, moment and inertia.
         hinge_stiffness, hinge_damping: factors, common to all hinges.
+        sunk_m: how much deeper it floats, m.
         marker_shift_m: by marker, where it sits off its published place, along and across its link, m.
     """
 
@@ -29,6 +30,7 @@ class Nuisances:
     tail_mass: float = 1.0
     hinge_stiffness: float = 1.0
     hinge_damping: float = 1.0
+    sunk_m: float = 0.0
     marker_shift_m: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
@@ -118,6 +120,7 @@ def _with_nuisances(nominal: Parameters, world: World, markers: tuple[str, ...])
         link_mass_kg=nominal.link_mass_kg * mass,
         link_moment_kg_m=nominal.link_moment_kg_m * mass,
         link_inertia_kg_m2=nominal.link_inertia_kg_m2 * mass,
+        sunk_m=nominal.sunk_m + its.sunk_m,
         hinge_stiffness_n_m=nominal.hinge_stiffness_n_m * its.hinge_stiffness,
         hinge_damping_n_m_s=nominal.hinge_damping_n_m_s * its.hinge_damping,
         marker_m=nominal.marker_m + shift,

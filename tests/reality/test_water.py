@@ -49,6 +49,20 @@ def test_a_towed_straight_fish_reaches_the_speed_at_which_drag_balances_the_tow(
     assert x - half_x == pytest.approx(layout.strips.place_m[0] - layout.strips.length_m[0] / 2)
 
 
+def test_of_a_fish_that_floats_deeper_more_of_every_strip_is_in_the_water():
+    layout, parameters = fish()
+    still, half_m = np.zeros((1, len(layout.strips.link))), layout.strips.half_height_m
+    deeper, flow = replace(parameters, sunk_m=parameters.sunk_m + 0.01), Flow(still - 0.2, still, still)
+    drags = [Water(layout, each, Chain(layout, each)).forces(flow).along_n for each in (parameters, deeper)]
+    assert (drags[0] > 0).all()
+    assert drags[1] / drags[0] == pytest.approx((half_m + 0.005)[None] / half_m)
+    pose = Chain(layout, parameters).pose(*np.zeros((2, 1, layout.hinges + 3)))
+    theirs = [replace(each, added_mass_reaction=np.ones((1, 1))) for each in (parameters, deeper)]
+    masses = [ReactiveWater(layout, each, Chain(layout, each)).inertia(pose)[0, 1, 1] for each in theirs]
+    per_mass = [(height**2 * layout.strips.length_m).sum() for height in (half_m, half_m + 0.005)]
+    assert masses[1] / masses[0] == pytest.approx(per_mass[1] / per_mass[0])
+
+
 def test_lift_and_added_mass_do_no_work_and_drag_takes_some():
     layout, parameters = fish()
     random = np.random.default_rng(1)

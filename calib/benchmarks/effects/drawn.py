@@ -15,6 +15,8 @@ from swimmer import load_robot
 KNOWN_TO = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "mass": 0.02}
 """Relative standard deviation by which a robot departs from its description: as well as dry experiments tell it."""
 GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
+FLOATS_SD_M = 0.002
+"""Of how deep a robot floats, as it was trimmed that day; of its tail 8 to 10 cm are under water."""
 _COEFFICIENTS = ((0.2, 1.5), (1.0, 6.0), (3.0, 9.0), (2.5, 6.0), (0.2, 3.0))  # robots that swim forward, mostly
 _HEADING_RAD = 0.35  # off the picture's long side, so that no swim leaves the picture
 _TRIES = 12
@@ -103,15 +105,16 @@ def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
         ValueError: no draw swims forward.
     """
     random = np.random.default_rng([plan.seed, 2])
+    sunk_m = FLOATS_SD_M * float(np.random.default_rng([plan.seed, 6]).standard_normal())
     for _ in range(_TRIES):
-        drawn = DrawnWorld(plan, _world(random), _trials(plan.recorded, random))
+        drawn = DrawnWorld(plan, _world(random, sunk_m), _trials(plan.recorded, random))
         recordings = yield [(drawn.world, each.trial) for each in drawn.trials if each.kind == "swim"]
         if all(_forward_m_s(recording) > _SLOWEST_M_S for recording in recordings):
             return drawn
     raise ValueError(f"session {plan.name}: found no robot that swims forward in {_TRIES} draws, expected one in two")
 
 
-def _world(random: np.random.Generator) -> World:
+def _world(random: np.random.Generator, sunk_m: float) -> World:
     def about_one(quantity: str) -> float:
         return float(1 + KNOWN_TO[quantity] * random.standard_normal())
 
@@ -122,6 +125,7 @@ def _world(random: np.random.Generator) -> World:
         tail_mass=about_one("mass"),
         hinge_stiffness=about_one("hinge_stiffness"),
         hinge_damping=about_one("hinge_damping"),
+        sunk_m=sunk_m,
         marker_shift_m={name: (float(x), float(y)) for name, (x, y) in zip(FISHSIM_MARKERS, shift, strict=True)},
     )
     blunt, slender, angular, kutta, magnus = map(float, random.uniform(low, high))
