@@ -46,6 +46,11 @@ class Diagnosed:
 
 
 def read_diagnosed(file: Path, arrays_file: Path) -> Diagnosed:
-    """Reads `diagnosis.json` and `diagnosis.npz`."""
+    """Reads `diagnosis.json` and `diagnosis.npz`.
+
+    Raises:
+        InputError: there is no diagnosis of this version.
+    """
+    data = read_result_json(file)
     with np.load(arrays_file) as arrays:
-        return Diagnosed(read_result_json(file), tuple(map(str, arrays["compared"])), arrays["separation"])
+        return Diagnosed(data, tuple(map(str, arrays["compared"])), arrays["separation"])

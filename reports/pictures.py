@@ -1,0 +1,67 @@
+"""The figures of a diagnosis as files, for a talk or a page: `python -m reports.pictures SESSION FOLDER`."""
+
+import argparse
+import io
+from collections.abc import Iterator
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from reports.diagnosed import Diagnosed, read_diagnosed
+from reports.figures import (
+    gap_effects_figure,
+    gap_fish_figure,
+    gap_forces_figure,
+    gap_held_out_figure,
+    gap_shares_figure,
+    gap_waterfall_figure,
+)
+from reports.missing_forces import MissingForces
+from reports.style import SURFACE, applied
+from session import Session, load_session, write_whole
+from swimmer import load_robot
+
+_DOTS_PER_INCH = 160.0
+
+
+def write_pictures(session: Path, folder: Path) -> tuple[Path, ...]:
+    """Writes a PNG for each figure of a session's diagnosis, and tells where.
+
+    Args:
+        session: folder, which was diagnosed.
+        folder: for the pictures.
+
+    Raises:
+        InputError: there is no session, or it was not diagnosed.
+        ResultsNotWritable: they cannot be written.
+    """
+    results = session / "results"
+    found = read_diagnosed(results / "diagnosis.json", results / "diagnosis.npz")
+    written = []
+    for name, figure in _figures(found, load_session(session)):
+        buffer = io.BytesIO()
+        with applied():
+            figure.savefig(buffer, format="png", dpi=_DOTS_PER_INCH, facecolor=SURFACE)
+        written.append(folder / f"{name}.png")
+        write_whole(written[-1], buffer.getvalue())
+    return tuple(written)
+
+
+def _figures(found: Diagnosed, session: Session) -> Iterator[tuple[str, Figure]]:
+    """As the report has them, where there is something to see."""
+    yield "gap-fish", gap_fish_figure(found, load_robot(session.robot_file), session.markers)
+    yield "gap-shares", gap_shares_figure(found)
+    yield "gap-effects", gap_effects_figure(found)
+    if found.held_out:
+        yield "gap-waterfall", gap_waterfall_figure(found)
+        yield "gap-held-out", gap_held_out_figure(found)
+    yield "gap-forces", gap_forces_figure(MissingForces.of(found.data))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("session", type=Path)
+    parser.add_argument("folder", type=Path)
+    given = parser.parse_args()
+    for path in write_pictures(given.session, given.folder):
+        print(path)

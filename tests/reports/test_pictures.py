@@ -1,0 +1,46 @@
+"""The figures of a diagnosis as files."""
+
+import json
+from pathlib import Path
+from shutil import copytree
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from reports.pictures import write_pictures
+from session import InputError
+from session.results import SCHEMA
+from tests.reports.diagnoses import made_data, made_diagnosed
+
+SAMPLE = Path(__file__).parents[2] / "datasets" / "sample"
+
+
+def session_in(folder: Path) -> Path:
+    return Path(copytree(SAMPLE, folder / "session", ignore=lambda *_: ["results", "videos"]))
+
+
+def test_a_diagnosed_session_gets_a_picture_of_each_figure(tmp_path: Path) -> None:
+    session, made = session_in(tmp_path), made_diagnosed()
+    (session / "results").mkdir()
+    (session / "results" / "diagnosis.json").write_text(json.dumps(made_data() | {"schema": SCHEMA}))
+    np.savez(session / "results" / "diagnosis.npz", compared=np.array(made.compared), separation=made.separation)
+    written = write_pictures(session, tmp_path / "pictures")
+    assert {path.stem for path in written} == {
+        "gap-fish",
+        "gap-shares",
+        "gap-effects",
+        "gap-waterfall",
+        "gap-held-out",
+        "gap-forces",
+    }
+    for path in written:
+        with Image.open(path) as picture:
+            assert picture.width > 600
+            assert picture.convert("L").getextrema()[0] < 100  # there is something on it
+
+
+def test_a_session_that_was_not_diagnosed_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="the result is not there"):
+        write_pictures(session_in(tmp_path), tmp_path / "pictures")
+    assert not (tmp_path / "pictures").exists()
