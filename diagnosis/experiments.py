@@ -22,6 +22,7 @@ from fitting.posterior.noise import GaitNoise
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Signature, Whitened, signature_of
 from fitting.signatures.session_row import with_trial
+from fitting.signatures.signature import strengths as strengths_tried
 from fitting.signatures.view_of import TO_PX, picture_px
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, NotEnoughData, SimulationDiverged, Tracks, TrialSpec
@@ -93,6 +94,7 @@ def next_experiments(
     if not pairs:
         return ()
     strengths = _strengths(explanations, {name for pair in pairs for name in pair}, ground, effects)
+    pairs = [pair for pair in pairs if set(pair) <= set(strengths)]
     now = _Looks.of(ground, ground.model, strengths, effects)
     found = []
     for pair in pairs:
@@ -127,9 +129,10 @@ class _Looks:
         """To a model's trials beside the twin of a ground."""
         signatures, changes = {}, {}
         for name, strength in strengths.items():
-            signatures[name] = signature_of(effects[name], model, ground.camera, ground.at)
-            own = signature_of(effects[name], model, ground.camera, ground.at, strength[None])
-            changes[name] = own.rows[0]
+            tried = strengths_tried(effects[name].suited(ground.twin.robot, ground.trials[0].markers))
+            both = signature_of(effects[name], model, ground.camera, ground.at, np.vstack([tried, strength]))
+            changes[name] = both.rows[-1]
+            signatures[name] = replace(both, values=tried, gaits=both.gaits[:-1], hertz=both.hertz[:-1])
         return cls(signatures, changes)
 
     def with_trial(self, more: "_Looks", model: SessionModel) -> "_Looks":
@@ -179,8 +182,6 @@ def _with_a_number_more(
 
     Beside what already holds the two apart.
     """
-    if not all(name in strengths for name in pair):
-        return []
     apart = now.apart(ground.space, pair)
     hertz = {name: _hertz(ground, now.signatures[name], strengths[name]) for name in pair}
     clocks = {name: change if name == _CLOCK else 0.0 for name, change in hertz.items()}

@@ -142,8 +142,12 @@ class Ground:
         return found
 
     def with_trial(self, twin: Twin, trial: MeasuredTrial) -> "Ground":
-        """The same swims and one more, without a log, which may have a twin of its own; it alone is simulated."""
+        """The same swims and one more, without a log, which may have a twin of its own; it alone is simulated.
+
+        What disturbs the others stays as it was found.
+        """
         more = _beside(twin, [trial])
+        assert not more.logged
         found = replace(
             self,
             model=SessionModel((*self.model.trials, *more.trials)),

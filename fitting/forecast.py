@@ -30,13 +30,15 @@ def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients)
 
 
 def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:
-    """Where the parabola through the least of misfits (s,) at even steps and its neighbours is lowest."""
+    """Where the parabola through the least of misfits (s,) at even steps and its neighbours is lowest.
+
+    The least of them where a neighbour diverged or is no larger.
+    """
     best = int(np.clip(np.argmin(misfit), 1, len(tries) - 2))
     before, least, after = misfit[best - 1 : best + 2]
-    bend = before - 2 * least + after
-    if not bend > 0:
+    if not np.isfinite(before + least + after) or before - 2 * least + after <= 0:
         return float(tries[np.argmin(misfit)])
-    off = np.clip(0.5 * (before - after) / bend, -1.0, 1.0)
+    off = np.clip(0.5 * (before - after) / (before - 2 * least + after), -1.0, 1.0)
     return float(tries[best] + off * (tries[1] - tries[0]))
 
 
@@ -49,11 +51,16 @@ def forecast(
 
 
 def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> np.ndarray:
-    """(s,) mean distance of the tail markers relative to the nose over some frames, their mean offset left out."""
+    """(s,) mean distance of the tail markers relative to the nose over some frames, their mean offset left out.
+
+    Infinite where the twin diverged.
+    """
     tail = list(trial.tail)
     weight = trial.weight[frames][:, tail]
     error = simulated.shape_m[:, frames][:, :, tail] - trial.head.shape_m[frames][:, tail]  # (s, k, t, 2)
+    lost = ~np.isfinite(simulated.shape_m[:, frames][:, :, tail]).all(axis=(1, 2, 3))
     error = np.nan_to_num(error, nan=1.0)
     share = weight / np.maximum(weight.sum(axis=0), 1e-12)
     error = error - (share[..., None] * error).sum(axis=1, keepdims=True)
-    return (weight * np.linalg.norm(error, axis=-1)).sum(axis=(1, 2)) / weight.sum()
+    found = (weight * np.linalg.norm(error, axis=-1)).sum(axis=(1, 2)) / weight.sum()
+    return np.asarray(np.where(lost, np.inf, found))

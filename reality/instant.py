@@ -63,7 +63,8 @@ class Instant:
 def rows_of(record: _Rows, index: np.ndarray | slice, **known: Any) -> _Rows:
     """Some rows of a dataclass of arrays, and of the dataclasses in it, but for fields known; what has none stays.
 
-    Asked for at every step, so without the constructor, which would look at each field once more.
+    Asked for at every step, so without the constructor, which would look at each field once more. Of rows side by side
+    it is a view: nobody writes into what is shown.
     """
     kind: Any = type(record)
     taken = object.__new__(kind)

@@ -9,7 +9,6 @@ handled apart.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 from numbers import Number
 
 import numpy as np
@@ -24,7 +23,10 @@ from reality.tendons import Turn
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Does nothing: the base of all mechanisms. Its own state is an array (n, k), here with k = 0."""
+    """Does nothing: the base of all mechanisms. Its own state is an array (n, k), here with k = 0.
+
+    What the hooks of a running simulation are shown is that of all: they answer with arrays of their own.
+    """
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """(1) Changes the parameters (one row) of a simulation before it starts."""
@@ -78,13 +80,15 @@ class Group:
     parameters: Parameters
 
     def overrides(self, *hooks: str) -> bool:
-        """Whether this class does anything in one of them."""
-        return not self._hooks.isdisjoint(hooks)
+        """Whether this class does anything in one of them.
 
-    @cached_property
-    def _hooks(self) -> frozenset[str]:
-        kind = type(self.mechanism)
-        return frozenset(name for name in vars(Mechanism) if getattr(kind, name) is not getattr(Mechanism, name))
+        Raises:
+            AttributeError: there is no such hook.
+        """
+        return any(self._does(hook) for hook in hooks)
+
+    def _does(self, hook: str) -> bool:
+        return getattr(type(self.mechanism), hook) is not getattr(Mechanism, hook)
 
     def seen(self, now: Instant) -> Instant:
         """The instant, its own rows alone."""

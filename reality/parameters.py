@@ -22,7 +22,8 @@ class Parameters:
         anchor_radius_m: (n, 2) from the shaft to each tendon's anchor.
         coefficients: (n, 5, s) blunt, slender and angular drag, Kutta and Magnus lift, on each strip.
         density_kg_m3: (n, 1) of the fluid; 0 in air.
-        sunk_m: (n, 1) by how much more of the height of every strip is wet.
+        sunk_m: (n, 1) by how much more of the height of every strip is wet; mechanisms with heights in them keep to
+            the described ones, as their strengths do.
         added_mass_reaction: (n, 1) share, 0 to 1, of elongated body theory's reactive force; see `reality.fluid`.
         current_m_s: (n, 1) velocity of the water in the pool, complex.
         head_clamped: (n, 1) whether the head is held where it is.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from session import read_result_json
+from session import FaultCollector, read_result_json
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +51,12 @@ def read_diagnosed(file: Path, arrays_file: Path) -> Diagnosed:
     Raises:
         InputError: there is no diagnosis of this version.
     """
-    data = read_result_json(file)
-    with np.load(arrays_file) as arrays:
-        return Diagnosed(data, tuple(map(str, arrays["compared"])), arrays["separation"])
+    data, faults = read_result_json(file), FaultCollector(str(arrays_file))
+    try:
+        with np.load(arrays_file) as arrays:
+            return Diagnosed(data, tuple(map(str, arrays["compared"])), arrays["separation"])
+    except (OSError, ValueError, KeyError) as error:
+        next_step = "Make it again with `calib diagnose`."
+        faults.add("", "cannot be read", found=str(error), expected="arrays of a diagnosis", next_step=next_step)
+        faults.raise_if_any()
+        raise

@@ -1,6 +1,5 @@
 """The figures of the report as methods of a calibration, for notebooks: each shows itself as the value of a cell."""
 
-import io
 from dataclasses import dataclass, field
 
 from matplotlib.figure import Figure
@@ -39,7 +38,7 @@ from reports.figures import (
 )
 from reports.figures.search_convergence import SHORT
 from reports.figures.speed_intervals import Measure
-from reports.style import SURFACE, applied
+from reports.png import png_of
 
 DOTS_PER_INCH = 110.0
 
@@ -58,10 +57,7 @@ class Picture:
 
     def _repr_png_(self) -> bytes:
         """On the light ground that it was drawn for, whatever the notebook's own."""
-        buffer = io.BytesIO()
-        with applied():
-            self.figure.savefig(buffer, format="png", dpi=DOTS_PER_INCH, facecolor=SURFACE, metadata={"Software": None})
-        return buffer.getvalue()
+        return png_of(self.figure, DOTS_PER_INCH)
 
 
 def picture_of_tracks(trial: MeasuredTrial) -> Picture:

@@ -1,7 +1,7 @@
 """The figures of a diagnosis as files, for a talk or a page: `python -m reports.pictures SESSION FOLDER`."""
 
 import argparse
-import io
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,12 +13,14 @@ from reports.figures import (
     gap_fish_figure,
     gap_forces_figure,
     gap_held_out_figure,
+    gap_separation_figure,
     gap_shares_figure,
     gap_waterfall_figure,
 )
+from reports.figures.gap_separation import told_apart
 from reports.missing_forces import MissingForces
-from reports.style import SURFACE, applied
-from session import Session, load_session, write_whole
+from reports.png import png_of
+from session import Session, SwimcalError, load_session, write_whole
 from swimmer import load_robot
 
 _DOTS_PER_INCH = 160.0
@@ -39,11 +41,8 @@ def write_pictures(session: Path, folder: Path) -> tuple[Path, ...]:
     found = read_diagnosed(results / "diagnosis.json", results / "diagnosis.npz")
     written = []
     for name, figure in _figures(found, load_session(session)):
-        buffer = io.BytesIO()
-        with applied():
-            figure.savefig(buffer, format="png", dpi=_DOTS_PER_INCH, facecolor=SURFACE)
         written.append(folder / f"{name}.png")
-        write_whole(written[-1], buffer.getvalue())
+        write_whole(written[-1], png_of(figure, _DOTS_PER_INCH))
     return tuple(written)
 
 
@@ -55,6 +54,8 @@ def _figures(found: Diagnosed, session: Session) -> Iterator[tuple[str, Figure]]
     if found.held_out:
         yield "gap-waterfall", gap_waterfall_figure(found)
         yield "gap-held-out", gap_held_out_figure(found)
+    if len(told_apart(found)[0]) > 1:
+        yield "gap-separation", gap_separation_figure(found)
     yield "gap-forces", gap_forces_figure(MissingForces.of(found.data))
 
 
@@ -63,5 +64,9 @@ if __name__ == "__main__":
     parser.add_argument("session", type=Path)
     parser.add_argument("folder", type=Path)
     given = parser.parse_args()
-    for path in write_pictures(given.session, given.folder):
-        print(path)
+    try:
+        for path in write_pictures(given.session, given.folder):
+            print(path)
+    except SwimcalError as error:
+        print(error, file=sys.stderr)
+        sys.exit(2)

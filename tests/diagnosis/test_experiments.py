@@ -8,14 +8,19 @@ import numpy as np
 import pytest
 
 from diagnosis import experiments
+from diagnosis.described import robot_doubts
 from diagnosis.evidence import Belief
-from diagnosis.experiments import Experiment, next_experiments
+from diagnosis.experiments import Experiment, _Looks, next_experiments
 from diagnosis.explaining import explained
+from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
 from diagnosis.verdict import Verdict
+from fitting.posterior.session_model import SessionModel
+from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import signature_of
+from fitting.signatures.view_of import with_picture
 from swimmer.effects import catalogue
-from tests.diagnosis.grounds import CAMERA, ground
+from tests.diagnosis.grounds import CAMERA, dry_run, ground, trials
 
 CLOCK, RATIO, DAMPING = "time_base_error", "drive_ratio_error", "joint_damping"
 OFF = 1.05  # times as fast as filmed the motors were told to turn
@@ -76,26 +81,51 @@ def test_the_most_telling_comes_first_and_what_was_swum_is_not_swum_again(found:
     )
 
 
-def test_one_more_swim_is_seen_as_if_all_had_been_simulated_anew() -> None:
-    """The last of the swims comes on top of the others, of which one was logged."""
+def logged_first(whole: Ground, *more: TrialModel) -> SessionModel:
+    """The swims of a ground, the first of them logged, and others after them."""
+    first, *rest = whole.model.trials
+    logged = replace(first, trial=replace(first.trial, commanded_hz=1.0, logged_hz=1.0))
+    return SessionModel((logged, *rest, *more))
+
+
+def without_the_last(whole: Ground, model: SessionModel) -> Ground:
+    others = replace(whole, model=SessionModel(model.trials[:-1]))
+    return replace(others, disturbances=others.model.disturbances(whole.at))
+
+
+@pytest.fixture(scope="module")
+def dry_last() -> TrialModel:
+    clamped = ground().clamped_twin
+    like = ground().model.trials[0]
+    return replace(like, twin=clamped, trial=dry_run(), doubted=robot_doubts(clamped))
+
+
+@pytest.mark.parametrize("last", ["swim", "dry"])
+def test_one_more_trial_is_seen_as_if_all_had_been_simulated_anew(last: str, dry_last: TrialModel) -> None:
     whole = ground()
-    logged = replace(whole.model.trials[0], trial=replace(whole.model.trials[0].trial, commanded_hz=1.0, logged_hz=1.0))
-    all_trials = type(whole.model)((logged, *whole.model.trials[1:]))
-    others = replace(whole, model=type(whole.model)(all_trials.trials[:-1]))
-    others = replace(others, disturbances=others.model.disturbances(whole.at))
-    last = all_trials.trials[-1]
-    found = others.with_trial(last.twin, last.trial)
-    anew = replace(whole, model=all_trials, disturbances=all_trials.disturbances(whole.at), alike=None)
+    model = logged_first(whole, *([dry_last] if last == "dry" else []))
+    others = without_the_last(whole, model)
+    one = model.trials[-1]
+    found = others.with_trial(one.twin, one.trial)
+    anew = replace(whole, model=model, disturbances=model.disturbances(whole.at), alike=None)
     assert np.array_equal(found.slopes, anew.slopes)
     for part, expected in zip(found.disturbances, anew.disturbances, strict=True):
         assert np.array_equal(part, expected)
-    looks = [
-        experiments._Looks.of(each, model, {RATIO: np.array([0.02])}, {RATIO: catalogue()[RATIO]})
-        for each, model in ((others, others.model), (found, type(whole.model)((last,))), (anew, anew.model))
-    ]
-    joined = looks[0].with_trial(looks[1], others.model)
-    assert np.allclose(joined.changes[RATIO], looks[2].changes[RATIO], rtol=0, atol=1e-12)
-    assert np.allclose(joined.signatures[RATIO].rows, looks[2].signatures[RATIO].rows, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("name", "strength"), [(RATIO, 0.02), ("crank_arm_error", 0.03), ("lens_distortion", 0.05)])
+def test_what_effects_do_to_one_more_swim_joins_what_they_do_to_the_others(name: str, strength: float) -> None:
+    whole = replace(ground(), camera=with_picture(CAMERA, trials()))
+    model, effects, strengths = logged_first(whole), {name: catalogue()[name]}, {name: np.array([strength])}
+    others = without_the_last(whole, model)
+    apart = [_Looks.of(others, each, strengths, effects) for each in (others.model, SessionModel(model.trials[-1:]))]
+    joined = apart[0].with_trial(apart[1], others.model)
+    anew = _Looks.of(replace(whole, model=model), model, strengths, effects)
+    assert np.abs(anew.changes[name]).max() > 1e-6
+    assert np.allclose(joined.changes[name], anew.changes[name], rtol=0, atol=1e-12)
+    assert np.array_equal(joined.signatures[name].values, anew.signatures[name].values)
+    assert np.allclose(joined.signatures[name].gaits, anew.signatures[name].gaits, rtol=0, atol=1e-12)
+    assert np.allclose(joined.signatures[name].hertz, anew.signatures[name].hertz, rtol=0, atol=1e-12)
 
 
 def test_where_nothing_is_confused_nothing_is_recommended() -> None:

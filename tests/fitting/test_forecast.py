@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 
 from fitting import MeasuredTrial, Swims, fit_phase, forecast, score
+from fitting.forecast import _lowest as lowest
+from fitting.forecast import _shape_misfit as shape_misfit
+from fitting.phase import frames_in_step
+from fitting.swim import swim
 from synthetic import Truth
 
 
@@ -21,6 +25,25 @@ def test_the_phase_is_found(name: str, swims: Swims, trials: dict[str, MeasuredT
     found = fit_phase(swims.twin, trials[name], truth.plan.coefficients)
 
     assert apart(found, truth.trials[name].phase_rad) < 0.03
+
+
+def test_between_tries_the_phase_is_that_of_a_parabola() -> None:
+    tries = np.array([0.0, 0.1, 0.2, 0.3])
+    assert lowest(tries, 2.0 * (tries - 0.13) ** 2 + 1.0) == pytest.approx(0.13)
+    assert lowest(tries, 2.0 * (tries - 0.29) ** 2) == pytest.approx(0.29)
+    assert lowest(tries, tries) == 0.0
+    assert lowest(tries, np.array([np.inf, 1.0, 2.0, np.inf])) == 0.1
+    assert lowest(tries, np.full(4, np.inf)) == 0.0
+
+
+def test_what_diverges_is_not_in_step(swims: Swims, trials: dict[str, MeasuredTrial], truth: Truth) -> None:
+    """Of a twin that is lost at some phases the best of the others is taken."""
+    trial = trials["new"]
+    frames = frames_in_step(trial)
+    phases = truth.trials["new"].phase_rad + np.array([0.0, 0.5])
+    told = swim(swims.twin, trial, np.tile(truth.plan.coefficients, (2, 1)), phases, trial.start_frequency.hz)
+    lost = replace(told, shape_m=np.where(np.arange(2)[:, None, None, None] == 1, np.nan, told.shape_m))
+    assert np.array_equal(np.isfinite(shape_misfit(trial, lost, frames)), [True, False])
 
 
 def test_markers_put_beside_their_place_do_not_move_the_phase(

@@ -8,6 +8,7 @@ from reality import Nuisances, Parameters, Trial, Turn, World, simulate
 from reality.layout import lay_out
 from reality.parameters import nominal_parameters
 from reality.start import balanced_hinges
+from reality.world import prepared_parameters
 from session import SimulationDiverged
 from swimmer import DRY, Runs, Twin, load_robot
 from tests.reality.examples import StickyHinges
@@ -117,6 +118,8 @@ def test_nuisances_move_what_they_name():
     assert moved[:, neck] == pytest.approx(np.tile([0.004, -0.002], (len(moved), 1)), abs=1e-9)
     assert np.abs(np.delete(moved, neck, axis=1)).max() < 1e-12
     assert alike.hinges_rad == pytest.approx(base.hinges_rad, abs=1e-9)
+    sunk = prepared_parameters(replace(BASE, nuisances=Nuisances(sunk_m=0.003)), SWIM, lay_out(BASE.robot), ("nose",))
+    assert sunk.sunk_m == pytest.approx(np.full((1, 1), 0.003))
     soft = replace(BASE, nuisances=Nuisances(hinge_stiffness=0.8))
     assert np.abs(simulate([(soft, decay)])[0].hinges_rad - base.hinges_rad).max() > 5e-3
 

@@ -33,6 +33,7 @@ def test_a_diagnosed_session_gets_a_picture_of_each_figure(tmp_path: Path) -> No
         "gap-waterfall",
         "gap-held-out",
         "gap-forces",
+        "gap-separation",
     }
     for path in written:
         with Image.open(path) as picture:
@@ -44,3 +45,11 @@ def test_a_session_that_was_not_diagnosed_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="the result is not there"):
         write_pictures(session_in(tmp_path), tmp_path / "pictures")
     assert not (tmp_path / "pictures").exists()
+
+
+def test_a_diagnosis_without_its_arrays_is_told(tmp_path: Path) -> None:
+    session = session_in(tmp_path)
+    (session / "results").mkdir()
+    (session / "results" / "diagnosis.json").write_text(json.dumps(made_data() | {"schema": SCHEMA}))
+    with pytest.raises(InputError, match=r"diagnosis\.npz.*cannot be read"):
+        write_pictures(session, tmp_path / "pictures")

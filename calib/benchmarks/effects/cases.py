@@ -12,8 +12,6 @@ from calib.benchmarks.effects.score import Case, Score
 from calib.benchmarks.effects.told import told_of
 from session import FaultCollector, InputError, plain_json, write_whole
 
-_DIGITS = 6
-
 
 def write_cases(path: Path, score: Score) -> None:
     """Writes a line for each session.
@@ -22,7 +20,7 @@ def write_cases(path: Path, score: Score) -> None:
         ResultsNotWritable: it cannot be written.
     """
     lines = [{"answer": asdict(case.answer), "told": case.told.to_json()} for case in score.cases]
-    write_whole(path, "".join(json.dumps(_rounded(plain_json(line))) + "\n" for line in lines))
+    write_whole(path, "".join(json.dumps(plain_json(line)) + "\n" for line in lines))
 
 
 def read_cases(path: Path) -> Score:
@@ -34,17 +32,19 @@ def read_cases(path: Path) -> Score:
     faults, cases, seen = FaultCollector(str(path)), [], set()
     try:
         lines = path.read_text().splitlines()
-    except OSError as error:
+    except (OSError, ValueError) as error:
         faults.add("", "cannot be read", found=str(error), expected="a cases.jsonl", next_step="Give another file.")
         faults.raise_if_any()
         raise
+    if not lines:
+        faults.add("", "holds no case", found="nothing", expected="a line a session", next_step="Give another file.")
     for number, line in enumerate(lines, start=1):
         try:
             stands = json.loads(line)
             cases.append(Case(answer_of(stands["answer"]), told_of(stands["told"], f"{path}:{number}")))
         except InputError as error:
             faults.extend_capped(list(error.faults))
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
             expected, next_step = "a line of a cases.jsonl", "Write the file anew with --part score."
             faults.add(f"line {number}", "is no case", found=repr(error), expected=expected, next_step=next_step)
         else:
@@ -59,11 +59,3 @@ def read_cases(path: Path) -> Score:
             seen.add(name)
     faults.raise_if_any()
     return Score(tuple(cases))
-
-
-def _rounded(value: object) -> object:
-    if isinstance(value, dict):
-        return {name: _rounded(each) for name, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_rounded(each) for each in value]
-    return round(value, _DIGITS) if isinstance(value, float) else value

@@ -24,8 +24,9 @@ def film_together(works: Iterable[Filming[T]], at_once: int | None = None) -> li
 
     Args:
         works: begun as there is room for them.
-        at_once: pieces that are under way; where one ends, the next begins. Default: all.
+        at_once: pieces that are under way, at least one; where one ends, the next begins. Default: all.
     """
+    assert at_once is None or at_once > 0
     begun = iter(enumerate(works))
     under_way: dict[int, Filming[T]] = {}
     waiting: dict[int, Wanted] = {}

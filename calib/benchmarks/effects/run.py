@@ -68,8 +68,10 @@ def make_suite(
 
 
 def _batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPlan, ...]]:
-    """Sessions that one worker makes, in their order: as many as save time, but no worker is left without."""
-    each = max(min(_PIECES * _TOGETHER, -(-len(plans) // (workers or os.cpu_count() or 1))), 1)
+    """Sessions that one worker makes, in their order: as many as save time, and every worker as many pieces."""
+    workers = workers or os.cpu_count() or 1
+    rounds = max(-(-len(plans) // (workers * _PIECES * _TOGETHER)), 1)
+    each = max(-(-len(plans) // (rounds * workers)), 1)
     return [tuple(plans[first : first + each]) for first in range(0, len(plans), each)]
 
 

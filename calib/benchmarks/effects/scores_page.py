@@ -1,6 +1,5 @@
 """What came of a suite as a page that opens offline, as JSON, and its figures as pictures."""
 
-import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,7 +25,7 @@ from calib.benchmarks.effects.without import WithoutScore
 from reality.mechanisms import CATALOGUED
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.page import render_page
-from reports.style import SURFACE, applied
+from reports.png import png_of
 from reports.svg import inline_svg
 from session import plain_json, write_whole
 
@@ -63,7 +62,7 @@ def write_scores(suite: SuiteFolder, outcome: Outcome) -> None:
         write_cases(suite.folder / "cases.jsonl", outcome.scores[PROGRAM])
     write_whole(suite.folder / "scores.html", render_scores(outcome))
     for drawn in _drawn(outcome):
-        write_whole(suite.folder / "figures" / f"{drawn.name}.png", _png(drawn.figure))
+        write_whole(suite.folder / "figures" / f"{drawn.name}.png", png_of(drawn.figure, _DOTS_PER_INCH))
 
 
 def render_scores(outcome: Outcome) -> str:
@@ -218,10 +217,3 @@ def _numbers(values: Sequence[float]) -> tuple[str, ...]:
 def _main(scores: Mapping[str, Score]) -> Score:
     """Of the program, or of the first rule where none was run."""
     return next(iter(scores.values()))
-
-
-def _png(figure: Figure) -> bytes:
-    buffer = io.BytesIO()
-    with applied():
-        figure.savefig(buffer, format="png", dpi=_DOTS_PER_INCH, facecolor=SURFACE, metadata={"Software": None})
-    return buffer.getvalue()

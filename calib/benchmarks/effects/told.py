@@ -84,7 +84,7 @@ class Told:
             "effects": sorted(self.names),
             "probabilities": self.probabilities,
             "where": {"by_stage": self.by_stage} if self.by_stage else None,
-            "gap": None if self.shrinkage is None else {"shrinkage": self.shrinkage, "shrinkage_ci95": self.interval},
+            "gap": {"shrinkage": self.shrinkage, "shrinkage_ci95": self.interval},
             "seconds": self.seconds,
         }
 
