@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from calib.benchmarks.effects.answer import Answer, checksum
+from calib.benchmarks.effects.drawn import draw_world
+from calib.benchmarks.effects.filming import film_together
 from calib.benchmarks.effects.folder import SuiteFolder
+from calib.benchmarks.effects.making import write_session
 from calib.benchmarks.effects.shipped import SEED, checksum_of_sessions
 from calib.benchmarks.effects.suite import SMALL, plan_suite
 from diagnosis import shipped_discrepancy
@@ -51,6 +54,23 @@ def test_every_session_holds_what_was_planned() -> None:
         tracks = load_tracks(swims[0].tracks, session.markers, session.camera.fps)
         assert np.isfinite(tracks.position_px).all()
         assert np.ptp(tracks.time_s) >= recorded.seconds - 1 / session.camera.fps
+
+
+@pytest.mark.long
+def test_the_seed_gives_these_tracks(tmp_path: Path) -> None:
+    """Of the null session that is made fastest: whoever changes what is drawn has to ship the suite anew."""
+    nulls = [plan for plan in PLANS.values() if plan.kind == "null"]
+    plan = min(nulls, key=lambda each: len((*each.recorded.fit_hz, *each.recorded.holdout_hz)))
+    (drawn,) = film_together([draw_world(plan)])
+    write_session(tmp_path / plan.name, drawn, film_together([drawn.recorded()])[0], ())
+    shipped = load_session(SUITE.sessions / plan.name)
+    for trial, made in zip(shipped.trials, load_session(tmp_path / plan.name).trials, strict=True):
+        assert trial.tracks is not None
+        assert made.tracks is not None
+        found = load_tracks(made.tracks, shipped.markers, shipped.camera.fps).position_px
+        off = np.abs(found - load_tracks(trial.tracks, shipped.markers, shipped.camera.fps).position_px)
+        assert (off > 0).mean() < 1e-3  # samples on the edge between two places of the grid
+        assert off.max() <= 0.5
 
 
 def test_it_is_small_and_its_files_have_the_card_s_checksum() -> None:
