@@ -12,7 +12,7 @@ from reality import Mechanism, Recording, Trial, World, simulate
 from session import FISHSIM_MARKERS, SimulationDiverged
 
 WORLD = World(coefficients=(0.5, 2.0, 6.0, 4.0, 1.0))
-SWIM = Trial("swim", 0.3, 1.0, start_speed_m_s=0.1)
+SWIM = Trial("swim", 0.2, 1.0, run_in_s=0.1, start_speed_m_s=0.1)
 FASTER = replace(SWIM, frequency_hz=1.3)
 BLOWN_UP = replace(SWIM, frequency_hz=1e4)
 

@@ -76,7 +76,7 @@ def test_nothing_but_the_numbers_in_the_tracks_differs(suite: tuple[Path, dict[s
 @pytest.mark.long
 def test_the_answer_says_what_is_there(suite: tuple[Path, dict[str, Answer]]) -> None:
     _, answers = suite
-    assert answers[NULL.name] == Answer(NULL.name, "null")
+    assert answers[NULL.name] == Answer(NULL.name, "null", seed=NULL.seed)
     single = answers[SINGLE.name]
     assert single.effects == ("bend_offset",)
     assert single.stage == "tail"

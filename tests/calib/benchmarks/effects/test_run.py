@@ -63,7 +63,7 @@ def test_with_one_of_two_workers_killed_midway_nothing_is_lost_or_counted_twice(
     assert len(progress) == 3  # two sessions at a time
     assert progress[-1] == 1.0
     assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
-    assert suite.unsealed() == tuple(Answer(name, "null") for name in NAMES)
+    assert suite.unsealed() == tuple(Answer(plan.name, "null", seed=plan.seed) for plan in PLANS)
     alone = empty_suite(tmp_path / "alone")
     assert make_suite(alone, 4, SIZE, workers=1) == ()
     assert tracks(alone) == tracks(suite)
@@ -133,6 +133,7 @@ def test_a_folder_of_another_suite_is_left_alone(tmp_path: Path) -> None:
         make_suite(suite, 4, SIZE, workers=1)
 
 
+@pytest.mark.long
 def test_what_was_made_stands_when_a_cluster_asks_for_it_again(tmp_path: Path) -> None:
     suite, (plan, *_) = empty_suite(tmp_path), run.plan_suite(4, SIZE, (), ())
     assert run._made_together(suite, (plan,)) == (1, [])
