@@ -90,11 +90,10 @@ def next_experiments(
     Those of each group of the verdict; of a gap that is unexplained the likeliest three.
     """
     confused = [_likeliest(explanations, probabilities)] if verdict.name == "unexplained" else verdict.groups
-    pairs = [pair for group in confused for pair in combinations(group, 2)]
+    strengths = _strengths(explanations, {name for group in confused for name in group}, ground, effects)
+    pairs = [pair for group in confused for pair in combinations((name for name in group if name in strengths), 2)]
     if not pairs:
         return ()
-    strengths = _strengths(explanations, {name for pair in pairs for name in pair}, ground, effects)
-    pairs = [pair for pair in pairs if set(pair) <= set(strengths)]
     now = _Looks.of(ground, ground.model, strengths, effects)
     found = []
     for pair in pairs:

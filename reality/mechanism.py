@@ -9,6 +9,7 @@ handled apart.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from numbers import Number
 
 import numpy as np
@@ -79,16 +80,14 @@ class Group:
     rows: np.ndarray | slice
     parameters: Parameters
 
-    def overrides(self, *hooks: str) -> bool:
-        """Whether this class does anything in one of them.
-
-        Raises:
-            AttributeError: there is no such hook.
-        """
-        return any(self._does(hook) for hook in hooks)
-
-    def _does(self, hook: str) -> bool:
+    def overrides(self, hook: str) -> bool:
+        """Whether this class does anything there."""
         return getattr(type(self.mechanism), hook) is not getattr(Mechanism, hook)
+
+    @cached_property
+    def acts(self) -> bool:
+        """Whether this class does anything between two steps that calls for the instant."""
+        return any(map(self.overrides, ("force", "water", "advance")))
 
     def seen(self, now: Instant) -> Instant:
         """The instant, its own rows alone."""

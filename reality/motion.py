@@ -58,7 +58,6 @@ class Motion:
     ) -> None:
         self.layout, self.parameters = layout, parameters
         self.groups = grouped(mechanisms, parameters)
-        self._look = [group.overrides("force", "water", "advance") for group in self.groups]
         self.chain = Chain(layout, parameters)
         self._tendons = Tendons(layout, parameters, self.chain)
         self._water = Water(layout, parameters, self.chain)
@@ -107,7 +106,7 @@ class Motion:
         mass, force = self.chain.inertia(pose)
         force += now.bend(self._hinge_torque(pose)) + now.tighten(pull.tension_n)
         water = now.water
-        seen_by_all = [group.seen(now) if looks else now for group, looks in zip(self.groups, self._look, strict=True)]
+        seen_by_all = [group.seen(now) if group.acts else now for group in self.groups]
         for group, seen, state in zip(self.groups, seen_by_all, states, strict=True):
             if group.overrides("water"):
                 water = _replaced(water, group, group.mechanism.water(seen, rows_of(water, group.rows), state))

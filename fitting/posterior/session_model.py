@@ -55,8 +55,13 @@ class Disturbances(NamedTuple):
 
     def beside(self, more: "Disturbances") -> "Disturbances":
         """Of the same trials and others after them, (l,), which share markers and robot with them."""
-        apart = (block_diag(*parts) for parts in zip(self[:3], more[:3], strict=True))
-        return Disturbances(*apart, *(np.vstack(parts) for parts in zip(self[3:], more[3:], strict=True)))
+        return Disturbances(
+            noise=block_diag(self.noise, more.noise),
+            own=block_diag(self.own, more.own),
+            per_box=block_diag(self.per_box, more.per_box),
+            per_marker=np.vstack([self.per_marker, more.per_marker]),
+            robot=np.vstack([self.robot, more.robot]),
+        )
 
     @property
     def finite(self) -> bool:

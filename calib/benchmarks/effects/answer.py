@@ -93,7 +93,11 @@ def checksum(path: Path) -> str:
 
 
 def answer_of(stands: dict[str, Any]) -> Answer:
-    """From its fields as JSON."""
+    """From its fields as JSON.
+
+    Raises:
+        KeyError, TypeError: these are no fields of an answer.
+    """
     alike = tuple(tuple(names) for names in stands["alike"])
     strengths = tuple(stands.get("strengths", ()))
     return Answer(**stands | {"effects": tuple(stands["effects"]), "alike": alike, "strengths": strengths})

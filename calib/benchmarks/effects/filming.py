@@ -43,10 +43,10 @@ def film_together(works: Iterable[Filming[T]], at_once: int | None = None) -> li
 
     while True:
         while at_once is None or len(under_way) < at_once:
-            if (following := next(begun, None)) is None:
+            if (one := next(begun, None)) is None:
                 break
-            under_way[following[0]] = following[1]
-            go_on(following[0], None)
+            number, under_way[number] = one
+            go_on(number, None)
         if not waiting:
             return [ended[number] for number in sorted(ended)]
         for number, filmed in _filmed(dict(waiting)).items():
