@@ -11,6 +11,7 @@ from diagnosis.evidence import Belief
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
 from fitting.signatures import Signature, Whitened, signature_of
+from fitting.signatures.session_row import PRIOR_SD, row_covariance
 from fitting.signatures.view_of import with_picture
 from fitting.trial import MeasuredTrial, measure_trial
 from session import Session, TrialSpec, load_session, load_tracks
@@ -25,11 +26,13 @@ class Evidence:
     Attributes:
         left: (k,) what the refitted twin leaves of gaits, and of the commanded frequencies.
         space: in which all that disturbs it has unit size.
+        noise: in which the noise of the tracks has, and nothing else is known to disturb.
         signatures: of the catalogue.
     """
 
     left: np.ndarray
     space: Whitened
+    noise: Whitened
     signatures: tuple[Signature, ...]
 
 
@@ -52,7 +55,13 @@ def evidence_of(folder: Path, discrepancy: Discrepancy, effects: Mapping[str, Ef
     ground = Ground.fitted(trials, twin, with_picture(session.camera, (*trials, *dry)), discrepancy, dry)
     found = tuple(signature_of(effect, ground.model, ground.camera, ground.at) for effect in effects.values())
     ground, _ = explained(ground, found, Belief())
-    return Evidence(ground.left, ground.space, found)
+    return Evidence(ground.left, ground.space, _noise_of(ground), found)
+
+
+def _noise_of(ground: Ground) -> Whitened:
+    length = len(ground.model.trials[0].measured)
+    covariance = row_covariance(ground.model, ground.model.noise, np.zeros((length, length)))
+    return Whitened.of(covariance, ground.slopes, PRIOR_SD)
 
 
 def _measured(session: Session, spec: TrialSpec, twin: Twin) -> MeasuredTrial:

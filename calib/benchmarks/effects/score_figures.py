@@ -15,6 +15,7 @@ from calib.benchmarks.effects.suite import DETECTABILITIES
 from reports.style import (
     EBT,
     EBT_LARGE,
+    EBT_SMOOTHED,
     FAINT,
     FULL_WIDTH_IN,
     HALF_WIDTH_IN,
@@ -30,8 +31,8 @@ from reports.style import (
     styled,
 )
 
-_RULES = (EBT, EBT_LARGE, WARN, MUTED)
-_MARKS = ("s", "^", "D", "v")
+_RULES = (EBT, EBT_LARGE, WARN, MUTED, EBT_SMOOTHED)
+_MARKS = ("s", "^", "D", "v", "P")
 _CELL_IN = 0.24  # of the confusion matrix, at most
 _DARK = 0.5  # share from which a cell needs light text
 _PERCENT = [f"{p} %" for p in (0, 25, 50, 75, 100)]
@@ -187,10 +188,10 @@ def looks(names: Mapping[str, object]) -> dict[str, dict[str, Any]]:
     first, *rules = names
     found: dict[str, dict[str, Any]] = {first: {"color": TWIN, "marker": "o", "markersize": 5}}
     for number, name in enumerate(rules):
-        found[name] = {"color": _RULES[number % 4], "marker": _MARKS[number % 4], "markersize": 3.2, "linewidth": 0.8}
+        found[name] = {"color": _RULES[number % 5], "marker": _MARKS[number % 5], "markersize": 3.2, "linewidth": 0.8}
     return found
 
 
-def _legend(axes: Axes, names: Mapping[str, object], columns: int = 5) -> None:
+def _legend(axes: Axes, names: Mapping[str, object], columns: int = 6) -> None:
     handles = [Line2D([], [], label=name, **look) for name, look in looks(names).items()]
     legend_above(axes, columns, handles=handles)

@@ -121,7 +121,7 @@ def test_by_its_folder_alone_the_effect_can_be_found(
     DISCREPANCY.save(whole.discrepancy, [0])
     monkeypatch.setattr(ruling, "catalogue", lambda: {name: catalogue()[name] for name in TRIED})
     assert judge_suite(whole, workers=1) == ()
-    found = score_rules(whole)["BIC alone"].headline
+    found = score_rules(whole)["informed BIC"].headline
     assert found["right_first"] == Share(1, 1)
     assert found["false_alarms"] == Share(0, 1)
     monkeypatch.setattr(ruling, "evidence_of", None)
