@@ -170,9 +170,9 @@ def diagnose(
         tell("refitting with the effects", 0.75)
         refitting = partial(refitted, ground, explanations, rounds=rounds)
         best = refitting([effects[name] for name in verdict.first])
-        best, log_odds = pruned(ground, best, refitting, settings.belief, len(effects))
-        verdict = verdict.without(log_odds)
-        for name, against in log_odds.items():
+        best, gone, kept = pruned(ground, best, refitting, settings.belief, len(effects))
+        verdict = verdict.without(gone)
+        for name, against in (gone | kept).items():
             probabilities = probabilities.with_odds(name, against)
         rest = replace(ground)
         rest.__dict__["left"] = best.left

@@ -69,7 +69,10 @@ class Probabilities:
         return cls(tuple(each.name for each in explanations.effects), chances, tuple(np.exp(places - total).tolist()))
 
     def with_odds(self, name: str, log_odds: float) -> "Probabilities":
-        """With these odds of an effect that was taken for likelier; its sets pass the rest on to those without it."""
+        """With these odds of an effect that was taken for likelier; its sets pass the rest on to those without it.
+
+        One that was taken for no likelier stays as it is.
+        """
         effect = self.names.index(name)
         kept = min(float(expit(log_odds)) / max(float(self.marginal[effect]), 1e-300), 1.0)
         found: dict[Explanation, float] = {}

@@ -11,9 +11,11 @@ from diagnosis.forms import Form
 from diagnosis.normal import Normal, log_mass
 from diagnosis.row import Row
 
-_LITTLE = (0.05, 0.2)  # shares of what effects do, by which their forms may be wrong in one direction
+LITTLE = (0.05, 0.2)
+"""Shares of what effects do, by which their forms may be wrong in one direction."""
+MOST_WRONG = 40.0
+"""Whitened length beyond which a form is no more wrong in all: what is left then is something else."""
 _CLEARLY = 3.0  # log evidence from which something else counts, and so what is wrong with it
-_MOST_WRONG = 40.0  # whitened length beyond which a form is no more wrong in all: what is left then is something else
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,7 @@ class Sized:
 
     def gained(self, directions: np.ndarray, alike: float) -> float:
         """What is added where what no form holds has, with this probability, one of these directions (q, d)."""
-        gains = np.concatenate([self._normal.gained(directions, share * self._raw) for share in _LITTLE])
+        gains = np.concatenate([self._normal.gained(directions, share * self._raw) for share in LITTLE])
         return float(np.logaddexp(np.log1p(-alike), np.log(alike) + logsumexp(gains) - np.log(len(gains))))
 
     def beside(self, columns: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -60,7 +62,7 @@ class Sized:
         gained, length = self._normal.gained_together(columns, sizes)
         if gained.max() < _CLEARLY:
             return gained
-        wrong = replace(self, other=self.unlike * min(length, _MOST_WRONG))
+        wrong = replace(self, other=self.unlike * min(length, MOST_WRONG))
         return np.asarray(wrong.evidence - self.evidence + wrong._normal.gained_together(columns, sizes)[0])
 
     def apart(self, in_trials: Sequence[np.ndarray]) -> float:
@@ -102,4 +104,4 @@ class Sized:
             scaled = self._scaled[:, own]
             length = float(np.sum((scaled @ found.mean[own]) ** 2) + np.trace(scaled.T @ scaled @ around[own, own]))
             squares += form.raw**2 * length
-        return min(float(np.sqrt(squares)), _MOST_WRONG)
+        return min(float(np.sqrt(squares)), MOST_WRONG)

@@ -8,10 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, solve_triangular
 
 from diagnosis.evidence import Belief
-from diagnosis.pruning import log_evidence, log_weight, pruned
+from diagnosis.pruning import log_evidence, log_odds, log_weight, pruned
 from diagnosis.refit import Refit, refit
 from swimmer.effects import Effect, catalogue
 from tests.diagnosis.grounds import ARM, ground
@@ -40,8 +40,9 @@ def test_what_is_not_there_goes_and_what_is_there_stays(both: Refit) -> None:
     found = pruned(ground("shorter"), both, refitting, Belief(), 33)
     assert [effect.name for effect in found.best.effects] == ["crank_arm_error"]
     assert found.best.values[0] == pytest.approx(ARM, abs=0.006)
-    assert list(found.log_odds) == ["bend_offset"]
-    assert found.log_odds["bend_offset"] < 0
+    assert list(found.gone) == ["bend_offset"]
+    assert found.gone["bend_offset"] < 0
+    assert not found.kept
 
 
 @pytest.mark.parametrize("count", [1, 14])
@@ -59,7 +60,32 @@ def test_a_single_effect_is_not_asked() -> None:
         raise AssertionError
 
     alone = with_effects("crank_arm_error")
-    assert pruned(ground("shorter"), alone, never, Belief(), 33) == (alone, {})
+    assert pruned(ground("shorter"), alone, never, Belief(), 33) == (alone, {}, {})
+
+
+def third(share: float) -> Refit:
+    """The arm, and what is made up to move the swims along what the arm leaves, by a share of what the arm does."""
+    at, arm, idle = ground("shorter"), with_effects("crank_arm_error"), Made("idle")
+    does, leaves = (
+        np.linalg.norm(solve_triangular(at.space.root, row, lower=True)) for row in (at.left - arm.left, arm.left)
+    )
+    told = np.square(0.1 * idle.parameters[0].sd)[None, None]
+    return replace(
+        arm,
+        effects=(*arm.effects, idle),
+        values=np.append(arm.values, idle.parameters[0].sd),
+        left=(1 - share * does / leaves) * arm.left,
+        covariance=block_diag(arm.covariance, told),
+    )
+
+
+def test_what_is_little_beside_the_others_may_be_what_their_forms_have_wrong() -> None:
+    """It gains e^9.3 with forms that are right; as believed, e^0.8. What does nearly as much as the arm stays sure."""
+    at, arm = ground("shorter"), with_effects("crank_arm_error")
+    right, believed = replace(Belief(), alike=1e-9), Belief()
+    assert log_odds(at, third(0.2), arm, right, 33) > 8
+    assert log_odds(at, third(0.2), arm, believed, 33) < 1
+    assert log_odds(at, third(0.8), arm, believed, 33) > 5
 
 
 def test_the_arm_weighs_more_than_what_is_not_there() -> None:
