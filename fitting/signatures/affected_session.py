@@ -73,6 +73,13 @@ def views_of(model: SessionModel, camera: CameraSpec, coefficients: tuple[float,
     return tuple(view_of(each.trial, each.positions(at)[0], camera, size) for each in model.trials)
 
 
+@lru_cache(maxsize=8)
+def plain_gaits(model: SessionModel, camera: CameraSpec, coefficients: tuple[float, ...]) -> np.ndarray:
+    """(k,) the row of gaits without any effect, which is that of every effect of no strength."""
+    at = np.array([coefficients])
+    return AffectedSession.of((), model, camera, at[0]).gaits(at, np.zeros((1, 0)))[0]
+
+
 def _together(twin: AffectedTwin, runs: Sequence[AffectedRuns], time_s: Sequence[np.ndarray]) -> list[Trajectories]:
     """Of several trials, each with runs at times (f,) of its own."""
     longest = max(map(len, time_s))

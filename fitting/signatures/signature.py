@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.posterior.session_model import SessionModel
-from fitting.signatures.affected_session import AffectedSession
+from fitting.signatures.affected_session import AffectedSession, plain_gaits
 from session import CameraSpec
 from swimmer.effects import Effect
 
@@ -56,9 +56,10 @@ def signature_of(
     session = AffectedSession.of([effect], model, camera, coefficients)
     suited = session.effects[0]
     values = strengths(suited, sizes) if values is None else values
-    tried = np.vstack([np.zeros((1, values.shape[1])), values])
-    rows, hertz = session.gaits(np.tile(coefficients, (len(tried), 1)), tried), session.hertz(tried)
-    return Signature(suited, values, rows[1:] - rows[0], np.nan_to_num(hertz[1:] - hertz[0]))
+    plain = plain_gaits(model, camera, tuple(map(float, coefficients)))
+    rows = session.gaits(np.tile(coefficients, (len(values), 1)), values) if len(values) else np.zeros((0, len(plain)))
+    hertz = session.hertz(np.vstack([np.zeros((1, values.shape[1])), values]))
+    return Signature(suited, values, rows - plain, np.nan_to_num(hertz[1:] - hertz[0]))
 
 
 def strengths(effect: Effect, sizes: Sequence[float] = STRENGTHS) -> np.ndarray:

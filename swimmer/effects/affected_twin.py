@@ -112,7 +112,8 @@ class AffectedTwin(Twin):
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
         """(p,) values in the frame of one trial, of those of a session (p,)."""
-        return np.concatenate([effect.in_trial(view, values[columns]) for effect, columns in self._own])
+        told = [effect.in_trial(view, values[columns]) for effect, columns in self._own]
+        return np.concatenate([np.zeros(0), *told])
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
         """Turns a second that a command leads to with values (p,), Hz."""
