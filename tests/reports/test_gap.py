@@ -89,6 +89,7 @@ def test_effects_that_act_together_are_told_with_what_they_leave(page: Page) -> 
     assert "(p < 0.001): something else is there too." in page.text
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_a_remainder_that_noise_would_leave_passes_for_noise() -> None:
     rest = {"share": 0.0, "stage": "tail", "p_value": 0.4}
 
@@ -122,12 +123,14 @@ def test_a_gap_that_grows_is_said_and_drawn_as_such() -> None:
     assert EBT_SMOOTHED not in colours_of(figures.gap_waterfall_figure(found))
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_without_a_held_out_gap_nothing_shrinks() -> None:
     shrunk = made_data()["gap"] | {"shrinkage": None, "shrinkage_ci95": None, "squares_before": 1.0}
 
     assert "The plain twin leaves no more of the held-out swims than noise" in page_of(made_diagnosed(gap=shrunk)).text
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_without_held_out_swims_it_says_how_to_hold_one_out() -> None:
     bare = page_of(made_diagnosed(held_out=False))
 
@@ -148,6 +151,7 @@ def test_where_nothing_is_named_nothing_was_added(pages: dict[str, Page], verdic
     assert "12.0 →" not in text
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_a_near_miss_is_called_that(pages: dict[str, Page]) -> None:
     near = page_of(made_diagnosed("no_gap", no_gap_probability=0.06))
 
@@ -160,6 +164,7 @@ def test_an_unexplained_gap_is_led_by_what_is_missing(pages: dict[str, Page]) ->
     assert "It is a lead to what the catalogue lacks." in pages["unexplained"].text
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_forces_that_noise_could_feign_are_called_that() -> None:
     found = made_diagnosed(missing_forces=made_forces(sd=0.004))
 
@@ -183,6 +188,7 @@ def test_places_of_something_else_and_a_fish_that_sways_are_in_one_table(page: P
     assert "marker tail 4 alike 0.070 the whole fish, beside its beat (0.40 mm) each its own 0.030" in page.text
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_effort_and_a_shorter_catalogue_are_caveats() -> None:
     found = made_diagnosed(effort="quick", withheld_from_catalogue=["scale_error"])
 

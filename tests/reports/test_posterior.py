@@ -57,6 +57,7 @@ def test_it_counts_what_lies_within_the_bands(page: Page) -> None:
     assert "slow held out 55.0" in page.text
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_without_held_out_trials_it_says_so() -> None:
     assert "No trial was held out." in page_of(made_findings(("medium", "fast")), ("medium", "fast")).text
 
@@ -74,6 +75,7 @@ def test_what_the_twin_leaves_out_is_told_by_what_it_would_do(page: Page) -> Non
     assert re.search(r"entrained water 0\.0022 m 2\.1 0\.9 blunt drag \+2\.4 sd", page.text)
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_an_effect_that_is_asked_for_is_not_called_hidden() -> None:
     asked = left_out("entrained_water", 5.0, 1e-5, shows=2.0, moves=(2.0,) * 5)
     text = page_of(made_findings(left_out=EffectsLeftOut((asked,), 5.4, diverged=("tendon_slack",)))).text
@@ -81,6 +83,7 @@ def test_an_effect_that_is_asked_for_is_not_called_hidden() -> None:
     assert "With tendon slack the twin diverged: nothing is known of it." in text
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_where_nothing_was_looked_for_or_found_that_is_said() -> None:
     against = left_out("tendon_slack", -1.0, 1.0, shows=9.0, moves=(1.2,) * 5)
     assert "They ask for none." in page_of(made_findings(left_out=EffectsLeftOut((against,), 5.4))).text
@@ -93,6 +96,7 @@ def test_checks_carry_their_numbers(page: Page) -> None:
     assert "medium 150 21 0.10 10 0.80 0.50 0.04 (chance 0.20) yes" in page.text
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_noise_that_the_model_does_not_explain_is_said() -> None:
     found = made_findings()
     coloured = tuple(replace(white, left=np.full(10, 0.2)) for white in found.whiteness)
@@ -100,6 +104,7 @@ def test_noise_that_the_model_does_not_explain_is_said() -> None:
     assert "(chance 0.20) no" in page_of(replace(found, whiteness=coloured)).text
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_noise_that_neighbours_still_share_is_said() -> None:
     found = made_findings()
     alike = tuple(replace(white, beside_left=0.4 + 0 * white.beside_left) for white in found.whiteness)
