@@ -19,11 +19,10 @@ from functools import cache, cached_property
 from math import comb
 
 import numpy as np
-from scipy.special import logsumexp
 
 from diagnosis.forms import Form, Shown
 from diagnosis.row import Row
-from diagnosis.sized import Sized
+from diagnosis.sized import Columns, Sized
 
 SIZES = np.geomspace(1.0, 1024.0, 6)  # root mean square whitened length of what an effect does
 _SILENT = 1e-9
@@ -195,7 +194,7 @@ class Explanations:
     def _around(self, row: Row, forms: tuple[Form, ...], other: bool) -> tuple[Sized, float]:
         """With the likeliest sizes, and the log evidence over all, forms being right but in no particular direction."""
         axes = [_sizes(form) for form in forms] + ([SIZES] if other else [])
-        columns = tuple(row.turn @ form.columns / form.size for form in forms)
+        columns = Columns.of(row, forms)
 
         @cache  # lines cross, and the last ones are gone along twice
         def at(*point: int) -> Sized:
@@ -241,8 +240,8 @@ def _sizes(form: Form) -> np.ndarray:
 def _of_ways(effect: Shown, logs: list[float]) -> float:
     """Log evidence of an effect from those of its forms: these add up within a way, and all ways are as likely."""
     ends = np.cumsum([len(way) for way in effect.ways])[:-1]
-    return _mean([float(logsumexp(own)) for own in np.split(np.array(logs), ends)])
+    return _mean([float(np.logaddexp.reduce(own)) for own in np.split(np.array(logs), ends)])
 
 
 def _mean(logs: list[float]) -> float:
-    return float(logsumexp(logs) - np.log(len(logs))) if logs else -np.inf
+    return float(np.logaddexp.reduce(logs) - np.log(len(logs))) if logs else -np.inf

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.special import logsumexp
 
 from diagnosis.forms import Form
 from diagnosis.normal import Normal, log_mass
@@ -19,13 +18,35 @@ _CLEARLY = 3.0  # log evidence from which something else counts, and so what is 
 
 
 @dataclass(frozen=True, eq=False)
+class Columns:
+    """What some forms do in a row's directions, of a size of one.
+
+    Attributes:
+        parts: (q, p) of each form.
+        products: (p, p) of the columns of all with each other.
+        against: (p,) of theirs with the row.
+    """
+
+    parts: tuple[np.ndarray, ...]
+    products: np.ndarray
+    against: np.ndarray
+
+    @classmethod
+    def of(cls, row: Row, forms: Sequence[Form]) -> "Columns":
+        """Of forms beside a row."""
+        parts = tuple(row.turn @ form.columns / form.size for form in forms)
+        together = np.hstack([np.zeros((len(row.left), 0)), *parts])
+        return cls(parts, together.T @ together, together.T @ row.left)
+
+
+@dataclass(frozen=True, eq=False)
 class Sized:
     """A row beside some forms, and something else, each of a size that is given.
 
     Attributes:
         row: that was seen.
         forms: of the effects that are there.
-        columns: (q, p) of each form in the row's directions, for a size of one.
+        columns: what these do in the row's directions.
         sizes: root mean square whitened length of what each does.
         other: the same of something else; 0 of none.
         unlike: share of what the forms do that they do not hold, in no particular direction.
@@ -33,7 +54,7 @@ class Sized:
 
     row: Row
     forms: tuple[Form, ...]
-    columns: tuple[np.ndarray, ...]
+    columns: Columns
     sizes: tuple[float, ...]
     other: float
     unlike: float
@@ -52,7 +73,7 @@ class Sized:
     def gained(self, directions: np.ndarray, alike: float) -> float:
         """What is added where what no form holds has, with this probability, one of these directions (q, d)."""
         gains = np.concatenate([self._normal.gained(directions, share * self._raw) for share in LITTLE])
-        return float(np.logaddexp(np.log1p(-alike), np.log(alike) + logsumexp(gains) - np.log(len(gains))))
+        return float(np.logaddexp(np.log1p(-alike), np.log(alike) + np.logaddexp.reduce(gains) - np.log(len(gains))))
 
     def beside(self, columns: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         """(s,) what is added by something else that does this (q, b), of each of these sizes (s,).
@@ -72,7 +93,7 @@ class Sized:
             in_trials: (q, t p) of each form, what each trial's gait has of its columns, in this row's directions.
         """
         parts, first = [np.zeros((len(self.row.left), 0))], 0
-        for form, size, columns, own in zip(self.forms, self.sizes, self.columns, in_trials, strict=True):
+        for form, size, columns, own in zip(self.forms, self.sizes, self.columns.parts, in_trials, strict=True):
             strengths = self._normal.mean[first : (first := first + columns.shape[1])]
             parts.append(float(np.sqrt(np.mean(strengths**2))) * size / form.size * own)
         gained, _ = self._normal.gained_together(np.hstack(parts), np.ones(1))
@@ -87,7 +108,7 @@ class Sized:
     @cached_property
     def _scaled(self) -> np.ndarray:
         """(q, p) columns of all forms, with these sizes."""
-        own = [size * part for size, part in zip(self.sizes, self.columns, strict=True)]
+        own = [size * part for size, part in zip(self.sizes, self.columns.parts, strict=True)]
         return np.hstack([np.zeros((len(self.row.left), 0)), *own])
 
     @cached_property
@@ -96,12 +117,14 @@ class Sized:
 
         Not as strong as they might be: else a form that does next to nothing would have much wrong with it.
         """
-        found = Normal(self.row.left, np.ones(len(self.row.left)), self._scaled)
-        around = np.linalg.inv(found.precision)
+        sizes = np.repeat(self.sizes, [part.shape[1] for part in self.columns.parts])
+        products = sizes[:, None] * self.columns.products * sizes
+        around = np.linalg.inv(np.eye(len(sizes)) + products)  # of the strengths, beside unit noise
+        mean = around @ (sizes * self.columns.against)
         squares, first = 0.0, 0
-        for form, columns in zip(self.forms, self.columns, strict=True):
-            own = slice(first, first := first + columns.shape[1])
-            scaled = self._scaled[:, own]
-            length = float(np.sum((scaled @ found.mean[own]) ** 2) + np.trace(scaled.T @ scaled @ around[own, own]))
-            squares += form.raw**2 * length
+        for form, part in zip(self.forms, self.columns.parts, strict=True):
+            own = slice(first, first := first + part.shape[1])
+            squares += form.raw**2 * float(
+                mean[own] @ products[own, own] @ mean[own] + (products[own, own] * around[own, own]).sum()
+            )
         return min(float(np.sqrt(squares)), MOST_WRONG)
