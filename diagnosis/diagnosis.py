@@ -171,9 +171,11 @@ def diagnose(
         refitting = partial(refitted, ground, explanations, rounds=rounds)
         best = refitting([effects[name] for name in verdict.first])
         best, gone, kept = pruned(ground, best, refitting, settings.belief, len(effects))
+        for group in verdict.groups:
+            if (log_odds := (gone | kept).get(group[0])) is not None:
+                beside = [name for other in verdict.groups if other is not group for name in other]
+                probabilities = probabilities.with_odds(group, log_odds, beside)
         verdict = verdict.without(gone)
-        for name, against in (gone | kept).items():
-            probabilities = probabilities.with_odds(name, against)
         rest = replace(ground)
         rest.__dict__["left"] = best.left
         remainder = _remainder(ground, best, locate(rest, forces, signatures))

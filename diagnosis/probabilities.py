@@ -68,23 +68,31 @@ class Probabilities:
         chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
         return cls(tuple(each.name for each in explanations.effects), chances, tuple(np.exp(places - total).tolist()))
 
-    def with_odds(self, name: str, log_odds: float) -> "Probabilities":
-        """With these odds of an effect that was taken for likelier; its sets pass the rest on to those without it.
+    def with_odds(self, group: Collection[str], log_odds: float, beside: Collection[str]) -> "Probabilities":
+        """With these odds of a group that was taken for likelier; one that was not stays as it is.
 
-        One that was taken for no likelier stays as it is.
+        Its sets pass the rest on to those without it, where others of those beside which it was asked for are seen:
+        what there would be without any of them was not asked.
+
+        Args:
+            group: alternatives of which one is seen.
+            log_odds: that it is.
+            beside: other effects that act with it.
         """
-        effect = self.names.index(name)
-        kept = min(float(expit(log_odds)) / max(float(self.marginal[effect]), 1e-300), 1.0)
+        own, others = ({self.names.index(name) for name in part} for part in (group, beside))
+        asked = {each for each in self.of if each.seen & own and each.seen & others}
+        movable = sum(self.of[each] for each in asked)
+        alone = self.any_seen(own) - movable
+        kept = float(np.clip((expit(log_odds) - alone) / max(movable, 1e-300), 0.0, 1.0))
         found: dict[Explanation, float] = {}
         for each, chance in self.of.items():
+            like = None if each.like in own else each.like
             without = Explanation(
-                tuple(i for i in each.present if i != effect),
-                each.other and each.like != effect,
-                None if each.like == effect else each.like,
+                tuple(i for i in each.present if i not in own), each.other and like == each.like, like
             )
-            share = kept if effect in each.seen else 1.0
-            for key, own in ((each, share), (without, 1 - share)):
-                found[key] = found.get(key, 0.0) + own * chance
+            share = kept if each in asked else 1.0
+            for key, part in ((each, share), (without, 1 - share)):
+                found[key] = found.get(key, 0.0) + part * chance
         return Probabilities(self.names, found, self.at_place)
 
     @property

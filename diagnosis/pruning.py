@@ -1,26 +1,29 @@
 """Effects that act together are weighed linear about the plain twin; here each must hold against the real simulation.
 
 Two strong effects together do what neither slope says, and a third name may stand for just that. So the twin is
-refitted without each in turn, and a name goes whose twin is no likelier with it than without (Laplace's evidence;
-MacKay 2003, chapter 28). What is little beside the others may also be what their forms have wrong, and no effect: so
-it is no surer than that leaves room for.
+refitted without each in turn, and a name goes that is not likely enough to be said beside the others (Laplace's
+evidence; MacKay 2003, chapter 28). What is little beside the others may also be what their forms have wrong, and no
+effect: so it is no surer than that leaves room for.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.special import logsumexp
+from scipy.special import logit
 
 from diagnosis.evidence import Belief
 from diagnosis.ground import Ground
-from diagnosis.refit import Refit
+from diagnosis.refit import Refit, left_at
 from diagnosis.sized import LITTLE, MOST_WRONG
+from diagnosis.verdict import HELD
 from fitting.signatures.session_row import PRIOR_SD
 from swimmer.effects import Effect
 
-_SILENT = 1e-9
+_SILENT = 1e-9  # whitened length of nothing
+_LEAST_WIDTH = 1e-6  # of a prior, in standard deviations of the effect's own
 Refitting = Callable[[Sequence[Effect]], Refit]
 
 
@@ -29,8 +32,8 @@ class Pruned(NamedTuple):
 
     Attributes:
         best: the twin with the effects that do.
-        gone: log odds of each effect that does not, against the twin without it; at most 0.
-        kept: the same of each effect that does, where there are several.
+        gone: log odds of each effect that does not, beside those that were there with it.
+        kept: of each effect that does, where there are several: that it is there and not one of them missing.
     """
 
     best: Refit
@@ -48,42 +51,56 @@ def pruned(ground: Ground, best: Refit, refitting: Refitting, belief: Belief, ca
         belief: before the session.
         catalogue: number of effects that there are.
     """
+    least = float(logit(HELD * (1 + belief.imitated)))  # what is there may be something that only looks like it
     gone: dict[str, float] = {}
     while len(best.effects) > 1:
         fewer = [refitting([effect for effect in best.effects if effect is not without]) for without in best.effects]
-        against = np.array([log_odds(ground, best, each, belief, catalogue) for each in fewer])
-        least = int(np.argmin(against))
-        if against[least] > 0:
-            return Pruned(best, gone, dict(zip((each.name for each in best.effects), against.tolist(), strict=True)))
-        gone[best.effects[least].name] = float(against[least])
-        best = fewer[least]
+        odds = log_odds(ground, best, fewer, belief, catalogue)
+        names, weakest = [effect.name for effect in best.effects], int(np.argmin(odds))
+        if odds[weakest] > least:
+            missing = np.exp(-odds)  # each by itself, against all being there
+            return Pruned(best, gone, dict(zip(names, odds + np.log(1 + missing.sum() - missing), strict=True)))
+        gone[names[weakest]] = float(odds[weakest])
+        best = fewer[weakest]
     return Pruned(best, gone, {})
 
 
-def log_odds(ground: Ground, fit: Refit, without: Refit, belief: Belief, catalogue: int) -> float:
-    """Of the one effect that a refitted twin has and another lacks.
+def log_odds(ground: Ground, fit: Refit, fewer: Sequence[Refit], belief: Belief, catalogue: int) -> np.ndarray:
+    """(e,) of each effect of a refitted twin, against that twin without it.
 
-    What it does may be what the forms of the others have wrong instead, which is as large as a share of what those do.
+    What an effect does may also be what the forms of the others have wrong, which looks like a little of any effect.
+
+    Args:
+        ground: the fitted swims.
+        fit: with e effects, at least two.
+        fewer: e twins, each refitted without one of them.
+        belief: before the session.
+        catalogue: number of effects that there are.
     """
-    (effect,) = (each for each in fit.effects if each.name not in without.by_effect)
-    wrong = _imitated(ground, fit, without, effect) + np.log(belief.alike / catalogue)
-    right = log_evidence(ground, without) + np.log1p(-belief.alike)
-    lost = belief.log_prior(len(without.effects), False, catalogue)
-    return log_weight(ground, fit, belief, catalogue) - float(np.logaddexp(wrong, right)) - lost
+    count, alike = len(fit.effects), belief.alike / catalogue
+    prior = belief.log_prior(count, False, catalogue) - belief.log_prior(count - 1, False, catalogue)
+    together, found = log_evidence(ground, fit) + prior, []
+    for effect, without, room in zip(fit.effects, fewer, _room(ground, fit), strict=True):
+        wrong = [log_evidence(ground, fit, {effect.name: share * room}) for share in LITTLE]
+        wrong_form = np.logaddexp.reduce(wrong) - np.log(len(wrong)) + np.log(alike)
+        found.append(together - np.logaddexp(log_evidence(ground, without) + np.log1p(-alike), wrong_form))
+    return np.array(found)
 
 
-def _imitated(ground: Ground, fit: Refit, without: Refit, effect: Effect) -> float:
-    """Log evidence of a refitted twin in which one effect stands for what the forms of the others have wrong."""
-    does, others = (
-        float(np.linalg.norm(_white(ground, moved))) for moved in (fit.left - without.left, without.left - ground.left)
-    )
-    shares = [share * min(others, MOST_WRONG) / max(does, _SILENT) for share in LITTLE]
-    return float(logsumexp([log_evidence(ground, fit, {effect.name: share}) for share in shares]) - np.log(len(shares)))
+def _room(ground: Ground, fit: Refit) -> np.ndarray:
+    """(e,) length of what the other effects do, of which a share may be wrong, over that of what each effect does.
 
-
-def log_weight(ground: Ground, fit: Refit, belief: Belief, catalogue: int) -> float:
-    """Log evidence of a refitted twin and log prior of so many effects, but for what all twins share."""
-    return log_evidence(ground, fit) + belief.log_prior(len(fit.effects), False, catalogue)
+    The others before coefficients are refitted, up to a limit, and each after that: as `diagnosis.sized` has it.
+    """
+    ends = np.cumsum([0, *(len(effect.parameters) for effect in fit.effects)])
+    values = np.tile(fit.values, (len(fit.effects) + 1, 1))
+    values[0] = 0.0
+    for row, (begin, end) in enumerate(pairwise(ends), start=1):
+        values[row, begin:end] = 0.0
+    nothing, *without = left_at(ground, fit, values)
+    others = [np.linalg.norm(solve_triangular(ground.space.root, nothing - row, lower=True)) for row in without]
+    does = [ground.space.length(row - fit.left) if np.isfinite(row).all() else np.inf for row in without]
+    return np.minimum(np.nan_to_num(others, nan=MOST_WRONG), MOST_WRONG) / np.maximum(does, _SILENT)
 
 
 def log_evidence(ground: Ground, fit: Refit, narrowed: Mapping[str, float] | None = None) -> float:
@@ -91,29 +108,28 @@ def log_evidence(ground: Ground, fit: Refit, narrowed: Mapping[str, float] | Non
 
     What is left is normal, of a size that suits it. The prior of a parameter is as wide as the effect has it, or wider
     where the effect is stronger than that, all of its parameters by the same factor: one of which the swims say
-    nothing costs nothing and gains nothing.
+    nothing costs nothing and gains nothing. Where a prior is narrower than the one beside which the twin was fitted,
+    the likeliest point moves towards none: linear.
 
     Args:
         ground: the fitted swims.
         fit: the twin.
-        narrowed: effects by name whose prior is instead as wide as this multiple of how strong they are.
+        narrowed: effects by name whose prior is instead as wide as this multiple of how strong they are, or their own.
     """
     narrowed, space = narrowed or {}, ground.with_gap_in(fit.left)
     white = solve_triangular(space.root, fit.left, lower=True)
     widths = [_widths(effect, fit.by_effect[effect.name], narrowed.get(effect.name)) for effect in fit.effects]
     width = np.concatenate([PRIOR_SD, *widths])
-    off = np.concatenate([fit.at - ground.at, fit.values]) / width
-    volume = -0.5 * float(np.linalg.slogdet(fit.precision(width))[1]) - float(np.log(width).sum())
+    off, precision = np.concatenate([fit.at - ground.at, fit.values]), fit.precision(width)
+    pull = (width**-2.0 - fit.taken**-2.0) * off
+    volume = -0.5 * float(np.linalg.slogdet(precision)[1]) - float(np.log(width).sum())
     likelihood = -0.5 * float(white @ white) - float(np.log(np.diag(space.root)).sum())
-    return likelihood - 0.5 * float(off @ off) + volume
+    return likelihood + volume - 0.5 * float((off / width) @ (off / width) - pull @ np.linalg.solve(precision, pull))
 
 
 def _widths(effect: Effect, values: np.ndarray, multiple: float | None) -> np.ndarray:
     """(p,) of the prior of each parameter."""
     sd = np.array([parameter.sd for parameter in effect.parameters])
     strength = float(np.sqrt(np.mean((values / sd) ** 2)))
-    return np.asarray(sd * (max(1.0, strength) if multiple is None else max(multiple * strength, _SILENT)))
-
-
-def _white(ground: Ground, row: np.ndarray) -> np.ndarray:
-    return np.asarray(solve_triangular(ground.space.root, row, lower=True))
+    own = max(1.0, strength)
+    return np.asarray(sd * (own if multiple is None else np.clip(multiple * strength, _LEAST_WIDTH, own)))

@@ -43,9 +43,12 @@ class Refit:
 
     def precision(self, width: np.ndarray) -> np.ndarray:
         """(5 + p, 5 + p) of coefficients and values, beside a normal prior as wide as this (5 + p,)."""
-        sds = [_WIDER * parameter.sd for effect in self.effects for parameter in effect.parameters]
-        taken = np.concatenate([PRIOR_SD, sds])
-        return np.asarray(np.linalg.inv(self.covariance) - np.diag(taken**-2.0) + np.diag(width**-2.0))
+        return np.asarray(np.linalg.inv(self.covariance) - np.diag(self.taken**-2.0) + np.diag(width**-2.0))
+
+    @property
+    def taken(self) -> np.ndarray:
+        """(5 + p,) standard deviations of the prior beside which it was fitted."""
+        return _taken(self.effects)
 
     @property
     def by_effect(self) -> dict[str, np.ndarray]:
@@ -91,7 +94,12 @@ def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: 
 
 def left_with(ground: Ground, best: Refit) -> np.ndarray:
     """(k,) what a refitted twin leaves of other swims; nan where it diverged."""
-    return _Joint(ground, best.effects).rows(np.append(best.at, best.values)[None])[0]
+    return left_at(ground, best, best.values[None])[0]
+
+
+def left_at(ground: Ground, best: Refit, values: np.ndarray) -> np.ndarray:
+    """(s, k) what a refitted twin would leave with other values (s, p) of its effects; nan where it diverged."""
+    return _Joint(ground, best.effects).rows(np.column_stack([np.tile(best.at, (len(values), 1)), values]))
 
 
 def left_drawn(ground: Ground, best: Refit, left: np.ndarray, draws: int, seed: int) -> np.ndarray:
@@ -104,6 +112,10 @@ def left_drawn(ground: Ground, best: Refit, left: np.ndarray, draws: int, seed: 
     return left - (np.clip(drawn, joint.low, joint.high) - point) @ joint.differences(point).T
 
 
+def _taken(effects: Sequence[Effect]) -> np.ndarray:
+    return np.concatenate([PRIOR_SD, [_WIDER * parameter.sd for effect in effects for parameter in effect.parameters]])
+
+
 class _Joint:
     """Swims beside the twin with effects, at points (5 + p,) of coefficients and values."""
 
@@ -113,7 +125,7 @@ class _Joint:
         self.ground = ground
         parameters = [parameter for effect in self.effects for parameter in effect.parameters]
         self._plain_hz = self.session.hertz(np.zeros((1, len(parameters))))
-        self.sd = np.concatenate([PRIOR_SD, [_WIDER * p.sd for p in parameters]])
+        self.sd = _taken(self.effects)
         self.mean = np.concatenate([ground.at, np.zeros(len(parameters))])
         self.low = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[0]), [p.low for p in parameters]])
         self.high = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[1]), [p.high for p in parameters]])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import expit
 
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
@@ -126,14 +127,32 @@ def test_an_effect_that_does_nothing_is_left_out() -> None:
 
 
 def test_an_effect_that_did_not_stand_hands_its_chance_to_the_sets_without_it() -> None:
-    sets = {Explanation((0,)): 0.2, Explanation((0, 1)): 0.6}
+    sets = {Explanation((0,)): 0.2, Explanation((0, 1)): 0.5, Explanation((2,)): 0.1}
     sets |= {Explanation((1,), True): 0.1, Explanation((0,), True, 1): 0.1}
-    before = Probabilities(("a", "b"), sets)
-    after = before.with_odds("b", -np.log(9.0))
+    before = Probabilities(("a", "b", "c"), sets)
+    after = before.with_odds(["b"], -np.log(4.0), beside=["a"])
     assert sum(after.of.values()) == pytest.approx(1.0)
-    assert after.marginal == pytest.approx([0.9, 0.1])
-    assert after.of[Explanation((0,))] == pytest.approx(0.2 + 0.7 * (1 - 0.1 / 0.7))
-    assert before.with_odds("a", 20.0).marginal == pytest.approx(before.marginal)
+    assert after.marginal == pytest.approx([0.8, 0.1 + 0.5 / 6, 0.1])
+    assert after.any_seen([1]) == pytest.approx(0.2)
+    assert after.of[Explanation((0,))] == pytest.approx(0.2 + 0.6 * 5 / 6)
+    assert after.of[Explanation((1,), True)] == 0.1  # that there is neither was not asked
+    assert before.with_odds(["a"], 20.0, beside=["b"]).marginal == pytest.approx(before.marginal)
+
+
+def test_names_that_may_stand_for_each_other_leave_no_chance_for_nothing() -> None:
+    sets = {Explanation(()): 1e-9, Explanation((0, 1)): 0.9, Explanation((0,)): 0.05, Explanation((1,)): 0.05}
+    found = Probabilities(("a", "b"), sets)
+    for own, other in (("a", "b"), ("b", "a")):
+        found = found.with_odds([own], 0.4, beside=[other])
+    assert found.null == 1e-9
+    assert found.any_seen([0, 1]) == pytest.approx(1.0)
+    assert found.marginal[1] == pytest.approx(expit(0.4))
+
+
+def test_alternatives_lose_together() -> None:
+    sets = {Explanation((0, 2)): 0.6, Explanation((1, 2)): 0.3, Explanation((2,)): 0.1}
+    after = Probabilities(("a", "b", "c"), sets).with_odds(["a", "b"], 0.0, beside=["c"])
+    assert after.marginal == pytest.approx([0.5 * 2 / 3, 0.5 / 3, 1.0])
 
 
 def test_what_looks_like_an_effect_may_be_none_and_the_less_it_strays_from_a_strong_one_the_less() -> None:

@@ -9,9 +9,10 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, solve_triangular
+from scipy.stats import norm
 
 from diagnosis.evidence import Belief
-from diagnosis.pruning import log_evidence, log_odds, log_weight, pruned
+from diagnosis.pruning import log_evidence, log_odds, pruned
 from diagnosis.refit import Refit, refit
 from swimmer.effects import Effect, catalogue
 from tests.diagnosis.grounds import ARM, ground
@@ -63,33 +64,67 @@ def test_a_single_effect_is_not_asked() -> None:
     assert pruned(ground("shorter"), alone, never, Belief(), 33) == (alone, {}, {})
 
 
-def third(share: float) -> Refit:
-    """The arm, and what is made up to move the swims along what the arm leaves, by a share of what the arm does."""
+def with_third(
+    monkeypatch: pytest.MonkeyPatch, share: float, does: float = 1.0, told: float = 0.1, strength: float = 1.0
+) -> tuple[Refit, list[Refit]]:
+    """The arm and what is made up: it leaves less by a share of what the arm does; and both, each without the other.
+
+    Args:
+        monkeypatch: for what the made-up effect would do.
+        share: of the length of what the arm does, along what the arm leaves.
+        does: the same, of what it does to the swims as the evidence is told.
+        told: how well its strength is known, in standard deviations of its prior.
+        strength: in these.
+    """
     at, arm, idle = ground("shorter"), with_effects("crank_arm_error"), Made("idle")
-    does, leaves = (
-        np.linalg.norm(solve_triangular(at.space.root, row, lower=True)) for row in (at.left - arm.left, arm.left)
-    )
-    told = np.square(0.1 * idle.parameters[0].sd)[None, None]
-    return replace(
+    moved = at.left - arm.left
+    long = np.linalg.norm(solve_triangular(at.space.root, moved, lower=True))
+    leaves = np.linalg.norm(solve_triangular(at.space.root, arm.left, lower=True))
+    sd = idle.parameters[0].sd
+    fit = replace(
         arm,
         effects=(*arm.effects, idle),
-        values=np.append(arm.values, idle.parameters[0].sd),
-        left=(1 - share * does / leaves) * arm.left,
-        covariance=block_diag(arm.covariance, told),
+        values=np.append(arm.values, strength * sd),
+        left=(1 - share * long / leaves) * arm.left,
+        covariance=block_diag(arm.covariance, [[(told * sd) ** 2]]),
     )
+    of_idle = does * share * long * arm.left / at.space.length(arm.left)
+    rows = np.array([at.left, at.left, fit.left + of_idle])  # nothing; without the arm; without the other
+    monkeypatch.setattr("diagnosis.pruning.left_at", lambda *_args: rows)
+    plain, known = Refit.plain(at), fit.covariance[-1:, -1:]
+    alone = replace(plain, effects=(idle,), values=fit.values[-1:], covariance=block_diag(plain.covariance, known))
+    return fit, [alone, arm]
 
 
-def test_what_is_little_beside_the_others_may_be_what_their_forms_have_wrong() -> None:
-    """It gains e^9.3 with forms that are right; as believed, e^0.8. What does nearly as much as the arm stays sure."""
-    at, arm = ground("shorter"), with_effects("crank_arm_error")
-    right, believed = replace(Belief(), alike=1e-9), Belief()
-    assert log_odds(at, third(0.2), arm, right, 33) > 8
-    assert log_odds(at, third(0.2), arm, believed, 33) < 1
-    assert log_odds(at, third(0.8), arm, believed, 33) > 5
+@pytest.mark.parametrize(("share", "sure", "believed"), [(0.2, (8, 12), (-3, 2)), (0.8, (20, 40), (5, 40))])
+def test_what_is_little_beside_the_others_may_be_what_their_forms_have_wrong(
+    monkeypatch: pytest.MonkeyPatch, share: float, sure: tuple[float, float], believed: tuple[float, float]
+) -> None:
+    fit, fewer = with_third(monkeypatch, share)
+    right = log_odds(ground("shorter"), fit, fewer, replace(Belief(), alike=1e-9), 33)[1]
+    doubted = log_odds(ground("shorter"), fit, fewer, Belief(), 33)[1]
+    assert sure[0] < right < sure[1]
+    assert believed[0] < doubted < believed[1]
+
+
+def test_of_an_effect_that_does_nothing_the_odds_are_those_of_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    fit, fewer = with_third(monkeypatch, share=1e-12, told=5.0, strength=0.0)  # all that is known of it
+    prior = Belief().log_prior(2, False, 33) - Belief().log_prior(1, False, 33)
+    assert log_odds(ground("shorter"), fit, fewer, Belief(), 33)[1] == pytest.approx(prior, abs=1e-3)
+
+
+@pytest.mark.parametrize("multiple", [0.03, 0.3, 1.0])
+def test_a_narrower_prior_weighs_as_the_exact_formula_has_it(monkeypatch: pytest.MonkeyPatch, multiple: float) -> None:
+    """What is seen of one strength is normal: by how much more probable it is with a prior than with another."""
+    strength, told, taken = 1.0, 0.4, 5.0
+    fit, _ = with_third(monkeypatch, share=0.2, told=told, strength=strength)
+    seen = 1 / (told**-2.0 - taken**-2.0)  # variance of what the swims alone say
+    said = strength * seen / told**2
+    exact = norm.logpdf(said, 0, np.hypot(np.sqrt(seen), multiple)) - norm.logpdf(said, 0, np.hypot(np.sqrt(seen), 1.0))
+    found = [log_evidence(ground("shorter"), fit, narrowed) for narrowed in ({"idle": multiple}, {})]
+    assert found[0] - found[1] == pytest.approx(exact, abs=1e-6)
 
 
 def test_the_arm_weighs_more_than_what_is_not_there() -> None:
-    weights = [
-        log_weight(ground("shorter"), with_effects(name), Belief(), 33) for name in ("crank_arm_error", "bend_offset")
-    ]
+    weights = [log_evidence(ground("shorter"), with_effects(name)) for name in ("crank_arm_error", "bend_offset")]
     assert weights[0] > weights[1] + 3

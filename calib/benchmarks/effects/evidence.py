@@ -26,7 +26,7 @@ class Evidence:
     Attributes:
         left: (k,) what the refitted twin leaves of gaits, and of the commanded frequencies.
         space: in which all that disturbs it has unit size.
-        noise: in which the noise of the tracks has, and nothing else is known to disturb.
+        noise: in which the noise of the tracks has, and how well a motor keeps a command; nothing else disturbs.
         signatures: of the catalogue.
     """
 

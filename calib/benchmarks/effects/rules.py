@@ -1,7 +1,8 @@
 """Rules that a diagnosis has to beat.
 
-Four are trivial: where one of them does well, the benchmark is too easy. The fifth is given all that the diagnosis
-knows of what disturbs a session, and lacks only what it makes of that.
+Four are trivial: where one of them does well, the benchmark is too easy. (Two of these know when to say nothing: by all
+that is known to disturb a session.) The fifth weighs effects in the diagnosis' own space, and lacks only what a
+diagnosis makes of that.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,6 +15,7 @@ from calib.benchmarks.effects.told import NONE, Told
 from fitting.signatures import Whitened
 
 _ALARM_P = 0.01  # of the squares that the refitted twin leaves, below which a rule names something
+_TINY = 1e-12
 Rule = Callable[[Evidence, np.random.Generator], Told]
 
 
@@ -39,24 +41,26 @@ def raw_correlation(evidence: Evidence, _random: np.random.Generator) -> Told:
 
 
 def lowest_bic(evidence: Evidence, _random: np.random.Generator) -> Told:
-    """The Bayesian information criterion (Schwarz 1978) over null and single effects, beside the noise of the tracks.
+    """The Bayesian information criterion (Schwarz 1978) over null and single effects.
 
-    As whoever fits models to data has it at once, MuJoCo's own toolbox for system identification for one.
+    As whoever fits models to data has it at once: numbers are weighted by the noise of the tracks, and of what size
+    the errors are the residual tells.
     """
-    return _lowest_bic(evidence, evidence.noise)
+    count = len(evidence.left)
+    return _lowest_bic(evidence, evidence.noise, lambda squares: count * float(np.log(max(squares, _TINY) / count)))
 
 
 def informed_bic(evidence: Evidence, _random: np.random.Generator) -> Told:
     """The same in the diagnosis' own space: boxes, robot, starts and the twin's own error are known to disturb."""
-    return _lowest_bic(evidence, evidence.space)
+    return _lowest_bic(evidence, evidence.space, lambda squares: squares)
 
 
-def _lowest_bic(evidence: Evidence, space: Whitened) -> Told:
+def _lowest_bic(evidence: Evidence, space: Whitened, deviance: Callable[[float], float]) -> Told:
     count = len(evidence.left)
-    bic = {NONE: space.length(evidence.left) ** 2}
+    bic = {NONE: deviance(space.length(evidence.left) ** 2)}
     for signature in evidence.signatures:
         rival = space.rival(evidence.left, signature)
-        bic[signature.effect.name] = rival.distance**2 + len(rival.values) * np.log(count)
+        bic[signature.effect.name] = deviance(rival.distance**2) + len(rival.values) * np.log(count)
     least = min(bic.values())
     weight = {name: float(np.exp(-(value - least) / 2)) for name, value in bic.items()}
     total = sum(weight.values())

@@ -12,6 +12,7 @@ import pytest
 
 from calib.benchmarks.effects import ruling
 from calib.benchmarks.effects.answer import Answer
+from calib.benchmarks.effects.evidence import evidence_of
 from calib.benchmarks.effects.filming import film_together
 from calib.benchmarks.effects.making import Making
 from calib.benchmarks.effects.ruling import judge_suite
@@ -121,6 +122,8 @@ def test_by_its_folder_alone_the_effect_can_be_found(
     DISCREPANCY.save(whole.discrepancy, [0])
     monkeypatch.setattr(ruling, "catalogue", lambda: {name: catalogue()[name] for name in TRIED})
     assert judge_suite(whole, workers=1) == ()
+    seen = evidence_of(whole.sessions / SINGLE.name, DISCREPANCY, {name: catalogue()[name] for name in TRIED})
+    assert seen.noise.length(seen.left) > 1.5 * seen.space.length(seen.left) > 0  # far more is known to disturb
     found = score_rules(whole)["informed BIC"].headline
     assert found["right_first"] == Share(1, 1)
     assert found["false_alarms"] == Share(0, 1)

@@ -25,29 +25,40 @@ def evidence(left: np.ndarray) -> Evidence:
     )
 
 
+def noise(seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).standard_normal(K)
+
+
 def named(rule: str, left: np.ndarray) -> str:
     told = RULES[rule](evidence(left), np.random.default_rng(0))
     return told.groups[0][0] if told.groups else told.verdict
 
 
 def test_a_box_beside_its_marker_is_an_effect_to_who_knows_of_noise_alone() -> None:
-    off = 8.0 * np.eye(K)[BOX]
+    off = noise() + 8.0 * np.eye(K)[BOX]
     assert named(BY_NOISE, off) == "slack"
     assert named(INFORMED, off) == "no_gap"
 
 
 @pytest.mark.parametrize("rule", [BY_NOISE, INFORMED, "largest residual", "raw correlation"])
 def test_a_large_effect_is_named(rule: str) -> None:
-    assert named(rule, 10.0 * np.eye(K)[GEAR]) == "gear"
+    assert named(rule, noise() + 10.0 * np.eye(K)[GEAR]) == "gear"
 
 
 @pytest.mark.parametrize("rule", [BY_NOISE, INFORMED])
 def test_what_coefficients_can_do_is_no_gap_to_an_information_criterion(rule: str) -> None:
-    assert named(rule, 50.0 * np.eye(K)[0]) == "no_gap"
+    assert named(rule, noise() + 50.0 * np.eye(K)[0]) == "no_gap"
 
 
 @pytest.mark.parametrize("rule", [BY_NOISE, INFORMED])
 def test_an_information_criterion_asks_for_more_than_its_penalty(rule: str) -> None:
-    """One parameter costs ln 40 = 3.7 squared standard deviations."""
-    assert named(rule, 1.9 * np.eye(K)[GEAR]) == "no_gap"
-    assert named(rule, 2.0 * np.eye(K)[GEAR]) == "gear"
+    """One parameter costs ln 40: of squared standard deviations, or of 40 times the logarithm of their sum."""
+    others = np.sign(noise())
+    others[[*range(COEFFICIENTS), BOX, SLACK, GEAR]] = 0.0
+    least = np.sqrt(others @ others * (K ** (1 / K) - 1)) if rule == BY_NOISE else np.sqrt(np.log(K))
+    assert named(rule, others + (least - 0.1) * np.eye(K)[GEAR]) == "no_gap"
+    assert named(rule, others + (least + 0.1) * np.eye(K)[GEAR]) == "gear"
+
+
+def test_errors_of_any_size_are_no_gap_to_who_lets_the_residual_tell_it() -> None:
+    assert [named(BY_NOISE, size * noise(seed)) for size in (1.0, 7.0) for seed in range(3)] == ["no_gap"] * 6
