@@ -22,9 +22,9 @@ class Columns:
     """What some forms do in a row's directions, of a size of one.
 
     Attributes:
-        parts: (q, p) of each form.
-        products: (p, p) of the columns of all with each other.
-        against: (p,) of theirs with the row.
+        parts: (q, p) of each form, of n columns in all.
+        products: (n, n) of all columns with each other.
+        against: (n,) of theirs with the row.
     """
 
     parts: tuple[np.ndarray, ...]

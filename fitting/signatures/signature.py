@@ -43,7 +43,9 @@ def signature_of(
     values: np.ndarray | None = None,
     sizes: Sequence[float] = STRENGTHS,
 ) -> Signature:
-    """What an effect does to the trials of a session at coefficients (5,).
+    """What an effect does to the trials of a session at coefficients (5,), against the plain twin.
+
+    An effect of no strength is the plain twin (see `Effect`): one that is not would have a part that never changes.
 
     Args:
         effect: of the catalogue or of a user.

@@ -51,7 +51,6 @@ def test_its_errors_have_intervals_and_use_the_tail_of_the_twin(page: Page) -> N
 
 
 @pytest.mark.parametrize("command", [None, 9.0], ids=["unknown", "beyond the sweep"])
-@pytest.mark.usefixtures("words_alone")
 def test_without_it_the_reason_is_told(command: float | None) -> None:
     page = page_of(commanded(command, 1.0, 1.5))
     told = "slow: its command is not known" if command is None else "foretold from the command, lies outside"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TextIO
 
 import pytest
 from matplotlib.figure import Figure
@@ -17,6 +16,7 @@ from tests.reports.bench import made_bench_calibration
 from tests.reports.diagnoses import made_diagnosed
 from tests.reports.posteriors import made_findings
 from tests.reports.sample import made_context, made_evidence, made_searches
+from tests.reports.undrawn import undrawn
 
 WITH_FIGURES = {
     "summary",
@@ -37,10 +37,6 @@ WITH_FIGURES = {
     "tracks",
 }
 FEWEST_WORDS = 8
-
-
-def undrawn(_figure: Figure, file: TextIO, **_: object) -> None:
-    file.write("<svg><defs></defs></svg>")
 
 
 @pytest.fixture(scope="module")

@@ -101,7 +101,6 @@ def test_provenance_names_inputs_versions_and_seed(page: Page) -> None:
         assert text in page.text
 
 
-@pytest.mark.usefixtures("words_alone")
 def test_without_held_out_trials_it_says_that_nothing_was_predicted() -> None:
     page = page_of(made_calibration(("medium", "fast")))
 
@@ -124,7 +123,6 @@ def test_a_single_trial_is_enough() -> None:
     assert "on 1 fit trial (1.30 Hz)" in page.text
 
 
-@pytest.mark.usefixtures("words_alone")
 def test_what_is_not_known_is_a_dash() -> None:
     calibration = made_calibration(("slow", "medium"), flagged=False)
     lost = dict.fromkeys(calibration.trials[0].ebt, np.nan)
@@ -157,7 +155,6 @@ def test_missing_samples_of_a_marker_do_not_stop_the_figures() -> None:
     assert "The last marker sweeps – mm" in page.text
 
 
-@pytest.mark.usefixtures("words_alone")
 def test_names_and_messages_are_escaped() -> None:
     hostile = "<script>alert('x')</script> & $co_"
     calibration = made_calibration(("medium",))

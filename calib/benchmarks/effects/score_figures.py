@@ -1,6 +1,7 @@
 """Figures of what came of a suite."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -31,8 +32,7 @@ from reports.style import (
     styled,
 )
 
-_RULES = (EBT, EBT_LARGE, WARN, MUTED, EBT_SMOOTHED)
-_MARKS = ("s", "^", "D", "v", "P")
+_RULES = ((EBT, "s"), (EBT_LARGE, "^"), (WARN, "D"), (MUTED, "v"), (EBT_SMOOTHED, "P"))  # colours and marks
 _CELL_IN = 0.24  # of the confusion matrix, at most
 _DARK = 0.5  # share from which a cell needs light text
 _PERCENT = [f"{p} %" for p in (0, 25, 50, 75, 100)]
@@ -187,8 +187,8 @@ def looks(names: Mapping[str, object]) -> dict[str, dict[str, Any]]:
     """Colour and mark of each: the first is the program, the rest are rules."""
     first, *rules = names
     found: dict[str, dict[str, Any]] = {first: {"color": TWIN, "marker": "o", "markersize": 5}}
-    for number, name in enumerate(rules):
-        found[name] = {"color": _RULES[number % 5], "marker": _MARKS[number % 5], "markersize": 3.2, "linewidth": 0.8}
+    for name, (colour, mark) in zip(rules, cycle(_RULES), strict=False):
+        found[name] = {"color": colour, "marker": mark, "markersize": 3.2, "linewidth": 0.8}
     return found
 
 
