@@ -23,6 +23,7 @@ from diagnosis.probabilities import Probabilities
 from diagnosis.pruning import pruned
 from diagnosis.pushes import responses
 from diagnosis.refit import Refit
+from diagnosis.refutation import Refutation, refutation_of
 from diagnosis.separation import separations
 from diagnosis.strangers import Stranger, strangers
 from diagnosis.sway import Sway, sway_of
@@ -88,6 +89,7 @@ class Diagnosis:
         refit: the twin with the likeliest of the named effects; None where none is named.
         remainder: what it leaves; None where none is named.
         gap: on held-out swims; None without any that the twins can follow.
+        refutation: of names that these swims spoke against, and which are not said; None of none.
         experiments: what to measure next, the most telling first.
     """
 
@@ -103,6 +105,7 @@ class Diagnosis:
     refit: Refit | None
     remainder: Remainder | None
     gap: Gap | None
+    refutation: Refutation | None
     experiments: tuple[Experiment, ...]
 
     @property
@@ -181,15 +184,19 @@ def diagnose(
         remainder = _remainder(ground, best, locate(rest, forces, signatures))
         if remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5:
             verdict, best, remainder = Verdict("unexplained", ()), None, None
-    where = locate(ground, forces, signatures, verdict.effects)
     if held:
         tell("held-out swims", 0.85)
         other = None
         if best is not None:
-            named = {name for group in verdict.groups for name in group}
-            placebo = placebo_for(explanations, probabilities, named)
+            placebo = placebo_for(explanations, probabilities, set(verdict.effects))
             other = None if placebo is None else refitted(ground, explanations, [effects[placebo]], rounds)
         gap = held_out_gap(ground, held, best, other, settings.seed)
+    refutation = refutation_of(gap, best, explanations)
+    if refutation is not None:
+        probabilities = probabilities.refuted(verdict.effects)
+        verdict, best, remainder = Verdict("unexplained", ()), None, None
+        gap = held_out_gap(ground, held, None, None, settings.seed)
+    where = locate(ground, forces, signatures, verdict.effects)
     tell("what to measure next", 0.95)
     experiments = next_experiments(ground, explanations, verdict, probabilities, effects, settings.seed)
     return Diagnosis(
@@ -205,6 +212,7 @@ def diagnose(
         best,
         remainder,
         gap,
+        refutation,
         experiments,
     )
 

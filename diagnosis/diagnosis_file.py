@@ -8,6 +8,7 @@ from diagnosis.affected_swims import Swum
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
+from diagnosis.refutation import Refutation
 from diagnosis.supposition import Supposition
 
 NONE = "none_of_these"
@@ -165,12 +166,21 @@ def _evidence(found: Diagnosis) -> dict[str, Any]:
             for each, chance in likeliest
         ],
         "elsewhere": _elsewhere(found),
+        "refuted": _refuted(found.refutation),
         "sway": {
             "rms_m": found.sway.rms_m,
             "log_bayes_factor": found.sway.log_odds,
             "probability": min(chances.with_other * found.explanations.swaying, 1.0),  # sums of exponentials round
         },
     }
+
+
+def _refuted(found: Refutation | None) -> dict[str, Any] | None:
+    """Names that are not said, for held-out swims speak against them."""
+    if found is None:
+        return None
+    told = {"shrinkage": found.shrinkage, "shrinkage_ci95": list(found.interval)}
+    return {"effects": list(found.effects)} | told
 
 
 def _elsewhere(found: Diagnosis) -> list[dict[str, Any]]:

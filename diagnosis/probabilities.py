@@ -95,6 +95,18 @@ class Probabilities:
                 found[key] = found.get(key, 0.0) + part * chance
         return Probabilities(self.names, found, self.at_place)
 
+    def refuted(self, names: Collection[str]) -> "Probabilities":
+        """With these effects not there after all: what looks like them is something else that does."""
+        gone = {self.names.index(name) for name in names}
+        found: dict[Explanation, float] = {}
+        for each, chance in self.of.items():
+            like = next((i for i in each.present if i in gone), None)
+            key = each
+            if like is not None:
+                key = Explanation(tuple(i for i in each.present if i not in gone), True, like)
+            found[key] = found.get(key, 0.0) + chance
+        return Probabilities(self.names, found, self.at_place)
+
     @property
     def null(self) -> float:
         """That there is nothing."""

@@ -50,6 +50,14 @@ def _which(data: Mapping[str, Any]) -> str:
     verdict, chances = data["verdict"], data["probabilities"]
     if verdict == "no_gap":
         return f"Which: no effect is called for (probability of nothing {data['no_gap_probability']:.2f})."
+    if verdict == "unexplained" and (refuted := data["evidence"].get("refuted")) is not None:
+        low, high = refuted["shrinkage_ci95"]
+        like = " together with ".join(map(plain, refuted["effects"]))
+        return (
+            f"Which: it looks like {like}, but with that held-out swims are forecast worse "
+            f"(their gap grows by {-refuted['shrinkage']:.0%}, {-high:.0%} to {-low:.0%})"
+            f"{_elsewhere(data)}; see the missing forces."
+        )
     if verdict == "unexplained" and (like := _looks_like(chances)) is not None:
         but = (
             "may as well be something that only looks like it"

@@ -11,10 +11,10 @@ from diagnosis.probabilities import Probabilities
 
 VerdictName = Literal["named", "inseparable", "unexplained", "no_gap"]
 MOST_ALIKE = 3
-ENOUGH = 0.9  # probability from which a few names are enough, whether they or something that only looks like them
+ENOUGH = 0.9  # probability, if there is a gap, from which a few names are enough, they or what only looks like them
 HELD = 0.6  # that one of them is present: below, no name is said
 _LOOKED_AT = 10  # of the likeliest effects, for a group
-ALARM = 0.75  # that there is something: below, there is no gap (of 35 null sessions none reached 0.66)
+ALARM = 0.92  # that there is something: below, there is no gap (of 81 null sessions one reached it, three 0.75)
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class Verdict:
 def verdict_of(found: Probabilities) -> Verdict:
     """From probabilities.
 
-    A group is the fewest effects, at most three, one of which the gap surely looks like; there may be several groups,
-    which act together. One that may as well be something else which only looks like it is not said. Whatever else may
-    be present is left to the remainder; where there is no group at all the gap is unexplained.
+    A group is the fewest effects, at most three, one of which the gap surely looks like, if there is one; there may be
+    several groups, which act together. One that may as well be something else which only looks like it is not said.
+    Whatever else may be present is left to the remainder; where there is no group at all the gap is unexplained.
     """
     if 1 - found.null < ALARM:
         return Verdict("no_gap", ())
@@ -73,6 +73,6 @@ def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ..
     for size in range(1, MOST_ALIKE + 1):
         chances = {group: found.any_seen(group) for group in combinations(likely, size)}
         best = max(chances, key=lambda group: chances[group], default=None)
-        if best is not None and chances[best] >= ENOUGH:
+        if best is not None and chances[best] >= ENOUGH * (1 - found.null):
             return best
     return None

@@ -173,6 +173,17 @@ def test_a_name_that_a_gap_only_looks_like_is_not_said() -> None:
     assert verdict_of(far).name == "unexplained"
 
 
+def test_what_the_gap_looks_like_if_there_is_one_is_named() -> None:
+    """That there may be nothing is no reason to call it unexplained."""
+    found = Probabilities(("a", "b"), {Explanation(()): 0.07, Explanation((0,)): 0.85, Explanation((), True): 0.08})
+    assert verdict_of(found).groups == (("a",),)
+
+
+def test_what_may_well_be_nothing_is_no_gap() -> None:
+    found = Probabilities(("a", "b"), {Explanation(()): 0.1, Explanation((0,)): 0.9})
+    assert verdict_of(found).name == "no_gap"
+
+
 def test_what_changes_frequencies_alone_is_no_chance_likeness_whatever_gaits_have() -> None:
     """Beside it something else is amiss with the gaits, of which the first 98 numbers are."""
     clock = signature("clock", np.eye(K)[K - 1])

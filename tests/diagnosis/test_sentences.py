@@ -46,3 +46,12 @@ def test_where_no_stage_stands_out_none_is_named() -> None:
     by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}
     data["where"] = data["where"] | {"by_stage": by_stage}
     assert sentences(data)[0].startswith("Where: in nothing that repeats with the beat; 100%")
+
+
+def test_names_that_held_out_swims_speak_against_are_told_as_that() -> None:
+    told = made_data("unexplained")
+    told["evidence"]["refuted"] = {"effects": ["tendon_slack"], "shrinkage": -0.8, "shrinkage_ci95": [-1.6, -0.1]}
+    said = (
+        "looks like tendon slack, but with that held-out swims are forecast worse (their gap grows by 80%, 10% to 160%)"
+    )
+    assert said in sentences(told)[1]
