@@ -168,10 +168,13 @@ class Score:
 
     @property
     def shrinkage_of_oracle(self) -> float:
-        """Median over sessions whose effects are all told, nan of none: shrinkage over that of the true effects."""
+        """Median over clear sessions whose effects are all told, nan of none: shrinkage over that of the true effects.
+
+        Clear ones alone, as of intervals: what weak effects shrink by is mostly noise.
+        """
         ratios = [
             case.told.shrinkage / case.answer.oracle_shrinkage
-            for case in self.cases
+            for case in filter(lambda each: _is_clear(each.answer), self.cases)
             if case.answer.oracle_shrinkage and case.told.shrinkage is not None and case.in_set
         ]
         return float(np.median(ratios)) if ratios else float("nan")

@@ -105,6 +105,14 @@ def test_tables_by_detectability_by_effect_and_of_confusion() -> None:
     assert found.seconds == 10.0
 
 
+def test_what_weak_effects_shrink_by_is_not_held_against_the_oracle() -> None:
+    clear, weak = (
+        told("named", (name,), shrinkage=shrinkage) for name, shrinkage in (("tendon_slack", 0.6), ("scale_error", 4.0))
+    )
+    assert score((SLACK, clear), (WEAK, weak), (WEAK, weak)).shrinkage_of_oracle == pytest.approx(0.75)
+    assert np.isnan(score((WEAK, weak)).shrinkage_of_oracle)
+
+
 def test_probabilities_that_come_true_as_often_as_they_say_have_no_error() -> None:
     random = np.random.default_rng(0)
     p = random.uniform(0, 1, 40_000)
