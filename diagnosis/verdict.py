@@ -12,6 +12,7 @@ from diagnosis.probabilities import Probabilities
 VerdictName = Literal["named", "inseparable", "unexplained", "no_gap"]
 MOST_ALIKE = 3
 ENOUGH = 0.9  # probability, if there is a gap, from which a few names are enough, they or what only looks like them
+BESIDE = 0.6  # the same beside names that are: the twin is refitted with and without each, which decides
 HELD = 0.6  # that one of them is present: below, no name is said
 _LOOKED_AT = 10  # of the likeliest effects, for a group
 ALARM = 0.92  # that there is something: below, there is no gap (of 81 null sessions one reached it, three 0.75)
@@ -68,11 +69,12 @@ def _naming(groups: tuple[tuple[str, ...], ...]) -> Verdict:
 
 def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ...] | None:
     """Alternatives beside those of the groups before, the likeliest first."""
+    enough = BESIDE if before else ENOUGH * (1 - found.null)
     taken = {i for group in before for i in group}
     likely = [int(i) for i in np.argsort(-found.marginal) if int(i) not in taken][:_LOOKED_AT]
     for size in range(1, MOST_ALIKE + 1):
         chances = {group: found.any_seen(group) for group in combinations(likely, size)}
         best = max(chances, key=lambda group: chances[group], default=None)
-        if best is not None and chances[best] >= ENOUGH * (1 - found.null):
+        if best is not None and chances[best] >= enough:
             return best
     return None
