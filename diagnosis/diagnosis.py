@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -21,9 +20,9 @@ from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, held_out_gap
 from diagnosis.probabilities import Probabilities
 from diagnosis.pruning import pruned
-from diagnosis.pushes import responses
+from diagnosis.pushes import Responses, responses
 from diagnosis.refit import Refit
-from diagnosis.refutation import Refutation, refutation_of
+from diagnosis.refutation import Refutation, Stood, stood
 from diagnosis.separation import separations
 from diagnosis.strangers import Stranger, strangers
 from diagnosis.sway import Sway, sway_of
@@ -89,7 +88,7 @@ class Diagnosis:
         refit: the twin with the likeliest of the named effects; None where none is named.
         remainder: what it leaves; None where none is named.
         gap: on held-out swims; None without any that the twins can follow.
-        refutation: of names that these swims spoke against, and which are not said; None of none.
+        refutations: of names that these swims spoke against, and which are not said.
         experiments: what to measure next, the most telling first.
     """
 
@@ -105,7 +104,7 @@ class Diagnosis:
     refit: Refit | None
     remainder: Remainder | None
     gap: Gap | None
-    refutation: Refutation | None
+    refutations: tuple[Refutation, ...]
     experiments: tuple[Experiment, ...]
 
     @property
@@ -135,7 +134,7 @@ def diagnose(
     the drive would not show.
 
     Args:
-        trials: all swims; those of the role "fit" say which effect, the others how far it helps.
+        trials: all swims; those of the role "fit" say which effect, the others how far it helps, and whether at all.
         twin: plain, of the robot as described.
         camera: that filmed them.
         effects: the catalogue.
@@ -167,35 +166,33 @@ def diagnose(
     ground, explanations = explained(ground, signatures, settings.belief, elsewhere, sway.log_odds)
     probabilities = Probabilities.after(explanations)
     verdict = verdict_of(probabilities)
-    best, remainder, gap = None, None, None
+    best, gap = None, None
     rounds = _ROUNDS[settings.effort]
+
+    def refitting(names: Sequence[str]) -> Refit:
+        return refitted(ground, explanations, [effects[name] for name in names], rounds)
+
     if verdict.first:
         tell("refitting with the effects", 0.75)
-        refitting = partial(refitted, ground, explanations, rounds=rounds)
-        best = refitting([effects[name] for name in verdict.first])
-        best, gone, kept = pruned(ground, best, refitting, settings.belief, len(effects))
-        for group in verdict.groups:
-            if (log_odds := (gone | kept).get(group[0])) is not None:
-                beside = [name for other in verdict.groups if other is not group for name in other]
-                probabilities = probabilities.with_odds(group, log_odds, beside)
-        verdict = verdict.without(gone)
-        rest = replace(ground)
-        rest.__dict__["left"] = best.left
-        remainder = _remainder(ground, best, locate(rest, forces, signatures))
-        if remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5:
-            verdict, best, remainder = Verdict("unexplained", ()), None, None
+        best, gone, kept = pruned(ground, refitting(verdict.first), refitting, settings.belief, len(effects))
+        probabilities = _beside(probabilities, verdict, gone, kept)
+        verdict = verdict.without(gone, probabilities)
+    remainder = _remainder(ground, best, forces, signatures) if best is not None and verdict.first else None
+    if remainder is None or (remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5):
+        verdict, best, remainder = Verdict(verdict.name if best is None else "unexplained", ()), None, None
+    refutations: tuple[Refutation, ...] = ()
     if held:
         tell("held-out swims", 0.85)
-        other = None
-        if best is not None:
-            placebo = placebo_for(explanations, probabilities, set(verdict.effects))
-            other = None if placebo is None else refitted(ground, explanations, [effects[placebo]], rounds)
-        gap = held_out_gap(ground, held, best, other, settings.seed)
-    refutation = refutation_of(gap, best, explanations)
-    if refutation is not None:
-        probabilities = probabilities.refuted(verdict.effects)
-        verdict, best, remainder = Verdict("unexplained", ()), None, None
-        gap = held_out_gap(ground, held, None, None, settings.seed)
+        placebo = None if best is None else placebo_for(explanations, probabilities, set(verdict.effects))
+        other = None if placebo is None else refitting([placebo])
+
+        def forecast(twin: Refit | None) -> Gap | None:
+            return held_out_gap(ground, held, twin, None if twin is None else other, settings.seed)
+
+        said = Stood(verdict, probabilities, best, forecast(best), ())
+        verdict, probabilities, best, gap, refutations = stood(said, explanations, refitting, forecast)
+        if refutations:
+            remainder = None if best is None else _remainder(ground, best, forces, signatures)
     where = locate(ground, forces, signatures, verdict.effects)
     tell("what to measure next", 0.95)
     experiments = next_experiments(ground, explanations, verdict, probabilities, effects, settings.seed)
@@ -212,12 +209,28 @@ def diagnose(
         best,
         remainder,
         gap,
-        refutation,
+        refutations,
         experiments,
     )
 
 
-def _remainder(ground: Ground, best: Refit, where: Where) -> Remainder:
+def _beside(
+    before: Probabilities, verdict: Verdict, gone: Mapping[str, float], kept: Mapping[str, float]
+) -> Probabilities:
+    """With the log odds of the likeliest of each group beside the others, those that went first before the rest."""
+    found, groups = before, {group[0]: group for group in verdict.groups}
+    for name, log_odds in (*gone.items(), *kept.items()):
+        others = [other for first, group in groups.items() if first != name for other in group]
+        found = found.with_odds(groups[name], log_odds, others)
+        if name in gone:
+            del groups[name]
+    return found
+
+
+def _remainder(ground: Ground, best: Refit, forces: Responses, signatures: Sequence[Signature]) -> Remainder:
+    rest = replace(ground)
+    rest.__dict__["left"] = best.left
+    where = locate(rest, forces, signatures)
     plain, left = whitened(ground, ground.left), whitened(ground, best.left)
     freedom = max(len(left) - 5 - len(best.values), 1)
     excess, before = left @ left - freedom, plain @ plain - len(plain) + 5

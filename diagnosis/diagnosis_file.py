@@ -8,7 +8,6 @@ from diagnosis.affected_swims import Swum
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
-from diagnosis.refutation import Refutation
 from diagnosis.supposition import Supposition
 
 NONE = "none_of_these"
@@ -166,7 +165,7 @@ def _evidence(found: Diagnosis) -> dict[str, Any]:
             for each, chance in likeliest
         ],
         "elsewhere": _elsewhere(found),
-        "refuted": _refuted(found.refutation),
+        "refuted": _refuted(found),
         "sway": {
             "rms_m": found.sway.rms_m,
             "log_bayes_factor": found.sway.log_odds,
@@ -175,12 +174,12 @@ def _evidence(found: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _refuted(found: Refutation | None) -> dict[str, Any] | None:
+def _refuted(found: Diagnosis) -> list[dict[str, Any]]:
     """Names that are not said, for held-out swims speak against them."""
-    if found is None:
-        return None
-    told = {"shrinkage": found.shrinkage, "shrinkage_ci95": list(found.interval)}
-    return {"effects": list(found.effects)} | told
+    return [
+        {"effects": list(each.group), "shrinkage": each.shrinkage, "shrinkage_ci95": list(each.interval)}
+        for each in found.refutations
+    ]
 
 
 def _elsewhere(found: Diagnosis) -> list[dict[str, Any]]:

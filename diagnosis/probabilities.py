@@ -12,7 +12,8 @@ from scipy.special import expit, logsumexp
 from diagnosis.evidence import Explanations
 
 _TRIED = 8  # of the likeliest effects, of which pairs are tried
-_MOST = 4  # effects at once
+MOST = 4
+"""Effects at once."""
 _PLACED = 12  # of the likeliest sets, beside which something is looked for at each place
 _KEPT = 3  # sets of effects that are tried with one more
 
@@ -59,7 +60,7 @@ class Probabilities:
             _try(explanations, logs, present)
         for pair in _pairs(logs, shows):
             _try(explanations, logs, pair)
-        for size in range(3, _MOST + 1):
+        for size in range(3, MOST + 1):
             for present in _larger(logs, shows, size):
                 _try(explanations, logs, present)
         places = _somewhere(explanations, logs)
@@ -69,21 +70,20 @@ class Probabilities:
         return cls(tuple(each.name for each in explanations.effects), chances, tuple(np.exp(places - total).tolist()))
 
     def with_odds(self, group: Collection[str], log_odds: float, beside: Collection[str]) -> "Probabilities":
-        """With these odds of a group that was taken for likelier; one that was not stays as it is.
+        """With these odds of a group beside others, if it was taken for likelier; one that was not stays as it is.
 
-        Its sets pass the rest on to those without it, where others of those beside which it was asked for are seen:
-        what there would be without any of them was not asked.
+        Its sets in which others are seen pass the rest on to those without it: what there would be without any of the
+        others was not asked.
 
         Args:
             group: alternatives of which one is seen.
-            log_odds: that it is.
-            beside: other effects that act with it.
+            log_odds: that it is, if one of the others is.
+            beside: the others, which act with it.
         """
         own, others = ({self.names.index(name) for name in part} for part in (group, beside))
         asked = {each for each in self.of if each.seen & own and each.seen & others}
-        movable = sum(self.of[each] for each in asked)
-        alone = self.any_seen(own) - movable
-        kept = float(np.clip((expit(log_odds) - alone) / max(movable, 1e-300), 0.0, 1.0))
+        both = sum(self.of[each] for each in asked)
+        kept = min(float(expit(log_odds)) * self.any_seen(others) / max(both, 1e-300), 1.0)
         found: dict[Explanation, float] = {}
         for each, chance in self.of.items():
             like = None if each.like in own else each.like
@@ -110,7 +110,7 @@ class Probabilities:
     @property
     def null(self) -> float:
         """That there is nothing."""
-        return self.of[Explanation(())]
+        return self.of.get(Explanation(()), 0.0)
 
     @property
     def other(self) -> float:

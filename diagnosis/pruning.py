@@ -24,7 +24,7 @@ from swimmer.effects import Effect
 
 _SILENT = 1e-9  # whitened length of nothing
 _LEAST_WIDTH = 1e-6  # of a prior, in standard deviations of the effect's own
-Refitting = Callable[[Sequence[Effect]], Refit]
+Refitting = Callable[[Sequence[str]], Refit]
 
 
 class Pruned(NamedTuple):
@@ -32,8 +32,8 @@ class Pruned(NamedTuple):
 
     Attributes:
         best: the twin with the effects that do.
-        gone: log odds of each effect that does not, beside those that were there with it.
-        kept: of each effect that does, where there are several: that it is there and not one of them missing.
+        gone: log odds of each effect that does not, beside those that were there with it; the first to go first.
+        kept: of each effect that does, where there are several, beside the others.
     """
 
     best: Refit
@@ -47,19 +47,19 @@ def pruned(ground: Ground, best: Refit, refitting: Refitting, belief: Belief, ca
     Args:
         ground: the fitted swims.
         best: with all of the effects.
-        refitting: with some of them.
+        refitting: with some of them, by their names.
         belief: before the session.
         catalogue: number of effects that there are.
     """
     least = float(logit(HELD * (1 + belief.imitated)))  # what is there may be something that only looks like it
     gone: dict[str, float] = {}
     while len(best.effects) > 1:
-        fewer = [refitting([effect for effect in best.effects if effect is not without]) for without in best.effects]
+        names = [effect.name for effect in best.effects]
+        fewer = [refitting([name for name in names if name != without]) for without in names]
         odds = log_odds(ground, best, fewer, belief, catalogue)
-        names, weakest = [effect.name for effect in best.effects], int(np.argmin(odds))
+        weakest = int(np.argmin(odds))
         if odds[weakest] > least:
-            missing = np.exp(-odds)  # each by itself, against all being there
-            return Pruned(best, gone, dict(zip(names, odds + np.log(1 + missing.sum() - missing), strict=True)))
+            return Pruned(best, gone, dict(zip(names, odds.tolist(), strict=True)))
         gone[names[weakest]] = float(odds[weakest])
         best = fewer[weakest]
     return Pruned(best, gone, {})
@@ -98,9 +98,19 @@ def _room(ground: Ground, fit: Refit) -> np.ndarray:
     for row, (begin, end) in enumerate(pairwise(ends), start=1):
         values[row, begin:end] = 0.0
     nothing, *without = left_at(ground, fit, values)
-    others = [np.linalg.norm(solve_triangular(ground.space.root, nothing - row, lower=True)) for row in without]
-    does = [ground.space.length(row - fit.left) if np.isfinite(row).all() else np.inf for row in without]
-    return np.minimum(np.nan_to_num(others, nan=MOST_WRONG), MOST_WRONG) / np.maximum(does, _SILENT)
+    return np.array([_others(ground, nothing - row) / max(_does(ground, row - fit.left), _SILENT) for row in without])
+
+
+def _others(ground: Ground, moved: np.ndarray) -> float:
+    """Whitened length, at most the limit; as long as that where a twin diverged."""
+    if not np.isfinite(moved).all():
+        return MOST_WRONG
+    return min(float(np.linalg.norm(solve_triangular(ground.space.root, moved, lower=True))), MOST_WRONG)
+
+
+def _does(ground: Ground, moved: np.ndarray) -> float:
+    """Whitened length, coefficients refitted; infinite where the twin diverges without the effect."""
+    return ground.space.length(moved) if np.isfinite(moved).all() else np.inf
 
 
 def log_evidence(ground: Ground, fit: Refit, narrowed: Mapping[str, float] | None = None) -> float:

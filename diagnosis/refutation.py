@@ -1,45 +1,91 @@
 """Names that held-out swims speak against: what helps the fitted swims alone is no effect.
 
 A twin with what is really there forecasts other swims better, or, where they show little of it, about as well. Where
-the whole 95 % interval of the shrinkage lies below zero it forecasts them worse, and the names are taken back: what the
-fitted swims show only looks like these effects. By the interval that happens to one right name of forty at most. It is
-the one use of held-out swims for what is said; a shrinkage beside names that stayed is the more favourable for it, by
-as much as that seldom happens.
+the whole 95 % interval of the shrinkage lies below zero it forecasts them worse, and a name is taken back: what the
+fitted swims show only looks like it. To right names that happens as often as the interval lies above the truth, one
+time in forty if it is calibrated; and where a partner of theirs is missing, or their form is far from what is there.
+So a shrinkage beside names that stayed is selected, and the more favourable for it.
 """
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from diagnosis.evidence import Explanations
+from diagnosis.gap import Shrinkage
 from diagnosis.held_out import Gap
+from diagnosis.probabilities import Probabilities
 from diagnosis.refit import Refit
+from diagnosis.verdict import Verdict
 
 _IN_GAITS = 0.5  # share of what an effect does, below which held-out gaits say nothing of it
 
 
 class Refutation(NamedTuple):
-    """Of the names of a verdict, all together.
+    """Of one group of a verdict.
 
     Attributes:
-        effects: the likeliest of each group, with which the twin was refitted.
-        shrinkage: of the held-out gap with them.
+        group: alternatives, the likeliest first, with which the twin was refitted.
+        shrinkage: of the held-out gap with it and what was named beside it.
         interval: 95 %.
     """
 
-    effects: tuple[str, ...]
+    group: tuple[str, ...]
     shrinkage: float
     interval: tuple[float, float]
 
 
-def refutation_of(gap: Gap | None, best: Refit | None, explanations: Explanations) -> Refutation | None:
-    """Of the effects of a refitted twin; None where held-out swims do not speak against them.
+class Stood(NamedTuple):
+    """What held-out swims leave of a verdict.
 
-    Nor do they against effects that change frequencies: a shrinkage leaves these out.
+    Attributes:
+        verdict, probabilities: without what was taken back.
+        best: the twin with the rest of the effects; None where none is left.
+        gap: on the held-out swims, with that twin.
+        refutations: of what was taken back, in that order.
     """
-    if gap is None or best is None or gap.shrinkage.value is None or gap.shrinkage.interval is None:
-        return None
+
+    verdict: Verdict
+    probabilities: Probabilities
+    best: Refit | None
+    gap: Gap | None
+    refutations: tuple[Refutation, ...]
+
+
+def stood(
+    found: Stood,
+    explanations: Explanations,
+    refitting: Callable[[Sequence[str]], Refit],
+    forecast: Callable[[Refit | None], Gap | None],
+) -> Stood:
+    """Takes names back, the least likely first, for as long as held-out swims speak against them.
+
+    Args:
+        found: before.
+        explanations: of the fitted swims.
+        refitting: the twin with effects of these names.
+        forecast: the held-out gap with a twin.
+    """
+    verdict, probabilities, best, gap, refutations = found
+    while best is not None and gap is not None and (against := refutable(gap.shrinkage, best, explanations)):
+        weakest = min(against, key=lambda name: probabilities.marginal[probabilities.names.index(name)])
+        group = next(group for group in verdict.groups if group[0] == weakest)
+        assert gap.shrinkage.value is not None
+        assert gap.shrinkage.interval is not None
+        refutations = (*refutations, Refutation(group, gap.shrinkage.value, gap.shrinkage.interval))
+        probabilities = probabilities.refuted(group)
+        verdict = verdict.without([weakest], probabilities)
+        best = refitting(verdict.first) if verdict.first else None
+        gap = forecast(best)
+    return Stood(verdict, probabilities, best, gap, refutations)
+
+
+def refutable(told: Shrinkage, best: Refit, explanations: Explanations) -> tuple[str, ...]:
+    """Effects of a refitted twin one of which held-out swims speak against; none where they do not.
+
+    Never those that change frequencies: a shrinkage leaves these out.
+    """
+    if told.interval is None or told.interval[1] >= 0:
+        return ()
     names = [each.name for each in explanations.effects]
-    if all(explanations.of_gaits(names.index(effect.name)) < _IN_GAITS for effect in best.effects):
-        return None
-    if gap.shrinkage.interval[1] >= 0:
-        return None
-    return Refutation(tuple(effect.name for effect in best.effects), gap.shrinkage.value, gap.shrinkage.interval)
+    asked = (effect.name for effect in best.effects)
+    return tuple(name for name in asked if explanations.of_gaits(names.index(name)) >= _IN_GAITS)

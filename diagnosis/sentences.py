@@ -50,14 +50,8 @@ def _which(data: Mapping[str, Any]) -> str:
     verdict, chances = data["verdict"], data["probabilities"]
     if verdict == "no_gap":
         return f"Which: no effect is called for (probability of nothing {data['no_gap_probability']:.2f})."
-    if verdict == "unexplained" and (refuted := data["evidence"].get("refuted")) is not None:
-        low, high = refuted["shrinkage_ci95"]
-        like = " together with ".join(map(plain, refuted["effects"]))
-        return (
-            f"Which: it looks like {like}, but with that held-out swims are forecast worse "
-            f"(their gap grows by {-refuted['shrinkage']:.0%}, {-high:.0%} to {-low:.0%})"
-            f"{_elsewhere(data)}; see the missing forces."
-        )
+    if verdict == "unexplained" and (against := _refuted(data)):
+        return f"Which: it looks like {against}{_elsewhere(data)}; see the missing forces."
     if verdict == "unexplained" and (like := _looks_like(chances)) is not None:
         but = (
             "may as well be something that only looks like it"
@@ -83,7 +77,20 @@ def _which(data: Mapping[str, Any]) -> str:
     told = " together with ".join(_group(group, chances) for group in data["groups"])
     rest = data["remainder"]
     left = "" if rest is None or rest["share"] < 0.05 else f"; {rest['share']:.0%} of the gap remains"
-    return f"Which: {told}{left}{_elsewhere(data)}."
+    against = _refuted(data)
+    return f"Which: {told}{left}{_elsewhere(data)}{'; not ' if against else ''}{against}."
+
+
+def _refuted(data: Mapping[str, Any]) -> str:
+    """What was taken back, and why; empty if nothing was."""
+    told = []
+    for each in data["evidence"].get("refuted", ()):
+        low, high = each["shrinkage_ci95"]
+        grows = f"their gap grows by {-each['shrinkage']:.0%}, {-high:.0%} to {-low:.0%}"
+        told.append(
+            f"{' or '.join(map(plain, each['effects']))}, but with that held-out swims are forecast worse ({grows})"
+        )
+    return ", nor ".join(told)
 
 
 def _elsewhere(data: Mapping[str, Any]) -> str:

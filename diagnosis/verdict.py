@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from diagnosis.probabilities import Probabilities
+from diagnosis.probabilities import MOST, Probabilities
 
 VerdictName = Literal["named", "inseparable", "unexplained", "no_gap"]
 MOST_ALIKE = 3
@@ -40,25 +40,36 @@ class Verdict:
         """The likeliest of each group."""
         return tuple(group[0] for group in self.groups)
 
-    def without(self, names: Collection[str]) -> "Verdict":
-        """Without those groups whose likeliest has one of these names."""
-        return _naming(tuple(group for group in self.groups if group[0] not in names))
+    def without(self, names: Collection[str], found: Probabilities) -> "Verdict":
+        """Without groups whose likeliest has one of these names; unexplained where no group that is left is sure."""
+        groups = tuple(group for group in self.groups if group[0] not in names)
+        return _naming(groups if any(_is_sure(found, group) for group in groups) else ())
 
 
 def verdict_of(found: Probabilities) -> Verdict:
     """From probabilities.
 
     A group is the fewest effects, at most three, one of which the gap surely looks like, if there is one; there may be
-    several groups, which act together. One that may as well be something else which only looks like it is not said.
+    several groups, which act together; beside one that is sure a likely one is enough, and no group stands without a
+    sure one. One that may as well be something else which only looks like it is not said.
     Whatever else may be present is left to the remainder; where there is no group at all the gap is unexplained.
     """
     if 1 - found.null < ALARM:
         return Verdict("no_gap", ())
     groups: list[tuple[int, ...]] = []
-    while (group := _group(found, groups)) is not None:
+    while len(groups) < MOST and (group := _group(found, groups)) is not None:
         groups.append(group)
-    held = [group for group in groups if found.any_present(group) >= HELD]
-    return _naming(tuple(tuple(found.names[i] for i in group) for group in held))
+    held = tuple(_named(found, group) for group in groups if found.any_present(group) >= HELD)
+    return _naming(held if any(_is_sure(found, group) for group in held) else ())
+
+
+def _named(found: Probabilities, group: tuple[int, ...]) -> tuple[str, ...]:
+    return tuple(found.names[i] for i in group)
+
+
+def _is_sure(found: Probabilities, group: tuple[str, ...]) -> bool:
+    """Whether the gap, if there is one, looks like one of a group."""
+    return found.any_seen([found.names.index(name) for name in group]) >= ENOUGH * (1 - found.null)
 
 
 def _naming(groups: tuple[tuple[str, ...], ...]) -> Verdict:

@@ -131,10 +131,11 @@ def test_an_effect_that_did_not_stand_hands_its_chance_to_the_sets_without_it() 
     sets |= {Explanation((1,), True): 0.1, Explanation((0,), True, 1): 0.1}
     before = Probabilities(("a", "b", "c"), sets)
     after = before.with_odds(["b"], -np.log(4.0), beside=["a"])
+    beside = 0.2 * 0.8  # one fifth of where the other is seen, where both had been 0.6
     assert sum(after.of.values()) == pytest.approx(1.0)
-    assert after.marginal == pytest.approx([0.8, 0.1 + 0.5 / 6, 0.1])
-    assert after.any_seen([1]) == pytest.approx(0.2)
-    assert after.of[Explanation((0,))] == pytest.approx(0.2 + 0.6 * 5 / 6)
+    assert after.marginal == pytest.approx([0.8, 0.1 + beside * 5 / 6, 0.1])
+    assert after.any_seen([1]) == pytest.approx(0.1 + beside)
+    assert after.of[Explanation((0,))] == pytest.approx(0.2 + 0.6 - beside)
     assert after.of[Explanation((1,), True)] == 0.1  # that there is neither was not asked
     assert before.with_odds(["a"], 20.0, beside=["b"]).marginal == pytest.approx(before.marginal)
 
@@ -146,7 +147,7 @@ def test_names_that_may_stand_for_each_other_leave_no_chance_for_nothing() -> No
         found = found.with_odds([own], 0.4, beside=[other])
     assert found.null == 1e-9
     assert found.any_seen([0, 1]) == pytest.approx(1.0)
-    assert found.marginal[1] == pytest.approx(expit(0.4))
+    assert found.of[Explanation((0, 1))] == pytest.approx(expit(0.4) * found.marginal[0], rel=0.3)
 
 
 def test_alternatives_lose_together() -> None:
@@ -177,6 +178,22 @@ def test_what_the_gap_looks_like_if_there_is_one_is_named() -> None:
     """That there may be nothing is no reason to call it unexplained."""
     found = Probabilities(("a", "b"), {Explanation(()): 0.07, Explanation((0,)): 0.85, Explanation((), True): 0.08})
     assert verdict_of(found).groups == (("a",),)
+
+
+def test_a_likely_name_is_said_beside_a_sure_one_and_not_alone() -> None:
+    both = chances({(): 0.0, (0, 1): 0.65, (0,): 0.35}, other=0.0)
+    found = Probabilities(("a", "b"), both)
+    assert verdict_of(found).groups == (("a",), ("b",))
+    assert verdict_of(found).without(["b"], found).groups == (("a",),)
+    assert verdict_of(found).without(["a"], found).name == "unexplained"
+    imitated = {Explanation((1,), True, 0): 0.33, Explanation((), True, 0): 0.17}
+    looked = Probabilities(("a", "b"), {Explanation((0, 1)): 0.32, Explanation((0,)): 0.18} | imitated)
+    assert verdict_of(looked).name == "unexplained"  # the sure one may as well be something that looks like it
+
+
+def test_no_more_effects_are_said_than_are_weighed_together() -> None:
+    sets = {Explanation(tuple(i for i in range(5) if i != without)): 0.25 for without in range(1, 5)}
+    assert len(verdict_of(Probabilities(tuple("abcde"), sets)).groups) == 4
 
 
 def test_what_may_well_be_nothing_is_no_gap() -> None:

@@ -14,7 +14,7 @@ from scipy.stats import norm
 from diagnosis.evidence import Belief
 from diagnosis.pruning import log_evidence, log_odds, pruned
 from diagnosis.refit import Refit, refit
-from swimmer.effects import Effect, catalogue
+from swimmer.effects import catalogue
 from tests.diagnosis.grounds import ARM, ground
 from tests.diagnosis.rows import Made
 
@@ -27,8 +27,8 @@ def with_effects(*names: str) -> Refit:
     return refit(ground("shorter"), effects, np.zeros(len(effects)), rounds=4)
 
 
-def refitting(effects: Sequence[Effect]) -> Refit:
-    return with_effects(*(effect.name for effect in effects))
+def refitting(names: Sequence[str]) -> Refit:
+    return with_effects(*names)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def test_parameters_of_which_the_swims_say_nothing_weigh_nothing(count: int) -> 
 
 
 def test_a_single_effect_is_not_asked() -> None:
-    def never(_effects: Sequence[Effect]) -> Refit:
+    def never(_names: Sequence[str]) -> Refit:
         raise AssertionError
 
     alone = with_effects("crank_arm_error")
@@ -111,6 +111,13 @@ def test_of_an_effect_that_does_nothing_the_odds_are_those_of_before(monkeypatch
     fit, fewer = with_third(monkeypatch, share=1e-12, told=5.0, strength=0.0)  # all that is known of it
     prior = Belief().log_prior(2, False, 33) - Belief().log_prior(1, False, 33)
     assert log_odds(ground("shorter"), fit, fewer, Belief(), 33)[1] == pytest.approx(prior, abs=1e-3)
+
+
+def test_a_twin_that_diverges_without_an_effect_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    fit, fewer = with_third(monkeypatch, share=0.2)
+    rows = np.full((3, len(fit.left)), np.nan)
+    monkeypatch.setattr("diagnosis.pruning.left_at", lambda *_args: rows)
+    assert (log_odds(ground("shorter"), fit, fewer, Belief(), 33) > 5).all()
 
 
 @pytest.mark.parametrize("multiple", [0.03, 0.3, 1.0])

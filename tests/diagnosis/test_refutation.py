@@ -12,7 +12,8 @@ from diagnosis.gap import Shrinkage
 from diagnosis.held_out import Gap
 from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.refit import Refit
-from diagnosis.refutation import refutation_of
+from diagnosis.refutation import Refutation, Stood, refutable, stood
+from diagnosis.verdict import Verdict
 from tests.diagnosis.rows import DIRECTIONS, K, Made, explanations, signature
 
 WORSE = (-1.6, -0.1)
@@ -36,32 +37,55 @@ def weighed() -> Explanations:
 
 
 @pytest.mark.parametrize(
-    ("names", "value", "interval", "refuted"),
+    ("names", "interval", "against"),
     [
-        (("slack",), -0.8, WORSE, True),
-        (("slack", "gear"), -0.8, WORSE, True),
-        (("slack",), -0.8, (-1.6, 0.05), False),
-        (("slack",), 0.8, (0.5, 0.9), False),
-        (("slack",), None, None, False),
-        (("gear",), -0.8, WORSE, False),
+        (("slack",), WORSE, ("slack",)),
+        (("slack", "gear"), WORSE, ("slack",)),
+        (("slack",), (-1.6, 0.05), ()),
+        (("slack",), (0.5, 0.9), ()),
+        (("slack",), None, ()),
+        (("gear",), WORSE, ()),
     ],
 )
 def test_only_what_makes_forecasts_of_gaits_surely_worse_is_refuted(
-    weighed: Explanations,
-    names: tuple[str, ...],
-    value: float | None,
-    interval: tuple[float, float] | None,
-    refuted: bool,
+    weighed: Explanations, names: tuple[str, ...], interval: tuple[float, float] | None, against: tuple[str, ...]
 ) -> None:
-    found = refutation_of(gap(value, interval), refitted(*names), weighed)
-    assert (found is not None) == refuted
-    if found is not None:
-        assert found == (names, value, interval)
+    told = gap(None if interval is None else sum(interval) / 2, interval).shrinkage
+    assert refutable(told, refitted(*names), weighed) == against
 
 
-def test_without_names_or_held_out_swims_nothing_is_refuted(weighed: Explanations) -> None:
-    assert refutation_of(None, refitted("slack"), weighed) is None
-    assert refutation_of(gap(None, None), None, weighed) is None
+def test_what_is_left_of_a_verdict_stays_with_a_twin_and_a_gap_of_its_own(weighed: Explanations) -> None:
+    """The less likely name goes first; with the other alone held-out swims are forecast better."""
+    sets = {Explanation((0, 1)): 0.7, Explanation((1,)): 0.3}
+    before = Stood(
+        Verdict("named", (("gear",), ("slack",))),
+        Probabilities(("slack", "gear"), sets),
+        refitted("gear", "slack"),
+        gap(-0.8, WORSE),
+        (),
+    )
+    found = stood(before, weighed, lambda names: refitted(*names), lambda twin: gap(0.5, (0.1, 0.9)) if twin else None)
+    assert found.verdict == Verdict("named", (("gear",),))
+    assert found.best is not None
+    assert [effect.name for effect in found.best.effects] == ["gear"]
+    assert found.gap is not None
+    assert found.gap.shrinkage.value == 0.5
+    assert found.refutations == (Refutation(("slack",), -0.8, WORSE),)
+    assert found.probabilities.marginal == pytest.approx([0.0, 1.0])
+
+
+def test_where_all_is_refuted_nothing_is_said(weighed: Explanations) -> None:
+    before = Stood(
+        Verdict("named", (("slack",),)),
+        Probabilities(("slack", "gear"), {Explanation((0,)): 1.0}),
+        refitted("slack"),
+        gap(-0.8, WORSE),
+        (),
+    )
+    found = stood(before, weighed, lambda names: refitted(*names), lambda _twin: gap(None, None))
+    assert found.verdict == Verdict("unexplained", ())
+    assert found.best is None
+    assert found.probabilities.other == pytest.approx(1.0)
 
 
 def test_what_is_refuted_becomes_something_that_looks_like_it() -> None:
