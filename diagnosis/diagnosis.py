@@ -176,7 +176,7 @@ def diagnose(
         tell("refitting with the effects", 0.75)
         best, gone, kept = pruned(ground, refitting(verdict.first), refitting, settings.belief, len(effects))
         probabilities = _beside(probabilities, verdict, gone, kept)
-        verdict = verdict.without(gone, probabilities)
+        verdict = verdict.without(gone, probabilities) if gone else verdict
     remainder = _remainder(ground, best, forces, signatures) if best is not None and verdict.first else None
     if remainder is None or (remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5):
         verdict, best, remainder = Verdict(verdict.name if best is None else "unexplained", ()), None, None
