@@ -178,8 +178,9 @@ def diagnose(
         probabilities = _beside(probabilities, verdict, gone, kept)
         verdict = verdict.without(gone, probabilities) if gone else verdict
     remainder = _remainder(ground, best, forces, signatures) if best is not None and verdict.first else None
-    if remainder is None or (remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5):
-        verdict, best, remainder = Verdict(verdict.name if best is None else "unexplained", ()), None, None
+    stays = remainder is None or (remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5)
+    if best is not None and stays:
+        verdict, best, remainder = Verdict("unexplained", ()), None, None
     refutations: tuple[Refutation, ...] = ()
     if held:
         tell("held-out swims", 0.85)
