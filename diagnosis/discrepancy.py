@@ -12,9 +12,9 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 import numpy as np
-from scipy.linalg import block_diag
 
-from fitting.posterior.gait import OF_A_MARKER, SPEED
+from fitting.posterior.gait import OF_A_MARKER, SPEED, advanced, beat_phase
+from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Signature
 from fitting.signatures.slopes import little
 from session import FISHSIM_MARKERS
@@ -23,19 +23,31 @@ from swimmer import RobotSpec
 _OF_A_MARKER = 2 * OF_A_MARKER
 COURSE_SD = (0.001, 0.001)
 """Of the speed sideways, m/s, and of the rate of turning, rad/s, where nothing is wrong."""
+NEAR = 0.3
+"""Of the logarithm of two swims' frequencies, over which what is left of them is alike."""
 
 
 @dataclass(frozen=True, eq=False)
 class Discrepancy:
-    """Of a session like most: each trial by itself, and a little of some effects, alike in all trials of a session.
+    """Of a session like most: of each swim, alike in swims at alike frequencies, and a little of some effects.
 
     Attributes:
-        covariance: (g, g) of what is left of one gait.
-        strengths: by name of an effect, the standard deviation of each of its parameters, in those of their priors.
+        directions: (g, q) what is left of one gait is independent in these, by standard deviations; at the phase at
+            which the tail is farthest left.
+        common: (q, 2) share of each direction's variance that all swims of a session have in common, and that those at
+            alike frequencies have in common beside; the rest each has to itself.
+        strengths: by name of an effect, the standard deviation of each of its parameters, in those of their priors:
+            alike in all trials of a session.
     """
 
-    covariance: np.ndarray
+    directions: np.ndarray
+    common: np.ndarray
     strengths: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+
+    @classmethod
+    def independent(cls, covariance: np.ndarray, strengths: Mapping[str, tuple[float, ...]] | None = None) -> "Discrepancy":
+        """Of a covariance (g, g) of what is left of each gait, when no two swims have anything in common."""
+        return cls(np.linalg.cholesky(covariance), np.zeros((len(covariance), 2)), strengths or {})
 
     @classmethod
     def load(cls, path: Path) -> "Discrepancy":
@@ -43,18 +55,46 @@ class Discrepancy:
         with np.load(path) as stands:
             names, strengths = stands["effects"], stands["strengths"]
             by_name = {str(name): tuple(map(float, strengths[names == name])) for name in dict.fromkeys(names)}
-            return cls(np.asarray(stands["covariance"], float), by_name)
+            return cls(np.asarray(stands["directions"], float), np.asarray(stands["common"], float), by_name)
 
     def save(self, path: Path, seeds: Sequence[int]) -> None:
         """Writes it with the seeds of the sessions that it was found from."""
         path.parent.mkdir(parents=True, exist_ok=True)
         np.savez_compressed(
             path,
-            covariance=self.covariance.astype(np.float32),
+            directions=self.directions.astype(np.float32),
+            common=self.common.astype(np.float32),
             effects=np.array([name for name, own in self.strengths.items() for _ in own], dtype=np.str_),
             strengths=np.array([strength for own in self.strengths.values() for strength in own], dtype=float),
             seeds=np.array(seeds),
         )
+
+    def over(self, model: SessionModel) -> np.ndarray:
+        """(k, k) covariance of what is left of the gaits of a model; of its course each trial has its own."""
+        trials = model.trials
+        phases = np.array([beat_phase(each.measured, list(each.trial.tail)) for each in trials])
+        hertz = np.array([each.trial.frequency.hz for each in trials])
+        clamped = np.array([each.twin.scene.head_clamped for each in trials])
+        count, length, whole = len(trials), len(self.directions), len(trials[0].measured)
+        result = np.zeros((count, whole, count, whole))
+        of_gaits = self.of_gaits(hertz, phases).reshape(count, length, count, length)
+        result[:, :length, :, :length] = of_gaits * np.equal.outer(clamped, clamped)[:, None, :, None]
+        course = np.diag(np.square(COURSE_SD))[: whole - length, : whole - length]
+        result[:, length:, :, length:] = np.einsum("ij,ab->iajb", np.eye(count), course)
+        return result.reshape(count * whole, -1)
+
+    def of_gaits(self, hertz: np.ndarray, phase_rad: np.ndarray) -> np.ndarray:
+        """(t g, t g) covariance of what is left of swims at frequencies (t,), whose tails begin at phases (t,)."""
+        turned = advanced(np.repeat(self.directions.T[:, None], len(hertz), axis=1), phase_rad)  # (q, t, g)
+        shared = self.shared(hertz)
+        size = turned[0].size
+        return np.einsum("qia,ijq,qjb->iajb", turned, shared, turned, optimize=True).reshape(size, size)
+
+    def shared(self, hertz: np.ndarray) -> np.ndarray:
+        """(t, t, q) correlations between swims at frequencies (t,)."""
+        everywhere, beside = self.common.T
+        own = np.eye(len(hertz))[:, :, None] * (1 - everywhere - beside)
+        return everywhere + nearness(hertz)[:, :, None] * beside + own
 
     def alike(self, signatures: Iterable[Signature]) -> np.ndarray:
         """(k, c) columns of unit strength: what one standard deviation of each parameter of these effects does."""
@@ -67,9 +107,9 @@ class Discrepancy:
         return np.column_stack(columns) if columns else np.zeros((1, 0))
 
 
-def with_course(covariance: np.ndarray) -> np.ndarray:
-    """(g + 2, g + 2) the covariance (g, g) of one gait, its course with it."""
-    return np.asarray(block_diag(covariance, np.diag(np.square(COURSE_SD))))
+def nearness(hertz: np.ndarray) -> np.ndarray:
+    """(t, t) by how much what swims at alike frequencies (t,) have in common is common to two of them."""
+    return np.exp(-0.5 * (np.subtract.outer(np.log(hertz), np.log(hertz)) / NEAR) ** 2)
 
 
 def shipped_discrepancy() -> Traversable:
@@ -81,10 +121,11 @@ def discrepancy_for(markers: tuple[str, ...], robot: RobotSpec) -> Discrepancy:
     """Of gaits of these markers, without their course."""
     with as_file(shipped_discrepancy()) as path:
         known = Discrepancy.load(path)
-    return known if markers == FISHSIM_MARKERS else replace(known, covariance=_of_markers(known, markers, robot))
+    return known if markers == FISHSIM_MARKERS else _of_markers(known, markers, robot)
 
 
-def _of_markers(known: Discrepancy, markers: tuple[str, ...], robot: RobotSpec) -> np.ndarray:
+def _of_markers(known: Discrepancy, markers: tuple[str, ...], robot: RobotSpec) -> Discrepancy:
+    """Those that are published have their directions in common; each of the others has its own."""
     published = [name for name in FISHSIM_MARKERS if name in robot.markers]
     along_m = robot.marker_positions_m(markers)[:, 0]
     if published:
@@ -95,11 +136,9 @@ def _of_markers(known: Discrepancy, markers: tuple[str, ...], robot: RobotSpec) 
     else:
         nearest = [round(i) for i in np.linspace(0, len(FISHSIM_MARKERS) - 1, len(markers))]
     parts = [np.arange(1 + _OF_A_MARKER * i, 1 + _OF_A_MARKER * (i + 1)) for i in nearest]
-    wanted = np.concatenate([[SPEED], *parts])
-    own = np.concatenate([[-1], np.repeat(np.arange(len(markers)), _OF_A_MARKER)])
-    same = np.array([markers[i] in published for i in range(len(markers))])
-    alone = (own[:, None] != own) & ~(same[own][:, None] & same[own] & (own[:, None] >= 0) & (own >= 0))
-    alone &= ~((own[:, None] == -1) & same[own]) & ~((own == -1) & same[own][:, None])
-    result = known.covariance[np.ix_(wanted, wanted)]
-    result[alone] = 0.0
-    return np.asarray(result)
+    rows = known.directions[np.concatenate([[SPEED], *parts])]
+    whose = np.concatenate([[-1], np.repeat(np.arange(len(markers)), _OF_A_MARKER)])
+    strange = [i for i, name in enumerate(markers) if name not in published]
+    together = [~np.isin(whose, strange), *(whose == i for i in strange)]
+    directions = np.hstack([np.where(own[:, None], rows, 0.0) for own in together])
+    return replace(known, directions=directions, common=np.tile(known.common, (len(together), 1)))

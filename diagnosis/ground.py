@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from diagnosis.described import robot_doubts
-from diagnosis.discrepancy import Discrepancy, with_course
+from diagnosis.discrepancy import Discrepancy
 from diagnosis.generic import generic_covariance, generic_gap
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.places_off import TAKEN, places_off
@@ -102,12 +102,12 @@ class Ground:
         known_to_disturb: Disturbances | None = None,
     ) -> "Ground | None":
         """From one start; None where a twin diverges on the way. What disturbs the row may be known from another."""
-        at, generic, error = start, _generic(model), with_course(discrepancy.covariance)
+        at, generic, error = start, _generic(model), discrepancy.over(model)
         try:
             for _ in range(_LOOKS):  # what disturbs the row hardly changes with the coefficients
                 disturbances = known_to_disturb or model.disturbances(at)
                 off = _places_off(model, at, disturbances)
-                known = row_covariance(model, disturbances.of(off), error)
+                known = row_covariance(model, disturbances.of(off) + error)
                 gap = generic_gap(left_row(model, at), known, generic, model.frequencies)
                 at = nearest(model, at, known + gap)
             found = cls(model, camera, at, discrepancy, _places_off(model, at, disturbances), disturbances)
@@ -210,8 +210,8 @@ class Ground:
     @cached_property
     def covariance(self) -> np.ndarray:
         """(k, k) of all that disturbs the row."""
-        of_gait = with_course(self.error**2 * self.discrepancy.covariance)
-        apart = row_covariance(self.model, self.disturbances.of(self.off), of_gait)
+        gaits = self.disturbances.of(self.off) + self.error**2 * self.discrepancy.over(self.model)
+        apart = row_covariance(self.model, gaits)
         return apart if self.alike is None else apart + self.alike @ self.alike.T
 
     @cached_property

@@ -228,6 +228,11 @@ def phase_between(gait: np.ndarray, measured: np.ndarray, tail: list[int]) -> np
     return np.angle((simulated.conj() * seen).sum(axis=(-2, -1)))
 
 
+def beat_phase(gait: np.ndarray, tail: list[int]) -> np.ndarray:
+    """(...,) phase, rad, of the sideways beat of the tail in gaits (..., k) at time 0: 0 where it is farthest left."""
+    return np.angle(harmonics_of(gait)[..., tail, 1, 0].sum(axis=-1))
+
+
 def _readers(columns: np.ndarray, usable: np.ndarray) -> np.ndarray:
     """(m, c, n) least squares on columns (n, c) over the usable samples (n, m) of each marker."""
     return np.stack([np.linalg.pinv(np.where(seen[:, None], columns, 0.0)) for seen in usable.T])

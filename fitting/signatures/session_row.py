@@ -53,12 +53,12 @@ def with_trial(rows: np.ndarray, more: np.ndarray, model: SessionModel) -> np.nd
     return np.concatenate([rows[:gaits], more[:-1], rows[gaits:filmed], more[-1:], rows[filmed:]])
 
 
-def row_covariance(model: SessionModel, gaits: np.ndarray, discrepancy: np.ndarray) -> np.ndarray:
-    """(k + f, k + f) from that of the gaits (k, k) and of what a twin leaves of each by itself (g, g)."""
+def row_covariance(model: SessionModel, gaits: np.ndarray) -> np.ndarray:
+    """(k + f, k + f) from that of the gaits (k, k): frequencies are as far off their commands as motors are."""
     whose = [*range(len(model.trials)), *model.logged]
     hertz = np.diag([TOLD_TO * model.trials[number].trial.frequency.hz for number in whose])
     alike = np.where(np.equal.outer(whose, whose), _ALIKE, 0.0) + (1 - _ALIKE) * np.eye(len(whose))
-    return block_diag(gaits + block_diag(*[discrepancy] * len(model.trials)), hertz @ alike @ hertz)
+    return block_diag(gaits, hertz @ alike @ hertz)
 
 
 def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:

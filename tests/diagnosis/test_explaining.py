@@ -27,7 +27,7 @@ class Row:
     """A ground without a simulation."""
 
     left: np.ndarray
-    discrepancy: Discrepancy = field(default_factory=lambda: Discrepancy(np.eye(1)))
+    discrepancy: Discrepancy = field(default_factory=lambda: Discrepancy.independent(np.eye(1)))
     error: float = 1.0
     alike: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
     generic: np.ndarray = field(default_factory=lambda: np.eye(K))
@@ -63,7 +63,7 @@ def test_a_large_error_is_no_gap() -> None:
 
 
 def test_a_little_of_what_the_twin_leaves_of_all_trials_is_no_effect() -> None:
-    known = Discrepancy(np.eye(1), {"effect_4": (0.8,)})
+    known = Discrepancy.independent(np.eye(1), {"effect_4": (0.8,)})
     for strength, present in ((8.0, False), (45.0, True)):
         row = replace(cast(Row, ground(2, 0.7, strength * DIRECTIONS[4])), discrepancy=known)
         _, explanations = explained(cast(Ground, row), catalogue(), Belief())

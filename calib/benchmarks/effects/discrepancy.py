@@ -10,8 +10,9 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy.linalg import block_diag, solve_triangular
-from scipy.optimize import minimize
+from scipy.linalg import solve_triangular
+from scipy.optimize import minimize, nnls
+from scipy.special import logsumexp
 from sklearn.covariance import ledoit_wolf
 
 from calib.benchmarks.effects.drawn import draw_world
@@ -19,11 +20,15 @@ from calib.benchmarks.effects.filming import Filming, film_together
 from calib.benchmarks.effects.rows import SessionRows
 from calib.benchmarks.effects.suite import SessionPlan, recorded_by
 from calib.benchmarks.spread import spread
-from diagnosis import Discrepancy
-from diagnosis.normal import Normal
+from diagnosis.discrepancy import Discrepancy, nearness
+from diagnosis.explaining import SCALES
+from fitting.posterior.gait import advanced, beat_phase
 from fitting.signatures.session_row import PRIOR_SD, row_slopes
 from fitting.signatures.slopes import little
+from fitting.trial import tail_markers
 from reality import Nuisances
+from session import FISHSIM_MARKERS
+from swimmer import load_robot
 from swimmer.effects import catalogue
 
 LENGTH = 127  # of a gait of nine markers
@@ -32,8 +37,12 @@ _STARTED_M = 2e-4  # standard deviation that refits start from, m and m/s
 _TOGETHER = 5  # sessions that are simulated at a time
 _SIZES = np.geomspace(0.35, 1.4, 9)  # of a twin's error against its mean square over sessions
 _ROBUST = 6  # rounds
-_GAIN = 3.0  # of log likelihood, for which one more effect is taken in
+_GAIN = 5.0  # of log likelihood, without the session that gains most, for which one more effect is taken in
+_LITTLE = 0.5  # of an effect at most: what is more is no twin's error that only looks like it
 _FIRST = 0.1  # strength that is tried first
+_HELD_BACK = 5.0  # pairs of swims that have nothing in common, for all that is known before
+_MOST = 0.97  # of a direction's variance that two swims have in common
+_TAIL = tail_markers(load_robot(), FISHSIM_MARKERS)
 _NEVER = "measurement"  # family of effects of which a twin's error shows nothing: reality sees as it is
 
 
@@ -43,17 +52,38 @@ class BaseSession:
 
     Attributes:
         seed: of the session.
-        left: (t, 127) what the twin leaves of each swim's gait.
+        frequency_hz: (t,) of each swim.
+        measured: (t, 127) their gaits.
+        left: (t, 127) what the twin leaves of them.
         slopes: (k, 5) of these with the coefficients.
         noise: (k, k) that a tracker would add.
         columns: by effect and parameter, (k,) what one standard deviation of its prior does; empty where not asked.
     """
 
     seed: int
+    frequency_hz: np.ndarray
+    measured: np.ndarray
     left: np.ndarray
     slopes: np.ndarray
     noise: np.ndarray
     columns: Mapping[tuple[str, int], np.ndarray]
+
+    @property
+    def phase_rad(self) -> np.ndarray:
+        """(t,) at which their tails begin."""
+        return beat_phase(self.measured, _TAIL)
+
+    @property
+    def in_phase(self) -> np.ndarray:
+        """(t, 127) what is left when all tails begin at phase 0."""
+        return advanced(self.left, -self.phase_rad)
+
+    @property
+    def noise_in_phase(self) -> np.ndarray:
+        """(127, 127) mean of the noise of one gait, at that phase."""
+        own = [slice(LENGTH * i, LENGTH * (i + 1)) for i in range(len(self.left))]
+        turns = [advanced(np.eye(LENGTH), -phase) for phase in self.phase_rad]
+        return np.mean([turn.T @ self.noise[i, i] @ turn for turn, i in zip(turns, own, strict=True)], axis=0)
 
 
 def base_sessions(seeds: Sequence[int], with_effects: bool) -> list[BaseSession]:
@@ -65,7 +95,7 @@ def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
     plan = SessionPlan(f"base-{seed}", seed, recorded_by(np.random.default_rng([seed, 1])), "null")
     drawn = yield from draw_world(plan)
     drawn = replace(drawn, world=replace(drawn.world, nuisances=Nuisances()))
-    plain = Discrepancy(_STARTED_M**2 * np.eye(LENGTH))
+    plain = Discrepancy.independent(_STARTED_M**2 * np.eye(LENGTH))
     rows = SessionRows.of(drawn, (yield from drawn.recorded()), plain)
     left = rows.left_of_gaits
     columns: dict[tuple[str, int], np.ndarray] = {}
@@ -77,25 +107,52 @@ def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
                 if slope is not None:
                     columns[signature.effect.name, number] = parameter.sd * slope[: left.size]
     slopes = row_slopes(rows.model, rows.coefficients)[: left.size]
-    return BaseSession(seed, left, slopes, rows.tracking, columns)
+    hertz = np.array([each.trial.frequency.hz for each in rows.model.trials])
+    return BaseSession(seed, hertz, rows.model.measured.reshape(left.shape), left, slopes, rows.tracking, columns)
 
 
 def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
-    """Of many sessions: what a twin leaves of each gait, and what it leaves of all gaits of a session alike.
+    """Of many sessions: what a twin leaves of each gait, how alike that is in two, and in all gaits of a session.
 
-    What it leaves of each gait is as large as it is in most sessions; effects are taken in one after the other for as
-    long as they make what is left likelier, their strengths by maximum likelihood.
+    What it leaves of each gait is as large as makes all sessions likeliest, each with a size of its own beside; effects
+    are taken in one after the other for as long as they make what is left likelier, with the likeliest strengths.
     """
-    covariance = robust_covariance([session.left for session in sessions])
-    asked = [session for session in sessions if session.columns]
-    by_size = [_unlikely([_Row.of(each, size**2 * covariance) for each in asked], [], np.zeros(0)) for size in _SIZES]
-    covariance = _SIZES[int(np.argmin(by_size))] ** 2 * covariance
-    strengths = _strengths(asked, covariance)
+    found = in_common(sessions, robust_covariance([session.in_phase for session in sessions]))
+    sizes = {size * scale for size in _SIZES for scale in SCALES}
+    rows = {size: [_Row.of(session, found, size) for session in sessions] for size in sizes}
+    by_size = [_unlikely(_sized(rows, size), [], np.zeros(0)) for size in _SIZES]
+    size = _SIZES[int(np.argmin(by_size))]
+    asked = [number for number, session in enumerate(sessions) if session.columns]
+    rows = {each: [own[number] for number in asked] for each, own in rows.items()}
+    strengths = _strengths(_sized(rows, size))
     names = dict.fromkeys(name for name, _ in strengths)
     counts = {name: len(catalogue()[name].parameters) for name in names}
-    return Discrepancy(
-        covariance, {name: tuple(strengths.get((name, i), 0.0) for i in range(counts[name])) for name in names}
-    )
+    by_name = {name: tuple(strengths.get((name, i), 0.0) for i in range(counts[name])) for name in names}
+    return Discrepancy(size * found.directions, found.common, by_name)
+
+
+def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discrepancy:
+    """What swims of one session have in common, by directions in which what is left of a gait is independent.
+
+    Directions are those of a covariance (127, 127) against the noise of the tracks. In each of them products of what is
+    left of two swims tell both shares, by least squares that are held back by some pairs that have nothing in common.
+    """
+    noise = np.mean([session.noise_in_phase for session in sessions], axis=0)
+    root = np.linalg.cholesky(noise)
+    half = solve_triangular(root, covariance, lower=True)
+    variances, vectors = np.linalg.eigh(solve_triangular(root, half.T, lower=True))
+    directions = root @ vectors * np.sqrt(variances)  # (127, 127)
+    near, products = [], []
+    for session in sessions:
+        along = np.linalg.solve(directions, session.in_phase.T)  # (127, t)
+        along /= np.sqrt((along**2).mean())
+        one, other = np.triu_indices(along.shape[1], 1)
+        near += list(nearness(session.frequency_hz)[one, other])
+        products += list((along[:, one] * along[:, other]).T)
+    told = np.vstack([np.column_stack([np.ones(len(near)), near]), np.sqrt(_HELD_BACK) * np.eye(2)])
+    common = np.array([nnls(told, np.append(own, [0.0, 0.0]))[0] for own in np.transpose(products)])
+    common *= np.minimum(1.0, _MOST / np.maximum(common.sum(axis=1), _MOST))[:, None]
+    return Discrepancy(directions, common)
 
 
 def robust_covariance(left: Sequence[np.ndarray]) -> np.ndarray:
@@ -120,50 +177,80 @@ def _shrunk(left: Sequence[np.ndarray]) -> np.ndarray:
     return np.asarray(shrunk * np.outer(scale, scale))
 
 
-def _strengths(sessions: Sequence[BaseSession], covariance: np.ndarray) -> dict[tuple[str, int], float]:
+def _strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], float]:
     """Of those parameters that make what is left likelier, forward."""
-    rows = [_Row.of(session, covariance) for session in sessions]
-    every = sorted(set.intersection(*(set(session.columns) for session in sessions)))
+    every = sorted(set.intersection(*(set(row.across) for own in rows.values() for row in own)))
     chosen: list[tuple[str, int]] = []
-    logs, best = np.zeros(0), _unlikely(rows, chosen, np.zeros(0))
+    logs, before = np.zeros(0), _log_densities(rows, chosen, np.zeros(0))
     while len(chosen) < len(every):
         start, tries = np.append(logs, np.log(_FIRST)), {}
         for one in (each for each in every if each not in chosen):
-            unlikely = partial(_unlikely, rows, [*chosen, one])
-            tries[one] = minimize(unlikely, start, method="Nelder-Mead")
-        one = min(tries, key=lambda each: tries[each].fun)
-        if best - tries[one].fun < _GAIN:
+            found = minimize(partial(_unlikely, rows, [*chosen, one]), start, method="Nelder-Mead").x
+            gains = _log_densities(rows, [*chosen, one], found) - before
+            tries[one] = float(gains.sum() - gains.max()) if np.exp(found.max()) < _LITTLE else 0.0, found
+        one = max(tries, key=lambda each: tries[each][0])
+        if tries[one][0] < _GAIN:
             break
-        chosen, logs, best = [*chosen, one], tries[one].x, tries[one].fun
+        chosen, logs = [*chosen, one], tries[one][1]
+        before = _log_densities(rows, chosen, logs)
     return dict(zip(chosen, map(float, np.exp(logs)), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """A session, whitened: what is left, columns, and what its log density has beside."""
+    """A session, whitened: squares and products of what is left and of columns, and what its log density has beside."""
 
-    left: np.ndarray
-    columns: Mapping[tuple[str, int], np.ndarray]
+    square: float
+    across: Mapping[tuple[str, int], float]
+    between: Mapping[tuple[str, int], Mapping[tuple[str, int], float]]
     volume: float
 
     @classmethod
-    def of(cls, session: BaseSession, covariance: np.ndarray) -> "_Row":
-        of_gaits = block_diag(*[covariance] * len(session.left)) + session.noise
+    def of(cls, session: BaseSession, discrepancy: Discrepancy, size: float) -> "_Row":
+        of_gaits = size**2 * discrepancy.of_gaits(session.frequency_hz, session.phase_rad) + session.noise
         root = np.linalg.cholesky(of_gaits + session.slopes @ np.diag(PRIOR_SD**2) @ session.slopes.T)
         noise = np.linalg.cholesky(session.noise) @ np.random.default_rng([session.seed, 7]).standard_normal(len(root))
-        white = partial(solve_triangular, root, lower=True)
-        columns = {key: white(column) for key, column in session.columns.items()}
-        return cls(white(session.left.ravel() + noise), columns, -float(np.log(np.diag(root)).sum()))
+        left = solve_triangular(root, session.left.ravel() + noise, lower=True)
+        keys = list(session.columns)
+        columns = np.column_stack([np.zeros((len(root), 0)), *session.columns.values()])
+        columns = solve_triangular(root, columns, lower=True)
+        across, between = columns.T @ left, columns.T @ columns
+        return cls(
+            float(left @ left),
+            dict(zip(keys, across, strict=True)),
+            {key: dict(zip(keys, products, strict=True)) for key, products in zip(keys, between, strict=True)},
+            -float(np.log(np.diag(root)).sum()),
+        )
 
     def log_density(self, chosen: Sequence[tuple[str, int]], strengths: np.ndarray) -> float:
         """But for a constant."""
-        columns = np.column_stack([np.zeros((len(self.left), 0)), *(self.columns[key] for key in chosen)]) * strengths
-        return self.volume + Normal(self.left, np.ones(len(self.left)), columns).log_density
+        count = len(chosen)
+        across = np.array([self.across[key] for key in chosen]) * strengths
+        between = np.reshape([self.between[one][other] for one in chosen for other in chosen], (count, count))
+        freed = np.eye(count) + between * np.outer(strengths, strengths)
+        explained = float(across @ np.linalg.solve(freed, across))
+        return self.volume - 0.5 * (self.square - explained) - 0.5 * float(np.linalg.slogdet(freed)[1])
 
 
-def _unlikely(rows: Sequence[_Row], chosen: Sequence[tuple[str, int]], logs: np.ndarray) -> float:
+def _sized(rows: Mapping[float, Sequence[_Row]], size: float) -> dict[float, Sequence[_Row]]:
+    """Rows by the size that sessions may have beside that of most."""
+    return {scale: rows[size * scale] for scale in SCALES}
+
+
+def _unlikely(rows: Mapping[float, Sequence[_Row]], chosen: Sequence[tuple[str, int]], logs: np.ndarray) -> float:
     """-ln of the likelihood of these strengths, given by their logarithms."""
-    return -sum(row.log_density(chosen, np.exp(logs)) for row in rows)
+    return -float(_log_densities(rows, chosen, logs).sum())
+
+
+def _log_densities(
+    rows: Mapping[float, Sequence[_Row]], chosen: Sequence[tuple[str, int]], logs: np.ndarray
+) -> np.ndarray:
+    """(s,) of sessions, each of which has one of the sizes."""
+    strengths = np.exp(logs)
+    of_sizes = [
+        [row.log_density(chosen, strengths) + np.log(SCALES[scale]) for row in own] for scale, own in rows.items()
+    ]
+    return np.asarray(logsumexp(of_sizes, axis=0))
 
 
 def measure(path: Path, workers: int = 0) -> None:

@@ -59,8 +59,7 @@ def evidence_of(folder: Path, discrepancy: Discrepancy, effects: Mapping[str, Ef
 
 
 def _noise_of(ground: Ground) -> Whitened:
-    length = len(ground.model.trials[0].measured)
-    covariance = row_covariance(ground.model, ground.model.noise, np.zeros((length, length)))
+    covariance = row_covariance(ground.model, ground.model.noise)
     return Whitened.of(covariance, ground.slopes, PRIOR_SD)
 
 

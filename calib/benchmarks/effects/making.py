@@ -75,7 +75,8 @@ class Making:
         if known:
             held = SessionRows.of(drawn, base, self.discrepancy, "holdout", fitted.coefficients)
             recordings = yield from drawn.recorded(present)
-            shrinkage = oracle_shrinkage(known, fitted, held, (fitted.change(recordings), held.change(recordings)))
+            change = fitted.changes(recordings)[-1]
+            shrinkage = oracle_shrinkage(known, fitted, held, change, held.change(recordings, change.at))
         stages = {effect.stage for effect in known}
         outside = plan.effects[0] if plan.kind == "outside" else None
         return present, Answer(

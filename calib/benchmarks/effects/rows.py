@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -16,12 +17,26 @@ from fitting.posterior.noise import GaitNoise
 from fitting.posterior.session_model import START_PHASE_RAD, PlacesOff, SessionModel
 from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import Signature, Whitened, signature_of
-from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes
+from fitting.signatures.session_row import LONG, PRIOR_SD, left_row, nearest, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial, measure_trial
 from reality import PixelNoise, Recording
 from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
+
+
+class Change(NamedTuple):
+    """What something in the water changes of a session's row, and how far coefficients follow it about some place.
+
+    Attributes:
+        row: (k,) at the coefficients of the base state, as slopes at that place have it.
+        space: of these slopes, in which all that disturbs the row has unit size.
+        at: (5,) the place.
+    """
+
+    row: np.ndarray
+    space: Whitened
+    at: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,15 +105,47 @@ class SessionRows:
         alike = self.discrepancy.alike(self.signatures(looks_like))
         return Whitened.of(self._covariance(at) + alike @ alike.T, row_slopes(self.model, at), PRIOR_SD)
 
-    def change(self, recordings: Mapping[str, Recording]) -> np.ndarray:
-        """(k,) what the refitted twin leaves of other recordings of the same trials, less what it leaves of these.
+    def changes(self, recordings: Mapping[str, Recording]) -> tuple[Change, ...]:
+        """What other recordings of the same trials change, about the coefficients of the base state.
+
+        Where coefficients would have to go far to follow it, which they do not in a straight line, there is a second:
+        about those of the twin that is refitted in truth. What follows either way comes as near as the nearer of them.
+        """
+        about_base = self.change(recordings)
+        step = about_base.space.coefficients(about_base.row) if np.isfinite(about_base.row).all() else np.zeros(5)
+        if about_base.space.moved(step) <= LONG:
+            return (about_base,)
+        try:
+            at = nearest(self._beside(recordings), self.coefficients, self._covariance(self.coefficients))
+            about_refitted = self.change(recordings, at)
+        except (np.linalg.LinAlgError, ValueError):  # a twin diverged on the way, and what it leaves is not finite
+            return (about_base,)
+        return (about_base, about_refitted) if np.isfinite(about_refitted.row).all() else (about_base,)
+
+    def change(self, recordings: Mapping[str, Recording], at: np.ndarray | None = None) -> Change:
+        """What other recordings of the same trials change of what the twin leaves.
 
         The twin beats at the frequency of either; how far that is from the base state stands behind the gaits. Rows are
         compared at one phase of the beat: what the twin leaves turns with it, and that is no effect.
+
+        Args:
+            recordings: by name.
+            at: (5,) coefficients about which these may follow; default: of the base state.
         """
+        at = self.coefficients if at is None else at
+        others = self._beside(recordings)
+        row = self._turned_back(left_row(others, at), others.trials) - self.left
+        if np.array_equal(at, self.coefficients):
+            return Change(row, self.space, at)
+        space = replace(self.space, slopes=row_slopes(self.model, at))
+        return Change(row + space.slopes @ (at - self.coefficients), space, at)
+
+    def _beside(self, recordings: Mapping[str, Recording]) -> SessionModel:
+        """Other recordings of the same trials beside the same twin."""
         others = measured(self.drawn, recordings, self.role)
-        models = tuple(replace(model, trial=trial) for model, trial in zip(self.model.trials, others, strict=True))
-        return self._turned_back(left_row(SessionModel(models), self.coefficients), models) - self.left
+        return SessionModel(
+            tuple(replace(model, trial=trial) for model, trial in zip(self.model.trials, others, strict=True))
+        )
 
     def _turned_back(self, row: np.ndarray, models: Sequence[TrialModel]) -> np.ndarray:
         """(k,) gaits at the phase of the base state."""
@@ -127,7 +174,7 @@ class SessionRows:
         scale = float(np.mean([model.trial.metres_per_px for model in self.model.trials]))
         off = PlacesOff(noise.placement_sd_px * scale, GLUED_SD_M)
         disturbed = self.model.disturbances(at, self.tracking).of(off)
-        return row_covariance(self.model, disturbed, self.discrepancy.covariance)
+        return row_covariance(self.model, disturbed + self.discrepancy.over(self.model))
 
 
 def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) -> list[MeasuredTrial]:

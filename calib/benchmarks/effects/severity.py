@@ -1,4 +1,4 @@
-"""How strong an effect must be to be as detectable as is asked, every rival refitted.
+"""How strong an effect must be to be as detectable as is asked, every rival refitted, the plain twin first of all.
 
 The effect's own form in the catalogue is refitted too, and does not follow it exactly either: a form that stays o away
 from the truth is told from a rival that stays r away as if they were sqrt(r^2 - o^2) apart (their expected log
@@ -33,14 +33,12 @@ class Strength:
         mechanisms: at that strength.
         detectability: by how much its own form is nearer than the nearest rival, the plain twin among them.
         rivals: all others, the nearest first.
-        change: (k,) of the session's row.
     """
 
     value: float
     mechanisms: tuple[Mechanism, ...]
     detectability: float
     rivals: tuple[Rival, ...]
-    change: np.ndarray
 
     @property
     def alike(self) -> tuple[str, ...]:
@@ -95,15 +93,20 @@ def _tried(
 ) -> Filming[Strength | None]:
     """What the mechanisms do to the fitted swims; None where they cannot be simulated or measured."""
     try:
-        change = rows.change((yield from drawn.recorded(mechanisms, drawn.swims(rows.role))))
+        changes = rows.changes((yield from drawn.recorded(mechanisms, drawn.swims(rows.role))))
     except (SimulationDiverged, NotEnoughData):
         return None
-    if not np.isfinite(change).all():
+    if not np.isfinite(changes[0].row).all():
         return None
-    own = 0.0 if itself is None else rows.space.rival(change, itself).distance
-    nearer = [rival._replace(distance=_apart(rival.distance, own)) for rival in rows.space.rivals(change, rivals)]
-    plain = _apart(rows.space.length(change), own)
-    return Strength(value, mechanisms, min([plain, *(r.distance for r in nearer)]), tuple(nearer), change)
+
+    def nearest(signature: Signature) -> Rival:
+        return min((space.rival(row, signature) for row, space, _ in changes), key=lambda rival: rival.distance)
+
+    own = 0.0 if itself is None else nearest(itself).distance
+    found = [rival._replace(distance=_apart(rival.distance, own)) for rival in map(nearest, rivals)]
+    plain = _apart(min(space.length(row) for row, space, _ in changes), own)
+    nearer = sorted(found, key=lambda rival: rival.distance)
+    return Strength(value, mechanisms, min([plain, *(rival.distance for rival in nearer)]), tuple(nearer))
 
 
 def _apart(rival: float, own: float) -> float:

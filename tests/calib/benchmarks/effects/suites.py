@@ -24,7 +24,7 @@ _NO_BENCH: dict[str, Any] = {"dry_hz": None, "free_decay": False}
 
 def suite_in(folder: Path, answers: Sequence[Answer] = ANSWERS) -> SuiteFolder:
     suite = SuiteFolder(folder)
-    Discrepancy(np.eye(127)).save(suite.discrepancy, [0])
+    Discrepancy.independent(np.eye(127)).save(suite.discrepancy, [0])
     sums = {}
     for answer in answers:
         (suite.sessions / answer.session).mkdir(parents=True)
@@ -44,7 +44,7 @@ def shortened(plan: SessionPlan) -> SessionPlan:
 
 def says_slack(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
     """A program that finds slack tendons everywhere, as long as it knows of them; it keeps a count of its runs."""
-    assert discrepancy.covariance.shape == (127, 127)
+    assert discrepancy.directions.shape == (127, 127)
     named = "tendon_slack" not in without
     told = {
         "verdict": "named" if named else "unexplained",

@@ -114,7 +114,7 @@ def test_the_toolkit_s_own_program_is_told_what_to_leave_out(
 
     monkeypatch.setattr("calib.benchmarks.effects.program.open_session", lambda folder: folder)
     monkeypatch.setattr("calib.benchmarks.effects.program.Pipeline", Recorded)
-    diagnose(suite.sessions / NAMES[0], told := Discrepancy(np.eye(127)), frozenset({"wave_drag"}))
+    diagnose(suite.sessions / NAMES[0], told := Discrepancy.independent(np.eye(127)), frozenset({"wave_drag"}))
     assert asked[0][:3] == (suite.sessions / NAMES[0], "quick", frozenset({"wave_drag"}))
     assert asked[0][3] is told
 

@@ -81,7 +81,7 @@ def test_a_recommended_trial_is_made_and_the_session_diagnosed_with_it(
     monkeypatch.setattr(following, "recorded_by", lambda _random: SHORT)
     suite = suite_in(tmp_path, (NULL, SLACK))
     for name in (NULL.session, SLACK.session):
-        confuses(suite.sessions / name, Discrepancy(np.eye(1)), frozenset())
+        confuses(suite.sessions / name, Discrepancy.independent(np.eye(1)), frozenset())
     assert list(wanted(suite)) == [SLACK.session]
     assert follow_suite(suite, confuses, 1) == ()
     more = load_session(suite.followed / SLACK.session).trials[-1]
@@ -102,7 +102,7 @@ def test_a_recommended_trial_is_made_and_the_session_diagnosed_with_it(
 
 def test_a_suite_from_before_trials_were_recommended_is_to_be_made_anew(tmp_path: Path) -> None:
     suite = suite_in(tmp_path, (replace(SLACK, strengths=()),))
-    confuses(suite.sessions / SLACK.session, Discrepancy(np.eye(1)), frozenset())
+    confuses(suite.sessions / SLACK.session, Discrepancy.independent(np.eye(1)), frozenset())
     (failure,) = follow_suite(suite, confuses, 1)
     assert "make the suite anew" in failure.message
 
@@ -118,7 +118,7 @@ def test_all_that_was_recorded_before_stays_as_it_was(tmp_path: Path, monkeypatc
     """The world and what is in it, both effects with draws of their own, are made again from seed and strengths."""
     plan = SessionPlan("w00000001", 3, SHORT, "double", ("drive_ratio_error", "bend_offset"))
     monkeypatch.setattr(making_module, "strength_for", as_strong_as_told)
-    making = Making(catalogued(), Discrepancy(np.eye(127)), {})
+    making = Making(catalogued(), Discrepancy.independent(np.eye(127)), {})
     more = one_more(plan, "dry", 1.0, logged=False)
     (answer,) = film_together([making.make(plan, tmp_path / "before")])
     assert (answer.seed, answer.strengths) == (3, (STRENGTH, STRENGTH))

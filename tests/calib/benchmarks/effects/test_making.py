@@ -29,7 +29,7 @@ RECORDED = Recorded((0.6, 1.0), (0.8, 1.2), 4.0, 0.7, True, True)
 NULL = SessionPlan("w00000001", 11, RECORDED, "null")
 SINGLE = SessionPlan("w00000002", 12, RECORDED, "single", ("bend_offset",), 10.0)
 TRIED = ("bend_offset", "tendon_asymmetry", "head_frame_misalignment", "stiffness_error")
-DISCREPANCY = Discrepancy((2e-4) ** 2 * np.eye(127))
+DISCREPANCY = Discrepancy.independent((2e-4) ** 2 * np.eye(127))
 
 
 @pytest.fixture(scope="module")

@@ -32,7 +32,7 @@ def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def empty_suite(folder: Path) -> SuiteFolder:
     suite = SuiteFolder(folder)
-    Discrepancy((2e-4) ** 2 * np.eye(127)).save(suite.discrepancy, [0])
+    Discrepancy.independent((2e-4) ** 2 * np.eye(127)).save(suite.discrepancy, [0])
     return suite
 
 

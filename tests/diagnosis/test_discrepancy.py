@@ -1,0 +1,83 @@
+"""What a refitted twin leaves of several swims where nothing is wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from diagnosis.discrepancy import COURSE_SD, Discrepancy, discrepancy_for
+from fitting.posterior.gait import SPEED, advanced, beat_phase, of_markers
+from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
+from fitting.posterior.trial_model import TrialModel
+from session import FISHSIM_MARKERS
+from swimmer import DRY, Twin
+from tests.diagnosis.grounds import dry_run, ground, trials
+from tests.fitting.exact_swims import ROBOT
+
+HERTZ, PHASE_RAD = np.array([0.5, 0.55, 1.3]), np.array([0.0, 2.0, -1.0])
+GAIT = 1 + 14 * len(FISHSIM_MARKERS)
+
+
+def drawn(everywhere: float, near: float) -> Discrepancy:
+    directions = 1e-4 * np.random.default_rng(1).standard_normal((GAIT, GAIT))
+    return Discrepancy(directions, np.tile([everywhere, near], (GAIT, 1)))
+
+
+def test_each_swim_varies_at_the_phase_at_which_its_tail_begins() -> None:
+    known = drawn(0.5, 0.3)
+    found = known.of_gaits(HERTZ, PHASE_RAD).reshape(3, GAIT, 3, GAIT)
+    for i, phase in enumerate(PHASE_RAD):
+        turned = advanced(known.directions.T, phase)
+        assert found[i, :, i] == pytest.approx(turned.T @ turned, rel=1e-9)
+
+
+def test_swims_have_more_in_common_the_more_alike_their_frequencies_are() -> None:
+    known = drawn(0.2, 0.6)
+    found = known.of_gaits(HERTZ, np.zeros(3)).reshape(3, GAIT, 3, GAIT)
+    alone = known.directions @ known.directions.T
+    shares = [float(found[0, SPEED, other, SPEED] / alone[SPEED, SPEED]) for other in (0, 1, 2)]
+    assert shares[0] == pytest.approx(1.0)
+    assert 0.7 < shares[1] < 0.8
+    assert 0.2 <= shares[2] < 0.25
+    assert np.linalg.eigvalsh(known.of_gaits(HERTZ, PHASE_RAD)).min() > -1e-15
+
+
+def test_a_gait_begins_at_the_phase_by_which_it_was_advanced() -> None:
+    gait = np.zeros(GAIT)
+    of_markers(gait)[:, 1, 1] = 0.02
+    assert beat_phase(advanced(np.tile(gait, (3, 1)), PHASE_RAD), [4, 5, 6]) == pytest.approx(PHASE_RAD)
+
+
+def test_a_run_in_air_has_nothing_in_common_with_swims_and_courses_have_nothing_in_common() -> None:
+    twin = Twin(ROBOT, FISHSIM_MARKERS, workers=1)
+    clamped = Twin(ROBOT, FISHSIM_MARKERS, DRY, workers=1)
+    runs = [(twin, trials()[0]), (twin, trials()[1]), (clamped, dry_run())]
+    model = SessionModel(tuple(TrialModel(own, trial, START_PHASE_RAD, with_course=True) for own, trial in runs))
+    found = drawn(0.5, 0.3).over(model).reshape(3, GAIT + 2, 3, GAIT + 2)
+    assert np.abs(found[0, :, 1]).max() > 0
+    assert np.abs(found[:2, :, 2]).max() == 0
+    assert found[1, GAIT:, 1, GAIT:] == pytest.approx(np.diag(np.square(COURSE_SD)))
+    assert np.abs(found[0, GAIT:, 1]).max() == 0
+
+
+def test_of_another_marker_it_is_as_of_the_nearest_and_by_itself() -> None:
+    moved = ROBOT.markers["tail_2"]
+    robot = ROBOT.model_copy(update={"markers": {**ROBOT.markers, "bead": moved}})
+    shipped, found = discrepancy_for(FISHSIM_MARKERS, robot), discrepancy_for(("nose", "bead", "neck"), robot)
+    known, told = (each.of_gaits(HERTZ[:1], PHASE_RAD[:1]) for each in (shipped, found))
+    place = 1 + 14 * FISHSIM_MARKERS.index("tail_2")
+    assert told[15:29, 15:29] == pytest.approx(known[place : place + 14, place : place + 14])
+    assert np.abs(told[15:29, :15]).max() == 0
+    assert told[:15, :15] == pytest.approx(known[:15, :15])
+
+
+def test_what_swims_have_in_common_is_no_surprise_in_a_session() -> None:
+    """The likelier explanation of what all swims show alike is the twin's own error."""
+    model: SessionModel = ground().model
+    apart, alike = drawn(0.0, 0.0).over(model), drawn(0.9, 0.0).over(model)
+    phases = [float(beat_phase(each.measured, list(each.trial.tail))) for each in model.trials]
+    mode = drawn(0.0, 0.0).directions[:, 0]
+    row = np.concatenate([*(np.append(advanced(mode, phase), [0.0, 0.0]) for phase in phases)])
+    assert row @ np.linalg.solve(alike, row) < 0.7 * row @ np.linalg.solve(apart, row)
+
+
