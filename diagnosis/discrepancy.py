@@ -17,7 +17,7 @@ from fitting.posterior.gait import OF_A_MARKER, SPEED, advanced, beat_phase
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Signature
 from fitting.signatures.slopes import little
-from session import FISHSIM_MARKERS
+from session import FISHSIM_MARKERS, Fault, InputError
 from swimmer import RobotSpec
 
 _OF_A_MARKER = 2 * OF_A_MARKER
@@ -45,14 +45,22 @@ class Discrepancy:
     strengths: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @classmethod
-    def independent(cls, covariance: np.ndarray, strengths: Mapping[str, tuple[float, ...]] | None = None) -> "Discrepancy":
+    def independent(cls, covariance: np.ndarray) -> "Discrepancy":
         """Of a covariance (g, g) of what is left of each gait, when no two swims have anything in common."""
-        return cls(np.linalg.cholesky(covariance), np.zeros((len(covariance), 2)), strengths or {})
+        return cls(np.linalg.cholesky(covariance), np.zeros((len(covariance), 2)))
 
     @classmethod
     def load(cls, path: Path) -> "Discrepancy":
-        """As it was saved."""
+        """As it was saved.
+
+        Raises:
+            InputError: it was saved by a program that knew nothing of what swims have in common.
+        """
         with np.load(path) as stands:
+            if "directions" not in stands:
+                found, expected = ", ".join(stands.files), "directions, common, effects, strengths, seeds"
+                step = "Make its suite anew: beside another discrepancy the severities of its effects are others."
+                raise InputError([Fault(str(path), "", "not a discrepancy of today", found, expected, (), step)])
             names, strengths = stands["effects"], stands["strengths"]
             by_name = {str(name): tuple(map(float, strengths[names == name])) for name in dict.fromkeys(names)}
             return cls(np.asarray(stands["directions"], float), np.asarray(stands["common"], float), by_name)

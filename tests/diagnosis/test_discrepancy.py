@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from diagnosis.discrepancy import COURSE_SD, Discrepancy, discrepancy_for
 from fitting.posterior.gait import SPEED, advanced, beat_phase, of_markers
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
 from fitting.posterior.trial_model import TrialModel
-from session import FISHSIM_MARKERS
+from session import FISHSIM_MARKERS, InputError
 from swimmer import DRY, Twin
 from tests.diagnosis.grounds import dry_run, ground, trials
 from tests.fitting.exact_swims import ROBOT
@@ -71,6 +73,18 @@ def test_of_another_marker_it_is_as_of_the_nearest_and_by_itself() -> None:
     assert told[:15, :15] == pytest.approx(known[:15, :15])
 
 
+def test_it_is_read_as_it_was_written_and_one_of_an_older_form_is_refused(tmp_path: Path) -> None:
+    known = Discrepancy(drawn(0.5, 0.3).directions, drawn(0.5, 0.3).common, {"fluid_memory": (0.1,), "bend_offset": ()})
+    known.save(tmp_path / "discrepancy.npz", [1, 2])
+    found = Discrepancy.load(tmp_path / "discrepancy.npz")
+    assert found.directions == pytest.approx(known.directions, rel=1e-6)
+    assert found.common == pytest.approx(known.common, rel=1e-6)
+    assert found.strengths == {"fluid_memory": (0.1,)}
+    np.savez(tmp_path / "older.npz", covariance=np.eye(2))
+    with pytest.raises(InputError, match=r"older\.npz: not a discrepancy of today; found covariance.*Make its suite anew"):
+        Discrepancy.load(tmp_path / "older.npz")
+
+
 def test_what_swims_have_in_common_is_no_surprise_in_a_session() -> None:
     """The likelier explanation of what all swims show alike is the twin's own error."""
     model: SessionModel = ground().model
@@ -79,5 +93,3 @@ def test_what_swims_have_in_common_is_no_surprise_in_a_session() -> None:
     mode = drawn(0.0, 0.0).directions[:, 0]
     row = np.concatenate([*(np.append(advanced(mode, phase), [0.0, 0.0]) for phase in phases)])
     assert row @ np.linalg.solve(alike, row) < 0.7 * row @ np.linalg.solve(apart, row)
-
-

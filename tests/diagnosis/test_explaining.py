@@ -63,7 +63,7 @@ def test_a_large_error_is_no_gap() -> None:
 
 
 def test_a_little_of_what_the_twin_leaves_of_all_trials_is_no_effect() -> None:
-    known = Discrepancy.independent(np.eye(1), {"effect_4": (0.8,)})
+    known = replace(Discrepancy.independent(np.eye(1)), strengths={"effect_4": (0.8,)})
     for strength, present in ((8.0, False), (45.0, True)):
         row = replace(cast(Row, ground(2, 0.7, strength * DIRECTIONS[4])), discrepancy=known)
         _, explanations = explained(cast(Ground, row), catalogue(), Belief())
