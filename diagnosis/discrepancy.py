@@ -17,6 +17,7 @@ from fitting.posterior.gait import OF_A_MARKER, SPEED, advanced, beat_phase
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Signature
 from fitting.signatures.slopes import little
+from fitting.trial import tail_markers
 from session import FISHSIM_MARKERS, Fault, InputError
 from swimmer import RobotSpec
 
@@ -32,21 +33,24 @@ class Discrepancy:
     """Of a session like most: of each swim, alike in swims at alike frequencies, and a little of some effects.
 
     Attributes:
-        directions: (g, q) what is left of one gait is independent in these, by standard deviations; at the phase at
-            which the tail is farthest left.
+        directions: (g, q) what is left of one gait is independent in these, by standard deviations, m and m/s; at the
+            phase at which the tail is farthest left.
         common: (q, 2) share of each direction's variance that all swims of a session have in common, and that those at
             alike frequencies have in common beside; the rest each has to itself.
         strengths: by name of an effect, the standard deviation of each of its parameters, in those of their priors:
             alike in all trials of a session.
+        beat: (9,) complex, how the published markers beat sideways at that phase, m: of other markers the tail is
+            farthest left at another.
     """
 
     directions: np.ndarray
     common: np.ndarray
     strengths: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    beat: np.ndarray = field(default_factory=lambda: np.zeros(len(FISHSIM_MARKERS), complex))
 
     @classmethod
     def independent(cls, covariance: np.ndarray) -> "Discrepancy":
-        """Of a covariance (g, g) of what is left of each gait, when no two swims have anything in common."""
+        """Of a covariance (g, g) at that phase of what is left of each gait, no two swims with anything in common."""
         return cls(np.linalg.cholesky(covariance), np.zeros((len(covariance), 2)))
 
     @classmethod
@@ -58,12 +62,13 @@ class Discrepancy:
         """
         with np.load(path) as stands:
             if "directions" not in stands:
-                found, expected = ", ".join(stands.files), "directions, common, effects, strengths, seeds"
+                found, expected = ", ".join(stands.files), "directions, common, effects, strengths, beat, seeds"
                 step = "Make its suite anew: beside another discrepancy the severities of its effects are others."
                 raise InputError([Fault(str(path), "", "not a discrepancy of today", found, expected, (), step)])
             names, strengths = stands["effects"], stands["strengths"]
             by_name = {str(name): tuple(map(float, strengths[names == name])) for name in dict.fromkeys(names)}
-            return cls(np.asarray(stands["directions"], float), np.asarray(stands["common"], float), by_name)
+            directions, common = (np.asarray(stands[part], float) for part in ("directions", "common"))
+            return cls(directions, common, by_name, stands["beat"])
 
     def save(self, path: Path, seeds: Sequence[int]) -> None:
         """Writes it with the seeds of the sessions that it was found from."""
@@ -74,11 +79,16 @@ class Discrepancy:
             common=self.common.astype(np.float32),
             effects=np.array([name for name, own in self.strengths.items() for _ in own], dtype=np.str_),
             strengths=np.array([strength for own in self.strengths.values() for strength in own], dtype=float),
+            beat=self.beat.astype(np.complex64),
             seeds=np.array(seeds),
         )
 
     def over(self, model: SessionModel) -> np.ndarray:
-        """(k, k) covariance of what is left of the gaits of a model; of its course each trial has its own."""
+        """(k, k) covariance of what is left of the gaits of a model.
+
+        Runs with the head clamped in air have nothing in common with swims; of its course, where gaits hold it, each
+        trial has its own.
+        """
         trials = model.trials
         phases = np.array([beat_phase(each.measured, list(each.trial.tail)) for each in trials])
         hertz = np.array([each.trial.frequency.hz for each in trials])
@@ -144,9 +154,21 @@ def _of_markers(known: Discrepancy, markers: tuple[str, ...], robot: RobotSpec) 
     else:
         nearest = [round(i) for i in np.linspace(0, len(FISHSIM_MARKERS) - 1, len(markers))]
     parts = [np.arange(1 + _OF_A_MARKER * i, 1 + _OF_A_MARKER * (i + 1)) for i in nearest]
-    rows = known.directions[np.concatenate([[SPEED], *parts])]
+    ahead = float(np.angle(known.beat[[nearest[i] for i in tail_markers(robot, markers)]].sum()))
+    rows = advanced(known.directions[np.concatenate([[SPEED], *parts])].T, -ahead).T
     whose = np.concatenate([[-1], np.repeat(np.arange(len(markers)), _OF_A_MARKER)])
     strange = [i for i, name in enumerate(markers) if name not in published]
-    together = [~np.isin(whose, strange), *(whose == i for i in strange)]
-    directions = np.hstack([np.where(own[:, None], rows, 0.0) for own in together])
-    return replace(known, directions=directions, common=np.tile(known.common, (len(together), 1)))
+    together = np.where(np.isin(whose, strange)[:, None], 0.0, rows)
+    apart = [_of_one(rows, known.common, np.flatnonzero(whose == i)) for i in strange]
+    directions = np.hstack([together, *(each for each, _ in apart)])
+    return replace(known, directions=directions, common=np.vstack([known.common, *(each for _, each in apart)]))
+
+
+def _of_one(rows: np.ndarray, common: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (g, 3 r), and what is common in them (3 r, 2), of the same covariances of r own rows alone."""
+    everywhere, near = common.T
+    result = np.zeros((len(rows), 3 * len(own)))
+    for kind, share in enumerate((1 - everywhere - near, everywhere, near)):
+        variances, vectors = np.linalg.eigh((rows[own] * share) @ rows[own].T)
+        result[own, kind * len(own) : (kind + 1) * len(own)] = vectors * np.sqrt(np.maximum(variances, 0.0))
+    return result, np.repeat(np.eye(3)[:, 1:], len(own), axis=0)

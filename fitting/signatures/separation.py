@@ -21,11 +21,21 @@ class Rival(NamedTuple):
         name: of the effect.
         values: (p,) of its parameters.
         distance: whitened, coefficients refitted with it; d in the two-way error Phi(-d / 2).
+        left: (k,) of the row without it, coefficients as they were.
     """
 
     name: str
     values: np.ndarray
     distance: float
+    left: np.ndarray
+
+
+class Together(NamedTuple):
+    """Several effects at their best, as of `Rival`; `values` (p,) of each."""
+
+    values: list[np.ndarray]
+    distance: float
+    left: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,20 +91,21 @@ class Whitened:
 
     def rival(self, row: np.ndarray, signature: Signature) -> Rival:
         """The nearest that another effect comes to a change (k,), within its bounds."""
-        (values,), distance = self.together(row, [signature])
-        return Rival(signature.effect.name, values, distance)
+        (values,), distance, left = self.together(row, [signature])
+        return Rival(signature.effect.name, values, distance, left)
 
-    def together(self, row: np.ndarray, signatures: Sequence[Signature]) -> tuple[list[np.ndarray], float]:
-        """Parameters of effects that together come nearest to a change (k,), within their bounds, and how near.
+    def together(self, row: np.ndarray, signatures: Sequence[Signature]) -> Together:
+        """Parameters of effects that together come nearest to a change (k,), within their bounds.
 
         Each parameter is linear over each of its pieces; those of all effects that come nearest are taken.
         """
         target = self.freed(row)
-        best, nearest = [np.zeros(len(each.effect.parameters)) for each in signatures], float(np.linalg.norm(target))
+        best, left = [np.zeros(len(each.effect.parameters)) for each in signatures], row
+        nearest = float(np.linalg.norm(target))
         choices = [chosen for chosen in product(*map(ways, signatures)) if any(chosen)]
         pieces = {id(piece): piece for chosen in choices for way in chosen for piece in way.values()}
         if not pieces:
-            return best, nearest
+            return Together(best, nearest, left)
         basis, columns = np.linalg.qr(self.freed(np.array([piece.slope for piece in pieces.values()])).T)
         column = dict(zip(pieces, columns.T, strict=True))
         within = basis.T @ target
@@ -106,11 +117,8 @@ class Whitened:
             distance = float(np.sqrt(2 * found.cost + beside))
             if distance < nearest:
                 nearest, values = distance, iter(found.x)
+                left = row - np.column_stack([piece.slope for piece in own]) @ found.x
                 for each, way in zip(best, chosen, strict=True):
                     each[:] = 0.0
                     each[list(way)] = [next(values) for _ in way]
-        return best, nearest
-
-    def rivals(self, row: np.ndarray, signatures: Sequence[Signature]) -> list[Rival]:
-        """All, the nearest first."""
-        return sorted((self.rival(row, signature) for signature in signatures), key=lambda rival: rival.distance)
+        return Together(best, nearest, left)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -53,33 +54,40 @@ def test_a_gait_begins_at_the_phase_by_which_it_was_advanced() -> None:
 def test_a_run_in_air_has_nothing_in_common_with_swims_and_courses_have_nothing_in_common() -> None:
     twin = Twin(ROBOT, FISHSIM_MARKERS, workers=1)
     clamped = Twin(ROBOT, FISHSIM_MARKERS, DRY, workers=1)
-    runs = [(twin, trials()[0]), (twin, trials()[1]), (clamped, dry_run())]
+    runs = [(twin, trials()[0]), (twin, trials()[1]), (clamped, dry_run()), (clamped, dry_run())]
     model = SessionModel(tuple(TrialModel(own, trial, START_PHASE_RAD, with_course=True) for own, trial in runs))
-    found = drawn(0.5, 0.3).over(model).reshape(3, GAIT + 2, 3, GAIT + 2)
+    found = drawn(0.5, 0.3).over(model).reshape(4, GAIT + 2, 4, GAIT + 2)
     assert np.abs(found[0, :, 1]).max() > 0
-    assert np.abs(found[:2, :, 2]).max() == 0
+    assert np.abs(found[2, :, 3]).max() > 0
+    assert np.abs(found[:2, :, 2:]).max() == 0
     assert found[1, GAIT:, 1, GAIT:] == pytest.approx(np.diag(np.square(COURSE_SD)))
     assert np.abs(found[0, GAIT:, 1]).max() == 0
 
 
 def test_of_another_marker_it_is_as_of_the_nearest_and_by_itself() -> None:
-    moved = ROBOT.markers["tail_2"]
-    robot = ROBOT.model_copy(update={"markers": {**ROBOT.markers, "bead": moved}})
+    robot = ROBOT.model_copy(update={"markers": {**ROBOT.markers, "bead": ROBOT.markers["tail_2"]}})
     shipped, found = discrepancy_for(FISHSIM_MARKERS, robot), discrepancy_for(("nose", "bead", "neck"), robot)
-    known, told = (each.of_gaits(HERTZ[:1], PHASE_RAD[:1]) for each in (shipped, found))
-    place = 1 + 14 * FISHSIM_MARKERS.index("tail_2")
-    assert told[15:29, 15:29] == pytest.approx(known[place : place + 14, place : place + 14])
-    assert np.abs(told[15:29, :15]).max() == 0
-    assert told[:15, :15] == pytest.approx(known[:15, :15])
+    place = FISHSIM_MARKERS.index("tail_2")
+    ahead = float(np.angle(shipped.beat[place]))  # its beat is another than that of the whole tail
+    assert abs(ahead) > 0.5
+    known, told = shipped.of_gaits(HERTZ, PHASE_RAD - ahead), found.of_gaits(HERTZ, PHASE_RAD)
+    known, told = known.reshape(3, GAIT, 3, GAIT), told.reshape(3, 43, 3, 43)
+    own = slice(1 + 14 * place, 15 + 14 * place)
+    assert told[:, 15:29, :, 15:29] == pytest.approx(known[:, own, :, own], abs=1e-12)
+    assert np.abs(told[:, 15:29, :, :15]).max() == 0
+    assert told[:, :15, :, :15] == pytest.approx(known[:, :15, :, :15], abs=1e-12)
 
 
 def test_it_is_read_as_it_was_written_and_one_of_an_older_form_is_refused(tmp_path: Path) -> None:
-    known = Discrepancy(drawn(0.5, 0.3).directions, drawn(0.5, 0.3).common, {"fluid_memory": (0.1,), "bend_offset": ()})
+    any_one = drawn(0.5, 0.3)
+    beat = np.linspace(0.1, 1.0, 9) * (1 - 2j)
+    known = replace(any_one, strengths={"fluid_memory": (0.1,), "bend_offset": ()}, beat=beat)
     known.save(tmp_path / "discrepancy.npz", [1, 2])
     found = Discrepancy.load(tmp_path / "discrepancy.npz")
     assert found.directions == pytest.approx(known.directions, rel=1e-6)
     assert found.common == pytest.approx(known.common, rel=1e-6)
     assert found.strengths == {"fluid_memory": (0.1,)}
+    assert found.beat == pytest.approx(beat)
     np.savez(tmp_path / "older.npz", covariance=np.eye(2))
     with pytest.raises(InputError, match=r"older\.npz: not a discrepancy of today; found covariance.* suite anew"):
         Discrepancy.load(tmp_path / "older.npz")

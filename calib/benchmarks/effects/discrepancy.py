@@ -22,7 +22,7 @@ from calib.benchmarks.effects.suite import SessionPlan, recorded_by
 from calib.benchmarks.spread import spread
 from diagnosis.discrepancy import Discrepancy, nearness
 from diagnosis.explaining import SCALES
-from fitting.posterior.gait import advanced, beat_phase
+from fitting.posterior.gait import advanced, beat_phase, harmonics_of
 from fitting.signatures.session_row import PRIOR_SD, row_slopes
 from fitting.signatures.slopes import little
 from fitting.trial import tail_markers
@@ -53,7 +53,7 @@ class BaseSession:
     Attributes:
         seed: of the session.
         frequency_hz: (t,) of each swim.
-        measured: (t, 127) their gaits.
+        measured: (t, 127) their gaits, m and m/s.
         left: (t, 127) what the twin leaves of them.
         slopes: (k, 5) of these with the coefficients.
         noise: (k, k) that a tracker would add.
@@ -128,7 +128,7 @@ def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
     names = dict.fromkeys(name for name, _ in strengths)
     counts = {name: len(catalogue()[name].parameters) for name in names}
     by_name = {name: tuple(strengths.get((name, i), 0.0) for i in range(counts[name])) for name in names}
-    return Discrepancy(size * found.directions, found.common, by_name)
+    return replace(found, directions=size * found.directions, strengths=by_name)
 
 
 def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discrepancy:
@@ -142,17 +142,21 @@ def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discre
     half = solve_triangular(root, covariance, lower=True)
     variances, vectors = np.linalg.eigh(solve_triangular(root, half.T, lower=True))
     directions = root @ vectors * np.sqrt(variances)  # (127, 127)
-    near, products = [], []
+    near, products, squares = [], [], []
     for session in sessions:
         along = np.linalg.solve(directions, session.in_phase.T)  # (127, t)
         along /= np.sqrt((along**2).mean())
         one, other = np.triu_indices(along.shape[1], 1)
         near += list(nearness(session.frequency_hz)[one, other])
         products += list((along[:, one] * along[:, other]).T)
+        squares.append((along**2).mean(axis=1))
+    variance = np.mean(squares, axis=0)  # shrinking has made the large ones too small
     told = np.vstack([np.column_stack([np.ones(len(near)), near]), np.sqrt(_HELD_BACK) * np.eye(2)])
-    common = np.array([nnls(told, np.append(own, [0.0, 0.0]))[0] for own in np.transpose(products)])
+    common = np.array([nnls(told, np.append(own, [0.0, 0.0]))[0] for own in np.transpose(products / variance)])
     common *= np.minimum(1.0, _MOST / np.maximum(common.sum(axis=1), _MOST))[:, None]
-    return Discrepancy(directions, common)
+    beats = [advanced(session.measured, -session.phase_rad) for session in sessions]
+    beat = np.mean(np.concatenate([harmonics_of(gaits)[:, :, 1, 0] for gaits in beats]), axis=0)
+    return Discrepancy(directions * np.sqrt(variance), common, beat=beat)
 
 
 def robust_covariance(left: Sequence[np.ndarray]) -> np.ndarray:

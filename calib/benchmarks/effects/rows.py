@@ -16,7 +16,7 @@ from fitting.posterior.gait import advanced, phase_between
 from fitting.posterior.noise import GaitNoise
 from fitting.posterior.session_model import START_PHASE_RAD, PlacesOff, SessionModel
 from fitting.posterior.trial_model import TrialModel
-from fitting.signatures import Signature, Whitened, signature_of
+from fitting.signatures import Signature, Together, Whitened, signature_of
 from fitting.signatures.session_row import LONG, PRIOR_SD, left_row, nearest, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial, measure_trial
 from reality import PixelNoise, Recording
@@ -26,17 +26,32 @@ from swimmer.effects import Effect, catalogue
 
 
 class Change(NamedTuple):
-    """What something in the water changes of a session's row, and how far coefficients follow it about some place.
+    """What something in the water changes of a session's row, seen from some coefficients.
 
     Attributes:
-        row: (k,) at the coefficients of the base state, as slopes at that place have it.
-        space: of these slopes, in which all that disturbs the row has unit size.
-        at: (5,) the place.
+        row: (k,) what is left there, less what is left of the base state, brought back along the slopes of `space` to
+            the coefficients of the base state.
+        space: with slopes there; all that disturbs the row has unit size.
+        step: (5,) from the coefficients of the base state to these.
     """
 
     row: np.ndarray
     space: Whitened
-    at: np.ndarray
+    step: np.ndarray
+
+    def strays(self, row: np.ndarray) -> float:
+        """How far from these coefficients, whitened, those are that best make up for a row (k,)."""
+        return self.space.moved(self.space.coefficients(row) - self.step)
+
+
+def told_by(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple[int, Together]:
+    """The nearest that some effects, or none, come to what is changed, and the number of the change that tells it.
+
+    Seen from where coefficients end nearest to those that they are seen from: farther off the twin is not linear.
+    """
+    found = [change.space.together(change.row, signatures) for change in changes]
+    number = min(range(len(changes)), key=lambda i: changes[i].strays(found[i].left))
+    return number, found[number]
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,45 +115,41 @@ class SessionRows:
     @cached_property
     def space(self) -> Whitened:
         """In which all that disturbs the row has unit size."""
-        at = self.coefficients
         looks_like = {name: effect for name, effect in catalogue().items() if name in self.discrepancy.strengths}
         alike = self.discrepancy.alike(self.signatures(looks_like))
-        return Whitened.of(self._covariance(at) + alike @ alike.T, row_slopes(self.model, at), PRIOR_SD)
+        return Whitened.of(self._disturbing + alike @ alike.T, row_slopes(self.model, self.coefficients), PRIOR_SD)
 
     def changes(self, recordings: Mapping[str, Recording]) -> tuple[Change, ...]:
-        """What other recordings of the same trials change, about the coefficients of the base state.
+        """What other recordings of the same trials change, seen from the coefficients of the base state.
 
-        Where coefficients would have to go far to follow it, which they do not in a straight line, there is a second:
-        about those of the twin that is refitted in truth. What follows either way comes as near as the nearer of them.
+        Where coefficients would have to go far to follow it, which they do not in a straight line, also from those of
+        the twin that is refitted to these recordings in truth.
         """
-        about_base = self.change(recordings)
-        step = about_base.space.coefficients(about_base.row) if np.isfinite(about_base.row).all() else np.zeros(5)
-        if about_base.space.moved(step) <= LONG:
-            return (about_base,)
-        try:
-            at = nearest(self._beside(recordings), self.coefficients, self._covariance(self.coefficients))
-            about_refitted = self.change(recordings, at)
-        except (np.linalg.LinAlgError, ValueError):  # a twin diverged on the way, and what it leaves is not finite
-            return (about_base,)
-        return (about_base, about_refitted) if np.isfinite(about_refitted.row).all() else (about_base,)
-
-    def change(self, recordings: Mapping[str, Recording], at: np.ndarray | None = None) -> Change:
-        """What other recordings of the same trials change of what the twin leaves.
-
-        The twin beats at the frequency of either; how far that is from the base state stands behind the gaits. Rows are
-        compared at one phase of the beat: what the twin leaves turns with it, and that is no effect.
-
-        Args:
-            recordings: by name.
-            at: (5,) coefficients about which these may follow; default: of the base state.
-        """
-        at = self.coefficients if at is None else at
         others = self._beside(recordings)
-        row = self._turned_back(left_row(others, at), others.trials) - self.left
-        if np.array_equal(at, self.coefficients):
-            return Change(row, self.space, at)
-        space = replace(self.space, slopes=row_slopes(self.model, at))
-        return Change(row + space.slopes @ (at - self.coefficients), space, at)
+        from_base = self._change(others, self.coefficients)
+        if not np.isfinite(from_base.row).all() or from_base.strays(from_base.row) <= LONG:
+            return (from_base,)
+        turned = self._turns(others)
+        try:
+            at = nearest(others, self.coefficients, turned.T @ self._disturbing @ turned)
+            refitted = self._change(others, at)
+        except (np.linalg.LinAlgError, ValueError):  # a twin diverged on the way, and what it leaves is not finite
+            return (from_base,)
+        return (from_base, refitted) if np.isfinite(refitted.row).all() else (from_base,)
+
+    def change(self, recordings: Mapping[str, Recording], at: np.ndarray) -> Change:
+        """What other recordings of the same trials change of what the twin leaves, seen from coefficients (5,)."""
+        return self._change(self._beside(recordings), at)
+
+    def _change(self, others: SessionModel, at: np.ndarray) -> Change:
+        """The twin beats at the frequency of either; how far that is from the base state stands behind the gaits.
+
+        Rows are compared at one phase of the beat: what the twin leaves turns with it, and that is no effect.
+        """
+        step = at - self.coefficients
+        space = self.space if not step.any() else replace(self.space, slopes=row_slopes(self.model, at))
+        left = self._turns(others) @ left_row(others, at)
+        return Change(left - self.left + space.slopes @ step, space, step)
 
     def _beside(self, recordings: Mapping[str, Recording]) -> SessionModel:
         """Other recordings of the same trials beside the same twin."""
@@ -147,15 +158,13 @@ class SessionRows:
             tuple(replace(model, trial=trial) for model, trial in zip(self.model.trials, others, strict=True))
         )
 
-    def _turned_back(self, row: np.ndarray, models: Sequence[TrialModel]) -> np.ndarray:
-        """(k,) gaits at the phase of the base state."""
-        count, tail = len(models), list(models[0].trial.tail)
-        gaits = row[:-count].reshape(count, -1)
-        ahead = [
-            float(phase_between(base.measured, other.measured, tail))
-            for base, other in zip(self.model.trials, models, strict=True)
-        ]
-        return np.append(np.concatenate([advanced(g, -by) for g, by in zip(gaits, ahead, strict=True)]), row[-count:])
+    def _turns(self, others: SessionModel) -> np.ndarray:
+        """(k, k) brings gaits of other recordings to the phase of the base state."""
+        turns = []
+        for base, other in zip(self.model.trials, others.trials, strict=True):
+            ahead = float(phase_between(base.measured, other.measured, list(base.trial.tail)))
+            turns.append(advanced(np.eye(len(base.measured)), -ahead).T)
+        return np.asarray(block_diag(*turns, np.eye(len(turns))))
 
     def signatures(self, effects: Mapping[str, Effect]) -> list[Signature]:
         """What every effect does to the refitted twin; asked again, an effect of the same name is not simulated."""
@@ -167,6 +176,10 @@ class SessionRows:
     @cached_property
     def _signatures(self) -> dict[str, Signature]:
         return {}
+
+    @cached_property
+    def _disturbing(self) -> np.ndarray:
+        return self._covariance(self.coefficients)
 
     def _covariance(self, at: np.ndarray) -> np.ndarray:
         """(k, k) of tracking noise, boxes, nuisances and the discrepancy of the base state."""

@@ -7,13 +7,14 @@ likelihood ratio is half the square of that).
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from calib.benchmarks.effects.drawn import DrawnWorld
 from calib.benchmarks.effects.filming import Filming
-from calib.benchmarks.effects.rows import SessionRows
-from fitting.signatures import Rival, Signature
+from calib.benchmarks.effects.rows import SessionRows, told_by
+from fitting.signatures import Signature
 from reality import Mechanism
 from session import NotEnoughData, SimulationDiverged
 
@@ -22,6 +23,13 @@ Strong = Callable[[float], tuple[Mechanism, ...]]
 _FIRST, _MOST, _ROUNDS = 1.0, 30.0, 6
 _GROWTH = 4.0  # of a strength from one try to the next
 _CLOSE = 0.05  # relative, of the distance that is asked
+
+
+class Other(NamedTuple):
+    """A rival, and by how much an effect's own form is nearer than it."""
+
+    name: str
+    distance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +46,7 @@ class Strength:
     value: float
     mechanisms: tuple[Mechanism, ...]
     detectability: float
-    rivals: tuple[Rival, ...]
+    rivals: tuple[Other, ...]
 
     @property
     def alike(self) -> tuple[str, ...]:
@@ -99,14 +107,12 @@ def _tried(
     if not np.isfinite(changes[0].row).all():
         return None
 
-    def nearest(signature: Signature) -> Rival:
-        return min((space.rival(row, signature) for row, space, _ in changes), key=lambda rival: rival.distance)
-
-    own = 0.0 if itself is None else nearest(itself).distance
-    found = [rival._replace(distance=_apart(rival.distance, own)) for rival in map(nearest, rivals)]
-    plain = _apart(min(space.length(row) for row, space, _ in changes), own)
-    nearer = sorted(found, key=lambda rival: rival.distance)
-    return Strength(value, mechanisms, min([plain, *(rival.distance for rival in nearer)]), tuple(nearer))
+    own = 0.0 if itself is None else told_by(changes, [itself])[1].distance
+    found = {each.effect.name: told_by(changes, [each])[1].distance for each in rivals}
+    apart = sorted((_apart(distance, own), name) for name, distance in found.items())
+    plain = _apart(told_by(changes, [])[1].distance, own)
+    nearer = tuple(Other(name, distance) for distance, name in apart)
+    return Strength(value, mechanisms, min([plain, *(other.distance for other in nearer)]), nearer)
 
 
 def _apart(rival: float, own: float) -> float:

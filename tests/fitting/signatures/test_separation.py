@@ -53,13 +53,12 @@ def test_a_rival_in_the_same_direction_comes_all_the_way_within_its_bounds(space
     bound = signature("bound", np.eye(K)[6:7], (-5.0, 0.5))
     other = signature("other", np.eye(K)[7:8], (-5.0, 5.0))
     one_sided = signature("one_sided", -np.eye(K)[6:7], (0.0, 5.0))
-    found = {rival.name: rival for rival in space.rivals(row, [same, bound, other, one_sided])}
+    found = {each.effect.name: space.rival(row, each) for each in (same, bound, other, one_sided)}
     assert found["same"].distance == pytest.approx(0.0, abs=1e-6)
     assert found["same"].values == pytest.approx([2.0])
     assert found["bound"].distance == pytest.approx(1.5)
     assert found["other"].distance == pytest.approx(2.0)
     assert found["one_sided"].distance == pytest.approx(2.0)
-    assert next(iter(found)) == "same"
 
 
 def test_a_rival_of_two_parameters_uses_both(space: Whitened) -> None:
@@ -95,6 +94,7 @@ def test_a_rival_that_turns_with_its_strength_is_nearest_on_the_right_stretch(sp
 
 def test_two_effects_together_come_nearer_than_either(space: Whitened) -> None:
     one, other = (signature(str(i), np.eye(K)[i : i + 1], (-5.0, 5.0)) for i in (6, 7))
-    values, distance = space.together(2 * np.eye(K)[6] - np.eye(K)[7] + np.eye(K)[8], [one, other])
+    values, distance, left = space.together(2 * np.eye(K)[6] - np.eye(K)[7] + np.eye(K)[8], [one, other])
     assert [each.tolist() for each in values] == [pytest.approx([2.0]), pytest.approx([-1.0])]
     assert distance == pytest.approx(1.0)
+    assert left == pytest.approx(np.eye(K)[8], abs=1e-6)
