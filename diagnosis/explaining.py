@@ -16,7 +16,7 @@ from fitting.signatures import Signature
 SCALES = {0.7: 0.3, 1.0: 0.45, 1.4: 0.18, 2.0: 0.07}
 """Of the twin's own error in a session, against most sessions, with the probability of each before it is looked at.
 
-As in 25 base sessions of the benchmark, with larger ones taken to be somewhat likelier than there.
+As in base sessions of the benchmark, with larger ones taken to be somewhat likelier than there.
 """
 
 

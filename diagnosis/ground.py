@@ -138,7 +138,8 @@ class Ground:
     def with_error(self, error: float, alike: np.ndarray) -> "Ground":
         """The same with what the twin leaves of it where nothing is wrong, see `error` and `alike`."""
         found = replace(self, error=error, alike=alike)
-        found.__dict__.update(left=self.left, slopes=self.slopes, generic=self.generic)  # as they were, and not cheap
+        known = {"left": self.left, "slopes": self.slopes, "generic": self.generic, "_of_twin": self._of_twin}
+        found.__dict__.update(known)  # as they were, and not cheap
         return found
 
     def with_trial(self, twin: Twin, trial: MeasuredTrial) -> "Ground":
@@ -210,9 +211,14 @@ class Ground:
     @cached_property
     def covariance(self) -> np.ndarray:
         """(k, k) of all that disturbs the row."""
-        gaits = self.disturbances.of(self.off) + self.error**2 * self.discrepancy.over(self.model)
+        gaits = self.disturbances.of(self.off) + self.error**2 * self._of_twin
         apart = row_covariance(self.model, gaits)
         return apart if self.alike is None else apart + self.alike @ self.alike.T
+
+    @cached_property
+    def _of_twin(self) -> np.ndarray:
+        """(k, k) what the twin leaves of the gaits where nothing is wrong, in most sessions."""
+        return self.discrepancy.over(self.model)
 
     @cached_property
     def space(self) -> Whitened:
