@@ -12,6 +12,7 @@ from diagnosis.evidence import Explanations
 from diagnosis.generic import generic_size
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
+from fitting.posterior.gait import advanced
 from fitting.posterior.session_model import SessionModel
 
 _AGAINST = 0.02  # probability up to which the evidence speaks against an effect
@@ -53,21 +54,22 @@ def _parameters(explanations: Explanations, effect: int) -> int:
 def carried_over(ground: Ground, beside: Ground) -> np.ndarray:
     """(k,) what is left of other swims once what is left of the fitted ones is carried over to them (kriging).
 
-    As much of it as is no noise: smooth along the body as a gap of no particular cause is, and alike in all swims; and
-    what the twin leaves of swims alike where nothing is wrong.
+    As much of it as is no noise: smooth along the body as a gap of no particular cause is, and alike in all swims as
+    their beats go on; and what the twin leaves of swims alike where nothing is wrong.
     """
     fitted, others = len(ground.swims), len(beside.trials)
     gait = len(ground.model.measured) // len(ground.trials)
     seen = slice(fitted * gait)
     covariance = ground.covariance[seen, seen]
-    alike = ground.generic[:gait, :gait]
-    among = np.kron(np.ones((fitted, fitted)), alike)
+    both = SessionModel((*ground.model.trials[:fitted], *beside.model.trials))
+    of_one = np.linalg.cholesky(ground.generic[:gait, :gait]).T
+    of_all = np.hstack([advanced(of_one, float(phase)) for phase in both.phase_rad]).T
+    alike, of_others = of_all[seen], of_all[fitted * gait :]
+    among = alike @ alike.T
     left = ground.left[seen]
     size = generic_size(left, covariance, among)
     told = np.linalg.solve(covariance + size**2 * among, left)
-    both = SessionModel((*ground.model.trials[:fitted], *beside.model.trials))
     of_twin = ground.error**2 * ground.discrepancy.over(both)[fitted * gait :, seen]
-    guess = (size**2 * np.kron(np.ones((others, fitted)), alike) + of_twin) @ told
     result = np.array(beside.left)
-    result[: others * gait] -= guess
+    result[: others * gait] -= (size**2 * of_others @ alike.T + of_twin) @ told
     return result

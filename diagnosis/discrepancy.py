@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.posterior.gait import OF_A_MARKER, SPEED, advanced, beat_phase
+from fitting.posterior.gait import OF_A_MARKER, SPEED, advanced
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Signature
 from fitting.signatures.slopes import little
@@ -90,12 +90,11 @@ class Discrepancy:
         trial has its own.
         """
         trials = model.trials
-        phases = np.array([beat_phase(each.measured, list(each.trial.tail)) for each in trials])
         hertz = np.array([each.trial.frequency.hz for each in trials])
         clamped = np.array([each.twin.scene.head_clamped for each in trials])
         count, length, whole = len(trials), len(self.directions), len(trials[0].measured)
         result = np.zeros((count, whole, count, whole))
-        of_gaits = self.of_gaits(hertz, phases).reshape(count, length, count, length)
+        of_gaits = self.of_gaits(hertz, model.phase_rad).reshape(count, length, count, length)
         result[:, :length, :, :length] = of_gaits * np.equal.outer(clamped, clamped)[:, None, :, None]
         course = np.diag(np.square(COURSE_SD))[: whole - length, : whole - length]
         result[:, length:, :, length:] = np.einsum("ij,ab->iajb", np.eye(count), course)

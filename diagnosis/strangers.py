@@ -14,7 +14,7 @@ from diagnosis.generic import OF_HARMONIC
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, Responses
 from diagnosis.ripples import rippled, smeared
-from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED, of_markers, places_of_markers
+from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED, advanced, of_markers, places_of_markers
 
 _SIDEWAYS = -2  # place of the sideways speed in a gait with its course
 _OF_WATER = 0.1  # how likely forces of the water are, alike in all trials: there the twin's own error acts too
@@ -54,17 +54,16 @@ def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
 
 
 def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
-    """(k, t, 14) of each marker."""
+    """(k, t, 14) of each marker: mean and harmonics as the beat goes on, whatever phase a trial begins at."""
     decay = np.append(1.0, np.repeat(OF_HARMONIC ** np.arange(HARMONICS), 2))
-    sizes = np.tile(decay, 2)
-    trials, length = len(ground.trials), len(ground.left)
-    own = len(ground.model.measured) // trials
+    phases = ground.model.phase_rad
+    own = len(ground.model.measured) // len(phases)
     for number, marker in enumerate(ground.trials[0].markers):
-        columns = np.zeros((length, trials, 2 * OF_A_MARKER))
-        first = SPEED + 1 + 2 * OF_A_MARKER * number
-        for trial in range(trials):
-            rows = own * trial + first + np.arange(2 * OF_A_MARKER)
-            columns[rows, trial, np.arange(2 * OF_A_MARKER)] = sizes
+        gaits = np.zeros((2 * OF_A_MARKER, own))
+        gaits[:, SPEED + 1 + 2 * OF_A_MARKER * number :][:, : 2 * OF_A_MARKER] = np.diag(np.tile(decay, 2))
+        columns = np.zeros((len(ground.left), len(phases), 2 * OF_A_MARKER))
+        for trial, phase in enumerate(phases):
+            columns[own * trial : own * (trial + 1), trial] = advanced(gaits, float(phase)).T
         yield f"marker {marker}", columns
 
 

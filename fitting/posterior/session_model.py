@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
-from fitting.posterior.gait import SPEED
+from fitting.posterior.gait import SPEED, beat_phase
 from fitting.posterior.likelihood import Discrepancy, wave_discrepancy
 from fitting.posterior.robot_doubt import Doubt, doubted_twins, doubts_of
 from fitting.posterior.trial_model import TrialModel
@@ -110,6 +110,11 @@ class SessionModel:
     def frequencies(self) -> int:
         """How many of them these trials tell: of each trial that of its tail, and of the logged ones the motor's."""
         return len(self.trials) + len(self.logged)
+
+    @cached_property
+    def phase_rad(self) -> np.ndarray:
+        """(t,) of the beat of each tail at time 0, see `beat_phase`: what is alike in trials is so at one phase."""
+        return np.array([float(beat_phase(model.measured, list(model.trial.tail))) for model in self.trials])
 
     @cached_property
     def measured(self) -> np.ndarray:

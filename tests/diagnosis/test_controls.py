@@ -10,6 +10,7 @@ import numpy as np
 from diagnosis.controls import carried_over, placebo_for
 from diagnosis.gap import of_gaits
 from diagnosis.ground import Ground
+from fitting.posterior.gait import advanced
 from tests.diagnosis.grounds import ground
 
 GAIT = len(ground().left) // len(ground().trials) - 1
@@ -22,8 +23,10 @@ def gap_of(size_m: float, seed: int = 0) -> np.ndarray:
 
 
 def with_left(gaps: list[np.ndarray]) -> Ground:
+    """Gaps of a gait whose tail begins farthest left."""
     other: Ground = replace(ground())
-    other.__dict__["left"] = np.concatenate([*gaps, np.zeros(len(gaps))])
+    turned = [advanced(gap, float(phase)) for gap, phase in zip(gaps, ground().model.phase_rad, strict=True)]
+    other.__dict__["left"] = np.concatenate([*turned, np.zeros(len(gaps))])
     return other
 
 

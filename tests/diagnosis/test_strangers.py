@@ -18,7 +18,8 @@ from diagnosis.ripples import smeared
 from diagnosis.row import Row
 from diagnosis.strangers import Stranger, across, strangers
 from diagnosis.verdict import verdict_of
-from fitting.posterior.gait import advanced
+from fitting.posterior.gait import advanced, of_markers
+from fitting.posterior.session_model import SessionModel
 from fitting.signatures import signature_of
 from session import FISHSIM_MARKERS
 from swimmer import build_mjcf, load_robot
@@ -152,3 +153,23 @@ def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tupl
     most = elsewhere[int(np.argmax(found.at_place))]
     assert most.place == "marker tail_4"
     assert sum(p for p, each in zip(found.at_place, elsewhere, strict=True) if each.place == most.place) > 0.8
+
+
+def test_a_marker_that_lags_alike_in_all_trials_is_so_whatever_phase_they_begin_at() -> None:
+    """How it lags goes with the beat, and not with the time at which somebody began to film."""
+    at, number = ground(), FISHSIM_MARKERS.index("tail_3")
+    turn = 1.0 - float(np.diff(at.model.phase_rad)[0])  # so that phases differ by a radian
+    models = tuple(replace(model) for model in at.model.trials)
+    for model, by in zip(models, (0.0, turn), strict=True):
+        model.__dict__["measured"] = advanced(model.measured, by)
+    other: Ground = replace(at, model=SessionModel(models))
+    phases = other.model.phase_rad
+    assert np.cos(np.diff(phases)) == pytest.approx(np.cos(1.0))
+    (same,) = (each for each in strangers(other, responses(at)) if each.place == "marker tail_3" and each.same)
+    own = (len(same.columns) - 2) // 2
+    lag = np.zeros(own)
+    of_markers(lag)[number, 1, 1:3] = [1e-3, 2e-3]
+    gap = np.concatenate([*(advanced(lag, float(phase)) for phase in phases), np.zeros(2)])
+    told = np.linalg.lstsq(same.columns, gap, rcond=None)[0]
+    assert np.linalg.norm(gap - same.columns @ told) < 1e-9
+    assert np.count_nonzero(np.abs(told) > 1e-6) == 2
