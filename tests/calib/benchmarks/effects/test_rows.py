@@ -87,8 +87,8 @@ def test_other_water_is_followed_by_the_refitted_twin_however_far_it_has_to_go()
     """But for what the twin leaves of that water more or less than of this."""
     rows, far, _ = filmed()
     from_base, refitted = rows.changes(far)
+    assert refitted.strays(refitted.row) < 0.2 * from_base.strays(from_base.row)
     there = rows.coefficients + refitted.space.coefficients(refitted.row)
-    assert there == pytest.approx(rows.coefficients + refitted.step, rel=0.02)
     assert there[0] / rows.coefficients[0] == pytest.approx(FAR[0], rel=0.15)
     left = [change.space.length(change.row) for change in (from_base, refitted)]
     assert left[1] < 0.7 * left[0]
