@@ -75,12 +75,7 @@ class Making:
         if known:
             held = SessionRows.of(drawn, base, self.discrepancy, "holdout", fitted.coefficients)
             recordings = yield from drawn.recorded(present)
-            changes = [
-                (change, held.change(recordings, fitted.coefficients + change.step))
-                for change in fitted.changes(recordings)
-            ]
-            standing = [each for each in changes if np.isfinite(each[1].row).all()]
-            shrinkage = oracle_shrinkage(known, fitted, held, standing) if standing else None
+            shrinkage = oracle_shrinkage(known, fitted, held, recordings)
         stages = {effect.stage for effect in known}
         outside = plan.effects[0] if plan.kind == "outside" else None
         return present, Answer(

@@ -1,36 +1,45 @@
 """What somebody who knows the effect could make of a session: how far its gap shrinks on held-out swims."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+import numpy as np
 from scipy.linalg import solve_triangular
 
-from calib.benchmarks.effects.rows import Change, SessionRows, camera_of, told_by
-from fitting.signatures import signature_of
+from calib.benchmarks.effects.rows import SessionRows, told_by
+from diagnosis.refit import left_with, refit
+from reality import Recording
 from swimmer.effects import Effect
+
+_ROUNDS = 8
+_SHOWS = 1.0  # squared standard deviations that the plain twin must leave of all held-out gaits
 
 
 def oracle_shrinkage(
-    effects: Sequence[Effect], fitted: SessionRows, held_out: SessionRows, changes: Sequence[tuple[Change, Change]]
-) -> float:
-    """S = 1 - L_with / L_plain on held-out swims, both refitted on the fitted ones; no noise, so no floor.
+    effects: Sequence[Effect], fitted: SessionRows, held_out: SessionRows, recordings: Mapping[str, Recording]
+) -> float | None:
+    """S = 1 - L_with / L_plain of gaits of held-out swims, both twins refitted on the fitted ones with the simulation.
+
+    Nothing has noise, and what is left of the base state is taken off, so there is no floor. None where a twin
+    diverges, or the effects leave held-out gaits as they are.
 
     Args:
         effects: that are present, in the twin's own form.
         fitted: rows of the fitted swims.
         held_out: rows of the others, at the coefficients of the fitted ones.
-        changes: that the effects, as they truly are, make of both, seen from the same coefficients, from one or more.
+        recordings: of all swims with the effects, as they truly are, by name.
     """
-    camera, at = camera_of(fitted.drawn), fitted.coefficients
-
-    def squares_with(chosen: Sequence[Effect]) -> float:
-        signatures = fitted.signatures({effect.name: effect for effect in chosen})
-        number, told = told_by([change for change, _ in changes], signatures)
-        change, held = changes[number]
-        left, held_left = change.row.copy(), held.row.copy()
-        for effect, value in zip(chosen, told.values, strict=True):
-            left -= signature_of(effect, fitted.model, camera, at, value[None]).rows[0]
-            held_left -= signature_of(effect, held_out.model, camera, at, value[None]).rows[0]
-        refitted = held_left - held.space.slopes @ change.space.coefficients(left)
-        return float((solve_triangular(held.space.root, refitted, lower=True) ** 2).sum())
-
-    return float(1 - squares_with(effects) / squares_with(()))
+    try:
+        at = fitted.refitted(recordings)
+        _, told = told_by(fitted.changes(recordings), fitted.signatures({effect.name: effect for effect in effects}))
+        best = refit(fitted.ground(recordings, at), effects, np.concatenate(told.values), _ROUNDS)
+        beside, base = held_out.ground(recordings, at), held_out.base_beside(recordings)
+        trials, length = base.shape
+        gaits = np.add.outer(np.arange(trials) * (len(beside.model.measured) // trials), np.arange(length)).ravel()
+        root = np.linalg.cholesky(beside.covariance[np.ix_(gaits, gaits)])
+        plain, left = (
+            float((solve_triangular(root, row[gaits] - base.ravel(), lower=True) ** 2).sum())
+            for row in (beside.left, left_with(beside, best))
+        )
+    except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
+        return None
+    return 1 - left / plain if plain > _SHOWS else None

@@ -12,6 +12,7 @@ from calib.benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
 from calib.benchmarks.effects.suite import WARMUP_S
 from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import Discrepancy
+from diagnosis.ground import Ground
 from fitting.posterior.gait import advanced, phase_between
 from fitting.posterior.noise import GaitNoise
 from fitting.posterior.session_model import START_PHASE_RAD, PlacesOff, SessionModel
@@ -129,17 +130,40 @@ class SessionRows:
         from_base = self._change(others, self.coefficients)
         if not np.isfinite(from_base.row).all() or from_base.strays(from_base.row) <= LONG:
             return (from_base,)
-        turned = self._turns(others)
         try:
-            at = nearest(others, self.coefficients, turned.T @ self._disturbing @ turned)
-            refitted = self._change(others, at)
+            refitted = self._change(others, self._refitted(others))
         except (np.linalg.LinAlgError, ValueError):  # a twin diverged on the way, and what it leaves is not finite
             return (from_base,)
         return (from_base, refitted) if np.isfinite(refitted.row).all() else (from_base,)
 
-    def change(self, recordings: Mapping[str, Recording], at: np.ndarray) -> Change:
-        """What other recordings of the same trials change of what the twin leaves, seen from coefficients (5,)."""
-        return self._change(self._beside(recordings), at)
+    def refitted(self, recordings: Mapping[str, Recording]) -> np.ndarray:
+        """(5,) coefficients of the plain twin that comes nearest to other recordings of the same trials.
+
+        Raises:
+            ValueError, LinAlgError: a twin diverged on the way.
+        """
+        return self._refitted(self._beside(recordings))
+
+    def _refitted(self, others: SessionModel) -> np.ndarray:
+        turns = self._turns(others)
+        return nearest(others, self.coefficients, turns.T @ self._disturbing @ turns)
+
+    def ground(self, recordings: Mapping[str, Recording], at: np.ndarray) -> Ground:
+        """Other recordings of the same trials, without noise, as a diagnosis stands before its swims.
+
+        Args:
+            recordings: by name.
+            at: (5,) coefficients of the plain twin beside them.
+        """
+        model = SessionModel(tuple(replace(each, with_course=True) for each in self._beside(recordings).trials))
+        noise = block_diag(*[_noise(each, self.drawn.world.noise) for each in model.trials])
+        camera = camera_of(self.drawn)
+        return Ground(model, camera, at, self.discrepancy, self._off, model.disturbances(at, noise))
+
+    def base_beside(self, recordings: Mapping[str, Recording]) -> np.ndarray:
+        """(t, 127) what is left of the gaits of the base state, at the phases of other recordings."""
+        turned = self._turns(self._beside(recordings)).T @ self.left
+        return turned[: -len(self.model.trials)].reshape(self.left_of_gaits.shape)
 
     def _change(self, others: SessionModel, at: np.ndarray) -> Change:
         """The twin beats at the frequency of either; how far that is from the base state stands behind the gaits.
@@ -177,16 +201,18 @@ class SessionRows:
     def _signatures(self) -> dict[str, Signature]:
         return {}
 
+    @property
+    def _off(self) -> PlacesOff:
+        scale = float(np.mean([model.trial.metres_per_px for model in self.model.trials]))
+        return PlacesOff(self.drawn.world.noise.placement_sd_px * scale, GLUED_SD_M)
+
     @cached_property
     def _disturbing(self) -> np.ndarray:
         return self._covariance(self.coefficients)
 
     def _covariance(self, at: np.ndarray) -> np.ndarray:
         """(k, k) of tracking noise, boxes, nuisances and the discrepancy of the base state."""
-        noise = self.drawn.world.noise
-        scale = float(np.mean([model.trial.metres_per_px for model in self.model.trials]))
-        off = PlacesOff(noise.placement_sd_px * scale, GLUED_SD_M)
-        disturbed = self.model.disturbances(at, self.tracking).of(off)
+        disturbed = self.model.disturbances(at, self.tracking).of(self._off)
         return row_covariance(self.model, disturbed + self.discrepancy.over(self.model))
 
 

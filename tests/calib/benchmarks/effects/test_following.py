@@ -110,7 +110,7 @@ def test_a_suite_from_before_trials_were_recommended_is_to_be_made_anew(tmp_path
 def as_strong_as_told(_asked: float, strong: Strong, *_: Any) -> Filming[Strength]:
     """In place of the search, which takes minutes."""
     yield from ()
-    return Strength(STRENGTH, strong(STRENGTH), 10.0, (), np.zeros(0))
+    return Strength(STRENGTH, strong(STRENGTH), 10.0, ())
 
 
 @pytest.mark.long

@@ -1,0 +1,45 @@
+"""How far somebody who knows the effect can shrink the gap of swims that nothing was fitted to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.benchmarks.effects.drawn import DrawnWorld, draw_world
+from calib.benchmarks.effects.filming import Filming, film_together
+from calib.benchmarks.effects.oracle import oracle_shrinkage
+from calib.benchmarks.effects.rows import SessionRows
+from calib.benchmarks.effects.suite import Recorded, SessionPlan
+from diagnosis import discrepancy_for
+from reality import Recording
+from reality.mechanisms import catalogued
+from session import FISHSIM_MARKERS
+from swimmer import load_robot
+from swimmer.effects import catalogue
+
+PLAN = SessionPlan("w00000001", 11, Recorded((0.6, 1.0), (0.8,), 4.0, None, False, False), "single")
+TRUE, OTHER = "bend_offset", "wave_drag"
+Seen = dict[str, Recording]
+
+
+def filming(strength: float) -> Filming[tuple[DrawnWorld, Seen, Seen]]:
+    drawn = yield from draw_world(PLAN)
+    mechanisms = catalogued()[TRUE](np.random.default_rng(4))(strength)
+    return drawn, (yield from drawn.recorded()), (yield from drawn.recorded(mechanisms))
+
+
+@pytest.mark.long
+def test_the_true_effect_shrinks_most_of_the_gap_and_another_next_to_nothing() -> None:
+    ((drawn, base, bent),) = film_together([filming(2.0)])
+    known = discrepancy_for(FISHSIM_MARKERS, load_robot())
+    fitted = SessionRows.of(drawn, base, known)
+    held = SessionRows.of(drawn, base, known, "holdout", fitted.coefficients)
+    true, other = (oracle_shrinkage([catalogue()[name]], fitted, held, bent) for name in (TRUE, OTHER))
+    assert true is not None
+    assert other is not None
+    assert 0.7 < true < 1.0
+    assert other < 0.3
+    nothing = {name: replace(recording) for name, recording in base.items()}
+    assert oracle_shrinkage([catalogue()[TRUE]], fitted, held, nothing) is None
