@@ -37,7 +37,7 @@ _STARTED_M = 2e-4  # standard deviation that refits start from, m and m/s
 _TOGETHER = 5  # sessions that are simulated at a time
 _SIZES = np.geomspace(0.35, 1.4, 9)  # of a twin's error against its mean square over sessions
 _ROBUST = 6  # rounds
-_GAIN = 5.0  # of log likelihood, without the session that gains most, for which one more effect is taken in
+_GAIN = 0.2  # of log likelihood, from which a strength counts: one session of 25 that calls for it is a false alarm
 _LITTLE = 0.5  # of an effect at most: what is more is no twin's error that only looks like it
 _FIRST = 0.1  # strength that is tried first
 _HELD_BACK = 5.0  # pairs of swims that have nothing in common, for all that is known before
@@ -182,22 +182,18 @@ def _shrunk(left: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], float]:
-    """Of those parameters that make what is left likelier, forward."""
+    """Of each parameter the likeliest when there is no other: so much of it these sessions look like by themselves.
+
+    Of those that make what is left likelier.
+    """
     every = sorted(set.intersection(*(set(row.across) for own in rows.values() for row in own)))
-    chosen: list[tuple[str, int]] = []
-    logs, before = np.zeros(0), _log_densities(rows, chosen, np.zeros(0))
-    while len(chosen) < len(every):
-        start, tries = np.append(logs, np.log(_FIRST)), {}
-        for one in (each for each in every if each not in chosen):
-            found = minimize(partial(_unlikely, rows, [*chosen, one]), start, method="Nelder-Mead").x
-            gains = _log_densities(rows, [*chosen, one], found) - before
-            tries[one] = float(gains.sum() - gains.max()) if np.exp(found.max()) < _LITTLE else 0.0, found
-        one = max(tries, key=lambda each: tries[each][0])
-        if tries[one][0] < _GAIN:
-            break
-        chosen, logs = [*chosen, one], tries[one][1]
-        before = _log_densities(rows, chosen, logs)
-    return dict(zip(chosen, map(float, np.exp(logs)), strict=True))
+    without = _unlikely(rows, [], np.zeros(0))
+    found = {one: minimize(partial(_unlikely, rows, [one]), [np.log(_FIRST)], method="Nelder-Mead") for one in every}
+    return {
+        one: float(np.exp(best.x[0]))
+        for one, best in found.items()
+        if without - best.fun > _GAIN and np.exp(best.x[0]) < _LITTLE
+    }
 
 
 @dataclass(frozen=True, eq=False)
