@@ -21,17 +21,21 @@ class Rival(NamedTuple):
         name: of the effect.
         values: (p,) of its parameters.
         distance: whitened, coefficients refitted with it; d in the two-way error Phi(-d / 2).
-        left: (k,) of the row without it, coefficients as they were.
     """
 
     name: str
     values: np.ndarray
     distance: float
-    left: np.ndarray
 
 
 class Together(NamedTuple):
-    """Several effects at their best, as of `Rival`; `values` (p,) of each."""
+    """Several effects, or none, at their best.
+
+    Attributes:
+        values: (p,) of the parameters of each.
+        distance: as of `Rival`.
+        left: (k,) of the row without them, coefficients as they were.
+    """
 
     values: list[np.ndarray]
     distance: float
@@ -91,8 +95,8 @@ class Whitened:
 
     def rival(self, row: np.ndarray, signature: Signature) -> Rival:
         """The nearest that another effect comes to a change (k,), within its bounds."""
-        (values,), distance, left = self.together(row, [signature])
-        return Rival(signature.effect.name, values, distance, left)
+        (values,), distance, _ = self.together(row, [signature])
+        return Rival(signature.effect.name, values, distance)
 
     def together(self, row: np.ndarray, signatures: Sequence[Signature]) -> Together:
         """Parameters of effects that together come nearest to a change (k,), within their bounds.

@@ -114,13 +114,13 @@ def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
 def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
     """Of many sessions: what a twin leaves of each gait, how alike that is in two, and in all gaits of a session.
 
-    What it leaves of each gait is as large as makes all sessions likeliest, each with a size of its own beside; effects
-    are taken in one after the other for as long as they make what is left likelier, with the likeliest strengths.
+    What it leaves of each gait is as large as makes all sessions likeliest, each with a size of its own beside; of
+    effects it looks like as much as those sessions that were asked call for, of each by itself.
     """
     found = in_common(sessions, robust_covariance([session.in_phase for session in sessions]))
     sizes = {size * scale for size in _SIZES for scale in SCALES}
     rows = {size: [_Row.of(session, found, size) for session in sessions] for size in sizes}
-    by_size = [_unlikely(_sized(rows, size), [], np.zeros(0)) for size in _SIZES]
+    by_size = [_unlikely(_sized(rows, size)) for size in _SIZES]
     size = _SIZES[int(np.argmin(by_size))]
     asked = [number for number, session in enumerate(sessions) if session.columns]
     rows = {each: [own[number] for number in asked] for each, own in rows.items()}
@@ -187,8 +187,11 @@ def _strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], 
     Of those that make what is left likelier.
     """
     every = sorted(set.intersection(*(set(row.across) for own in rows.values() for row in own)))
-    without = _unlikely(rows, [], np.zeros(0))
-    found = {one: minimize(partial(_unlikely, rows, [one]), [np.log(_FIRST)], method="Nelder-Mead") for one in every}
+    without = _unlikely(rows)
+    found = {
+        one: minimize(lambda log, one=one: _unlikely(rows, one, np.exp(log[0])), [np.log(_FIRST)], method="Nelder-Mead")
+        for one in every
+    }
     return {
         one: float(np.exp(best.x[0]))
         for one, best in found.items()
@@ -198,11 +201,11 @@ def _strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], 
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """A session, whitened: squares and products of what is left and of columns, and what its log density has beside."""
+    """A session, whitened: squares of what is left and of columns, their products, and the rest of its log density."""
 
     square: float
+    squares: Mapping[tuple[str, int], float]
     across: Mapping[tuple[str, int], float]
-    between: Mapping[tuple[str, int], Mapping[tuple[str, int], float]]
     volume: float
 
     @classmethod
@@ -211,25 +214,21 @@ class _Row:
         root = np.linalg.cholesky(of_gaits + session.slopes @ np.diag(PRIOR_SD**2) @ session.slopes.T)
         noise = np.linalg.cholesky(session.noise) @ np.random.default_rng([session.seed, 7]).standard_normal(len(root))
         left = solve_triangular(root, session.left.ravel() + noise, lower=True)
-        keys = list(session.columns)
-        columns = np.column_stack([np.zeros((len(root), 0)), *session.columns.values()])
-        columns = solve_triangular(root, columns, lower=True)
-        across, between = columns.T @ left, columns.T @ columns
+        white = {key: solve_triangular(root, column, lower=True) for key, column in session.columns.items()}
         return cls(
             float(left @ left),
-            dict(zip(keys, across, strict=True)),
-            {key: dict(zip(keys, products, strict=True)) for key, products in zip(keys, between, strict=True)},
+            {key: float(column @ column) for key, column in white.items()},
+            {key: float(column @ left) for key, column in white.items()},
             -float(np.log(np.diag(root)).sum()),
         )
 
-    def log_density(self, chosen: Sequence[tuple[str, int]], strengths: np.ndarray) -> float:
-        """But for a constant."""
-        count = len(chosen)
-        across = np.array([self.across[key] for key in chosen]) * strengths
-        between = np.reshape([self.between[one][other] for one in chosen for other in chosen], (count, count))
-        freed = np.eye(count) + between * np.outer(strengths, strengths)
-        explained = float(across @ np.linalg.solve(freed, across))
-        return self.volume - 0.5 * (self.square - explained) - 0.5 * float(np.linalg.slogdet(freed)[1])
+    def log_density(self, one: tuple[str, int] | None, strength: float) -> float:
+        """With so much of one parameter's column, or with none, but for a constant."""
+        alone = self.volume - 0.5 * self.square
+        if one is None:
+            return alone
+        freed = 1 + strength**2 * self.squares[one]
+        return float(alone + 0.5 * (strength * self.across[one]) ** 2 / freed - 0.5 * np.log(freed))
 
 
 def _sized(rows: Mapping[float, Sequence[_Row]], size: float) -> dict[float, Sequence[_Row]]:
@@ -237,20 +236,10 @@ def _sized(rows: Mapping[float, Sequence[_Row]], size: float) -> dict[float, Seq
     return {scale: rows[size * scale] for scale in SCALES}
 
 
-def _unlikely(rows: Mapping[float, Sequence[_Row]], chosen: Sequence[tuple[str, int]], logs: np.ndarray) -> float:
-    """-ln of the likelihood of these strengths, given by their logarithms."""
-    return -float(_log_densities(rows, chosen, logs).sum())
-
-
-def _log_densities(
-    rows: Mapping[float, Sequence[_Row]], chosen: Sequence[tuple[str, int]], logs: np.ndarray
-) -> np.ndarray:
-    """(s,) of sessions, each of which has one of the sizes."""
-    strengths = np.exp(logs)
-    of_sizes = [
-        [row.log_density(chosen, strengths) + np.log(SCALES[scale]) for row in own] for scale, own in rows.items()
-    ]
-    return np.asarray(logsumexp(of_sizes, axis=0))
+def _unlikely(rows: Mapping[float, Sequence[_Row]], one: tuple[str, int] | None = None, strength: float = 0.0) -> float:
+    """-ln of the likelihood of so much of one parameter, or of none; each session has one of the sizes."""
+    of_sizes = [[row.log_density(one, strength) + np.log(SCALES[scale]) for row in own] for scale, own in rows.items()]
+    return -float(logsumexp(of_sizes, axis=0).sum())
 
 
 def measure(path: Path, workers: int = 0) -> None:
