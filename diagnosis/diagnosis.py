@@ -163,8 +163,8 @@ def diagnose(
     tell("weighing explanations", 0.65)
     elsewhere = strangers(ground, forces)
     sway = sway_of(ground.swims)
-    ground, explanations = explained(ground, signatures, settings.belief, elsewhere, sway.log_odds)
-    probabilities = Probabilities.after(explanations)
+    weighed = explained(ground, signatures, settings.belief, elsewhere, sway.log_odds)
+    ground, explanations, probabilities = weighed.ground, weighed.explanations, weighed.probabilities
     verdict = verdict_of(probabilities)
     best, gap = None, None
     rounds = _ROUNDS[settings.effort]

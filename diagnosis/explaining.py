@@ -1,14 +1,16 @@
-"""All explanations of what the nearest plain twin leaves, once it is known how large the twin's own error is here."""
+"""All explanations of what the nearest plain twin leaves, and how large the twin's own error is beside them."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
 from diagnosis.ground import Ground
+from diagnosis.probabilities import Probabilities
 from diagnosis.row import Row
 from diagnosis.strangers import Stranger
 from fitting.signatures import Signature
@@ -20,17 +22,41 @@ As in base sessions of the benchmark, with larger ones taken to be somewhat like
 """
 
 
+_UNLIKELY = 0.02  # of a size: it counts no more
+
+
+@dataclass(frozen=True, eq=False)
+class Explained:
+    """What stands beside the nearest plain twin.
+
+    Attributes:
+        ground: with the likeliest size of the twin's own error.
+        explanations: of that.
+        of_sizes: of each size that is likely enough, its probability and the explanations there.
+    """
+
+    ground: Ground
+    explanations: Explanations
+    of_sizes: tuple[tuple[float, Explanations], ...]
+
+    @cached_property
+    def probabilities(self) -> Probabilities:
+        """Of all that there may be, whatever the size: where two are as likely, a gap of the smaller may be none."""
+        return Probabilities.averaged([(chance, Probabilities.after(found)) for chance, found in self.of_sizes])
+
+
 def explained(
     ground: Ground,
     signatures: Sequence[Signature],
     belief: Belief,
     elsewhere: Sequence[Stranger] = (),
     sway: float = 0.0,
-) -> tuple[Ground, Explanations]:
-    """The ground with the likeliest size of the twin's own error, and all explanations of what stands beside it.
+) -> Explained:
+    """All explanations, at every size that the twin's own error may have in this session.
 
-    Likeliest beside whatever there is, nothing or one effect or something else: so a gap does not make the error large.
-    Something else at one place does not count in this: the twin's own error, where it is large, is at some place too.
+    A size is likely beside whatever there is, nothing or one effect or something else: so a gap does not make the error
+    large. Something else at one place does not count in this: the twin's own error, where it is large, is at some place
+    too.
 
     Args:
         ground: as fitted.
@@ -40,15 +66,20 @@ def explained(
         sway: log Bayes factor of a motion beside the beat.
     """
     alike = ground.discrepancy.alike(signatures)
-    weighed = []
+    logs, grounds, every = [], [], []
     for scale, chance in SCALES.items():
         here = ground.with_error(scale, alike)
         found = replace(_explanations(here, signatures, belief, elsewhere), sway=sway)
         sets = [((), False), ((), True), *(((i,), False) for i, each in enumerate(found.effects) if each.ways)]
-        logs = [found.evidence(s, other) + belief.log_prior(len(s), other, len(signatures)) for s, other in sets]
-        weighed.append((float(logsumexp(logs)) + here.space.log_volume + np.log(chance), here, found))
-    _, here, found = max(weighed, key=lambda each: each[0])
-    return here, found
+        of_sets = [found.evidence(s, other) + belief.log_prior(len(s), other, len(signatures)) for s, other in sets]
+        logs.append(float(logsumexp(of_sets)) + here.space.log_volume + np.log(chance))
+        grounds.append(here)
+        every.append(found)
+    chances = softmax(logs)
+    likeliest = int(np.argmax(chances))
+    likely = chances * (chances > _UNLIKELY)
+    of_sizes = [(float(chance), found) for chance, found in zip(likely / likely.sum(), every, strict=True) if chance]
+    return Explained(grounds[likeliest], every[likeliest], tuple(of_sizes))
 
 
 def _explanations(

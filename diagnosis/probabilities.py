@@ -1,6 +1,6 @@
 """From evidences to probabilities: of nothing, of sets of effects, and of something else beside them."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -68,6 +68,16 @@ class Probabilities:
         total = logsumexp(list(logs.values()))
         chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
         return cls(tuple(each.name for each in explanations.effects), chances, tuple(np.exp(places - total).tolist()))
+
+    @classmethod
+    def averaged(cls, parts: Sequence[tuple[float, "Probabilities"]]) -> "Probabilities":
+        """Under several assumptions, with the probability of each; these add up to 1."""
+        found: dict[Explanation, float] = {}
+        for chance, part in parts:
+            for key, of in part.of.items():
+                found[key] = found.get(key, 0.0) + chance * of
+        places = np.sum([chance * np.array(part.at_place) for chance, part in parts], axis=0)
+        return cls(parts[0][1].names, found, tuple(places.tolist()))
 
     def with_odds(self, group: Collection[str], log_odds: float, beside: Collection[str]) -> "Probabilities":
         """With these odds of a group beside others, if it was taken for likelier; one that was not stays as it is.

@@ -82,7 +82,8 @@ def suppose(
     ground = Ground.fitted(fitted, twin, camera, discrepancy, dry)
     tell("what the supposed effects would do", 0.4)
     signatures = [signature_of(effect, ground.model, camera, ground.at) for effect in effects]
-    ground, explanations = explained(ground, signatures, settings.belief)
+    weighed = explained(ground, signatures, settings.belief)
+    ground, explanations = weighed.ground, weighed.explanations
     _refuse_idle(signatures, explanations)
     rounds = _ROUNDS[settings.effort]
     tell("refitting with them", 0.5)

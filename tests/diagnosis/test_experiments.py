@@ -13,7 +13,6 @@ from diagnosis.evidence import Belief
 from diagnosis.experiments import Experiment, _Looks, next_experiments
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
-from diagnosis.probabilities import Probabilities
 from diagnosis.verdict import Verdict
 from fitting.posterior.session_model import SessionModel
 from fitting.posterior.trial_model import TrialModel
@@ -43,9 +42,8 @@ def recommended(group: tuple[str, ...]) -> tuple[Experiment, ...]:
     told = replace(plain, model=type(plain.model)(beside))
     effects = {name: catalogue()[name] for name in (CLOCK, RATIO, DAMPING)}
     signatures = [signature_of(effect, told.model, CAMERA, told.at) for effect in effects.values()]
-    here, explanations = explained(told, signatures, Belief())
-    chances, verdict = Probabilities.after(explanations), Verdict("inseparable", (group,))
-    return next_experiments(here, explanations, verdict, chances, effects)
+    found, verdict = explained(told, signatures, Belief()), Verdict("inseparable", (group,))
+    return next_experiments(found.ground, found.explanations, verdict, found.probabilities, effects)
 
 
 def by_text(found: tuple[Experiment, ...], text: str) -> Experiment:

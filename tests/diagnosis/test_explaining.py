@@ -50,21 +50,32 @@ def ground(seed: int, error: float, gap: np.ndarray) -> Ground:
 @pytest.mark.parametrize("gap", [0.0, 15.0, 45.0])
 @pytest.mark.parametrize("error", [0.7, 1.4, 2.0])
 def test_the_error_of_a_session_is_found_whatever_the_gap(error: float, gap: float) -> None:
-    found, explanations = explained(ground(1, error, gap * DIRECTIONS[4]), catalogue(), Belief())
-    assert found.error == error
+    found = explained(ground(1, error, gap * DIRECTIONS[4]), catalogue(), Belief())
+    assert found.ground.error == error
     if gap >= 15 * error:
-        assert Probabilities.after(explanations).marginal[4] > 0.8
+        assert found.probabilities.marginal[4] > 0.8
 
 
 def test_a_large_error_is_no_gap() -> None:
     for seed in range(2, 7):
-        _, explanations = explained(ground(seed, 2.0, np.zeros(K)), catalogue(), Belief())
-        assert verdict_of(Probabilities.after(explanations)).name == "no_gap"
+        found = explained(ground(seed, 2.0, np.zeros(K)), catalogue(), Belief())
+        assert verdict_of(found.probabilities).name == "no_gap"
 
 
 def test_a_little_of_what_the_twin_leaves_of_all_trials_is_no_effect() -> None:
     known = replace(Discrepancy.independent(np.eye(1)), strengths={"effect_4": (0.8,)})
     for strength, present in ((8.0, False), (45.0, True)):
         row = replace(cast(Row, ground(2, 0.7, strength * DIRECTIONS[4])), discrepancy=known)
-        _, explanations = explained(cast(Ground, row), catalogue(), Belief())
-        assert (Probabilities.after(explanations).marginal[4] > 0.5) == present
+        found = explained(cast(Ground, row), catalogue(), Belief())
+        assert (found.probabilities.marginal[4] > 0.5) == present
+
+
+def test_between_two_sizes_a_gap_is_no_surer_than_both_let_it_be() -> None:
+    found = explained(ground(3, 0.85, 8.5 * DIRECTIONS[4]), catalogue(), Belief())
+    chances, of_sizes = zip(*((chance, Probabilities.after(one)) for chance, one in found.of_sizes), strict=True)
+    assert sum(chance > 0.1 for chance in chances) == 2
+    nulls, average = [each.null for each in of_sizes], found.probabilities
+    assert max(nulls) > 1.5 * min(nulls)
+    assert average.null == pytest.approx(np.dot(chances, nulls))
+    assert average.marginal == pytest.approx(np.dot(chances, [each.marginal for each in of_sizes]))
+    assert sum(average.of.values()) == pytest.approx(1.0)

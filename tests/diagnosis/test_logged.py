@@ -44,8 +44,8 @@ def seen(logged: float | None) -> tuple[Ground, Probabilities]:
         told[0] = replace(told[0], logged_hz=logged * told[0].frequency.hz)
     beside = tuple(replace(each, trial=trial) for each, trial in zip(model.trials, told, strict=True))
     ground = replace(plain(), model=type(model)(beside))
-    found, explanations = explained(ground, signatures(ground), Belief())
-    return found, Probabilities.after(explanations)
+    found = explained(ground, signatures(ground), Belief())
+    return found.ground, found.probabilities
 
 
 def signatures(ground: Ground) -> list[Signature]:

@@ -148,8 +148,7 @@ def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tupl
     here.__dict__.update(left=ground().left + gap, slopes=ground().slopes, generic=ground().generic)
     effects = (MarkerOffset(FISHSIM_MARKERS), StiffnessGradient())
     known = [signature_of(effect, here.model, CAMERA, here.at) for effect in effects]
-    _, explanations = explained(here, known, Belief(), elsewhere)
-    found = Probabilities.after(explanations)
+    found = explained(here, known, Belief(), elsewhere).probabilities
     most = elsewhere[int(np.argmax(found.at_place))]
     assert most.place == "marker tail_4"
     assert sum(p for p, each in zip(found.at_place, elsewhere, strict=True) if each.place == most.place) > 0.8

@@ -54,7 +54,7 @@ def evidence_of(folder: Path, discrepancy: Discrepancy, effects: Mapping[str, Ef
     trials, dry = ([_measured(session, spec, twin) for spec in fitted if spec.kind == kind] for kind in ("swim", "dry"))
     ground = Ground.fitted(trials, twin, with_picture(session.camera, (*trials, *dry)), discrepancy, dry)
     found = tuple(signature_of(effect, ground.model, ground.camera, ground.at) for effect in effects.values())
-    ground, _ = explained(ground, found, Belief())
+    ground = explained(ground, found, Belief()).ground
     return Evidence(ground.left, ground.space, _noise_of(ground), found)
 
 
