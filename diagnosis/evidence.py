@@ -32,7 +32,7 @@ _ROUNDS = 4  # of the search for the likeliest sizes
 
 @dataclass(frozen=True)
 class Belief:
-    """What is believed before a session is looked at; fitted to sessions of development (see docs/diagnosis.md).
+    """What is believed before a session is looked at; fitted to sessions of development (see docs/diagnosis-scores.md).
 
     Attributes:
         unlike: share of what an effect does that its form does not hold, in no particular direction.

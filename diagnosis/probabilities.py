@@ -106,16 +106,16 @@ class Probabilities:
         return Probabilities(self.names, found, self.at_place)
 
     def refuted(self, names: Collection[str]) -> "Probabilities":
-        """With these effects not there after all: what looks like them is something else that does."""
+        """Given that these effects are not there: there may be nothing, or something else that looks like them.
+
+        Places stay as they were. Where nothing is left of what was tried, it is something else.
+        """
         gone = {self.names.index(name) for name in names}
-        found: dict[Explanation, float] = {}
-        for each, chance in self.of.items():
-            like = next((i for i in each.present if i in gone), None)
-            key = each
-            if like is not None:
-                key = Explanation(tuple(i for i in each.present if i not in gone), True, like)
-            found[key] = found.get(key, 0.0) + chance
-        return Probabilities(self.names, found, self.at_place)
+        left = {each: chance for each, chance in self.of.items() if not gone & set(each.present)}
+        total = sum(left.values())
+        if total == 0.0:
+            return Probabilities(self.names, {Explanation((), True): 1.0}, self.at_place)
+        return Probabilities(self.names, {each: chance / total for each, chance in left.items()}, self.at_place)
 
     @property
     def null(self) -> float:

@@ -49,7 +49,9 @@ def _where(data: Mapping[str, Any]) -> str:
 def _which(data: Mapping[str, Any]) -> str:
     verdict, chances = data["verdict"], data["probabilities"]
     if verdict == "no_gap":
-        return f"Which: no effect is called for (probability of nothing {data['no_gap_probability']:.2f})."
+        against = _refuted(data)
+        but = f"; the fitted swims look like {against}" if against else ""
+        return f"Which: no effect is called for (probability of nothing {data['no_gap_probability']:.2f}){but}."
     if verdict == "unexplained" and (against := _refuted(data)):
         return f"Which: it looks like {against}{_elsewhere(data)}; see the missing forces."
     if verdict == "unexplained" and (like := _looks_like(chances)) is not None:

@@ -41,9 +41,9 @@ class Verdict:
         return tuple(group[0] for group in self.groups)
 
     def without(self, names: Collection[str], found: Probabilities) -> "Verdict":
-        """Without groups whose likeliest has one of these names; unexplained where no group that is left is sure."""
+        """Without groups whose likeliest has one of these names; where no group that is left is sure, without any."""
         groups = tuple(group for group in self.groups if group[0] not in names)
-        return _naming(groups if any(_is_sure(found, group) for group in groups) else ())
+        return _naming(groups, found)
 
 
 def verdict_of(found: Probabilities) -> Verdict:
@@ -54,13 +54,11 @@ def verdict_of(found: Probabilities) -> Verdict:
     sure one. One that may as well be something else which only looks like it is not said.
     Whatever else may be present is left to the remainder; where there is no group at all the gap is unexplained.
     """
-    if 1 - found.null < ALARM:
-        return Verdict("no_gap", ())
     groups: list[tuple[int, ...]] = []
     while len(groups) < MOST and (group := _group(found, groups)) is not None:
         groups.append(group)
     held = tuple(_named(found, group) for group in groups if found.any_present(group) >= HELD)
-    return _naming(held if any(_is_sure(found, group) for group in held) else ())
+    return _naming(held, found)
 
 
 def _named(found: Probabilities, group: tuple[int, ...]) -> tuple[str, ...]:
@@ -72,8 +70,10 @@ def _is_sure(found: Probabilities, group: tuple[str, ...]) -> bool:
     return found.any_seen([found.names.index(name) for name in group]) >= ENOUGH * (1 - found.null)
 
 
-def _naming(groups: tuple[tuple[str, ...], ...]) -> Verdict:
-    if not groups:
+def _naming(groups: tuple[tuple[str, ...], ...], found: Probabilities) -> Verdict:
+    if 1 - found.null < ALARM:
+        return Verdict("no_gap", ())
+    if not any(_is_sure(found, group) for group in groups):
         return Verdict("unexplained", ())
     return Verdict("named" if all(len(group) == 1 for group in groups) else "inseparable", groups)
 

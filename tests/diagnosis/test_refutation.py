@@ -13,7 +13,7 @@ from diagnosis.held_out import Gap
 from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.refit import Refit
 from diagnosis.refutation import Refutation, Stood, refutable, stood
-from diagnosis.verdict import Verdict
+from diagnosis.verdict import Verdict, VerdictName
 from tests.diagnosis.rows import DIRECTIONS, K, Made, explanations, signature
 
 WORSE = (-1.6, -0.1)
@@ -88,11 +88,31 @@ def test_where_all_is_refuted_nothing_is_said(weighed: Explanations) -> None:
     assert found.probabilities.other == pytest.approx(1.0)
 
 
-def test_what_is_refuted_becomes_something_that_looks_like_it() -> None:
-    sets = {Explanation(()): 0.05, Explanation((0,)): 0.6, Explanation((0, 1)): 0.2, Explanation((1,), True): 0.15}
+LIKE_A = Explanation((), True, 0)
+
+
+def test_what_is_refuted_is_not_there_and_all_else_as_likely_as_it_was() -> None:
+    sets = {Explanation(()): 0.1, Explanation((0,)): 0.5, Explanation((0, 1)): 0.1, LIKE_A: 0.2, Explanation((1,)): 0.1}
     found = Probabilities(("a", "b"), sets).refuted(["a"])
-    assert found.marginal == pytest.approx([0.0, 0.35])
-    assert found.null == 0.05
-    assert found.other == pytest.approx(0.6)
-    assert found.of[Explanation((1,), True, 0)] == pytest.approx(0.2)
-    assert found.any_seen([0]) == pytest.approx(0.8)
+    assert found.marginal == pytest.approx([0.0, 0.25])
+    assert found.null == pytest.approx(0.25)
+    assert found.of[LIKE_A] == pytest.approx(0.5)
+    assert sum(found.of.values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("nothing", "name"), [(0.001, "unexplained"), (0.04, "no_gap")])
+def test_a_gap_that_only_a_refuted_name_made_sure_is_none(
+    weighed: Explanations, nothing: float, name: VerdictName
+) -> None:
+    """Where nothing at all is hardly less likely than something that looks like it, there may be nothing."""
+    sets = {Explanation(()): nothing, Explanation((0,)): 0.9 - nothing, LIKE_A: 0.1}
+    before = Stood(
+        Verdict("named", (("slack",),)),
+        Probabilities(("slack", "gear"), sets),
+        refitted("slack"),
+        gap(-0.8, WORSE),
+        (),
+    )
+    found = stood(before, weighed, lambda names: refitted(*names), lambda _twin: gap(None, None))
+    assert found.verdict == Verdict(name, ())
+    assert found.probabilities.null == pytest.approx(nothing / (nothing + 0.1))

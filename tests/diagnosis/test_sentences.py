@@ -48,7 +48,9 @@ def test_where_no_stage_stands_out_none_is_named() -> None:
     assert sentences(data)[0].startswith("Where: in nothing that repeats with the beat; 100%")
 
 
-@pytest.mark.parametrize(("verdict", "before"), [("unexplained", "looks like"), ("named", "; not")])
+@pytest.mark.parametrize(
+    ("verdict", "before"), [("unexplained", "looks like"), ("named", "; not"), ("no_gap", "look like")]
+)
 def test_names_that_held_out_swims_speak_against_are_told_as_that(verdict: str, before: str) -> None:
     told = made_data(verdict)
     against = {"effects": ["fluid_memory", "wave_drag"], "shrinkage": -0.8, "shrinkage_ci95": [-1.6, -0.1]}
