@@ -32,12 +32,12 @@ def oracle_shrinkage(
         at = fitted.refitted(recordings)
         _, told = told_by(fitted.changes(recordings), fitted.signatures({effect.name: effect for effect in effects}))
         best = refit(fitted.ground(recordings, at), effects, np.concatenate(told.values), _ROUNDS)
-        beside, base = held_out.ground(recordings, at), held_out.base_beside(recordings)
-        trials, length = base.shape
+        beside = held_out.ground(recordings, at)
+        trials, length = held_out.left_of_gaits.shape
         gaits = np.add.outer(np.arange(trials) * (len(beside.model.measured) // trials), np.arange(length)).ravel()
         root = np.linalg.cholesky(beside.covariance[np.ix_(gaits, gaits)])
         plain, left = (
-            float((solve_triangular(root, row[gaits] - base.ravel(), lower=True) ** 2).sum())
+            float((solve_triangular(root, row[gaits], lower=True) ** 2).sum())
             for row in (beside.left, left_with(beside, best))
         )
     except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite

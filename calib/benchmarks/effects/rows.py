@@ -1,7 +1,7 @@
 """A withheld session without noise, as a diagnosis would see it: rows of gaits, and all that disturbs them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -151,19 +151,20 @@ class SessionRows:
     def ground(self, recordings: Mapping[str, Recording], at: np.ndarray) -> Ground:
         """Other recordings of the same trials, without noise, as a diagnosis stands before its swims.
 
+        What is left of the gaits of the base state is taken off them: where markers are glued, a form that moves
+        markers would follow that too.
+
         Args:
             recordings: by name.
             at: (5,) coefficients of the plain twin beside them.
         """
-        model = SessionModel(tuple(replace(each, with_course=True) for each in self._beside(recordings).trials))
+        others = self._beside(recordings)
+        turned = self._turns(others).T @ self.left
+        base = turned[: -len(others.trials)].reshape(self.left_of_gaits.shape)
+        model = SessionModel(tuple(_Changed.of(each, own) for each, own in zip(others.trials, base, strict=True)))
         noise = block_diag(*[_noise(each, self.drawn.world.noise) for each in model.trials])
         camera = camera_of(self.drawn)
         return Ground(model, camera, at, self.discrepancy, self._off, model.disturbances(at, noise))
-
-    def base_beside(self, recordings: Mapping[str, Recording]) -> np.ndarray:
-        """(t, 127) what is left of the gaits of the base state, at the phases of other recordings."""
-        turned = self._turns(self._beside(recordings)).T @ self.left
-        return turned[: -len(self.model.trials)].reshape(self.left_of_gaits.shape)
 
     def _change(self, others: SessionModel, at: np.ndarray) -> Change:
         """The twin beats at the frequency of either; how far that is from the base state stands behind the gaits.
@@ -214,6 +215,29 @@ class SessionRows:
         """(k, k) of tracking noise, boxes, nuisances and the discrepancy of the base state."""
         disturbed = self.model.disturbances(at, self.tracking).of(self._off)
         return row_covariance(self.model, disturbed + self.discrepancy.over(self.model))
+
+
+@dataclass(frozen=True, eq=False)
+class _Changed(TrialModel):
+    """A swim without what is left of it in the base state.
+
+    Attributes:
+        base: (127,) that, at the phase of this swim.
+    """
+
+    base: np.ndarray = field(kw_only=True)
+
+    @classmethod
+    def of(cls, model: TrialModel, base: np.ndarray) -> "_Changed":
+        """With its course."""
+        return cls(model.twin, model.trial, model.phase_rad, model.doubted, with_course=True, base=base)
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """(129,) the gait less that; of its course nothing is left in the base state."""
+        found = np.array(super().measured)
+        found[: len(self.base)] -= self.base
+        return found
 
 
 def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) -> list[MeasuredTrial]:

@@ -170,12 +170,13 @@ class Score:
     def shrinkage_of_oracle(self) -> float:
         """Median over clear sessions whose effects are all told, nan of none: shrinkage over that of the true effects.
 
-        Clear ones alone, as of intervals: what weak effects shrink by is mostly noise.
+        Clear ones alone, as of intervals: what weak effects shrink by is mostly noise. And where the true effects, in
+        the twin's form, shrink the gap at all.
         """
         ratios = [
             case.told.shrinkage / case.answer.oracle_shrinkage
             for case in filter(lambda each: _is_clear(each.answer), self.cases)
-            if case.answer.oracle_shrinkage and case.told.shrinkage is not None and case.in_set
+            if (case.answer.oracle_shrinkage or 0.0) > 0.0 and case.told.shrinkage is not None and case.in_set
         ]
         return float(np.median(ratios)) if ratios else float("nan")
 
