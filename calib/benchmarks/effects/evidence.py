@@ -60,6 +60,8 @@ def evidence_of(folder: Path, discrepancy: Discrepancy, effects: Mapping[str, Ef
 
 def _noise_of(ground: Ground) -> Whitened:
     covariance = row_covariance(ground.model, ground.model.noise)
+    unseen = np.flatnonzero(np.diag(covariance) == 0.0)  # numbers of a marker that counts in no frame: all of them 0
+    covariance[unseen, unseen] = 1.0
     return Whitened.of(covariance, ground.slopes, PRIOR_SD)
 
 

@@ -1,11 +1,16 @@
 """The rules that a diagnosis has to beat, in a space small enough to know what they should say."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from calib.benchmarks.effects.evidence import Evidence
+from calib.benchmarks.effects.evidence import Evidence, _noise_of
 from calib.benchmarks.effects.rules import RULES
+from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Whitened
+from session import FISHSIM_MARKERS
+from tests.diagnosis.grounds import ground
 from tests.diagnosis.rows import signature
 
 K, COEFFICIENTS, BOX, SLACK, GEAR = 40, 5, 5, 6, 7  # of the row: its length, the first numbers, and single ones
@@ -62,3 +67,16 @@ def test_an_information_criterion_asks_for_more_than_its_penalty(rule: str) -> N
 
 def test_errors_of_any_size_are_no_gap_to_who_lets_the_residual_tell_it() -> None:
     assert [named(BY_NOISE, size * noise(seed)) for size in (1.0, 7.0) for seed in range(3)] == ["no_gap"] * 6
+
+
+@pytest.mark.long
+def test_a_marker_that_counts_in_no_frame_is_no_reason_to_fall() -> None:
+    """Its numbers are nothing in swims, twin and effects alike, and nothing is their noise."""
+    gone, known = FISHSIM_MARKERS.index("tail_2"), ground()
+    trials = []
+    for each in known.model.trials:
+        weight = each.trial.weight.copy()
+        weight[:, gone] = 0.0
+        trials.append(replace(each, trial=replace(each.trial, weight=weight)))
+    told = replace(known, model=SessionModel(tuple(trials)))
+    assert np.isfinite(_noise_of(told).freed(told.left)).all()
