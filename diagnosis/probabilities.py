@@ -106,16 +106,25 @@ class Probabilities:
         return Probabilities(self.names, found, self.at_place)
 
     def refuted(self, names: Collection[str]) -> "Probabilities":
-        """Given that these effects are not there: there may be nothing, or something else that looks like them.
+        """With these effects not there after all; what else there is stays as likely as it was.
 
-        Places stay as they were. Where nothing is left of what was tried, it is something else.
+        Each set that holds some of them passes on to what there is without: nothing in their place, or something else
+        that looks like them, as likely against each other as both were; where neither was tried, to the latter.
         """
         gone = {self.names.index(name) for name in names}
-        left = {each: chance for each, chance in self.of.items() if not gone & set(each.present)}
-        total = sum(left.values())
-        if total == 0.0:
-            return Probabilities(self.names, {Explanation((), True): 1.0}, self.at_place)
-        return Probabilities(self.names, {each: chance / total for each, chance in left.items()}, self.at_place)
+        found: dict[Explanation, float] = {}
+        for each, chance in self.of.items():
+            like = next((i for i in each.present if i in gone), None)
+            shares = {each: 1.0}
+            if like is not None:
+                rest = tuple(i for i in each.present if i not in gone)
+                without, alike = Explanation(rest, each.other), Explanation(rest, True, like)
+                nothing, something = (self.of.get(one, 0.0) for one in (without, alike))
+                share = nothing / (nothing + something) if nothing else 0.0
+                shares = {without: share, alike: 1.0 - share}
+            for key, share in shares.items():
+                found[key] = found.get(key, 0.0) + share * chance
+        return Probabilities(self.names, found, self.at_place)
 
     @property
     def null(self) -> float:

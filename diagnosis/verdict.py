@@ -15,7 +15,7 @@ ENOUGH = 0.9  # probability, if there is a gap, from which a few names are enoug
 BESIDE = 0.6  # the same beside names that are: the twin is refitted with and without each, which decides
 HELD = 0.6  # that one of them is present: below, no name is said
 _LOOKED_AT = 10  # of the likeliest effects, for a group
-ALARM = 0.92  # that there is something: below, there is no gap (of 81 null sessions one reached it, three 0.75)
+ALARM = 0.92  # that there is something: below, there is no gap (how often it is reached: docs/diagnosis-scores.md)
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,10 @@ class Verdict:
         return tuple(group[0] for group in self.groups)
 
     def without(self, names: Collection[str], found: Probabilities) -> "Verdict":
-        """Without groups whose likeliest has one of these names; where no group that is left is sure, without any."""
+        """Without groups whose likeliest has one of these names.
+
+        Where no group that is left is sure: unexplained, or, of a gap that is not sure without them, no gap.
+        """
         groups = tuple(group for group in self.groups if group[0] not in names)
         return _naming(groups, found)
 

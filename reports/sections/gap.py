@@ -141,10 +141,13 @@ def _told_apart(found: Diagnosed) -> tuple[Plot, ...]:
 
 
 def _suspicion(found: Diagnosed, chance: float) -> str:
-    name, own = next((n, p) for n, p in found.data["probabilities"].items() if n != "none_of_these")
+    names = [(name, own) for name, own in found.data["probabilities"].items() if name != "none_of_these"]
+    suspect = ""
+    if names and not found.data["evidence"].get("refuted"):  # one that was refuted would be the first
+        suspect = f", and the first suspect is {in_words(names[0][0])} ({shown(names[0][1], 2)})"
     return (
-        f"It is a near miss: something is there with a probability of {shown(chance, 2)}, and the first suspect is "
-        f"{in_words(name)} ({shown(own, 2)}). One more swim would settle it."
+        f"It is a near miss: something is there with a probability of {shown(chance, 2)}{suspect}. "
+        "One more swim would settle it."
     )
 
 

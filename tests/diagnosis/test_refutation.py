@@ -94,10 +94,17 @@ LIKE_A = Explanation((), True, 0)
 def test_what_is_refuted_is_not_there_and_all_else_as_likely_as_it_was() -> None:
     sets = {Explanation(()): 0.1, Explanation((0,)): 0.5, Explanation((0, 1)): 0.1, LIKE_A: 0.2, Explanation((1,)): 0.1}
     found = Probabilities(("a", "b"), sets).refuted(["a"])
-    assert found.marginal == pytest.approx([0.0, 0.25])
-    assert found.null == pytest.approx(0.25)
-    assert found.of[LIKE_A] == pytest.approx(0.5)
+    assert found.marginal == pytest.approx([0.0, 0.2])
+    assert found.null == pytest.approx(0.1 + 0.5 / 3)
+    assert found.of[LIKE_A] == pytest.approx(0.2 + 1.0 / 3)
+    assert found.of[Explanation((1,))] == pytest.approx(0.2)
     assert sum(found.of.values()) == pytest.approx(1.0)
+
+
+def test_a_name_beside_one_that_is_refuted_is_no_surer_and_no_less_sure_for_it() -> None:
+    sets = {Explanation((0, 1)): 0.62, Explanation((0,)): 0.03, Explanation((2,)): 0.08, LIKE_A: 0.27}
+    found = Probabilities(("a", "b", "c"), sets).refuted(["b"])
+    assert found.marginal == pytest.approx([0.65, 0.0, 0.08])
 
 
 @pytest.mark.parametrize(("nothing", "name"), [(0.001, "unexplained"), (0.04, "no_gap")])

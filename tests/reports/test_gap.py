@@ -159,6 +159,16 @@ def test_a_near_miss_is_called_that(pages: dict[str, Page]) -> None:
     assert "near miss" not in pages["no_gap"].text
 
 
+@pytest.mark.usefixtures("words_alone")
+def test_beside_a_name_that_was_refuted_no_other_is_suspected() -> None:
+    against = {"effects": ["fluid_memory"], "shrinkage": -0.8, "shrinkage_ci95": [-1.6, -0.1]}
+    found = made_diagnosed("no_gap", no_gap_probability=0.3)
+    found.data["evidence"] = found.data["evidence"] | {"refuted": [against]}  # type: ignore[index]
+    text = page_of(found).text
+    assert "something is there with a probability of 0.70. One more swim" in text
+    assert "the fitted swims look like fluid memory, but with that held-out swims are forecast worse" in text
+
+
 def test_an_unexplained_gap_is_led_by_what_is_missing(pages: dict[str, Page]) -> None:
     assert "The clearest of them is the torque in tail 5: 2.83 mN m" in pages["unexplained"].text
     assert "It is a lead to what the catalogue lacks." in pages["unexplained"].text

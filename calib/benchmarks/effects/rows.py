@@ -234,7 +234,7 @@ class _Changed(TrialModel):
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """(129,) the gait less that; of its course nothing is left in the base state."""
+        """(129,) the gait less that; its course as it is."""
         found = np.array(super().measured)
         found[: len(self.base)] -= self.base
         return found

@@ -173,11 +173,9 @@ class Score:
         Clear ones alone, as of intervals: what weak effects shrink by is mostly noise. And where the true effects, in
         the twin's form, shrink the gap at all.
         """
-        ratios = [
-            case.told.shrinkage / case.answer.oracle_shrinkage
-            for case in filter(lambda each: _is_clear(each.answer), self.cases)
-            if (case.answer.oracle_shrinkage or 0.0) > 0.0 and case.told.shrinkage is not None and case.in_set
-        ]
+        clear = filter(lambda case: _is_clear(case.answer) and case.in_set, self.cases)
+        both = [(case.told.shrinkage, case.answer.oracle_shrinkage) for case in clear]
+        ratios = [told / true for told, true in both if told is not None and true is not None and true > 0.0]
         return float(np.median(ratios)) if ratios else float("nan")
 
     @property

@@ -111,6 +111,8 @@ def test_what_weak_effects_shrink_by_is_not_held_against_the_oracle() -> None:
     )
     assert score((SLACK, clear), (WEAK, weak), (WEAK, weak)).shrinkage_of_oracle == pytest.approx(0.75)
     assert np.isnan(score((WEAK, weak)).shrinkage_of_oracle)
+    no_form = replace(SLACK, oracle_shrinkage=-6.0)
+    assert score((SLACK, clear), (no_form, clear), (no_form, clear)).shrinkage_of_oracle == pytest.approx(0.75)
 
 
 def test_probabilities_that_come_true_as_often_as_they_say_have_no_error() -> None:
