@@ -177,7 +177,7 @@ def _evidence(found: Diagnosis) -> dict[str, Any]:
 def _refuted(found: Diagnosis) -> list[dict[str, Any]]:
     """Names that are not said, for held-out swims speak against them."""
     return [
-        {"effects": list(each.group), "shrinkage": each.shrinkage, "shrinkage_ci95": list(each.interval)}
+        {"effects": [each.effect], "shrinkage": each.shrinkage, "shrinkage_ci95": list(each.interval)}
         for each in found.refutations
     ]
 

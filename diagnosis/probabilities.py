@@ -105,20 +105,19 @@ class Probabilities:
                 found[key] = found.get(key, 0.0) + part * chance
         return Probabilities(self.names, found, self.at_place)
 
-    def refuted(self, names: Collection[str]) -> "Probabilities":
-        """With these effects not there after all; what else there is stays as likely as it was.
+    def refuted(self, name: str) -> "Probabilities":
+        """With this effect not there after all; what else there is stays as likely as it was.
 
-        Each set that holds some of them passes on to what there is without: nothing in their place, or something else
-        that looks like them, as likely against each other as both were; where neither was tried, to the latter.
+        Each set that holds it passes on to what there is without: nothing in its place, or something else that looks
+        like it, as likely against each other as both were; where neither was tried, to the latter.
         """
-        gone = {self.names.index(name) for name in names}
+        gone = self.names.index(name)
         found: dict[Explanation, float] = {}
         for each, chance in self.of.items():
-            like = next((i for i in each.present if i in gone), None)
             shares = {each: 1.0}
-            if like is not None:
-                rest = tuple(i for i in each.present if i not in gone)
-                without, alike = Explanation(rest, each.other), Explanation(rest, True, like)
+            if gone in each.present:
+                rest = tuple(i for i in each.present if i != gone)
+                without, alike = Explanation(rest, each.other), Explanation(rest, True, gone)
                 nothing, something = (self.of.get(one, 0.0) for one in (without, alike))
                 share = nothing / (nothing + something) if nothing else 0.0
                 shares = {without: share, alike: 1.0 - share}

@@ -21,15 +21,15 @@ _IN_GAITS = 0.5  # share of what an effect does, below which held-out gaits say 
 
 
 class Refutation(NamedTuple):
-    """Of one group of a verdict.
+    """Of the likeliest of a group of a verdict; of its alternatives nothing was asked, and they stay as likely.
 
     Attributes:
-        group: alternatives, the likeliest first, with which the twin was refitted.
+        effect: with which the twin was refitted.
         shrinkage: of the held-out gap with it and what was named beside it.
         interval: 95 %.
     """
 
-    group: tuple[str, ...]
+    effect: str
     shrinkage: float
     interval: tuple[float, float]
 
@@ -68,11 +68,10 @@ def stood(
     verdict, probabilities, best, gap, refutations = found
     while best is not None and gap is not None and (against := refutable(gap.shrinkage, best, explanations)):
         weakest = min(against, key=lambda name: probabilities.marginal[probabilities.names.index(name)])
-        group = next(group for group in verdict.groups if group[0] == weakest)
         assert gap.shrinkage.value is not None
         assert gap.shrinkage.interval is not None
-        refutations = (*refutations, Refutation(group, gap.shrinkage.value, gap.shrinkage.interval))
-        probabilities = probabilities.refuted(group)
+        refutations = (*refutations, Refutation(weakest, gap.shrinkage.value, gap.shrinkage.interval))
+        probabilities = probabilities.refuted(weakest)
         verdict = verdict.without([weakest], probabilities)
         best = refitting(verdict.first) if verdict.first else None
         gap = forecast(best)

@@ -70,7 +70,7 @@ def test_what_is_left_of_a_verdict_stays_with_a_twin_and_a_gap_of_its_own(weighe
     assert [effect.name for effect in found.best.effects] == ["gear"]
     assert found.gap is not None
     assert found.gap.shrinkage.value == 0.5
-    assert found.refutations == (Refutation(("slack",), -0.8, WORSE),)
+    assert found.refutations == (Refutation("slack", -0.8, WORSE),)
     assert found.probabilities.marginal == pytest.approx([0.0, 1.0])
 
 
@@ -93,7 +93,7 @@ LIKE_A = Explanation((), True, 0)
 
 def test_what_is_refuted_is_not_there_and_all_else_as_likely_as_it_was() -> None:
     sets = {Explanation(()): 0.1, Explanation((0,)): 0.5, Explanation((0, 1)): 0.1, LIKE_A: 0.2, Explanation((1,)): 0.1}
-    found = Probabilities(("a", "b"), sets).refuted(["a"])
+    found = Probabilities(("a", "b"), sets).refuted("a")
     assert found.marginal == pytest.approx([0.0, 0.2])
     assert found.null == pytest.approx(0.1 + 0.5 / 3)
     assert found.of[LIKE_A] == pytest.approx(0.2 + 1.0 / 3)
@@ -103,7 +103,7 @@ def test_what_is_refuted_is_not_there_and_all_else_as_likely_as_it_was() -> None
 
 def test_a_name_beside_one_that_is_refuted_is_no_surer_and_no_less_sure_for_it() -> None:
     sets = {Explanation((0, 1)): 0.62, Explanation((0,)): 0.03, Explanation((2,)): 0.08, LIKE_A: 0.27}
-    found = Probabilities(("a", "b", "c"), sets).refuted(["b"])
+    found = Probabilities(("a", "b", "c"), sets).refuted("b")
     assert found.marginal == pytest.approx([0.65, 0.0, 0.08])
 
 
@@ -123,3 +123,22 @@ def test_a_gap_that_only_a_refuted_name_made_sure_is_none(
     found = stood(before, weighed, lambda names: refitted(*names), lambda _twin: gap(None, None))
     assert found.verdict == Verdict(name, ())
     assert found.probabilities.null == pytest.approx(nothing / (nothing + 0.1))
+
+
+def test_an_alternative_that_was_not_refitted_stays_as_likely_and_is_not_said(weighed: Explanations) -> None:
+    sets = {Explanation((0,)): 0.5, Explanation((1,)): 0.4, LIKE_A: 0.1}
+    found = stood(
+        Stood(
+            Verdict("inseparable", (("slack", "gear"),)),
+            Probabilities(("slack", "gear"), sets),
+            refitted("slack"),
+            gap(-0.8, WORSE),
+            (),
+        ),
+        weighed,
+        lambda names: refitted(*names),
+        lambda _twin: gap(None, None),
+    )
+    assert found.verdict == Verdict("unexplained", ())
+    assert found.probabilities.marginal == pytest.approx([0.0, 0.4])
+    assert found.refutations == (Refutation("slack", -0.8, WORSE),)
