@@ -20,8 +20,6 @@ SCALES = {0.7: 0.3, 1.0: 0.45, 1.4: 0.18, 2.0: 0.07}
 
 As in base sessions of the benchmark, with larger ones taken to be somewhat likelier than there.
 """
-
-
 _UNLIKELY = 0.02  # of a size: it counts no more
 
 
@@ -66,20 +64,18 @@ def explained(
         sway: log Bayes factor of a motion beside the beat.
     """
     alike = ground.discrepancy.alike(signatures)
-    logs, grounds, every = [], [], []
+    logs, of_each = [], []
     for scale, chance in SCALES.items():
         here = ground.with_error(scale, alike)
         found = replace(_explanations(here, signatures, belief, elsewhere), sway=sway)
         sets = [((), False), ((), True), *(((i,), False) for i, each in enumerate(found.effects) if each.ways)]
         of_sets = [found.evidence(s, other) + belief.log_prior(len(s), other, len(signatures)) for s, other in sets]
         logs.append(float(logsumexp(of_sets)) + here.space.log_volume + np.log(chance))
-        grounds.append(here)
-        every.append(found)
+        of_each.append((here, found))
     chances = softmax(logs)
-    likeliest = int(np.argmax(chances))
-    likely = chances * (chances > _UNLIKELY)
-    of_sizes = [(float(chance), found) for chance, found in zip(likely / likely.sum(), every, strict=True) if chance]
-    return Explained(grounds[likeliest], every[likeliest], tuple(of_sizes))
+    chances = np.where(chances > _UNLIKELY, chances, 0.0) / chances[chances > _UNLIKELY].sum()
+    of_sizes = tuple((float(chance), found) for chance, (_, found) in zip(chances, of_each, strict=True) if chance)
+    return Explained(*of_each[int(np.argmax(chances))], of_sizes)
 
 
 def _explanations(
