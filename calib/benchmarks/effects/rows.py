@@ -131,7 +131,7 @@ class SessionRows:
         if not np.isfinite(from_base.row).all() or from_base.strays(from_base.row) <= LONG:
             return (from_base,)
         try:
-            refitted = self._change(others, self._refitted(others))
+            refitted = self._change(others, self._nearest(others, self._turns(others)))
         except (np.linalg.LinAlgError, ValueError):  # a twin diverged on the way, and what it leaves is not finite
             return (from_base,)
         return (from_base, refitted) if np.isfinite(refitted.row).all() else (from_base,)
@@ -139,13 +139,15 @@ class SessionRows:
     def refitted(self, recordings: Mapping[str, Recording]) -> np.ndarray:
         """(5,) coefficients of the plain twin that comes nearest to other recordings of the same trials.
 
+        What is left of the gaits of the base state is taken off them first.
+
         Raises:
             ValueError, LinAlgError: a twin diverged on the way.
         """
-        return self._refitted(self._beside(recordings))
+        others = self._beside(recordings)
+        return self._nearest(self._changed(others, with_course=False), self._turns(others))
 
-    def _refitted(self, others: SessionModel) -> np.ndarray:
-        turns = self._turns(others)
+    def _nearest(self, others: SessionModel, turns: np.ndarray) -> np.ndarray:
         return nearest(others, self.coefficients, turns.T @ self._disturbing @ turns)
 
     def ground(self, recordings: Mapping[str, Recording], at: np.ndarray) -> Ground:
@@ -158,13 +160,17 @@ class SessionRows:
             recordings: by name.
             at: (5,) coefficients of the plain twin beside them.
         """
-        others = self._beside(recordings)
-        turned = self._turns(others).T @ self.left
-        base = turned[: -len(others.trials)].reshape(self.left_of_gaits.shape)
-        model = SessionModel(tuple(_Changed.of(each, own) for each, own in zip(others.trials, base, strict=True)))
+        model = self._changed(self._beside(recordings), with_course=True)
         noise = block_diag(*[_noise(each, self.drawn.world.noise) for each in model.trials])
         camera = camera_of(self.drawn)
         return Ground(model, camera, at, self.discrepancy, self._off, model.disturbances(at, noise))
+
+    def _changed(self, others: SessionModel, *, with_course: bool) -> SessionModel:
+        """Other recordings without what is left of the gaits of the base state, at their own phases of the beat."""
+        turned = self._turns(others).T @ self.left
+        base = turned[: -len(others.trials)].reshape(self.left_of_gaits.shape)
+        pairs = zip(others.trials, base, strict=True)
+        return SessionModel(tuple(_Changed.of(each, own, with_course=with_course) for each, own in pairs))
 
     def _change(self, others: SessionModel, at: np.ndarray) -> Change:
         """The twin beats at the frequency of either; how far that is from the base state stands behind the gaits.
@@ -228,13 +234,13 @@ class _Changed(TrialModel):
     base: np.ndarray = field(kw_only=True)
 
     @classmethod
-    def of(cls, model: TrialModel, base: np.ndarray) -> "_Changed":
-        """With its course."""
-        return cls(model.twin, model.trial, model.phase_rad, model.doubted, with_course=True, base=base)
+    def of(cls, model: TrialModel, base: np.ndarray, *, with_course: bool) -> "_Changed":
+        """With or without its course."""
+        return cls(model.twin, model.trial, model.phase_rad, model.doubted, with_course=with_course, base=base)
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """(129,) the gait less that; its course as it is."""
+        """(127,) the gait less that; (129,) with its course, which stays as it is."""
         found = np.array(super().measured)
         found[: len(self.base)] -= self.base
         return found
