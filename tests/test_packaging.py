@@ -104,6 +104,7 @@ def test_the_wheel_holds_the_packages_with_their_data_and_nothing_else(wheel: Pa
     assert any(name.endswith("/licenses/LICENSE") for name in names)
 
 
+@pytest.mark.long
 def test_everything_imports_from_the_wheel(wheel: Path, tmp_path: Path) -> None:
     zipfile.ZipFile(wheel).extractall(tmp_path / "site")
     code = (

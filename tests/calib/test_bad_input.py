@@ -225,6 +225,7 @@ def test_the_session_to_break_is_sound() -> None:
     assert outcome_with(TOML.encode(), TRACKS.encode()) == ""
 
 
+@pytest.mark.long
 @broken
 @given(mutated(TOML))
 def test_no_session_file_makes_the_pipeline_fall(text: bytes) -> None:

@@ -169,6 +169,7 @@ def test_the_report_is_written_from_what_was_kept(calib: Front, fitted: Path) ->
         assert name in report
 
 
+@pytest.mark.long
 def test_a_missing_decay_is_assumed_and_said(calib: Front, unfitted: Path) -> None:
     outcome = calib("fit", only(unfitted, "slow", "fast", "dry_fast"), "--effort", "quick")
     data = json.loads((unfitted / "results" / "calibration.json").read_text())
@@ -189,6 +190,7 @@ def test_without_experiments_there_is_no_structure_file(calib: Front, unfitted: 
     assert calibration_of(unfitted)["experiments"] == {}
 
 
+@pytest.mark.long
 def test_a_session_without_a_swim_gives_the_structure_alone(calib: Front, unfitted: Path) -> None:
     only(unfitted, "dry_slow", "dry_fast", "pull")
 

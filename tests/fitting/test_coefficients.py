@@ -25,10 +25,12 @@ def small(swims: Swims) -> CoefficientFit:
     return fit_coefficients(swims, SMALL, seed=0)
 
 
+@pytest.mark.long
 def test_without_noise_the_markers_are_met_to_half_a_millimetre(small: CoefficientFit) -> None:
     assert small.mean_distance_m < 0.5e-3
 
 
+@pytest.mark.long
 def test_from_wrong_starts_what_the_markers_determine_is_recovered(small: CoefficientFit) -> None:
     starts = np.array([restart.start for restart in small.restarts])
     assert (np.abs(np.sqrt(starts) - np.sqrt(PLAUSIBLE_COEFFICIENTS)).max(axis=1) > 0.7).all()
@@ -37,18 +39,21 @@ def test_from_wrong_starts_what_the_markers_determine_is_recovered(small: Coeffi
         assert getattr(small.coefficients, name) == pytest.approx(getattr(PLAUSIBLE_COEFFICIENTS, name), rel=tolerance)
 
 
+@pytest.mark.long
 def test_the_phases_are_found_along_with_them(small: CoefficientFit, swims: Swims, truth: Truth) -> None:
     true = np.array([truth.trials[trial.name].phase_rad for trial in swims.trials])
 
     assert np.abs(np.angle(np.exp(1j * (small.phase_rad - true)))).max() < 0.05
 
 
+@pytest.mark.long
 def test_every_descent_goes_down(small: CoefficientFit) -> None:
     for restart in small.restarts:
         assert (np.diff(restart.history_m) <= 1e-9).all()
         assert restart.history_m[-1] == restart.objective_m
 
 
+@pytest.mark.long
 def test_the_best_comes_first_and_is_what_the_fit_gives(small: CoefficientFit, swims: Swims) -> None:
     ranks = [(not restart.swims_forward, restart.objective_m) for restart in small.restarts]
     assert ranks == sorted(ranks)

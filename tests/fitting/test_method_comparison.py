@@ -28,6 +28,7 @@ RUN = SearchRun(
 NOTHING = replace(RUN, method="bo-nm", coefficients=None, best_m=float("nan"), seconds=float("nan"), trace=())
 
 
+@pytest.mark.long
 def test_every_search_runs_on_both_objectives_with_every_seed() -> None:
     told: list[float | None] = []
     fitted = exact_swims(hz=(1.2,), seconds=2.0)

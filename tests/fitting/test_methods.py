@@ -148,6 +148,7 @@ def test_the_budget_is_overdrawn_by_one_batch_at_most(
     assert fits[method].spent_s <= BUDGET_S + 2 * batch * point_s + batch * from_rest_s
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", SPENDING)
 def test_the_seed_decides_everything(method: str, swims: Swims, fits: dict[str, CoefficientFit]) -> None:
     again = search(method, swims, TINY, seed=0, budget_s=BUDGET_S)

@@ -231,6 +231,7 @@ def test_a_pool_turned_and_shifted_gives_the_same_trial_and_the_same_objective(a
     assert distances[1] == pytest.approx(distances[0], rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_pool_turned_and_shifted_gives_the_same_fit() -> None:
     quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])
     trials = [measured(lambda position: position), measured(lambda position: position @ quarter + [100.0, 4000.0])]

@@ -70,6 +70,7 @@ def test_the_spread_of_trials_widens_the_interval() -> None:
     assert apart.low < apart.value < apart.high
 
 
+@pytest.mark.long
 def test_the_interval_of_the_bias_holds_the_mean_it_was_drawn_from_about_as_often_as_it_says() -> None:
     """Ten trials; a percentile bootstrap of few trials is a little too narrow."""
     random = np.random.default_rng(0)

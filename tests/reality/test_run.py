@@ -36,6 +36,7 @@ def test_recordings_do_not_depend_on_their_company():
     assert np.abs(alone.position_px - together[0].position_px).max() < 1e-7
 
 
+@pytest.mark.long
 def test_the_step_converges_with_second_order():
     ends = [simulate([(BASE, SWIM)], step_s=h)[0].marker_m[-1] for h in (4e-3, 2e-3, 1e-3, 5e-4)]
     errors = [np.abs(a - b).max() for a, b in pairwise(ends)]

@@ -127,6 +127,7 @@ def test_none_of_256_sobol_points_diverges_in_the_exported_file_from_a_straight_
     assert_exported_stays_bounded(256)
 
 
+@pytest.mark.long
 def test_none_of_256_sobol_points_diverges_in_the_twin() -> None:
     assert_twin_stays_bounded(256)
 

@@ -47,6 +47,7 @@ def linear(model: SessionModel) -> Any:
     return SimpleNamespace(model=model, found=found, coefficients=near, slopes=slopes)
 
 
+@pytest.mark.long
 def test_of_a_linear_twin_they_are_those_of_a_normal_distribution(linear: Any) -> None:
     assert exact_widths(linear, NOISE) == pytest.approx(2 * 1.645 * LENGTH_SD, rel=0.12)
 

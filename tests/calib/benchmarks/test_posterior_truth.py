@@ -29,6 +29,7 @@ def test_a_seed_draws_the_same_session_again(drawn: DrawnSession) -> None:
     assert again.trials[0].position_m == pytest.approx(drawn.trials[0].position_m, nan_ok=True)
 
 
+@pytest.mark.long
 def test_the_share_of_the_noise_in_common_is_uniform(drawn: DrawnSession) -> None:
     shares = np.array([drawn_noise(seed).shared for seed in range(400)])
     assert drawn.noise == drawn_noise(3)

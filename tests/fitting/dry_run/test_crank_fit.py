@@ -49,6 +49,7 @@ def errors(fit: JointFit) -> tuple[np.ndarray, np.ndarray]:
     return np.array(off), np.array(error)
 
 
+@pytest.mark.long
 def test_arm_speed_and_phase_are_found() -> None:
     fit = fitted()
 

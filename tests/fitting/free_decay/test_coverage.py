@@ -76,6 +76,7 @@ def judged(truths: list[Truth], estimates: Sequence[DecayFit | HingeEstimate]) -
     return Study(np.log(found / [(truth.stiffness_n_m, truth.damping_n_m_s) for truth in truths]), se / found)
 
 
+@pytest.mark.long
 def test_a_few_decays_err_by_what_their_intervals_say() -> None:
     few = study(5, 5, 0.006, 2.0)
 

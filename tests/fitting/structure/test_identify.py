@@ -40,6 +40,7 @@ def shaken(position: np.ndarray, size_m: float) -> np.ndarray:
     return position + np.random.default_rng(0).normal(0.0, size_m, position.shape)
 
 
+@pytest.mark.long
 def test_it_recovers_a_robot_unlike_its_description(structure: Structure) -> None:
     tail, found = structure.robot.tail, by_quantity(structure)
 
@@ -53,6 +54,7 @@ def test_it_recovers_a_robot_unlike_its_description(structure: Structure) -> Non
     assert not [flag for flag in structure.flags if flag.kind == "not_used"]
 
 
+@pytest.mark.long
 def test_each_number_says_which_trials_it_comes_from(structure: Structure) -> None:
     found = by_quantity(structure)
 
@@ -62,6 +64,7 @@ def test_each_number_says_which_trials_it_comes_from(structure: Structure) -> No
     assert not any(source.assumed for source in structure.sources)
 
 
+@pytest.mark.long
 def test_the_robot_is_otherwise_as_described(structure: Structure) -> None:
     own = {quantity: source.value for quantity, source in by_quantity(structure).items()}
 

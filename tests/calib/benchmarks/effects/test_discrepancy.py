@@ -65,6 +65,7 @@ def apart(found: np.ndarray) -> float:
     return float(np.trace(np.linalg.solve(root, np.linalg.solve(root, found).T)) / LENGTH)
 
 
+@pytest.mark.long
 def test_strengths_that_all_trials_share_are_found_and_hardly_any_others() -> None:
     found = discrepancy_of([session(seed) for seed in range(SESSIONS)]).strengths
     first, second = found["segment_coefficients"]  # the covariance has part of them already
