@@ -5,7 +5,7 @@ from the truth is told from a rival that stays r away as if they were sqrt(r^2 -
 likelihood ratio is half the square of that).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -23,6 +23,7 @@ Strong = Callable[[float], tuple[Mechanism, ...]]
 _FIRST, _MOST, _ROUNDS = 1.0, 30.0, 6
 _GROWTH = 4.0  # of a strength from one try to the next
 _CLOSE = 0.05  # relative, of the distance that is asked
+_FALLEN = 1.1  # times as far with less strength
 
 
 class Other(NamedTuple):
@@ -59,7 +60,7 @@ def strength_for(
 ) -> Filming[Strength]:
     """The strength at which the nearest rival is as far as asked, as near as it gets.
 
-    Some effects never get there: a rival follows them however strong they are.
+    Some effects never get there: a rival follows them however strong they are, or the effect's own form fails first.
 
     Args:
         asked: distance.
@@ -74,21 +75,39 @@ def strength_for(
     """
     rivals = [signature for signature in signatures if signature.effect.name != own]
     itself = next((signature for signature in signatures if signature.effect.name == own), None)
-    value, best = _FIRST, None
+    tries: dict[float, Strength] = {}
+    value = _FIRST
     for _ in range(_ROUNDS):
         found = yield from _tried(value, strong(value), drawn, rows, rivals, itself)
-        if found is None:
-            value /= 2
-            continue
-        if best is None or abs(found.detectability - asked) < abs(best.detectability - asked):
-            best = found
-        if abs(found.detectability / asked - 1) < _CLOSE or (value == _MOST and found.detectability < asked):
+        if found is not None:
+            tries[value] = found
+        if found is not None and abs(found.detectability / asked - 1) < _CLOSE:
             break
-        grown = value * asked / max(found.detectability, asked / _GROWTH)
-        value = float(np.clip(grown, value / 10, _MOST))
-    if best is None:
+        following = _next(asked, value, tries)
+        if following in tries:
+            break
+        value = following
+    if not tries:
         raise SimulationDiverged(f"{own or 'an effect'}: no strength could be simulated, down to {value:g}")
-    return best
+    return min(tries.values(), key=lambda found: abs(found.detectability - asked))
+
+
+def _next(asked: float, value: float, tries: Mapping[float, Strength]) -> float:
+    """The strength to try after one that was tried last, which was not to be simulated if it is not among the tries.
+
+    Up to some strength the distance grows. Beyond, where there is such a strength, the effect's own form fails before
+    a rival does, and the distance falls, down to 0.
+    """
+    if value not in tries:
+        return value / 2
+    found = tries[value].detectability
+    weaker = [each for each in tries if each < value]
+    fallen = found == 0.0 or any(tries[each].detectability > _FALLEN * found for each in weaker)
+    if found < asked and fallen:
+        return float(np.sqrt(value * max(weaker))) if weaker else value / _GROWTH
+    grown = float(np.clip(value * asked / max(found, asked / _GROWTH), value / 10, _MOST))
+    beyond = [each for each in tries if each > value]
+    return min(grown, float(np.sqrt(value * min(beyond)))) if beyond and grown > value else grown
 
 
 def _tried(

@@ -1,14 +1,15 @@
-"""How far the nearest rival is, held against that rival refitted with the simulation."""
+"""How strong an effect is made; and how far its nearest rival is, held against one refitted with the simulation."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import pytest
 from scipy.linalg import solve_triangular
 from scipy.optimize import least_squares
 
+from calib.benchmarks.effects import severity
 from calib.benchmarks.effects.drawn import draw_world
 from calib.benchmarks.effects.filming import Filming, film_together
 from calib.benchmarks.effects.rows import SessionRows, camera_of, told_by
@@ -20,7 +21,7 @@ from fitting.signatures import AffectedSession
 from fitting.signatures.session_row import PRIOR_SD
 from reality import Recording
 from reality.mechanisms import catalogued
-from session import FISHSIM_MARKERS
+from session import FISHSIM_MARKERS, SimulationDiverged
 from swimmer import load_robot
 from swimmer.effects import Effect, catalogue
 
@@ -65,6 +66,50 @@ def in_truth(rows: SessionRows, recordings: Mapping[str, Recording], effects: Se
     start = np.clip((np.concatenate([straight, *told.values]) - low) / (high - low), STEP, 1 - STEP)
     found = least_squares(residuals, start, bounds=(0, 1), diff_step=STEP, max_nfev=ROUNDS)
     return float(np.sqrt(2 * found.cost))
+
+
+def searched(monkeypatch: pytest.MonkeyPatch, asked: float, distance: Callable[[float], float | None]) -> Strength:
+    """What comes of asking where the nearest rival is at a distance that is known of each strength."""
+
+    def tried(value: float, *_: object) -> Filming[Strength | None]:
+        found = distance(value)
+        return None if found is None else Strength(value, (), found, ())
+        yield []
+
+    monkeypatch.setattr(severity, "_tried", tried)
+    (found,) = film_together([strength_for(asked, lambda _: (), None, None, None, ())])  # type: ignore[arg-type]
+    return found
+
+
+@pytest.mark.parametrize("asked", [1.0, 3.3, 10.0])
+@pytest.mark.parametrize("strong", [0.05, 1.0, 4.0])
+def test_it_is_as_far_as_asked(asked: float, strong: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = searched(monkeypatch, asked, lambda value: 8 * (value / strong) ** 0.8)
+    assert found.detectability == pytest.approx(asked, rel=0.05)
+
+
+@pytest.mark.parametrize("asked", [1.0, 2.0, 3.3])
+def test_where_the_own_form_fails_when_it_is_strong_it_is_made_weaker(
+    asked: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = searched(monkeypatch, asked, lambda value: 12 * value if value < 0.4 else 0.0)
+    assert found.detectability == pytest.approx(asked, rel=0.1)
+
+
+def test_what_falls_before_it_is_as_far_as_asked_is_made_as_far_as_it_gets(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = searched(monkeypatch, 10.0, lambda value: max(8 * value - 8 * value**2, 0.0))  # 2 at most, at a half
+    assert found.detectability > 1.5
+
+
+def test_what_a_rival_follows_is_as_strong_as_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert searched(monkeypatch, 10.0, lambda value: value / (1 + value)).value == 30.0
+
+
+def test_what_cannot_be_simulated_is_made_weaker(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = searched(monkeypatch, 2.0, lambda value: 8 * value if value < 0.6 else None)
+    assert found.detectability == pytest.approx(2.0, rel=0.05)
+    with pytest.raises(SimulationDiverged, match="no strength could be simulated"):
+        searched(monkeypatch, 2.0, lambda _: None)
 
 
 @pytest.mark.long
