@@ -8,11 +8,11 @@ from calib.benchmarks.effects.followed import FollowedScore
 from calib.benchmarks.effects.goals import CLEAR_ALONE, GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
 from calib.benchmarks.effects.score import Score
 from calib.benchmarks.effects.scoring import Outcome
-from calib.benchmarks.effects.shares import Share
+from calib.benchmarks.effects.shares import Estimate, Share
 from calib.benchmarks.effects.without import WithoutScore
 
-_NOTES = """d: detectability; shares with their 95 % interval (Wilson); reachable: of all d, by a matched filter that
-knows what to look for and gives one false alarm in a hundred"""
+_NOTES = """d: detectability; 95 % intervals, of shares by Wilson, of numbers by drawing sessions anew; reachable: of
+all d, by a matched filter that knows what to look for and gives one false alarm in a hundred"""
 _LABEL, _ASKED, _CELL = 36, 12, 26  # characters
 
 
@@ -35,12 +35,13 @@ def score_text(scores: Mapping[str, Score]) -> str:
         for what, goal in GOALS.items()
     ]
     numbers = {
-        ("calibration error", "≤ 0.05"): [score.reliability.error for score in scores.values()],
+        ("calibration error", "≤ 0.05"): [score.calibration_error for score in scores.values()],
+        ("the same, probabilities ≥ 10 %", "≤ 0.05"): [s.calibration_error_of_suspects for s in scores.values()],
         ("shrinkage over the oracle's", "≥ 0.9"): [score.shrinkage_of_oracle for score in scores.values()],
         ("share of the gap on its stage", ""): [score.share_on_stage for score in scores.values()],
-        ("seconds a session", "≤ 60"): [score.seconds for score in scores.values()],
     }
-    rows += [_row(label, asked, [number_text(value) for value in found]) for (label, asked), found in numbers.items()]
+    rows += [_row(label, asked, [estimate_text(value) for value in found]) for (label, asked), found in numbers.items()]
+    rows.append(_row("seconds a session", "≤ 60", [number_text(score.seconds) for score in scores.values()]))
     said = [share_text(each.wrong_said) for each in scores.values()]
     rows.append(_row("only wrong names said, however sure", "", said))
     for what, label in CLEAR_ALONE.items():
@@ -51,6 +52,9 @@ def score_text(scores: Mapping[str, Score]) -> str:
     for level in sorted({level for score in scores.values() for level in score.by_detectability}):
         cells = [share_text(score.by_detectability.get(level)) for score in scores.values()]
         rows.append(_row(f"right name first, d = {level:g}", "", cells))
+    for level in sorted({level for score in scores.values() for level in score.in_three_by_detectability}):
+        cells = [share_text(score.in_three_by_detectability.get(level)) for score in scores.values()]
+        rows.append(_row(f"right name among three, d = {level:g}", "", cells))
     return "\n".join(rows)
 
 
@@ -83,6 +87,13 @@ def share_text(share: Share | None, *, interval: bool = True) -> str:
 def percent_text(value: float) -> str:
     """A share that was calculated, not counted."""
     return "none" if np.isnan(value) else f"{100 * value:.0f} %"
+
+
+def estimate_text(estimate: Estimate, *, interval: bool = True) -> str:
+    """A number and its interval, where there is one, or the number alone."""
+    text = number_text(estimate.value)
+    known = interval and not np.isnan(estimate.interval).any()
+    return f"{text} ({estimate.interval[0]:.2g} to {estimate.interval[1]:.2g})" if known else text
 
 
 def number_text(value: float) -> str:

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from typing import Any
 
 import numpy as np
 from scipy.stats import norm
 
 from calib.benchmarks.effects.answer import Answer
-from calib.benchmarks.effects.shares import Reliability, Share
+from calib.benchmarks.effects.shares import Estimate, Reliability, Share, median, resampled
 from calib.benchmarks.effects.suite import DETECTABILITIES
 from calib.benchmarks.effects.told import Told
 
@@ -19,6 +20,7 @@ _FALSE_ALARMS = 0.01
 _FEW = 5  # rivals
 _ALMOST = 0.9  # of a level that counts as reached
 _WORTH_TELLING = 0.01  # probabilities below do not count for calibration: there are thirty of them in each session
+_SUSPECT = 0.1
 OTHER = "(none)"
 
 
@@ -41,8 +43,12 @@ class Case:
 
     @property
     def in_groups(self) -> bool:
-        """Whether each present effect is in a group of its own."""
-        return len(self.answer.effects) <= len(self.told.groups) and set(self.answer.effects) <= self.told.names
+        """Whether at most three groups are told, and each present effect is in another of them."""
+        effects, groups = self.answer.effects, self.told.groups
+        return len(groups) <= _SET and any(
+            all(effect in group for effect, group in zip(effects, chosen, strict=True))
+            for chosen in permutations(groups, len(effects))
+        )
 
     @property
     def confidently_wrong(self) -> bool:
@@ -115,6 +121,16 @@ class Score:
         """The right name first, of clear single effects, by name."""
         return self.shares_by_effect(lambda c: c.named_right)
 
+    @property
+    def in_three_by_detectability(self) -> dict[float, Share]:
+        """All that is present among at most three names, of single effects, by how detectable they are."""
+        return self.shares_by_detectability(lambda c: c.in_set)
+
+    @property
+    def in_three_by_effect(self) -> dict[str, Share]:
+        """The same of clear single effects, by name."""
+        return self.shares_by_effect(lambda c: c.in_set)
+
     def shares_by_detectability(self, right: Callable[[Case], bool]) -> dict[float, Share]:
         """Of single effects at each level, those of which something holds."""
         levels = sorted({_level(case.answer) for case in self.cases if case.answer.kind == "single"})
@@ -126,10 +142,9 @@ class Score:
         return {name: self.share(right, _is(name)) for name in names}
 
     @property
-    def share_on_stage(self) -> float:
+    def share_on_stage(self) -> Estimate:
         """Median share of the gap that is put on the stage where the effect acts; nan of none."""
-        told = [c.told.by_stage[c.answer.stage] for c in self.cases if c.answer.stage in c.told.by_stage]
-        return float(np.median(told)) if told else float("nan")
+        return median([c.told.by_stage[c.answer.stage] for c in self.cases if c.answer.stage in c.told.by_stage])
 
     @property
     def confusion(self) -> dict[str, dict[str, int]]:
@@ -158,16 +173,20 @@ class Score:
     @property
     def reliability(self) -> Reliability:
         """Of all probabilities from 1 % on."""
-        told = [
-            (p, case.answer.present(name))
-            for case in self.cases
-            for name, p in case.told.chances.items()
-            if p >= _WORTH_TELLING
-        ]
-        return Reliability.of(np.array([p for p, _ in told]), np.array([present for _, present in told], bool))
+        return _reliability(self.cases, _WORTH_TELLING)
 
     @property
-    def shrinkage_of_oracle(self) -> float:
+    def calibration_error(self) -> Estimate:
+        """Of all probabilities from 1 % on. Most are small, and whoever tells none but small ones errs by little."""
+        return resampled(self.cases, lambda cases: _reliability(cases, _WORTH_TELLING).error)
+
+    @property
+    def calibration_error_of_suspects(self) -> Estimate:
+        """Of the probabilities from 10 % on, which is where somebody looks."""
+        return resampled(self.cases, lambda cases: _reliability(cases, _SUSPECT).error)
+
+    @property
+    def shrinkage_of_oracle(self) -> Estimate:
         """Median over clear sessions whose effects are all told, nan of none: shrinkage over that of the true effects.
 
         Clear ones alone, as of intervals: what weak effects shrink by is mostly noise. And where the true effects, in
@@ -175,8 +194,7 @@ class Score:
         """
         clear = filter(lambda case: _is_clear(case.answer) and case.in_set, self.cases)
         both = [(case.told.shrinkage, case.answer.oracle_shrinkage) for case in clear]
-        ratios = [told / true for told, true in both if told is not None and true is not None and true > 0.0]
-        return float(np.median(ratios)) if ratios else float("nan")
+        return median([told / true for told, true in both if told is not None and true is not None and true > 0.0])
 
     @property
     def wrong_said(self) -> Share:
@@ -198,12 +216,18 @@ class Score:
             "reachable": self.reachable,
             "by_detectability": {f"{level:g}": share.to_json() for level, share in self.by_detectability.items()},
             "by_effect": {name: share.to_json() for name, share in self.by_effect.items()},
+            "in_three_by_detectability": {
+                f"{level:g}": share.to_json() for level, share in self.in_three_by_detectability.items()
+            },
+            "in_three_by_effect": {name: share.to_json() for name, share in self.in_three_by_effect.items()},
             "confusion": self.confusion,
             "look_alikes": self.look_alikes,
             "reliability": self.reliability._asdict(),
+            "calibration_error": self.calibration_error.to_json(),
+            "calibration_error_of_suspects": self.calibration_error_of_suspects.to_json(),
             "wrong_name_said": self.wrong_said.to_json(),
-            "share_on_stage": self.share_on_stage,
-            "shrinkage_of_oracle": self.shrinkage_of_oracle,
+            "share_on_stage": self.share_on_stage.to_json(),
+            "shrinkage_of_oracle": self.shrinkage_of_oracle.to_json(),
             "seconds": self.seconds,
         }
 
@@ -211,6 +235,11 @@ class Score:
 def scored(answers: Sequence[Answer], told: Sequence[Told]) -> Score:
     """Of sessions in one order."""
     return Score(tuple(Case(answer, each) for answer, each in zip(answers, told, strict=True)))
+
+
+def _reliability(cases: Sequence[Case], least: float) -> Reliability:
+    told = [(p, case.answer.present(name)) for case in cases for name, p in case.told.chances.items() if p >= least]
+    return Reliability.of(np.array([p for p, _ in told]), np.array([present for _, present in told], bool))
 
 
 def _level(answer: Answer) -> float:

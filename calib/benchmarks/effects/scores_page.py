@@ -10,7 +10,7 @@ from calib.benchmarks.effects.cases import write_cases
 from calib.benchmarks.effects.folder import SuiteFolder
 from calib.benchmarks.effects.followed import FollowedScore
 from calib.benchmarks.effects.goals import CLEAR_ALONE, GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
-from calib.benchmarks.effects.report import number_text, percent_text, share_text
+from calib.benchmarks.effects.report import estimate_text, number_text, percent_text, share_text
 from calib.benchmarks.effects.score import Score
 from calib.benchmarks.effects.score_figures import (
     by_detectability_figure,
@@ -20,7 +20,7 @@ from calib.benchmarks.effects.score_figures import (
     shrinkage_figure,
 )
 from calib.benchmarks.effects.scoring import PROGRAM, Outcome
-from calib.benchmarks.effects.shares import Share
+from calib.benchmarks.effects.shares import Estimate, Share
 from calib.benchmarks.effects.without import WithoutScore
 from reality.mechanisms import CATALOGUED
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
@@ -75,7 +75,12 @@ def render_scores(outcome: Outcome) -> str:
         Section(
             "The right name",
             "names",
-            (Prose(_D), Plots((plots["by_detectability"], plots["reliability"])), Plots((plots["confusion"],))),
+            (
+                Prose(_D),
+                Plots((plots["by_detectability"], plots["reliability"])),
+                Plots((plots["confusion"],)),
+                _names_table(score),
+            ),
         ),
     ]
     if "shrinkage" in plots:
@@ -155,10 +160,15 @@ def _goals_table(scores: Mapping[str, Score]) -> Table:
         for what, goal in GOALS.items()
     ]
     rows += [
-        ("calibration error", "≤ 0.05", *_numbers([score.reliability.error for score in scores.values()])),
+        ("calibration error", "≤ 0.05", *_numbers([score.calibration_error for score in scores.values()])),
+        (
+            "the same, probabilities ≥ 10 %",
+            "≤ 0.05",
+            *_numbers([score.calibration_error_of_suspects for score in scores.values()]),
+        ),
         ("shrinkage over the oracle's, d ≥ 5", "≥ 0.9", *_numbers([s.shrinkage_of_oracle for s in scores.values()])),
         ("share of the gap on its stage", "", *_numbers([s.share_on_stage for s in scores.values()])),
-        ("seconds a session", "≤ 60", *_numbers([s.seconds for s in scores.values()])),
+        ("seconds a session", "≤ 60", *(number_text(score.seconds) for score in scores.values())),
     ]
     alone = [score.clear_alone for score in scores.values()]
     rows += [
@@ -176,7 +186,8 @@ def _goals_table(scores: Mapping[str, Score]) -> Table:
     ]
     columns = (Column("", numeric=False), Column("asked"), *(Column(name) for name in scores))
     caption = (
-        "Shares, the first with its 95 % interval (Wilson), and medians. Last, of clear sessions alone; and, "
+        "Shares, medians and errors, the first column with 95 % intervals (of shares by Wilson, else by drawing "
+        "sessions anew). Last, of clear sessions alone; and, "
         "reachable, the share of all sessions, weak ones with them, that a matched filter which knows what to look "
         "for would see with one false alarm in a hundred."
     )
@@ -210,8 +221,21 @@ def _asked_table(caption: str, shares: Mapping[str, Share], goals: Mapping[str, 
     return Table(caption, (Column("", numeric=False), Column("asked"), Column(PROGRAM)), rows)
 
 
-def _numbers(values: Sequence[float]) -> tuple[str, ...]:
-    return tuple(number_text(value) for value in values)
+def _numbers(estimates: Sequence[Estimate]) -> tuple[str, ...]:
+    return tuple(estimate_text(each, interval=number == 0) for number, each in enumerate(estimates))
+
+
+def _names_table(score: Score) -> Table:
+    """By how detectable it is, then, of clear ones, by effect."""
+    levels, effects = score.in_three_by_detectability, score.in_three_by_effect
+    found = [
+        (f"d = {level:g}" if level else "d below 1", first, levels[level])
+        for level, first in score.by_detectability.items()
+    ]
+    found += [(name.replace("_", " "), first, effects[name]) for name, first in score.by_effect.items()]
+    rows = tuple((label, share_text(first), share_text(among)) for label, first, among in found)
+    columns = (Column("", numeric=False), Column("right name first"), Column("among at most three"))
+    return Table("Sessions with one effect by its detectability, then those with d ≥ 5 by effect.", columns, rows)
 
 
 def _main(scores: Mapping[str, Score]) -> Score:

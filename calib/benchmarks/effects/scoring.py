@@ -64,8 +64,8 @@ def score_suite(suite: SuiteFolder, told: Callable[[str], Told] | None = None) -
     Raises:
         InputError: a diagnosis is missing or not by the contract, or an answer has another checksum; all at once.
     """
-    told = told or (lambda name: _told(suite.sessions / name))
-    return scored(suite.unsealed(), _all_told(suite, suite.names, told))
+    found = _all_told(suite, suite.names, told or (lambda name: _told(suite.sessions / name)))
+    return scored(suite.unsealed(), found)  # opened last: a diagnosis that is still to come could have seen them
 
 
 def score_rules(suite: SuiteFolder) -> dict[str, Score]:

@@ -1,11 +1,14 @@
 """Shares of sessions with their intervals, and how often probabilities come true."""
 
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from scipy.stats import binomtest
 
+T = TypeVar("T")
 _BINS = np.linspace(0.0, 1.0, 11)
+_FEWEST, _DRAWS, _SEED = 5, 400, 0  # of an interval by resampling
 
 
 class Share(NamedTuple):
@@ -30,6 +33,33 @@ class Share(NamedTuple):
     def to_json(self) -> dict[str, Any]:
         """Plain numbers."""
         return {"hits": self.hits, "of": self.of, "share": self.value, "ci95": self.interval}
+
+
+class Estimate(NamedTuple):
+    """A number with a 95 % interval; nan of nothing, an interval of nan where there is too little for one."""
+
+    value: float
+    interval: tuple[float, float]
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain numbers."""
+        return {"value": self.value, "ci95": self.interval}
+
+
+def median(values: Sequence[float]) -> Estimate:
+    """Of a few numbers."""
+    return resampled(values, lambda drawn: float(np.median(drawn)) if len(drawn) else float("nan"))
+
+
+def resampled(of: Sequence[T], estimate: Callable[[Sequence[T]], float]) -> Estimate:
+    """What is estimated, with the interval that drawing as many anew gives (percentiles; Efron 1979)."""
+    value = estimate(of)
+    if len(of) < _FEWEST or np.isnan(value):
+        return Estimate(value, (float("nan"),) * 2)
+    random = np.random.default_rng(_SEED)
+    drawn = [estimate([of[i] for i in random.integers(len(of), size=len(of))]) for _ in range(_DRAWS)]
+    low, high = np.nanquantile(drawn, [0.025, 0.975])
+    return Estimate(value, (float(low), float(high)))
 
 
 class Reliability(NamedTuple):

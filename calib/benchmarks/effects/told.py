@@ -1,18 +1,17 @@
 """What a program says of a session: its `diagnosis.json`, whoever wrote it, as far as scores need it."""
 
 import json
-import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from session import FaultCollector
 
 NONE = "none_of_these"
-VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
-_PAIR, _KINDS = 2, ("swim", "dry")
 _CAUSES = ("camera", "drive", "body", "tail")  # stages that an effect can act at
+_SHOWN = 120  # characters of what is wrong
 
 
 class Recommended(NamedTuple):
@@ -121,83 +120,85 @@ def told_of(stands: Any, where: str, lacking: frozenset[str] = frozenset()) -> T
         InputError: it is not by the contract, or made with another catalogue; all faults at once.
     """
     faults = FaultCollector(where)
-    _check(stands, lacking, faults)
-    faults.raise_if_any()
-    gap = stands["gap"] or {}
-    interval = gap.get("shrinkage_ci95")
-    return Told(
-        verdict=stands["verdict"],
-        groups=tuple(tuple(group) for group in stands["groups"]) if _names_any(stands) else (),
-        probabilities=stands["probabilities"],
-        by_stage=(stands["where"] or {}).get("by_stage") or {},
-        shrinkage=gap.get("shrinkage"),
-        interval=None if interval is None or None in interval else (interval[0], interval[1]),
-        seconds=stands.get("seconds"),
-        recommended=tuple(_recommended(stands)),
-    )
-
-
-def _recommended(stands: dict[str, Any]) -> Iterator[Recommended]:
-    """Of what it recommends, all that is a trial."""
-    for each in stands.get("next_experiments") or ():
-        if (trial := each.get("trial")) is not None:
-            logged = bool(trial.get("logged", False))
-            yield Recommended(frozenset(each["separates"]), trial["kind"], float(trial["commanded_hz"]), logged)
-
-
-def _names_any(stands: dict[str, Any]) -> bool:
-    return stands["verdict"] in ("named", "inseparable")
-
-
-def _is_recommended(each: Any) -> bool:
-    """Whether an experiment names two effects and, as its trial, nothing or a swim or a dry run at a speed."""
-    if not isinstance(each, dict) or len(each.get("separates") or ()) != _PAIR:
-        return False
-    trial = each.get("trial")
-    if trial is None:
-        return True
-    hz = trial.get("commanded_hz") if isinstance(trial, dict) else None
-    return isinstance(hz, int | float) and 0 < hz < math.inf and trial.get("kind") in _KINDS
-
-
-def _check(stands: Any, lacking: frozenset[str], faults: FaultCollector) -> None:
-    present = stands if isinstance(stands, dict) else {}
-    missing = [key for key in ("verdict", "groups", "probabilities", "where", "gap") if key not in present]
-    for key in missing:
-        faults.add(key, "missing", found="nothing", expected="a key of the contract", next_step="Diagnose it again.")
-    if missing:
-        return
-    if (found := set(stands.get("withheld_from_catalogue") or ())) != lacking:
+    try:
+        found = _Contract.model_validate_json(json.dumps(stands))
+    except ValidationError as error:
+        for fault in error.errors():
+            key = ".".join(map(str, fault["loc"]))
+            missing = fault["type"] == "missing"
+            faults.add(
+                key,
+                "missing" if missing else "not by the contract",
+                found="nothing" if missing else repr(fault["input"])[:_SHOWN],
+                expected="a key of the contract" if missing else fault["msg"].removeprefix("Input should be "),
+                next_step="Diagnose it again.",
+            )
+        faults.raise_if_any()
+        raise
+    if (withheld := set(found.withheld_from_catalogue or ())) != lacking:
         faults.add(
             "withheld_from_catalogue",
             "made with another catalogue",
-            found=", ".join(sorted(found)) or "nothing withheld",
+            found=", ".join(sorted(withheld)) or "nothing withheld",
             expected=", ".join(sorted(lacking)) or "nothing withheld",
             next_step="Diagnose it again.",
         )
-    if stands["verdict"] not in VERDICTS:
-        faults.add(
-            "verdict",
-            "not a verdict",
-            found=repr(stands["verdict"]),
-            expected=" or ".join(VERDICTS),
-            next_step="Diagnose it again.",
+    faults.raise_if_any()
+    return found.told()
+
+
+class _Part(BaseModel):
+    """Of a diagnosis by the contract, as far as scores need it; what else there is stays unread."""
+
+    model_config = ConfigDict(strict=True)
+
+
+class _Where(_Part):
+    by_stage: dict[str, FiniteFloat | None] | None = None
+
+
+class _Gap(_Part):
+    shrinkage: FiniteFloat | None = None
+    shrinkage_ci95: tuple[FiniteFloat | None, FiniteFloat | None] | None = None
+
+
+class _Trial(_Part):
+    kind: Literal["swim", "dry"]
+    commanded_hz: Annotated[FiniteFloat, Field(gt=0)]
+    logged: bool = False
+
+
+class _Experiment(_Part):
+    separates: tuple[str, str]
+    trial: _Trial | None = None
+
+
+class _Contract(_Part):
+    verdict: Literal["named", "inseparable", "unexplained", "no_gap"]
+    groups: tuple[Annotated[tuple[str, ...], Field(min_length=1, max_length=3)], ...]
+    probabilities: dict[str, Annotated[float, Field(ge=0, le=1)]]
+    where: _Where | None
+    gap: _Gap | None
+    seconds: FiniteFloat | None = None
+    withheld_from_catalogue: tuple[str, ...] | None = None
+    next_experiments: tuple[_Experiment, ...] | None = None
+
+    def told(self) -> Told:
+        """What scores need of it."""
+        gap, by_stage = self.gap or _Gap(), (self.where or _Where()).by_stage or {}
+        low, high = gap.shrinkage_ci95 or (None, None)
+        trials = ((each, each.trial) for each in self.next_experiments or ())
+        return Told(
+            verdict=self.verdict,
+            groups=self.groups if self.verdict in ("named", "inseparable") else (),
+            probabilities=self.probabilities,
+            by_stage={stage: share for stage, share in by_stage.items() if share is not None},
+            shrinkage=gap.shrinkage,
+            interval=None if low is None or high is None else (low, high),
+            seconds=self.seconds,
+            recommended=tuple(
+                Recommended(frozenset(each.separates), trial.kind, trial.commanded_hz, trial.logged)
+                for each, trial in trials
+                if trial is not None
+            ),
         )
-    for number, each in enumerate(stands.get("next_experiments") or ()):
-        if not _is_recommended(each):
-            faults.add(
-                f"next_experiments[{number}]",
-                "not an experiment",
-                found=repr(each)[:120],
-                expected='"separates": two names; "trial": null, or "kind" swim or dry and "commanded_hz" above 0',
-                next_step="Diagnose it again.",
-            )
-    for name, p in stands["probabilities"].items():
-        if not 0 <= p <= 1:
-            faults.add(
-                f"probabilities.{name}",
-                "not a probability",
-                found=repr(p),
-                expected="from 0 to 1",
-                next_step="Diagnose it again.",
-            )

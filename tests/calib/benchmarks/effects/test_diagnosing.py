@@ -92,12 +92,24 @@ def test_rules_that_have_not_judged_every_session_are_not_scored(suite: SuiteFol
 
 
 def test_a_diagnosis_by_the_wrong_catalogue_is_refused(suite: SuiteFolder) -> None:
-    diagnose_without(suite, lambda session, its, _: says_slack(session, its, frozenset()), 1)
-    with pytest.raises(InputError, match=r"(?s)another catalogue.*nothing withheld.*tendon_slack"):
-        score_without(suite)
     diagnose_suite(suite, lambda session, its, _: says_slack(session, its, frozenset({"wave_drag"})), 1)
     with pytest.raises(InputError, match=r"(?s)another catalogue.*wave_drag.*nothing withheld"):
         score_suite(suite)
+    diagnose_without(suite, lambda session, its, _: says_slack(session, its, frozenset()), 1)
+    with pytest.raises(InputError, match=r"(?s)another catalogue.*nothing withheld.*tendon_slack"):
+        score_without(suite)
+
+
+def test_no_answer_is_opened_while_a_diagnosis_is_missing(suite: SuiteFolder, monkeypatch: pytest.MonkeyPatch) -> None:
+    def opened(_suite: SuiteFolder) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(SuiteFolder, "unsealed", opened)
+    with pytest.raises(InputError, match=rf"{len(NAMES)} of {len(NAMES)} are missing.*--part diagnose"):
+        diagnose_without(suite, says_slack, 1)
+    with pytest.raises(InputError, match=r"diagnosis\.json"):
+        score_suite(suite)
+    assert not suite.without.exists()
 
 
 def test_the_toolkit_s_own_program_is_told_what_to_leave_out(

@@ -8,7 +8,7 @@ import pytest
 
 from calib.benchmarks.effects.answer import Answer
 from calib.benchmarks.effects.score import Score, scored
-from calib.benchmarks.effects.shares import Reliability, Share
+from calib.benchmarks.effects.shares import Reliability, Share, median
 from calib.benchmarks.effects.told import Told
 
 NULL = Answer("n", "null")
@@ -67,7 +67,10 @@ def test_both_of_two_must_be_in_groups_of_their_own() -> None:
     right = told("named", ("tendon_slack", "tendon_friction"), ("scale_error",), tendon_slack=0.9, scale_error=0.9)
     as_alternatives = told("inseparable", ("tendon_slack", "scale_error"), tendon_slack=0.5, scale_error=0.5)
     one = told("named", ("tendon_slack",), tendon_slack=0.99)
-    assert headline((BOTH, right), (BOTH, as_alternatives), (BOTH, one))["doubles_in_groups"] == (1, 3)
+    beside = told("inseparable", ("tendon_slack", "scale_error"), ("wave_drag",), tendon_slack=0.5, scale_error=0.5)
+    whatever = told("named", ("tendon_slack",), ("scale_error",), ("wave_drag",), ("bend_offset",), tendon_slack=0.9)
+    cases = [(BOTH, each) for each in (right, as_alternatives, one, beside, whatever)]
+    assert headline(*cases)["doubles_in_groups"] == (1, 5)
 
 
 def test_outside_the_catalogue_unexplained_is_right_and_a_sure_name_is_worse_than_a_guess() -> None:
@@ -101,7 +104,9 @@ def test_tables_by_detectability_by_effect_and_of_confusion() -> None:
     assert {level: (s.hits, s.of) for level, s in found.by_detectability.items()} == {2.0: (0, 1), 5.0: (1, 3)}
     assert found.by_effect == {"tendon_slack": Share(1, 3)}
     assert found.confusion == {"tendon_slack": {"tendon_slack": 1, "tendon_friction": 1, "(none)": 1}}
-    assert found.shrinkage_of_oracle == pytest.approx(0.75)
+    assert found.in_three_by_detectability == {2.0: Share(0, 1), 5.0: Share(1, 3)}
+    assert found.in_three_by_effect == {"tendon_slack": Share(1, 3)}
+    assert found.shrinkage_of_oracle.value == pytest.approx(0.75)
     assert found.seconds == 10.0
 
 
@@ -109,10 +114,10 @@ def test_what_weak_effects_shrink_by_is_not_held_against_the_oracle() -> None:
     clear, weak = (
         told("named", (name,), shrinkage=shrinkage) for name, shrinkage in (("tendon_slack", 0.6), ("scale_error", 4.0))
     )
-    assert score((SLACK, clear), (WEAK, weak), (WEAK, weak)).shrinkage_of_oracle == pytest.approx(0.75)
-    assert np.isnan(score((WEAK, weak)).shrinkage_of_oracle)
+    assert score((SLACK, clear), (WEAK, weak), (WEAK, weak)).shrinkage_of_oracle.value == pytest.approx(0.75)
+    assert np.isnan(score((WEAK, weak)).shrinkage_of_oracle.value)
     no_form = replace(SLACK, oracle_shrinkage=-6.0)
-    assert score((SLACK, clear), (no_form, clear), (no_form, clear)).shrinkage_of_oracle == pytest.approx(0.75)
+    assert score((SLACK, clear), (no_form, clear), (no_form, clear)).shrinkage_of_oracle.value == pytest.approx(0.75)
 
 
 def test_probabilities_that_come_true_as_often_as_they_say_have_no_error() -> None:
@@ -131,6 +136,25 @@ def test_small_probabilities_do_not_water_the_error_down() -> None:
     found = score((SLACK, told("named", ("tendon_slack",), tendon_slack=0.5, **{f"e{i}": 0.001 for i in range(30)})))
     assert found.reliability.number == (1,)
     assert found.reliability.error == pytest.approx(0.5)
+
+
+def test_whoever_tells_small_probabilities_alone_errs_by_little_but_not_where_somebody_looks() -> None:
+    """Seen from 1 % on; of those from 10 % on there is one, and it is wrong."""
+    small = {f"e{i}": 0.015 for i in range(30)}
+    quiet = Told("no_gap", (), small, {}, None, None, None)
+    found = score(*[(SLACK, quiet)] * 5, (SLACK, replace(quiet, probabilities=small | {"e0": 0.8})))
+    assert found.calibration_error.value < 0.05
+    assert found.calibration_error_of_suspects.value == pytest.approx(0.8)
+    low, high = found.calibration_error.interval
+    assert low <= found.calibration_error.value <= high
+
+
+def test_intervals_by_resampling_hold_the_truth_about_as_often_as_they_say() -> None:
+    random = np.random.default_rng(2)
+    found = [median(list(random.normal(0.8, 0.2, 30))).interval for _ in range(150)]
+    assert 0.88 <= np.mean([low <= 0.8 <= high for low, high in found]) <= 1.0
+    assert np.isnan(median([0.5]).interval).all()  # too little for one
+    assert np.isnan(median([]).value)
 
 
 def test_a_share_has_wilsons_interval() -> None:

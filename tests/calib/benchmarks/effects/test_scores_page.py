@@ -91,7 +91,7 @@ def test_the_files_hold_the_same_numbers(outcome: Outcome, tmp_path: Path) -> No
 
 def test_the_share_on_the_true_stage_is_a_median() -> None:
     elsewhere = Told("unexplained", (), {"none_of_these": 1.0}, {"tail": 0.1, "body": 0.8}, None, None, 9.0)
-    assert scored([SLACK] * 3, [RIGHT, elsewhere, elsewhere]).share_on_stage == pytest.approx(0.1)
+    assert scored([SLACK] * 3, [RIGHT, elsewhere, elsewhere]).share_on_stage.value == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(

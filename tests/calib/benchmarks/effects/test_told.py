@@ -68,6 +68,31 @@ def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
         read_told(written(tmp_path, verdict="perhaps", probabilities={"x": 1.5, "none_of_these": 0.0}))
 
 
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"groups": ["tendon_slack"]}, r"groups\.0"),
+        ({"groups": [["a", "b", "c", "d"]]}, r"groups\.0"),
+        ({"groups": [[]]}, r"groups\.0"),
+        ({"gap": [0.5]}, "gap"),
+        ({"gap": {"shrinkage": "0.5"}}, r"gap\.shrinkage"),
+        ({"probabilities": {"x": None}}, r"probabilities\.x"),
+        ({"probabilities": [0.5]}, "probabilities"),
+        ({"where": {"by_stage": {"tail": "most"}}}, r"by_stage\.tail"),
+        ({"seconds": float("nan")}, "seconds"),
+    ],
+)
+def test_what_is_not_by_the_contract_is_told_where_it_stands(
+    changes: dict[str, Any], place: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=place):
+        read_told(written(tmp_path, **changes))
+
+
+def test_a_share_that_is_not_known_is_no_share(tmp_path: Path) -> None:
+    assert read_told(written(tmp_path, where={"by_stage": {"tail": None, "body": 0.3}})).stage == "body"
+
+
 @pytest.mark.parametrize("text", ["", "[]", "{}", '"named"'])
 def test_what_is_no_diagnosis_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "diagnosis.json"
