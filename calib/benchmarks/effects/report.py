@@ -34,14 +34,19 @@ def score_text(scores: Mapping[str, Score]) -> str:
         _row(goal.label, goal.asked, [share_text(each[what]) for each in shares.values()])
         for what, goal in GOALS.items()
     ]
-    numbers = {
-        ("calibration error", "≤ 0.05"): [score.calibration_error for score in scores.values()],
-        ("the same, probabilities ≥ 10 %", "≤ 0.05"): [s.calibration_error_of_suspects for s in scores.values()],
-        ("shrinkage over the oracle's", "≥ 0.9"): [score.shrinkage_of_oracle for score in scores.values()],
-        ("share of the gap on its stage", ""): [score.share_on_stage for score in scores.values()],
-    }
-    rows += [_row(label, asked, [estimate_text(value) for value in found]) for (label, asked), found in numbers.items()]
-    rows.append(_row("seconds a session", "≤ 60", [number_text(score.seconds) for score in scores.values()]))
+    every = list(scores.values())
+    rows += [
+        _row("calibration error", "≤ 0.05", [estimate_text(score.calibration_error) for score in every]),
+        _row(
+            "the same, probabilities ≥ 10 %",
+            "≤ 0.05",
+            [estimate_text(score.calibration_error_of_suspects) for score in every],
+        ),
+        _row("  by chance, were they right", "", [number_text(score.calibration_error_by_chance) for score in every]),
+        _row("shrinkage over the oracle's", "≥ 0.9", [estimate_text(score.shrinkage_of_oracle) for score in every]),
+        _row("share of the gap on its stage", "", [estimate_text(score.share_on_stage) for score in every]),
+        _row("seconds a session", "≤ 60", [number_text(score.seconds) for score in every]),
+    ]
     said = [share_text(each.wrong_said) for each in scores.values()]
     rows.append(_row("only wrong names said, however sure", "", said))
     for what, label in CLEAR_ALONE.items():

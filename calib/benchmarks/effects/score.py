@@ -186,6 +186,11 @@ class Score:
         return resampled(self.cases, lambda cases: _reliability(cases, _SUSPECT).error)
 
     @property
+    def calibration_error_by_chance(self) -> float:
+        """What it would be of these, few as they are, if they came true just as often as they say."""
+        return Reliability.error_by_chance(np.array([p for p, _ in _probabilities(self.cases, _SUSPECT)]))
+
+    @property
     def shrinkage_of_oracle(self) -> Estimate:
         """Median over clear sessions whose effects are all told, nan of none: shrinkage over that of the true effects.
 
@@ -225,6 +230,7 @@ class Score:
             "reliability": self.reliability._asdict(),
             "calibration_error": self.calibration_error.to_json(),
             "calibration_error_of_suspects": self.calibration_error_of_suspects.to_json(),
+            "calibration_error_by_chance": self.calibration_error_by_chance,
             "wrong_name_said": self.wrong_said.to_json(),
             "share_on_stage": self.share_on_stage.to_json(),
             "shrinkage_of_oracle": self.shrinkage_of_oracle.to_json(),
@@ -238,8 +244,13 @@ def scored(answers: Sequence[Answer], told: Sequence[Told]) -> Score:
 
 
 def _reliability(cases: Sequence[Case], least: float) -> Reliability:
-    told = [(p, case.answer.present(name)) for case in cases for name, p in case.told.chances.items() if p >= least]
+    told = _probabilities(cases, least)
     return Reliability.of(np.array([p for p, _ in told]), np.array([present for _, present in told], bool))
+
+
+def _probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, bool]]:
+    """All from some size on, and whether each came true."""
+    return [(p, case.answer.present(name)) for case in cases for name, p in case.told.chances.items() if p >= least]
 
 
 def _level(answer: Answer) -> float:

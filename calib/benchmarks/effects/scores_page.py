@@ -166,6 +166,11 @@ def _goals_table(scores: Mapping[str, Score]) -> Table:
             "≤ 0.05",
             *_numbers([score.calibration_error_of_suspects for score in scores.values()]),
         ),
+        (
+            "by chance, were these right",
+            "",
+            *(number_text(score.calibration_error_by_chance) for score in scores.values()),
+        ),
         ("shrinkage over the oracle's, d ≥ 5", "≥ 0.9", *_numbers([s.shrinkage_of_oracle for s in scores.values()])),
         ("share of the gap on its stage", "", *_numbers([s.share_on_stage for s in scores.values()])),
         ("seconds a session", "≤ 60", *(number_text(score.seconds) for score in scores.values())),

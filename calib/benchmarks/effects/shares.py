@@ -88,3 +88,9 @@ class Reliability(NamedTuple):
         mean_told, mean_true, number = zip(*means, strict=True)
         error = float(np.average(np.abs(np.subtract(mean_told, mean_true)), weights=number))
         return cls(mean_told, mean_true, number, error)
+
+    @classmethod
+    def error_by_chance(cls, told: np.ndarray) -> float:
+        """The mean error of as many probabilities (k,) that come true just as often as they say; nan of none."""
+        random = np.random.default_rng(_SEED)
+        return float(np.mean([cls.of(told, random.uniform(size=len(told)) < told).error for _ in range(_DRAWS)]))

@@ -132,6 +132,13 @@ def test_probabilities_that_come_true_as_often_as_they_say_have_no_error() -> No
     assert sum(sure.number) == len(p)
 
 
+def test_a_few_probabilities_err_by_chance_and_many_do_not() -> None:
+    """Of one at a half the error is a half, whatever comes."""
+    assert Reliability.error_by_chance(np.array([0.5])) == pytest.approx(0.5)
+    assert Reliability.error_by_chance(np.random.default_rng(1).uniform(size=4000)) < 0.03
+    assert np.isnan(Reliability.error_by_chance(np.zeros(0)))
+
+
 def test_small_probabilities_do_not_water_the_error_down() -> None:
     found = score((SLACK, told("named", ("tendon_slack",), tendon_slack=0.5, **{f"e{i}": 0.001 for i in range(30)})))
     assert found.reliability.number == (1,)
