@@ -10,7 +10,7 @@ from calib.benchmarks.effects.each_session import each_session
 from calib.benchmarks.effects.folder import DIAGNOSIS, SECONDS, Failure, SuiteFolder, Tell
 from calib.benchmarks.effects.program import Program
 from diagnosis import Discrepancy
-from session import FaultCollector, write_whole
+from session import write_whole
 
 Piece = tuple[str, frozenset[str]]
 """A session's name, and the effects that the catalogue is to lack."""
@@ -54,28 +54,20 @@ def diagnose_without(
     This opens the answers, of sessions that are diagnosed; but the program is told one name only, and that this is not
     to be found.
 
-    Args, Returns, Raises: as of `diagnose_suite`; all sessions must be diagnosed.
+    Args, Returns: as of `diagnose_suite`.
+
+    Raises:
+        InputError: as of `diagnose_suite`, or a session is not diagnosed yet.
     """
-    _check_diagnosed(suite)
+    suite.check_every(  # the name of what is there stands in a folder from now on
+        lambda name: (suite.sessions / name / DIAGNOSIS).exists(),
+        "not every session is diagnosed, as it must be before an answer is opened",
+        "Go on with --part diagnose.",
+    )
     pieces = [(name, frozenset({effect})) for name, effect in lacking(suite).items()]
     for name, _ in pieces:
         _copy(suite.sessions / name, suite.without / name)
     return _diagnosed(suite, suite.without, program, pieces, (workers, scheduler, tell))
-
-
-def _check_diagnosed(suite: SuiteFolder) -> None:
-    """The name of what is there stands in a folder from now on: whoever diagnoses later could see it."""
-    left = [name for name in suite.names if not (suite.sessions / name / DIAGNOSIS).exists()]
-    if left:
-        faults = FaultCollector(str(suite.folder))
-        faults.add(
-            "",
-            "not every session is diagnosed yet",
-            found=f"{len(left)} of {len(suite.names)} are missing",
-            expected="all, before an answer is opened",
-            next_step="Go on with --part diagnose.",
-        )
-        faults.raise_if_any()
 
 
 def lacking(suite: SuiteFolder) -> Mapping[str, str]:

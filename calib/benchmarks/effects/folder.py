@@ -74,6 +74,24 @@ class SuiteFolder(NamedTuple):
         """
         return tuple(sorted(self._sums))
 
+    def check_every(self, stands: Callable[[str], bool], what: str, next_step: str) -> None:
+        """That something stands of every session.
+
+        Args:
+            stands: of a session by its name.
+            what: is wrong where it does not.
+            next_step: to take then.
+
+        Raises:
+            InputError: it does not, or there is no whole suite.
+        """
+        names = self.names
+        if left := [name for name in names if not stands(name)]:
+            faults = FaultCollector(str(self.folder))
+            found = f"{len(left)} of {len(names)} are missing"
+            faults.add("", what, found=found, expected="all", next_step=next_step)
+            faults.raise_if_any()
+
     def unsealed(self) -> tuple[Answer, ...]:
         """All answers, in the order of the names.
 

@@ -74,17 +74,11 @@ def score_rules(suite: SuiteFolder) -> dict[str, Score]:
     Raises:
         InputError: they have not judged every session, or as of `score_suite`.
     """
-    left = [name for name in suite.names if not all(suite.rule(rule, name).exists() for rule in RULES)]
-    if left:
-        faults = FaultCollector(str(suite.rules))
-        faults.add(
-            "",
-            "the rules have not judged every session",
-            found=f"{len(left)} of {len(suite.names)} are missing",
-            expected="all",
-            next_step="Go on with --part rules, or remove the folder.",
-        )
-        faults.raise_if_any()
+    suite.check_every(
+        lambda name: all(suite.rule(rule, name).exists() for rule in RULES),
+        "the rules have not judged every session",
+        f"Go on with --part rules, or remove {suite.rules}.",
+    )
     return {rule: score_suite(suite, lambda name, rule=rule: read_told(suite.rule(rule, name))) for rule in RULES}  # type: ignore[misc]
 
 
