@@ -61,12 +61,29 @@ def test_errors_of_measurement_are_nothing_at_zero_and_grow(name, sight):
 
 
 def test_boxes_of_nose_and_neck_turn_the_head_frame(sight):
-    moved = HeadFrameMisalignment(nose_m=-0.002, neck_m=0.003).place(sight).marker_m
+    moved = HeadFrameMisalignment(nose_m=-0.002, neck_m=0.003, follows_s=1e6).place(sight).marker_m
     line, was = moved[0, NECK] - moved[0, NOSE], sight.marker_m[0, NECK] - sight.marker_m[0, NOSE]
     assert np.angle(line / was) == pytest.approx(np.arctan(0.005 / 0.142), abs=1e-12)
     others = np.delete(moved - sight.marker_m, [NOSE, NECK], axis=1)
     assert not others.any()
-    assert np.ptp((moved - sight.marker_m)[:, NOSE]) == pytest.approx(0.0, abs=1e-12)  # constant in the picture
+    assert np.ptp((moved - sight.marker_m)[:, NOSE]) == pytest.approx(0.0, abs=1e-8)  # constant in the picture
+
+
+def test_such_a_box_follows_the_head_after_a_while_which_the_twin_s_form_cannot(sight):
+    """The twin's turns with the head or not at all."""
+    left = []
+    for follows_s in (1e-6, 0.2, 1e6):
+        moved = HeadFrameMisalignment(nose_m=0.003, neck_m=0.0, follows_s=follows_s).place(sight).marker_m
+        off = (moved - sight.marker_m)[:, NOSE]
+        turning, still = 1j * sight.axis[:, NOSE], np.full(len(TIME_S), 1j * sight.axis[0, NOSE])
+        basis = np.stack([turning, still])
+        columns = np.concatenate([basis.real, basis.imag], axis=1).T
+        target = np.concatenate([off.real, off.imag])
+        beside = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
+        left.append(np.linalg.norm(beside) / np.linalg.norm(target - target.mean()))
+    assert left[0] == pytest.approx(0.0, abs=1e-6)
+    assert left[1] > 0.05
+    assert left[2] < 1e-5
 
 
 def test_the_scale_is_wrong_by_its_share(sight):
