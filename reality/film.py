@@ -89,7 +89,7 @@ def film(
         hinges_rad=bends,
         crank_rad=record.linear(row, time_s, record.crank_rad),
         crank_torque_n_m=record.linear(row, time_s, record.crank_torque_n_m),
-        drive=record.drive(row),
+        drive=record.drive(row, trial.duration_s),
     )
 
 

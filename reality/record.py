@@ -12,7 +12,7 @@ _PLAUSIBLE_RAD, _PLAUSIBLE_M = np.pi, 20.0  # of a hinge, of the head's way: bey
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """The crank as a motor's log might tell it, every 4 ms from the run-in on.
+    """The crank as a motor's log might tell it, every 4 ms from the run-in to the end of its trial.
 
     Attributes:
         time_s: (k,) since the first frame, s.
@@ -68,10 +68,11 @@ class Record:
         low, t = self._between(row, time_s)
         return (1 - t) * values[row, low] + t * values[row, low + 1]
 
-    def drive(self, row: int) -> Drive:
-        """The crank of one simulation."""
+    def drive(self, row: int, end_s: float) -> Drive:
+        """The crank of one simulation until just after `end_s`, however long the others of its batch go on."""
         time_s = self.start_s[row, 0] + self.step_s * np.arange(self.crank_rad.shape[1])
-        return Drive(time_s, self.crank_rad[row], self.crank_torque_n_m[row])
+        own = time_s < end_s + self.step_s
+        return Drive(time_s[own], self.crank_rad[row, own], self.crank_torque_n_m[row, own])
 
     def _between(self, row: int, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         where = (time_s - self.start_s[row, 0]) / self.step_s

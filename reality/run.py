@@ -16,7 +16,7 @@ from session import SimulationDiverged
 
 STEP_S = 0.001
 _BATCH = 256
-_SPARE_S = 0.01  # simulated beyond the last frame, which must lie between two kept instants
+_SPARE_S = 0.01  # simulated beyond a trial's end and last frame, which must lie between two kept instants
 
 
 def simulate(
@@ -76,7 +76,7 @@ def _simulate_batch(
         [world.mechanisms for world, _ in trials],
     )
     position, velocity = _start(motion, made, start_s)
-    last_s = np.array([exposed_s(world, trial).max() for world, trial in trials])
+    last_s = np.array([max(float(exposed_s(world, trial).max()), trial.duration_s) for world, trial in trials])
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what blows up is found below
         record = _rolled(motion, made, last_s, start_s, position, velocity, step_s)
     if (lost := record.lost).any() and not allow_divergence:
@@ -120,7 +120,7 @@ def _rolled(
     velocity: np.ndarray,
     step_s: float,
 ) -> Record:
-    """The motion from times (n, 1) until every trial's last frame at times (n,)."""
+    """The motion from times (n, 1) until every trial's end and last frame at times (n,)."""
     release = np.array([[trial.release_s if trial.kind == "free_decay" else -np.inf] for trial in trials])
     longest = float((last_s - time_s[:, 0]).max())
     steps = int(np.ceil((longest + _SPARE_S) / step_s)) + 1

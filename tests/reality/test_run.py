@@ -18,6 +18,16 @@ BASE = World(COEFFICIENTS)
 SWIM = Trial("swim", 0.6, 1.0, phase_rad=0.4, run_in_s=0.2)
 
 
+def test_the_crank_is_told_for_as_long_as_the_trial_whatever_its_company():
+    short, longer = (BASE, SWIM), (BASE, replace(SWIM, duration_s=1.1))
+    (alone,), (beside, other) = simulate([short]), simulate([short, longer])
+    assert np.array_equal(beside.drive.time_s, alone.drive.time_s)
+    assert beside.drive.angle_rad == pytest.approx(alone.drive.angle_rad, abs=1e-9)
+    assert beside.drive.torque_n_m == pytest.approx(alone.drive.torque_n_m, abs=1e-6)
+    for told in (alone, other):
+        assert 0.0 <= told.drive.time_s[-1] - told.trial.duration_s <= 0.004
+
+
 @pytest.mark.long
 def test_recordings_do_not_depend_on_their_company():
     trials = [

@@ -59,11 +59,7 @@ def diagnose_without(
     Raises:
         InputError: as of `diagnose_suite`, or a session is not diagnosed yet.
     """
-    suite.check_every(  # the name of what is there stands in a folder from now on
-        lambda name: (suite.sessions / name / DIAGNOSIS).exists(),
-        "not every session is diagnosed, as it must be before an answer is opened",
-        "Go on with --part diagnose.",
-    )
+    suite.check_diagnosed()  # the name of what is there stands in a folder from now on
     pieces = [(name, frozenset({effect})) for name, effect in lacking(suite).items()]
     for name, _ in pieces:
         _copy(suite.sessions / name, suite.without / name)

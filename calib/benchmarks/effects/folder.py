@@ -92,6 +92,18 @@ class SuiteFolder(NamedTuple):
             faults.add("", what, found=found, expected="all", next_step=next_step)
             faults.raise_if_any()
 
+    def check_diagnosed(self) -> None:
+        """That every session is diagnosed, without which no answer is to be opened.
+
+        Raises:
+            InputError: one is not, or there is no whole suite.
+        """
+        self.check_every(
+            lambda name: (self.sessions / name / DIAGNOSIS).exists(),
+            "not every session is diagnosed, as it must be before an answer is opened",
+            "Go on with --part diagnose, or with a program of yours.",
+        )
+
     def unsealed(self) -> tuple[Answer, ...]:
         """All answers, in the order of the names.
 

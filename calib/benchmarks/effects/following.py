@@ -52,6 +52,7 @@ def wanted(suite: SuiteFolder) -> Mapping[str, Wanted]:
     Raises:
         InputError: a diagnosis is missing or not by the contract, or an answer has another checksum.
     """
+    suite.check_diagnosed()
     found = {}
     for answer in suite.unsealed():
         left = confused(answer, read_told(suite.sessions / answer.session / DIAGNOSIS))

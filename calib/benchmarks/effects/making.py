@@ -187,13 +187,13 @@ def _logged(
         return {}
     offset_s = float(np.round(random.uniform(0.0, _CLOCK_S), 3))
     file = f"trials/{each.name}.motor.csv"
-    save_motor_log(folder / file, _log(recording.drive, offset_s, random))
+    save_motor_log(folder / file, _log(recording.drive, each.trial.duration_s, offset_s, random))
     return {"motor": file, "motor_offset_s": offset_s}
 
 
-def _log(drive: Drive, offset_s: float, random: np.random.Generator) -> MotorLog:
-    """What the motor says at even times on a clock of its own, in its own steps."""
-    time_s = np.arange(0.0, drive.time_s[-1], _READING_S)
+def _log(drive: Drive, duration_s: float, offset_s: float, random: np.random.Generator) -> MotorLog:
+    """What the motor says at even times on a clock of its own, in its own steps, while its trial is filmed."""
+    time_s = np.arange(0.0, duration_s + 1e-9, _READING_S)
     crank = CubicSpline(drive.time_s, drive.angle_rad)
     load_a = _AMPERE_PER_N_M * np.interp(time_s, drive.time_s, drive.torque_n_m)
     current_a = _CURRENT_A + load_a + CURRENT_A * random.standard_normal(len(time_s))

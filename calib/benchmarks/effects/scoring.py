@@ -42,12 +42,11 @@ def score_all(suite: SuiteFolder) -> Outcome:
     """Scores whatever stands in the folder of a suite: rules, diagnoses, those without the effect or with a trial more.
 
     Raises:
-        InputError: neither rules nor a program were run, or not on every session; or an answer has another checksum.
+        InputError: not every session is diagnosed, or not judged by rules that were run; or an answer has another
+            checksum.
     """
-    scores = {}
-    diagnosed = any((suite.sessions / name / DIAGNOSIS).exists() for name in suite.names)
-    if diagnosed or not suite.rules.exists():
-        scores[PROGRAM] = score_suite(suite)
+    suite.check_diagnosed()
+    scores = {PROGRAM: score_suite(suite)}
     if suite.rules.exists():
         scores |= score_rules(suite)
     without = score_without(suite) if suite.without.exists() else None

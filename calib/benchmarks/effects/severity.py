@@ -19,6 +19,7 @@ from reality import Mechanism
 from session import NotEnoughData, SimulationDiverged
 
 SEPARATE = 3.3  # distance from which two effects are confused in at most 5 % of cases
+_CLEARLY = 0.9  # share of it below which they cannot be told apart: 3.3 itself is asked, and reached to 5 %
 Strong = Callable[[float], tuple[Mechanism, ...]]
 _FIRST, _MOST, _ROUNDS = 1.0, 30.0, 6
 _GROWTH = 4.0  # of a strength from one try to the next
@@ -52,13 +53,13 @@ class Strength:
     @property
     def alike(self) -> tuple[str, ...]:
         """Rivals that these data cannot tell from it."""
-        return tuple(rival.name for rival in self.rivals if rival.distance < SEPARATE)
+        return tuple(rival.name for rival in self.rivals if rival.distance < _CLEARLY * SEPARATE)
 
 
 def strength_for(
     asked: float, strong: Strong, own: str | None, drawn: DrawnWorld, rows: SessionRows, signatures: Sequence[Signature]
 ) -> Filming[Strength]:
-    """The strength at which the nearest rival is as far as asked, as near as it gets.
+    """The strength at which the nearest rival is as far as asked, as near as it gets; of several alike the least.
 
     Some effects never get there: a rival follows them however strong they are, or the effect's own form fails first.
 
@@ -89,7 +90,7 @@ def strength_for(
         value = following
     if not tries:
         raise SimulationDiverged(f"{own or 'an effect'}: no strength could be simulated, down to {value:g}")
-    return min(tries.values(), key=lambda found: abs(found.detectability - asked))
+    return min(tries.values(), key=lambda found: (abs(found.detectability - asked), found.value))
 
 
 def _next(asked: float, value: float, tries: Mapping[float, Strength]) -> float:

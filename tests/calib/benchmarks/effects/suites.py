@@ -35,11 +35,11 @@ def suite_in(folder: Path, answers: Sequence[Answer] = ANSWERS) -> SuiteFolder:
     return suite
 
 
-def shortened(plan: SessionPlan) -> SessionPlan:
+def shortened(plan: SessionPlan, seconds: float = 2.0) -> SessionPlan:
     """Two short swims, with logs or without: enough for a folder."""
     whole = plan.recorded
     fit_hz, holdout_hz = whole.fit_hz[:1], whole.holdout_hz[:1]
-    return replace(plan, recorded=replace(whole, fit_hz=fit_hz, holdout_hz=holdout_hz, seconds=2.0, **_NO_BENCH))
+    return replace(plan, recorded=replace(whole, fit_hz=fit_hz, holdout_hz=holdout_hz, seconds=seconds, **_NO_BENCH))
 
 
 def says_slack(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:

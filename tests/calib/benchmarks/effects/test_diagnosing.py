@@ -10,6 +10,7 @@ import pytest
 
 from calib.benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
 from calib.benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
+from calib.benchmarks.effects.following import follow_suite
 from calib.benchmarks.effects.program import CommandLine, diagnose, program_of
 from calib.benchmarks.effects.scoring import score_all, score_rules, score_suite, score_without
 from calib.options import Options
@@ -109,6 +110,11 @@ def test_no_answer_is_opened_while_a_diagnosis_is_missing(suite: SuiteFolder, mo
         diagnose_without(suite, says_slack, 1)
     with pytest.raises(InputError, match=r"diagnosis\.json"):
         score_suite(suite)
+    with pytest.raises(InputError, match=r"not every session is diagnosed.*--part diagnose"):
+        follow_suite(suite, says_slack, 1)
+    suite.rules.mkdir()
+    with pytest.raises(InputError, match=r"not every session is diagnosed.*--part diagnose"):
+        score_all(suite)
     assert not suite.without.exists()
 
 
@@ -165,7 +171,7 @@ def test_the_command_line_diagnoses_withholds_and_scores(suite: SuiteFolder, cal
     )
     effects = ("benchmark", "effects", suite.folder)
     early = calib(*effects, "--part", "score")
-    assert_told(early, NAMES[0], "Diagnose it again")
+    assert_told(early, "not every session is diagnosed", "--part diagnose")
     for part in ("diagnose", "withhold"):
         ended = calib(*effects, "--part", part, "--program", f"{sys.executable} {script}", "--workers", "1")
         assert (ended.code, ended.out.strip()) == (0, "all done")

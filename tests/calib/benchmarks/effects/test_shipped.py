@@ -42,6 +42,12 @@ def test_the_seed_gives_these_sessions_and_answers(answers: dict[str, Answer]) -
         assert (answers[name].kind, present) == (plan.kind, plan.effects)
 
 
+def test_one_session_holds_a_pair_that_its_data_cannot_tell_apart(answers: dict[str, Answer]) -> None:
+    """A clock that is off beats as a gear does: it is clear that it is one of these two, and not which."""
+    pairs = {(*answer.effects, *rivals) for answer in answers.values() for rivals in answer.alike if len(rivals) == 1}
+    assert ("time_base_error", "drive_ratio_error") in pairs
+
+
 def test_every_session_holds_what_was_planned() -> None:
     for name, plan in PLANS.items():
         session, recorded = load_session(SUITE.sessions / name), plan.recorded
