@@ -2,7 +2,8 @@
 
 Measured between the twin and a second simulator over sessions of drawn water (`calib benchmark effects`), for the nine
 published markers; of other markers it is taken to be as of the nearest of these along the body, each by itself. How
-straight a fish goes is not among the numbers that the benchmark compares; what it leaves of that is `COURSE_SD`.
+straight a fish goes, and whether its markers stay in place, is not among the numbers that the benchmark compares; what
+it leaves of that is `COURSE_SD` and `SLIDE_SD_M_S`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,6 +25,8 @@ from swimmer import RobotSpec
 _OF_A_MARKER = 2 * OF_A_MARKER
 COURSE_SD = (0.001, 0.001)
 """Of the speed sideways, m/s, and of the rate of turning, rad/s, where nothing is wrong."""
+SLIDE_SD_M_S = 1e-5
+"""Of the pace at which each marker slides along the fish, where nothing is wrong."""
 NEAR = 0.3
 """Of the logarithm of two swims' frequencies, over which what is left of them is alike."""
 
@@ -87,7 +90,7 @@ class Discrepancy:
         """(k, k) covariance of what is left of the gaits of a model.
 
         Runs with the head clamped in air have nothing in common with swims; of its course, where gaits hold it, each
-        trial has its own.
+        trial has its own, and so has each marker of its sliding.
         """
         trials = model.trials
         hertz = np.array([each.trial.frequency.hz for each in trials])
@@ -96,7 +99,8 @@ class Discrepancy:
         result = np.zeros((count, whole, count, whole))
         of_gaits = self.of_gaits(hertz, model.phase_rad).reshape(count, length, count, length)
         result[:, :length, :, :length] = of_gaits * np.equal.outer(clamped, clamped)[:, None, :, None]
-        course = np.diag(np.square(COURSE_SD))[: whole - length, : whole - length]
+        slides = max(whole - length - len(COURSE_SD), 0)
+        course = np.diag(np.square([*(SLIDE_SD_M_S,) * slides, *COURSE_SD]))[: whole - length, : whole - length]
         result[:, length:, :, length:] = np.einsum("ij,ab->iajb", np.eye(count), course)
         return result.reshape(count * whole, -1)
 

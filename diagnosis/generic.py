@@ -8,12 +8,14 @@ size of its own: a clock that is wrong says nothing of how the fish swims.
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
-from fitting.posterior.gait import COURSE, HARMONICS, OF_A_MARKER, SPEED
+from fitting.posterior.gait import COURSE, HARMONICS, OF_A_MARKER, SLIDES, SPEED
 
 _ALONG_M = 0.12  # over which displacements along the body are alike
 _OF_ITS_OWN = 0.2  # share of the variance that each marker has to itself
 OF_HARMONIC = 0.5
 """Of each harmonic of displacements against the one before."""
+SLIDE_PER_S = 0.1
+"""Of a marker that slides along the fish, m/s for a metre of displacement: as if that came in the course of a trial."""
 _SPEED_PER_S = 1.0  # m/s for a metre of displacement
 _COURSE_PER_M = (1.0, 6.0)  # sideways, m/s; turning, rad/s
 _HERTZ_PER_M = 2.0
@@ -37,7 +39,8 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int) -> np
     markers = np.kron(between, np.kron(np.eye(2), of_beat))  # (14 m, 14 m)
     assert SPEED == 0
     assert len(_COURSE_PER_M) == len(COURSE)
-    gait = block_diag([[_SPEED_PER_S**2]], markers, np.diag(np.square(_COURSE_PER_M)))
+    slides = SLIDE_PER_S**2 * between[:SLIDES, :SLIDES]
+    gait = block_diag([[_SPEED_PER_S**2]], markers, slides, np.diag(np.square(_COURSE_PER_M)))
     return block_diag(*[gait] * trials, _HERTZ_PER_M**2 * np.eye(frequencies))
 
 

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diagnosis.generic import OF_HARMONIC
+from diagnosis.generic import OF_HARMONIC, SLIDE_PER_S
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, Responses
 from diagnosis.ripples import rippled, smeared
-from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED, advanced, of_markers, places_of_markers
+from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED, advanced, of_markers, places_of_markers, places_of_slides
 
 _SIDEWAYS = -2  # place of the sideways speed in a gait with its course
 _OF_WATER = 0.1  # how likely forces of the water are, alike in all trials: there the twin's own error acts too
@@ -54,14 +54,19 @@ def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
 
 
 def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
-    """(k, t, 14) of each marker: mean and harmonics as the beat goes on, whatever phase a trial begins at."""
+    """(k, t, 15) of each marker: mean and harmonics as the beat goes on, whatever phase a trial begins at; and sliding.
+
+    But for that beyond the eleventh.
+    """
     decay = np.append(1.0, np.repeat(OF_HARMONIC ** np.arange(HARMONICS), 2))
     phases = ground.model.phase_rad
     own = len(ground.model.measured) // len(phases)
+    slides = np.arange(own)[places_of_slides(own)]
     for number, marker in enumerate(ground.trials[0].markers):
-        gaits = np.zeros((2 * OF_A_MARKER, own))
-        gaits[:, SPEED + 1 + 2 * OF_A_MARKER * number :][:, : 2 * OF_A_MARKER] = np.diag(np.tile(decay, 2))
-        columns = np.zeros((len(ground.left), len(phases), 2 * OF_A_MARKER))
+        gaits = np.zeros((2 * OF_A_MARKER + 1, own))
+        gaits[:-1, SPEED + 1 + 2 * OF_A_MARKER * number :][:, : 2 * OF_A_MARKER] = np.diag(np.tile(decay, 2))
+        gaits[-1, slides[number : number + 1]] = SLIDE_PER_S
+        columns = np.zeros((len(ground.left), len(phases), len(gaits)))
         for trial, phase in enumerate(phases):
             columns[own * trial : own * (trial + 1), trial] = advanced(gaits, float(phase)).T
         yield f"marker {marker}", columns
@@ -79,6 +84,8 @@ def _in_picture(ground: Ground) -> tuple[str, np.ndarray]:
             seen[:, to] = beats[:, of]
             own[places_of_markers(len(gait)), number] = seen.ravel()
             own[speeds[to], number] = gait[speeds[of]]
+        slides = places_of_slides(len(gait))
+        own[slides, 0] = gait[slides]  # along; across they are not told
     return "picture", columns
 
 

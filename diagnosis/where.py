@@ -26,6 +26,7 @@ from fitting.posterior.gait import (
     SPEED,
     of_markers,
     places_of_markers,
+    places_of_slides,
 )
 from fitting.posterior.places_off import TAKEN
 from fitting.signatures import Signature
@@ -34,6 +35,7 @@ STAGES = ("camera", "drive", "body", "tail", "floor")
 OF_NO_MARKER = ("speed", "course", "frequency")
 """Keys of `by_marker`, `by_axis` and `by_band` that stand for a whole trial."""
 _SEEN_M, _SCALE = 1e-3, 0.01  # of a marker, of the picture
+_SLIDES_S = 10.0  # in which a marker slides as far
 _RIPPLE_RAD = 0.05
 _HERTZ = 0.01  # relative
 
@@ -127,6 +129,7 @@ def _ways(
     found[Way("camera", "on the body")] = _misplaced(ground)
     found[Way("camera", "in the picture")] = _misboxed(ground)
     found[Way("camera", "beating")] = _in_each_trial(ground, _beats)
+    found[Way("camera", "sliding")] = _in_each_trial(ground, _slides)
     found[Way("camera", "scale")] = _in_each_trial(ground, lambda gait: _SCALE * gait[:, None])
     found[Way("drive", "ripple")] = _in_each_trial(ground, lambda gait: _RIPPLE_RAD * rippled(gait))
     found[Way("drive", "frequency")] = _other_frequencies(ground)
@@ -172,6 +175,11 @@ def _beats(gait: np.ndarray) -> np.ndarray:
     sizes = np.zeros(len(gait))
     sizes[places_of_markers(len(gait))] = np.broadcast_to(np.append(0.0, decay), markers.shape).ravel()
     return _SEEN_M * np.diag(sizes)[:, sizes > 0]
+
+
+def _slides(gait: np.ndarray) -> np.ndarray:
+    """(g, s) each marker sliding along the fish."""
+    return _SEEN_M / _SLIDES_S * np.eye(len(gait))[:, places_of_slides(len(gait))]
 
 
 def _other_frequencies(ground: Ground) -> np.ndarray:
@@ -247,12 +255,14 @@ def _split(ground: Ground, left: np.ndarray) -> dict[str, dict[str, float]]:
     of_trial = np.array(hertz[: len(trials)])
     of_trial[list(ground.model.logged)] += hertz[len(trials) :]
     speed, beats, course = gaits[:, SPEED], of_markers(gaits), gaits[:, -len(COURSE) :]
-    bands = {"mean": beats[..., 0].sum()}
+    slides = gaits[:, places_of_slides(gaits.shape[1])].sum(axis=0)  # (s,)
+    bands = {"mean": beats[..., 0].sum(), "drift": slides.sum()}
     bands |= {f"harmonic_{h}": beats[..., 2 * h - 1 : 2 * h + 1].sum() for h in range(1, HARMONICS + 1)}
     alone = dict(zip(OF_NO_MARKER, (float(part.sum()) for part in (speed, course, hertz)), strict=True))
     return {
         "by_trial": {t.name: float(g.sum() + f) for t, g, f in zip(trials, gaits, of_trial, strict=True)},
-        "by_marker": {name: float(beats[:, i].sum()) for i, name in enumerate(markers)} | alone,
-        "by_axis": {axis: float(beats[:, :, i].sum()) for i, axis in enumerate(("along", "across"))} | alone,
+        "by_marker": {name: float(beats[:, i].sum() + slides[i : i + 1].sum()) for i, name in enumerate(markers)}
+        | alone,
+        "by_axis": {"along": float(beats[:, :, 0].sum() + slides.sum()), "across": float(beats[:, :, 1].sum())} | alone,
         "by_band": {name: float(share) for name, share in bands.items()} | alone,
     }

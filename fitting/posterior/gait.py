@@ -3,7 +3,8 @@
 Where the fish is, where it heads and how its course bends are nuisances of a trial: they are taken out as a smooth pose
 (a heading quadratic in time, a path cubic in time), in the same way of tracks and of simulations. What is left is the
 forward speed, and each marker's mean and first harmonics in the frame that cruises with the fish. Who asks whether the
-fish goes straight at all reads its course too: the mean of what was taken out.
+fish goes straight at all, and whether its markers stay where they are, reads its course too: the mean of what was taken
+out, and how fast each marker slides along the fish.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +19,9 @@ HARMONICS = 3
 PATH_DEGREE, HEADING_DEGREE = 3, 2
 SPEED = 0  # place of the forward speed in a summary; the markers follow
 OF_A_MARKER = 1 + 2 * HARMONICS  # mean, then cosine and sine of each harmonic, for x and then for y
-COURSE = ("sideways", "turning")  # numbers that follow the markers, where they are read
+COURSE = ("sideways", "turning")  # the last numbers of a gait, where they are read
+SLIDES = 2 * OF_A_MARKER - len(COURSE) - 1
+"""Markers, at most, whose sliding is read with the course: so what follows the markers is less than one more of them."""
 _SHARE_OF_FRAMES = 0.5  # that a marker must be seen in to carry the path
 
 
@@ -27,8 +30,9 @@ class Gait:
     """Reads gaits off marker positions in the frames of one trial that are compared.
 
     A gait is (1 + 14 m,): forward speed (m/s), then (m, 2, 7) for each marker, along and across the fish, its mean and
-    the cosines and sines of three harmonics of the crank's turn since time 0 (m). With the course it has two numbers
-    more: the speed of its middle to the left (m/s), and the rate of turning, counter-clockwise (rad/s).
+    the cosines and sines of three harmonics of the crank's turn since time 0 (m). With the course there follow by how
+    fast each marker, up to the eleventh, slides forward along the fish (m/s, beside the smooth path of all), the speed
+    of its middle to the left (m/s), and the rate of turning, counter-clockwise (rad/s).
 
     Attributes:
         time_s: (n,) of the frames.
@@ -63,11 +67,12 @@ class Gait:
         """(..., k) gaits of positions (..., n, m, 2); what does not count may be nan."""
         flat = position_m.reshape(-1, *position_m.shape[-3:])
         place, path, speed, turning = self._cruise(flat)
-        beats = np.einsum("mcn,snm->smc", self._beat, place - path[..., None])  # (s, m, 7)
+        beats = np.einsum("mcn,snm->smc", self._beats, place - path[..., None])  # (s, m, 8)
+        beats, slid = beats[..., :OF_A_MARKER], beats[..., OF_A_MARKER].real
         parts = np.stack([beats.real, beats.imag], axis=2)  # (s, m, 2, 7)
         told = [speed.real.mean(axis=-1)[:, None], parts.reshape(len(parts), -1)]
         if self.span_m is not None:
-            told.append(np.column_stack([speed.imag.mean(axis=-1), turning.mean(axis=-1)]))
+            told.append(np.column_stack([slid[:, :SLIDES], speed.imag.mean(axis=-1), turning.mean(axis=-1)]))
         gait = np.concatenate(told, axis=1)
         return gait.reshape(*position_m.shape[:-3], gait.shape[-1])
 
@@ -101,11 +106,13 @@ class Gait:
         return waves(self.turn_rad, HARMONICS)
 
     @cached_property
-    def _beat(self) -> np.ndarray:
-        """(m, 7, n) reads mean and harmonics off each marker, beside what a trend that is a little off leaves."""
+    def _beats(self) -> np.ndarray:
+        """(m, 8, n) reads mean, harmonics and pace off each marker, beside what a trend that is a little off leaves."""
         means = np.column_stack([np.ones(len(self.time_s)), self.waves])
         trends = np.column_stack([self._scaled**k - np.mean(self._scaled**k) for k in range(1, HEADING_DEGREE + 1)])
-        return _readers(np.column_stack([means, trends]), self.usable)[:, :OF_A_MARKER]
+        read = _readers(np.column_stack([means, trends]), self.usable)[:, : OF_A_MARKER + 1]
+        read[:, OF_A_MARKER] *= 2 / np.ptp(self.time_s)  # of scaled time
+        return read
 
     @cached_property
     def _powers(self) -> np.ndarray:
@@ -127,16 +134,28 @@ class Gait:
         return self.carriers[:, None] * np.einsum("c,mcn->mn", rates, self._powers)
 
     @cached_property
+    def _path_reader(self) -> np.ndarray:
+        """(m, n) by how much a shift of each sample moves the pace of the path, as it is read off a marker, 1/s."""
+        powers = np.column_stack([self._scaled**k for k in range(PATH_DEGREE + 1)])
+        paces = self.carriers @ (self._beats[:, OF_A_MARKER] @ powers)
+        return self.carriers[:, None] * np.einsum("c,mcn->mn", paces, self._powers)
+
+    @cached_property
     def readers(self) -> np.ndarray:
-        """(m, r, n) what a shift of each sample, along or across, does: to the speed that way, to turning, to beats."""
+        """(m, r, n) what a shift of each sample, along or across, does: to the speed that way, to turning, to beats.
+
+        And, where the course is read, before the beats to the pace of the path, and after them to that of the marker.
+        """
         told = [self.speed_reader[:, None]]
         if self.span_m is not None:
             turning = np.zeros((self.usable.shape[1], 1, len(self.time_s)))
             columns, read = self._trend
             rate = np.gradient(columns, self.time_s, axis=0).mean(axis=0) @ read / self.span_m
             turning[self.nose, 0, self._head_seen], turning[self.neck, 0, self._head_seen] = rate, -rate
-            told.append(turning)
-        return np.concatenate([*told, self._beat], axis=1)
+            told += [turning, self._path_reader[:, None], self._beats]
+        else:
+            told.append(self._beats[:, :OF_A_MARKER])
+        return np.concatenate(told, axis=1)
 
     @cached_property
     def sums(self) -> np.ndarray:
@@ -145,15 +164,19 @@ class Gait:
         But for what an error of the heading makes of the forward speed: some 0.2 mm/s sideways.
         """
         markers, readers, _ = self.readers.shape
-        course = 0 if self.span_m is None else len(COURSE)
+        slides, course = (0, 0) if self.span_m is None else (min(markers, SLIDES), len(COURSE))
         markers_end = 1 + 2 * OF_A_MARKER * markers
-        result = np.zeros((markers_end + course, 2, markers, readers))
+        result = np.zeros((markers_end + slides + course, 2, markers, readers))
         result[SPEED, 0, :, 0] = 1.0
-        result[markers_end + np.arange(course), 1, :, np.arange(course)] = 1.0
+        result[markers_end + slides + np.arange(course), 1, :, np.arange(course)] = 1.0
+        of_beats = 1 if self.span_m is None else len(COURSE) + 1
         beats = result[1:markers_end].reshape(markers, 2, OF_A_MARKER, 2, markers, readers)  # a view
         for axis in range(2):
             for marker in range(markers):
-                beats[marker, axis, :, axis, marker, -OF_A_MARKER:] = np.eye(OF_A_MARKER)
+                beats[marker, axis, :, axis, marker, of_beats : of_beats + OF_A_MARKER] = np.eye(OF_A_MARKER)
+        for marker in range(slides):
+            result[markers_end + marker, 0, :, len(COURSE)] = -1.0
+            result[markers_end + marker, 0, marker, -1] = 1.0
         return result
 
     def _along(self, position_m: np.ndarray, trend_rad: np.ndarray) -> np.ndarray:
@@ -203,6 +226,11 @@ def of_markers(gait: np.ndarray) -> np.ndarray:
 def places_of_markers(length: int) -> slice:
     """Where a gait of k numbers holds those of its markers: between its speed and its course."""
     return slice(SPEED + 1, length - (length - 1) % (2 * OF_A_MARKER))
+
+
+def places_of_slides(length: int) -> slice:
+    """Where a gait of k numbers with its course holds how fast markers slide along the fish."""
+    return slice(places_of_markers(length).stop, length - len(COURSE))
 
 
 def harmonics_of(gait: np.ndarray) -> np.ndarray:

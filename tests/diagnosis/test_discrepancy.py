@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.discrepancy import COURSE_SD, Discrepancy, discrepancy_for
+from diagnosis.discrepancy import COURSE_SD, SLIDE_SD_M_S, Discrepancy, discrepancy_for
 from fitting.posterior.gait import SPEED, advanced, beat_phase, of_markers
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
 from fitting.posterior.trial_model import TrialModel
@@ -56,11 +56,13 @@ def test_a_run_in_air_has_nothing_in_common_with_swims_and_courses_have_nothing_
     clamped = Twin(ROBOT, FISHSIM_MARKERS, DRY, workers=1)
     runs = [(twin, trials()[0]), (twin, trials()[1]), (clamped, dry_run()), (clamped, dry_run())]
     model = SessionModel(tuple(TrialModel(own, trial, START_PHASE_RAD, with_course=True) for own, trial in runs))
-    found = drawn(0.5, 0.3).over(model).reshape(4, GAIT + 2, 4, GAIT + 2)
+    whole = GAIT + len(FISHSIM_MARKERS) + 2
+    found = drawn(0.5, 0.3).over(model).reshape(4, whole, 4, whole)
     assert np.abs(found[0, :, 1]).max() > 0
     assert np.abs(found[2, :, 3]).max() > 0
     assert np.abs(found[:2, :, 2:]).max() == 0
-    assert found[1, GAIT:, 1, GAIT:] == pytest.approx(np.diag(np.square(COURSE_SD)))
+    of_course = [*(SLIDE_SD_M_S,) * len(FISHSIM_MARKERS), *COURSE_SD]
+    assert found[1, GAIT:, 1, GAIT:] == pytest.approx(np.diag(np.square(of_course)))
     assert np.abs(found[0, GAIT:, 1]).max() == 0
 
 
@@ -99,5 +101,5 @@ def test_what_swims_have_in_common_is_no_surprise_in_a_session() -> None:
     apart, alike = drawn(0.0, 0.0).over(model), drawn(0.9, 0.0).over(model)
     phases = [float(beat_phase(each.measured, list(each.trial.tail))) for each in model.trials]
     mode = drawn(0.0, 0.0).directions[:, 0]
-    row = np.concatenate([*(np.append(advanced(mode, phase), [0.0, 0.0]) for phase in phases)])
+    row = np.concatenate([*(np.append(advanced(mode, phase), np.zeros(len(FISHSIM_MARKERS) + 2)) for phase in phases)])
     assert row @ np.linalg.solve(alike, row) < 0.7 * row @ np.linalg.solve(apart, row)

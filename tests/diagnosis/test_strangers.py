@@ -142,7 +142,7 @@ def test_every_place_is_looked_at_alike_in_all_trials_and_in_each(elsewhere: tup
 
 def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tuple[Stranger, ...]) -> None:
     (lagging,) = (each for each in elsewhere if each.place == "marker tail_4" and each.same)
-    gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2])
+    gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2, 0.0])
     gap *= 15 / np.linalg.norm(ground().space.freed(gap))
     here: Ground = replace(ground())
     here.__dict__.update(left=ground().left + gap, slopes=ground().slopes, generic=ground().generic)

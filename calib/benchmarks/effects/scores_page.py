@@ -205,7 +205,7 @@ def _look_alikes_table(score: Score) -> Table:
         for name, row in score.look_alikes.items()
         for rival, count in sorted(row.items(), key=lambda item: -item[1])
     )
-    columns = (Column("present", numeric=False), Column("rival that cannot be told from it", numeric=False), Column("sessions"))
+    columns = (Column("present", numeric=False), Column("not told from", numeric=False), Column("sessions"))
     return Table("Effects that few rivals follow, each refitted: here a set is the right answer.", columns, rows)
 
 

@@ -7,7 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.posterior.gait import COURSE, SPEED, Gait, advanced, harmonics_of, phase_between
+from fitting.posterior.gait import (
+    COURSE,
+    SLIDES,
+    SPEED,
+    Gait,
+    advanced,
+    harmonics_of,
+    phase_between,
+    places_of_markers,
+    places_of_slides,
+)
 from swimmer import Runs
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import exact_twin
@@ -68,11 +78,34 @@ def test_the_course_is_how_fast_it_slips_and_turns() -> None:
 
     gait = read(bent)
 
+    plain, slides = reader()(bent), places_of_slides(len(gait))
     assert gait[-len(COURSE) :] == pytest.approx([slip, turning], abs=1e-4)
-    assert gait[: -len(COURSE)] == pytest.approx(reader()(bent))
-    assert advanced(gait, 0.7)[-len(COURSE) :] == pytest.approx(gait[-len(COURSE) :])
-    assert advanced(gait, 0.7)[: -len(COURSE)] == pytest.approx(advanced(gait[: -len(COURSE)], 0.7))
+    assert gait[: len(plain)] == pytest.approx(plain)
+    assert (slides.start, slides.stop) == (len(plain), len(plain) + len(ALONG_M))
+    assert gait[slides] == pytest.approx(0.0, abs=2e-4)
+    assert advanced(gait, 0.7)[len(plain) :] == pytest.approx(gait[len(plain) :])
+    assert advanced(gait, 0.7)[: len(plain)] == pytest.approx(advanced(plain, 0.7))
     assert phase_between(gait, advanced(gait, 0.7), [4, 5, 6]) == pytest.approx(0.7)
+
+
+def test_markers_that_slide_along_the_fish_are_told_beside_the_path_of_all() -> None:
+    pace = 1e-3 * np.arange(len(ALONG_M))
+    read = replace(reader(), span_m=float(ALONG_M[1]))
+    slid = np.einsum("n,m->nm", TIME_S, pace)
+    for heading_rad in (0.0, 2.1):
+        turn = np.exp(1j * heading_rad)
+        forward = pool((cruising() @ [1.0, 1j] + np.sign(SPEED_M_S) * slid) * turn)
+        gait = read(forward)
+        assert gait[places_of_slides(len(gait))] == pytest.approx(pace - pace.mean(), abs=1e-5)
+
+
+def test_of_many_markers_the_first_eleven_slide() -> None:
+    """What follows the markers is always less than one more of them, so that a gait's length tells what it holds."""
+    for count in range(3, 30):
+        course = min(count, SLIDES) + len(COURSE)
+        length = 1 + 14 * count + course
+        assert places_of_markers(length).stop == 1 + 14 * count
+        assert places_of_slides(length) == slice(1 + 14 * count, length - len(COURSE))
 
 
 def test_samples_that_do_not_count_may_be_anything() -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.posterior.gait import SPEED
+from fitting.posterior.gait import SPEED, places_of_slides
 from fitting.posterior.noise import GaitNoise, noise_of
 from fitting.posterior.noise_part import NoisePart
 from synthetic import TrackingNoise
@@ -71,10 +71,11 @@ def test_the_covariance_of_the_course_is_that_of_repeated_draws() -> None:
     still = cruising() - np.stack([SPEED_M_S * TIME_S, np.zeros(len(TIME_S))], axis=-1)[:, None]
     told = GaitNoise.of_parts(sd_m, [part], TIME_S).covariance(read)
     seen = np.cov(read(still + sd_m[:, None] * _shared(part, 0.2, 1, 2000)).T)
-    course = [-2, -1]
+    course = [*range(len(told))[places_of_slides(len(told))], -2, -1]
     assert np.diag(seen)[course] == pytest.approx(np.diag(told)[course], rel=0.15)
+    assert seen[course[0], course[1]] == pytest.approx(told[course[0], course[1]], abs=0.1 * told[course[0], course[0]])
     alone = GaitNoise.of_parts(sd_m, [part], TIME_S).covariance(reader())
-    np.testing.assert_allclose(told[:-2, :-2], alone, atol=1e-18)
+    np.testing.assert_allclose(told[: len(alone), : len(alone)], alone, atol=1e-18)
 
 
 def _shared(part: NoisePart, white: float, seed: int, count: int = 1) -> np.ndarray:
