@@ -13,7 +13,7 @@ only the likeliest stretches count, and what is at one place is weighed beside e
 without it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from math import comb
@@ -73,6 +73,7 @@ class Explanations:
         frequencies: where the whitened row holds frequencies.
         places: where something else may be: how likely against each other, and (q, b) what it does to the whitened row.
         sway: by which the tracks speak for a motion beside the beat (log Bayes factor), see `diagnosis.sway`.
+        lacking: the second of the rows, of a gap like what all effects do, with one of them left out.
     """
 
     rows: tuple[Row, ...]
@@ -81,6 +82,7 @@ class Explanations:
     frequencies: slice = field(default_factory=lambda: slice(0, 0))
     places: tuple[tuple[float, np.ndarray], ...] = ()
     sway: float = 0.0
+    lacking: Callable[[int], Row] | None = None
 
     @property
     def row(self) -> Row:
@@ -134,6 +136,22 @@ class Explanations:
             apart = likeliest.apart(turned)
         alone += self.beside_the_beat - np.log(2 if forms else 1)
         return alone + np.append(at_places, apart)
+
+    def mixed(self, present: tuple[int, ...], without: int | None = None) -> float:
+        """Log evidence of some effects beside a mixture of what all do, or all but one; without what forms have wrong.
+
+        -inf where some effect does nothing.
+        """
+        row = self.rows[1] if without is None or self.lacking is None else self.lacking(without)
+        return self._beside_gap(row, present)
+
+    def loose(self, present: tuple[int, ...]) -> float:
+        """The same beside a gap that has no structure."""
+        return self._beside_gap(self.rows[2], present)
+
+    def _beside_gap(self, row: Row, present: tuple[int, ...]) -> float:
+        forms = tuple(form for form in (self.best[i] for i in present) if form is not None)
+        return -np.inf if len(forms) < len(present) else self._around(row, forms, True)[1]
 
     def unseen(self, effect: int) -> float:
         """Probability that something which looks like an effect strays too little from it to show."""

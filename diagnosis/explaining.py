@@ -88,7 +88,13 @@ def _explanations(
         for like, frequencies in ((effects, 0), (effects, ground.model.frequencies), ((), 0))
     )
     places = tuple((each.weight, ground.space.freed(each.columns.T).T) for each in elsewhere)
-    return Explanations((wrong, like_any, loose), effects, belief, slice(ends - ground.model.frequencies, ends), places)
+
+    def lacking(effect: int) -> Row:
+        others = [each for number, each in enumerate(effects) if number != effect]
+        return Row.of(ground.space, ground.left, ground.generic, others, ground.model.frequencies)
+
+    frequencies = slice(ends - ground.model.frequencies, ends)
+    return Explanations((wrong, like_any, loose), effects, belief, frequencies, places, lacking=lacking)
 
 
 def _gaits(ground: Ground) -> list[slice]:

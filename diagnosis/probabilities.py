@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import expit, logsumexp
 
 from diagnosis.evidence import Explanations
+from diagnosis.many import standing
 
 _TRIED = 8  # of the likeliest effects, of which pairs are tried
 MOST = 4
@@ -65,6 +66,7 @@ class Probabilities:
                 _try(explanations, logs, present)
         places = _somewhere(explanations, logs)
         logs |= _imitations(explanations, logs)
+        logs = _among_many(explanations, logs)
         total = logsumexp(list(logs.values()))
         chances = {key: float(np.exp(value - total)) for key, value in logs.items()}
         return cls(tuple(each.name for each in explanations.effects), chances, tuple(np.exp(places - total).tolist()))
@@ -183,6 +185,26 @@ def _somewhere(explanations: Explanations, logs: dict[Explanation, float]) -> np
         logs[key] = float(logsumexp([logs[key], *found]))
         places = np.logaddexp(places, found[:-1])
     return places
+
+
+def _among_many(explanations: Explanations, logs: dict[Explanation, float]) -> dict[Explanation, float]:
+    """With effects that surely are in the mixture that something else is, where it surely is one, told as present."""
+    likeliest = max(logs, key=lambda key: logs[key])
+    if not likeliest.other:
+        return logs
+    among = standing(explanations, likeliest.present)
+    if not among:
+        return logs
+    found: dict[Explanation, float] = {}
+    chance = min(among.values())
+    for key, log in logs.items():
+        present = tuple(sorted({*key.present, *among})) if key.other else key.present
+        for each, share in ((key._replace(present=present), np.log(chance)), (key, np.log1p(-chance))):
+            told = log if present == key.present else log + share
+            found[each] = float(np.logaddexp(found[each], told)) if each in found else float(told)
+            if present == key.present:
+                break
+    return found
 
 
 def _imitations(explanations: Explanations, logs: dict[Explanation, float]) -> dict[Explanation, float]:
