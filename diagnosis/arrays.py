@@ -10,9 +10,9 @@ from diagnosis.diagnosis import Diagnosis
 def save_arrays(path: Path, found: Diagnosis) -> None:
     """Writes `diagnosis.npz`.
 
-    Gaits of the fitted swims are (t, g), g = 1 + 14 m + s + 2, the sliding of s markers and the course last: `measured`,
-    `plain` (the nearest plain twin's) and `with_effects` (nan where nothing is named); `parts` (5, t, g) of what the
-    plain twin leaves, by stage;
+    Gaits of the fitted swims are (t, g), g = 1 + 14 m + s + 2, the sliding of s markers and the course last:
+    `measured`, `plain` (the nearest plain twin's) and `with_effects` (nan where nothing is named); `parts` (5, t, g) of
+    what the plain twin leaves, by stage;
     `separation` (e, e) whitened distance between the likeliest effects, each as strong as it would have to be,
     coefficients refitted, and `compared` their places; `forces` and `forces_sd` (t, j, 7).
     """

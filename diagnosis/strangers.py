@@ -14,7 +14,15 @@ from diagnosis.generic import OF_HARMONIC, SLIDE_PER_S
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, Responses
 from diagnosis.ripples import rippled, smeared
-from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED, advanced, of_markers, places_of_markers, places_of_slides
+from fitting.posterior.gait import (
+    HARMONICS,
+    OF_A_MARKER,
+    SPEED,
+    advanced,
+    of_markers,
+    places_of_markers,
+    places_of_slides,
+)
 
 _SIDEWAYS = -2  # place of the sideways speed in a gait with its course
 _OF_WATER = 0.1  # how likely forces of the water are, alike in all trials: there the twin's own error acts too

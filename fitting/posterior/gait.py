@@ -21,7 +21,7 @@ SPEED = 0  # place of the forward speed in a summary; the markers follow
 OF_A_MARKER = 1 + 2 * HARMONICS  # mean, then cosine and sine of each harmonic, for x and then for y
 COURSE = ("sideways", "turning")  # the last numbers of a gait, where they are read
 SLIDES = 2 * OF_A_MARKER - len(COURSE) - 1
-"""Markers, at most, whose sliding is read with the course: so what follows the markers is less than one more of them."""
+"""Markers, at most, whose sliding is read with the course: so all that follows the markers is less than one more."""
 _SHARE_OF_FRAMES = 0.5  # that a marker must be seen in to carry the path
 
 

@@ -5,7 +5,6 @@ import numpy as np
 from swimmer.effects.effect import Effect, Parameter
 from swimmer.effects.seen import Seen
 
-
 _MOST, _SD = 0.1, 0.01
 
 
