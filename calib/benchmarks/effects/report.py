@@ -11,8 +11,9 @@ from calib.benchmarks.effects.scoring import Outcome
 from calib.benchmarks.effects.shares import Estimate, Share
 from calib.benchmarks.effects.without import WithoutScore
 
-_NOTES = """d: detectability; 95 % intervals, of shares by Wilson, of numbers by drawing sessions anew; reachable: of
-all d, by a matched filter that knows what to look for and gives one false alarm in a hundred"""
+_NOTES = """d: detectability; 95 % intervals, of shares by Wilson, of numbers by drawing sessions anew, of chance by
+drawing what comes true; reachable: of all d, by a matched filter that knows what to look for and gives one false alarm
+in a hundred"""
 _LABEL, _ASKED, _CELL = 36, 12, 26  # characters
 
 
@@ -42,10 +43,10 @@ def score_text(scores: Mapping[str, Score]) -> str:
             "≤ 0.05",
             [estimate_text(score.calibration_error_of_suspects) for score in every],
         ),
-        _row("  by chance, were they right", "", [number_text(score.calibration_error_by_chance) for score in every]),
+        _row("  by chance, were they right", "", [estimate_text(score.calibration_error_by_chance) for score in every]),
         _row("shrinkage over the oracle's", "≥ 0.9", [estimate_text(score.shrinkage_of_oracle) for score in every]),
         _row("share of the gap on its stage", "", [estimate_text(score.share_on_stage) for score in every]),
-        _row("seconds a session", "≤ 60", [number_text(score.seconds) for score in every]),
+        _row("seconds a session", "≤ 60", [estimate_text(score.seconds) for score in every]),
     ]
     said = [share_text(each.wrong_said) for each in scores.values()]
     rows.append(_row("only wrong names said, however sure", "", said))

@@ -186,7 +186,7 @@ class Score:
         return resampled(self.cases, lambda cases: _reliability(cases, _SUSPECT).error)
 
     @property
-    def calibration_error_by_chance(self) -> float:
+    def calibration_error_by_chance(self) -> Estimate:
         """What it would be of these, few as they are, if they came true just as often as they say."""
         return Reliability.error_by_chance(np.array([p for p, _ in _probabilities(self.cases, _SUSPECT)]))
 
@@ -207,10 +207,9 @@ class Score:
         return self.share(lambda c: bool(c.told.names) and not any(map(c.answer.present, c.told.names)))
 
     @property
-    def seconds(self) -> float:
+    def seconds(self) -> Estimate:
         """Median a session; nan where none tells."""
-        told = [case.told.seconds for case in self.cases if case.told.seconds is not None]
-        return float(np.median(told)) if told else float("nan")
+        return median([case.told.seconds for case in self.cases if case.told.seconds is not None])
 
     def to_json(self) -> dict[str, Any]:
         """Plain numbers."""
@@ -227,14 +226,14 @@ class Score:
             "in_three_by_effect": {name: share.to_json() for name, share in self.in_three_by_effect.items()},
             "confusion": self.confusion,
             "look_alikes": self.look_alikes,
-            "reliability": self.reliability._asdict(),
+            "reliability": self.reliability.to_json(),
             "calibration_error": self.calibration_error.to_json(),
             "calibration_error_of_suspects": self.calibration_error_of_suspects.to_json(),
-            "calibration_error_by_chance": self.calibration_error_by_chance,
+            "calibration_error_by_chance": self.calibration_error_by_chance.to_json(),
             "wrong_name_said": self.wrong_said.to_json(),
             "share_on_stage": self.share_on_stage.to_json(),
             "shrinkage_of_oracle": self.shrinkage_of_oracle.to_json(),
-            "seconds": self.seconds,
+            "seconds": self.seconds.to_json(),
         }
 
 

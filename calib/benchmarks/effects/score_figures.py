@@ -102,17 +102,18 @@ def reliability_figure(score: Score) -> Figure:
     figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
     axes.plot([0, 1], [0, 1], color=FAINT, linewidth=1.0)
     found = score.reliability
-    most = max(found.number, default=1)
-    for told, true, number in zip(found.told, found.true, found.number, strict=True):
-        axes.plot([told, told], Share(round(true * number), number).interval, color=TWIN, linewidth=1.0)
-        axes.plot(told, true, "o", color=TWIN, markersize=3 + 6 * np.sqrt(number / most))
+    most = max((true.of for true in found.true), default=1)
+    for told, true in zip(found.told, found.true, strict=True):
+        axes.plot([told, told], true.interval, color=TWIN, linewidth=1.0)
+        axes.plot(told, true.value, "o", color=TWIN, markersize=3 + 6 * np.sqrt(true.of / most))
     axes.set_xlim(-0.02, 1.02)
     axes.set_ylim(-0.02, 1.02)
     axes.set_xticks(np.linspace(0, 1, 5), _PERCENT)
     axes.set_yticks(np.linspace(0, 1, 5), _PERCENT)
     axes.set_xlabel("probability told that an effect is present")
     axes.set_ylabel("share that is")
-    axes.set_title(f"error {found.error:.3f}, {sum(found.number)} probabilities from 1 % on", loc="left", color=MUTED)
+    number = sum(true.of for true in found.true)
+    axes.set_title(f"error {found.error:.3f}, {number} probabilities from 1 % on", loc="left", color=MUTED)
     return figure
 
 

@@ -10,7 +10,7 @@ from calib.benchmarks.effects.cases import write_cases
 from calib.benchmarks.effects.folder import SuiteFolder
 from calib.benchmarks.effects.followed import FollowedScore
 from calib.benchmarks.effects.goals import CLEAR_ALONE, GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
-from calib.benchmarks.effects.report import estimate_text, number_text, percent_text, share_text
+from calib.benchmarks.effects.report import estimate_text, percent_text, share_text
 from calib.benchmarks.effects.score import Score
 from calib.benchmarks.effects.score_figures import (
     by_detectability_figure,
@@ -169,11 +169,11 @@ def _goals_table(scores: Mapping[str, Score]) -> Table:
         (
             "by chance, were these right",
             "",
-            *(number_text(score.calibration_error_by_chance) for score in scores.values()),
+            *_numbers([score.calibration_error_by_chance for score in scores.values()]),
         ),
         ("shrinkage over the oracle's, d ≥ 5", "≥ 0.9", *_numbers([s.shrinkage_of_oracle for s in scores.values()])),
         ("share of the gap on its stage", "", *_numbers([s.share_on_stage for s in scores.values()])),
-        ("seconds a session", "≤ 60", *(number_text(score.seconds) for score in scores.values())),
+        ("seconds a session", "≤ 60", *_numbers([score.seconds for score in scores.values()])),
     ]
     alone = [score.clear_alone for score in scores.values()]
     rows += [
@@ -191,7 +191,8 @@ def _goals_table(scores: Mapping[str, Score]) -> Table:
     ]
     columns = (Column("", numeric=False), Column("asked"), *(Column(name) for name in scores))
     caption = (
-        "Shares, medians and errors, the first column with 95 % intervals (of shares by Wilson, else by drawing "
+        "Shares, medians and errors, the first column with 95 % intervals (of shares by Wilson, of what chance would "
+        "make of the probabilities that were told by drawing whether they come true, else by drawing "
         "sessions anew). Last, of clear sessions alone; and, "
         "reachable, the share of all sessions, weak ones with them, that a matched filter which knows what to look "
         "for would see with one false alarm in a hundred."

@@ -67,14 +67,13 @@ class Reliability(NamedTuple):
 
     Attributes:
         told: mean probability in each bin that holds any.
-        true: how often it came true there.
-        number: how many were told there.
+        true: how many of how many came true there; Wilson's interval takes them for independent, which those of one
+            session are not quite.
         error: mean difference between both, by number (expected calibration error; Naeini et al. 2015).
     """
 
     told: tuple[float, ...]
-    true: tuple[float, ...]
-    number: tuple[int, ...]
+    true: tuple[Share, ...]
     error: float
 
     @classmethod
@@ -82,15 +81,24 @@ class Reliability(NamedTuple):
         """Of probabilities (k,) and whether each came true (k,)."""
         which = np.clip(np.digitize(told, _BINS) - 1, 0, len(_BINS) - 2)
         rows = [(told[which == b], true[which == b]) for b in sorted(set(which))]
-        means = [(float(p.mean()), float(t.mean()), len(p)) for p, t in rows]
-        if not means:
-            return cls((), (), (), float("nan"))
-        mean_told, mean_true, number = zip(*means, strict=True)
-        error = float(np.average(np.abs(np.subtract(mean_told, mean_true)), weights=number))
-        return cls(mean_told, mean_true, number, error)
+        if not rows:
+            return cls((), (), float("nan"))
+        mean_told = tuple(float(p.mean()) for p, _ in rows)
+        true_of = tuple(Share(int(t.sum()), len(t)) for _, t in rows)
+        apart = np.abs(np.subtract(mean_told, [share.value for share in true_of]))
+        return cls(mean_told, true_of, float(np.average(apart, weights=[share.of for share in true_of])))
 
     @classmethod
-    def error_by_chance(cls, told: np.ndarray) -> float:
-        """The mean error of as many probabilities (k,) that come true just as often as they say; nan of none."""
+    def error_by_chance(cls, told: np.ndarray) -> Estimate:
+        """The mean error of as many probabilities (k,) that come true just as often as they say; nan of none.
+
+        The interval holds 95 % of such errors.
+        """
         random = np.random.default_rng(_SEED)
-        return float(np.mean([cls.of(told, random.uniform(size=len(told)) < told).error for _ in range(_DRAWS)]))
+        errors = [cls.of(told, random.uniform(size=len(told)) < told).error for _ in range(_DRAWS)]
+        low, high = np.quantile(errors, [0.025, 0.975])
+        return Estimate(float(np.mean(errors)), (float(low), float(high)))
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """A bin each: what was told there, and how often it came true."""
+        return [{"told": told} | true.to_json() for told, true in zip(self.told, self.true, strict=True)]

@@ -82,7 +82,7 @@ def test_scores_without_the_effect(suite: SuiteFolder) -> None:
         "confident_wrong": (1, 2),
     }
     assert {level: tuple(share) for level, share in score.by_detectability.items()} == {2.0: (0, 1), 10.0: (1, 1)}
-    assert 0.0 <= score_suite(suite).seconds < 10.0  # measured, as the program does not tell
+    assert 0.0 <= score_suite(suite).seconds.value < 10.0  # measured, as the program does not tell
     assert score_all(suite).to_json()["without_the_effect"]["headline"]["unexplained"]["share"] == 1.0
 
 

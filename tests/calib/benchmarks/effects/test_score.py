@@ -7,15 +7,20 @@ import numpy as np
 import pytest
 
 from calib.benchmarks.effects.answer import Answer
+from calib.benchmarks.effects.followed import FollowedScore
 from calib.benchmarks.effects.score import Score, scored
+from calib.benchmarks.effects.scoring import Outcome
 from calib.benchmarks.effects.shares import Reliability, Share, median
 from calib.benchmarks.effects.told import Told
+from calib.benchmarks.effects.without import WithoutScore
 
 NULL = Answer("n", "null")
 SLACK = Answer("s", "single", ("tendon_slack",), None, (("tendon_friction",),), 5.0, "tail", 0.8)
 WEAK = Answer("w", "single", ("scale_error",), None, ((),), 2.0, "camera", 0.4)
 BOTH = Answer("b", "double", ("tendon_slack", "scale_error"), None, ((), ()), 5.0, None, 0.9)
 TETHER = Answer("t", "outside", outside="tether", detectability=10.0, stage="body")
+CERTAIN = {"sessions", "missing", "hits", "of", "confusion", "named_instead", "look_alikes", "reachable", "told"}
+"""Counts; what was told; what a matched filter would see of these very sessions."""
 
 
 def told(
@@ -107,7 +112,7 @@ def test_tables_by_detectability_by_effect_and_of_confusion() -> None:
     assert found.in_three_by_detectability == {2.0: Share(0, 1), 5.0: Share(1, 3)}
     assert found.in_three_by_effect == {"tendon_slack": Share(1, 3)}
     assert found.shrinkage_of_oracle.value == pytest.approx(0.75)
-    assert found.seconds == 10.0
+    assert found.seconds.value == 10.0
 
 
 def test_what_weak_effects_shrink_by_is_not_held_against_the_oracle() -> None:
@@ -129,19 +134,20 @@ def test_probabilities_that_come_true_as_often_as_they_say_have_no_error() -> No
     )
     assert fair.error < 0.01
     assert sure.error == pytest.approx(1 / 6, abs=0.01)  # mean of p - p^2
-    assert sum(sure.number) == len(p)
+    assert sum(share.of for share in sure.true) == len(p)
 
 
 def test_a_few_probabilities_err_by_chance_and_many_do_not() -> None:
     """Of one at a half the error is a half, whatever comes."""
-    assert Reliability.error_by_chance(np.array([0.5])) == pytest.approx(0.5)
-    assert Reliability.error_by_chance(np.random.default_rng(1).uniform(size=4000)) < 0.03
-    assert np.isnan(Reliability.error_by_chance(np.zeros(0)))
+    assert Reliability.error_by_chance(np.array([0.5])).value == pytest.approx(0.5)
+    value, (low, high) = Reliability.error_by_chance(np.random.default_rng(1).uniform(size=4000))
+    assert low < value < high < 0.03
+    assert np.isnan(Reliability.error_by_chance(np.zeros(0)).value)
 
 
 def test_small_probabilities_do_not_water_the_error_down() -> None:
     found = score((SLACK, told("named", ("tendon_slack",), tendon_slack=0.5, **{f"e{i}": 0.001 for i in range(30)})))
-    assert found.reliability.number == (1,)
+    assert found.reliability.true == (Share(1, 1),)
     assert found.reliability.error == pytest.approx(0.5)
 
 
@@ -173,6 +179,45 @@ def test_rivals_that_cannot_be_told_apart_are_counted_unless_the_effect_is_just_
     weak = Answer("v", "single", ("wave_drag",), None, (tuple(f"e{i}" for i in range(30)),), 1.0, "body", 0.2)
     found = score((SLACK, told("no_gap")), (SLACK, told("no_gap")), (weak, told("no_gap")), (BOTH, told("no_gap")))
     assert found.look_alikes == {"tendon_slack": {"tendon_friction": 2}}
+
+
+def without_interval(told: object, path: tuple[str, ...] = ()) -> list[str]:
+    """Places of all numbers that neither stand beside their interval nor are listed as certain of these sessions."""
+    if isinstance(told, dict):
+        of_estimate = {"share", "value", "ci95"} if "ci95" in told else set()
+        inner = [(name, each) for name, each in told.items() if name not in of_estimate]
+    elif isinstance(told, list | tuple):
+        inner = [("-", each) for each in told]
+    else:
+        certain = isinstance(told, str) or bool(CERTAIN & set(path))
+        return [] if told is None or certain else ["/".join(path)]
+    return [place for name, each in inner for place in without_interval(each, (*path, name))]
+
+
+def intervals(told: object) -> list[tuple[float, tuple[float, float]]]:
+    """All numbers that stand beside an interval."""
+    if not isinstance(told, dict | list | tuple):
+        return []
+    found = [pair for each in (told.values() if isinstance(told, dict) else told) for pair in intervals(each)]
+    if isinstance(told, dict) and "ci95" in told:
+        found.append((told["share" if "share" in told else "value"], told["ci95"]))
+    return found
+
+
+def test_every_estimate_stands_with_its_interval() -> None:
+    right = told("named", ("tendon_slack",), tendon_slack=0.99, wave_drag=0.15, shrinkage=0.75)
+    wrong = told("inseparable", ("tendon_slack", "wave_drag"), tendon_slack=0.3, wave_drag=0.6, shrinkage=0.2)
+    outside, quiet = told("unexplained", shrinkage=0.4, stage="body"), told("no_gap", scale_error=0.04)
+    cases = [(SLACK, right), (SLACK, wrong), (WEAK, quiet), (BOTH, wrong), (TETHER, outside), (NULL, quiet)] * 6
+    found = score(*cases)
+    followed = FollowedScore(("tendon_slack", "wave_drag"), (right, wrong))
+    plain = Outcome({"diagnosis": found}, WithoutScore(found), followed).to_json()
+    assert without_interval(plain) == []
+    each = intervals(plain)
+    assert len(each) > 30
+    assert all(low <= value <= high for value, (low, high) in each)
+    assert without_interval({"seconds": 10.0, "bins": [{"told": 0.1, "true": 0.2}]}) == ["seconds", "bins/-/true"]
+    assert without_interval({"seconds": {"value": 10.0}}) == ["seconds/value"]
 
 
 def test_it_is_plain_json() -> None:
