@@ -9,6 +9,7 @@ from diagnosis.diagnosis import Diagnosis
 from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
 from diagnosis.supposition import Supposition
+from fitting.posterior.gait import places_of_slides
 
 NONE = "none_of_these"
 _LEAST, _LEAST_OF_PLACE = 1e-4, 0.01  # probability that is told, of an effect and of a place
@@ -171,7 +172,21 @@ def _evidence(found: Diagnosis) -> dict[str, Any]:
             "log_bayes_factor": found.sway.log_odds,
             "probability": min(chances.with_other * found.explanations.swaying, 1.0),  # sums of exponentials round
         },
+        "sliding": _sliding(found),
     }
+
+
+def _sliding(found: Diagnosis) -> dict[str, Any]:
+    """How fast markers slide forward along the fish, m/s, beside the plain twin and beside the one with effects."""
+    model = found.ground.model
+    count, whole = len(model.trials), len(model.measured)
+    places = places_of_slides(whole // count)
+    left = {"beside_plain": found.ground.left, "beside_effects": None if found.refit is None else found.refit.left}
+    told = {
+        name: None if row is None else row[:whole].reshape(count, -1)[:, places].tolist() for name, row in left.items()
+    }
+    markers = found.ground.trials[0].markers[: places.stop - places.start]
+    return {"markers": list(markers), "trials": [trial.name for trial in found.ground.trials], **told}
 
 
 def _refuted(found: Diagnosis) -> list[dict[str, Any]]:

@@ -15,9 +15,11 @@ from reports.figures import (
     gap_held_out_figure,
     gap_separation_figure,
     gap_shares_figure,
+    gap_slides_figure,
     gap_waterfall_figure,
 )
 from reports.figures.gap_separation import told_apart
+from reports.figures.gap_slides import slides
 from reports.missing_forces import MissingForces
 from reports.png import png_of
 from session import Session, SwimcalError, load_session, write_whole
@@ -50,6 +52,8 @@ def _figures(found: Diagnosed, session: Session) -> Iterator[tuple[str, Figure]]
     """As the report has them, where there is something to see."""
     yield "gap-fish", gap_fish_figure(found, load_robot(session.robot_file), session.markers)
     yield "gap-shares", gap_shares_figure(found)
+    if slides(found):
+        yield "gap-slides", gap_slides_figure(found)
     yield "gap-effects", gap_effects_figure(found)
     if found.held_out:
         yield "gap-waterfall", gap_waterfall_figure(found)

@@ -12,6 +12,7 @@ from reports.figures.gap_forces import gap_forces_figure
 from reports.figures.gap_held_out import gap_held_out_figure
 from reports.figures.gap_separation import gap_separation_figure
 from reports.figures.gap_shares import gap_shares_figure
+from reports.figures.gap_slides import gap_slides_figure
 from reports.figures.gap_waterfall import gap_waterfall_figure
 from reports.figures.lateral_motion import lateral_motion_figure
 from reports.figures.marker_residuals import marker_residuals_figure
@@ -49,6 +50,7 @@ __all__ = [
     "gap_held_out_figure",
     "gap_separation_figure",
     "gap_shares_figure",
+    "gap_slides_figure",
     "gap_waterfall_figure",
     "lateral_motion_figure",
     "marker_residuals_figure",

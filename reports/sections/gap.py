@@ -13,6 +13,7 @@ from reports.figures.gap_fish import gap_fish_figure
 from reports.figures.gap_held_out import gap_held_out_figure
 from reports.figures.gap_separation import APART, gap_separation_figure, told_apart
 from reports.figures.gap_shares import gap_shares_figure
+from reports.figures.gap_slides import gap_slides_figure, slides
 from reports.figures.gap_waterfall import gap_waterfall_figure
 from reports.numbers import in_words, listed, shown, whole_percent
 from reports.sections.gap_evidence import evidence, missing, next_experiments
@@ -87,14 +88,30 @@ def _where(found: Diagnosed, context: ReportContext) -> tuple[Block, ...]:
         wide=True,
         scrolls=True,
     )
-    return Plots((fish,)), Prose(_how(found)), Plots((shares,))
+    return Plots((fish,)), Prose(_how(found)), Plots((shares,)), *_slides(found)
+
+
+def _slides(found: Diagnosed) -> tuple[Block, ...]:
+    """Where markers slide along the fish."""
+    if not slides(found):
+        return ()
+    plot = Plot(
+        inline_svg(gap_slides_figure(found), "gap-slides", "How fast each marker slides along the fish"),
+        "gap-slides",
+        "How fast each marker slides forward along the fish, beside the path of all and beside the twin. Nothing that "
+        "swims does that: a camera that is near (in proportion to the speed and to how high a marker is), a lens, or "
+        "boxes that slide (alike in all trials, at any speed).",
+        wide=True,
+        scrolls=True,
+    )
+    return (Plots((plot,)),)
 
 
 def _how(found: Diagnosed) -> str:
     evidence = found.data["evidence"]
     return (
         "Twin and swims are compared by their gaits: forward speed, slip and turning, the frequency that the command "
-        "leads to, and mean and three harmonics of every marker; "
+        "leads to, mean and three harmonics of every marker, and how fast it slides along the fish; "
         f"{evidence['numbers']} numbers in all, in standard deviations of tracking noise, hand-placed boxes, marker "
         "places and the twin’s own error. The nearest plain twin (published "
         f"geometry, five coefficients fitted to these numbers) leaves {shown(_mean_square(found), 1)} in the mean of "

@@ -49,7 +49,7 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
             "by_trial": {"medium": 0.3, "fast": 0.7},
             "by_marker": markers | alone,
             "by_axis": {"along": 0.16, "across": 0.8} | alone,
-            "by_band": {"mean": 0.06, "harmonic_1": 0.5, "harmonic_2": 0.1, "harmonic_3": 0.3} | alone,
+            "by_band": {"mean": 0.03, "drift": 0.03, "harmonic_1": 0.5, "harmonic_2": 0.1, "harmonic_3": 0.3} | alone,
         },
         "stage_alone": {"camera": 0.05, "drive": 0.3, "body": 0.4, "tail": 0.75},
         "gap": _gap(bool(groups)) if held_out else {"shrinkage": None, "shrinkage_ci95": None, "evaluated_on": []},
@@ -71,9 +71,17 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
             ],
             "elsewhere": [{"place": "marker tail_4", "same_in_all_trials": True, "probability": 0.07}],
             "sway": {"rms_m": 0.0004, "log_bayes_factor": 1.0, "probability": 0.03},
+            "sliding": _sliding(bool(groups)),
         },
         "withheld_from_catalogue": [],
     }
+
+
+def _sliding(named: bool) -> dict[str, Any]:
+    """Of two fitted swims."""
+    paces = [[0.001 * number * trial for number in range(len(MARKERS))] for trial in (-1, 2)]
+    told = {"beside_plain": paces, "beside_effects": [[0.5 * pace for pace in own] for own in paces] if named else None}
+    return {"markers": list(MARKERS), "trials": ["medium", "fast"], **told}
 
 
 _PARAMETERS: dict[str, Any] = {

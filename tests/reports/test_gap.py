@@ -244,6 +244,7 @@ def test_the_fuller_a_stage_the_fuller_its_colour() -> None:
         figures.gap_waterfall_figure,
         figures.gap_held_out_figure,
         figures.gap_separation_figure,
+        figures.gap_slides_figure,
         lambda found: figures.gap_forces_figure(MissingForces.of(found.data)),
     ],
 )
@@ -256,6 +257,20 @@ def test_every_figure_draws_within_its_frame(draw, verdict: str) -> None:  # typ
     assert box.y0 > -0.02
     assert box.x1 < width + 0.02
     assert box.y1 < height + 0.02
+
+
+def test_sliding_markers_are_drawn_where_they_are_much_of_the_gap() -> None:
+    found = made_diagnosed()
+    little = {**found.data["where"], "by_band": {**found.data["where"]["by_band"], "drift": 0.01}}
+
+    assert "gap-slides" in page_of(found).ids
+    assert "gap-slides" not in page_of(replace(found, data={**found.data, "where": little})).ids
+    assert "gap-slides" not in page_of(without_sliding(found)).ids, "as of a diagnosis of an earlier version"
+
+
+def without_sliding(found: Diagnosed) -> Diagnosed:
+    evidence = {name: told for name, told in found.data["evidence"].items() if name != "sliding"}
+    return replace(found, data={**found.data, "evidence": evidence})
 
 
 def test_it_is_read_back_as_it_was_written(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ def test_a_diagnosed_session_gets_a_picture_of_each_figure(tmp_path: Path) -> No
     assert {path.stem for path in written} == {
         "gap-fish",
         "gap-shares",
+        "gap-slides",
         "gap-effects",
         "gap-waterfall",
         "gap-held-out",
