@@ -25,7 +25,7 @@ def gap_slides_figure(found: Diagnosed) -> Figure:
     """A place for each marker, a mark for each fitted trial; forward is up, in mm/s."""
     told = found.data["evidence"]["sliding"]
     trials, markers = told["trials"][:_MOST], told["markers"]
-    figure, axes = panel(FULL_WIDTH_IN, _HEIGHT_IN, Margins(left=0.62, right=0.15, top=0.38, bottom=0.62))
+    figure, axes = panel(FULL_WIDTH_IN, _HEIGHT_IN, Margins(left=0.62, right=0.15, top=0.38, bottom=0.46))
     axes.axhline(0.0, color=MUTED, linewidth=0.9)
     beside = np.linspace(-0.24, 0.24, len(trials)) if len(trials) > 1 else np.zeros(1)
     at = np.arange(len(markers))
