@@ -112,6 +112,8 @@ def little_posterior(patch: pytest.MonkeyPatch) -> None:
     """Draws that nobody should rely on, in a second or two."""
     patch.setattr(exploration, "_ROUNDS", (0, 1))
     patch.setattr(exploration, "_WORLDWIDE", 128)
+    patch.setattr(exploration, "_FINALLY_HALVED", 16)
+    patch.setattr(exploration, "_FINALLY_LOOKED", 1)
     patch.setattr(sampling, "_CHUNK", 250)
     patch.setattr(sampling, "R_HAT", 2.0)
     patch.setattr(posterior_stage, "EFFECTIVE", {"quick": 5, "full": 5})

@@ -337,6 +337,7 @@ def test_an_unknown_method_is_refused(calib: Front, filmed: Path) -> None:
 
 @pytest.mark.parametrize("method", ["spots", *later("csrt")])
 def test_a_fit_keeps_the_tracker_that_was_asked_for(calib: Front, tracked: Path, method: str) -> None:
+    with_tracks(tracked, "fast")
     before, tracking = tracks_of(tracked, "slow").position_px, tracked / "results" / "tracking"
     raw = (tracking / "raw" / "slow.csv").stat().st_mtime_ns
     assert calib("track", tracked, "--method", method).code == 0
