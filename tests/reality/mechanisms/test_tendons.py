@@ -42,7 +42,7 @@ def grown(mechanism):
 
 @pytest.mark.parametrize("name", CATALOGUED["tendons"])
 def test_errors_of_the_tendons_are_nothing_at_zero_and_grow(name):
-    dry = Trial("dry", 0.6, 1.0, phase_rad=0.7, run_in_s=0.1)
+    dry = Trial("dry", 0.4, 1.0, phase_rad=0.7, run_in_s=0.1)
     at = drawn_of("tendons", name)(np.random.default_rng(4))
     assert at(0.0) == ()
     base, *others = simulate([(World(COEFFICIENTS, mechanisms=at(s)), dry) for s in (0.0, 0.3, 1.0, 3.0, 10.0, 20.0)])
