@@ -45,6 +45,7 @@ def test_two_that_are_there_are_named_together() -> None:
     assert {group[0] for group in verdict.groups} == {"effect_2", "effect_7"}
 
 
+@pytest.mark.long
 def test_a_little_of_another_beside_a_strong_effect_may_be_what_its_form_has_wrong() -> None:
     beside = [after(noise(9) + strong * DIRECTIONS[2] + 8 * DIRECTIONS[7]) for strong in (60.0, 20.0, 8.0)]
     assert [verdict_of(each).first for each in beside] == [("effect_2",), ("effect_2",), ("effect_2", "effect_7")]

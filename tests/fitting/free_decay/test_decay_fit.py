@@ -126,6 +126,7 @@ def test_the_fin_alone_tells_the_hinges() -> None:
     assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
 
 
+@pytest.mark.long
 def test_a_marker_that_is_never_believed_does_no_harm() -> None:
     tracks = decay_tracks(LIGHT)
     tracks.position_px[:, 5] = np.nan
@@ -146,6 +147,7 @@ def test_a_recording_that_ends_at_once_is_too_short() -> None:
     assert "too_short" in kinds(fitted(tracks))
 
 
+@pytest.mark.long
 def test_two_frequencies_are_double_peaked_and_do_not_fit() -> None:
     place = swings([LIGHT])[0]
     clock = np.maximum(np.arange(len(place)) / 60 - LIGHT.release_s, 0.0)

@@ -127,6 +127,7 @@ def test_a_log_that_turns_otherwise_than_the_tail_beats_is_this_trial_s_by_its_c
     assert replace(alone, commanded_hz=np.nan).logged_hz is None
 
 
+@pytest.mark.long
 def test_two_codes_tell_the_rate_no_worse_than_one() -> None:
     for one in filmed(6):
         assert recorded(one).clock.rate_se <= QUARTZ
