@@ -13,7 +13,7 @@ LOCK_ARGS ?= # e.g. --upgrade, or --upgrade-package numpy
 # Whoever asks Python to write no bytecode would have every process of the tests compile all that it imports anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test test-all check format lock
+.PHONY: help demo test test-all check check-beside-compiling format lock
 
 help:
 	@echo "make demo      install everything into $(VENV), calibrate datasets/sample, print the path of its report"
@@ -31,12 +31,16 @@ test test-all: export SWIMCAL_WORKERS = 1
 test test-all: export OMP_NUM_THREADS = 1
 test test-all: export OPENBLAS_NUM_THREADS = 1
 
+# Types are checked on one core. Meanwhile another compiles what the tests import, which in a clean clone each of their
+# processes would else do by itself, for half a minute.
+test test-all: check-beside-compiling
+
 # A motor on a pseudo-terminal answers within milliseconds or not at all: its tests get the machine for themselves.
-test: check
+test:
 	$(BIN)/python -m pytest -n $(WORKERS) $(SPREAD) -m "not long" $(IN_REAL_TIME:%=--ignore=%)
 	$(BIN)/python -m pytest -n 0 -m "not long" $(IN_REAL_TIME)
 
-test-all: check
+test-all:
 	$(BIN)/python -m pytest -n $(WORKERS) $(SPREAD) -p tests.resume $(IN_REAL_TIME:%=--ignore=%)
 	$(BIN)/python -m pytest -n 0 $(IN_REAL_TIME)
 
@@ -45,6 +49,10 @@ check: $(VENV)/.installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+check-beside-compiling: $(VENV)/.installed
+	@$(BIN)/python -m pytest --collect-only -qq >/dev/null 2>&1 & \
+	$(MAKE) --no-print-directory check; checked=$$?; wait; exit $$checked
 
 format: $(VENV)/.installed
 	$(BIN)/ruff check --fix .

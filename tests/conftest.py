@@ -18,9 +18,14 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN and threading.current_thread() is threading.main_thread():
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-SLOWEST = ("notebooks", "diagnosis", "datasets")  # folders whose files take longest
+SLOWEST = ("notebooks", "calib", "diagnosis", "reports", "datasets", "fitting")
+"""Folders whose files take long, the longest first."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The slowest files first: a process that starts one of them last lets the others wait."""
-    items.sort(key=lambda item: not set(SLOWEST) & set(item.path.parts))
+    items.sort(key=_rank)
+
+
+def _rank(item: pytest.Item) -> int:
+    return next((rank for rank, folder in enumerate(SLOWEST) if folder in item.path.parts), len(SLOWEST))

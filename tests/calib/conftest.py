@@ -9,6 +9,7 @@ from calib.pipeline import Options, Pipeline, open_session
 from synthetic import SessionVideo, make_session
 from tests.calib import filmed as of_video
 from tests.calib.door import PLAN, Front, front_door, with_little_effort
+from tests.once import made_once
 
 
 @pytest.fixture(autouse=True)
@@ -35,17 +36,18 @@ def calib(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -
 
 @pytest.fixture(scope="session")
 def fresh_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_session(tmp_path_factory.mktemp("fresh") / "pool", PLAN)
+    return made_once(tmp_path_factory, "fresh", lambda folder: make_session(folder, PLAN))
 
 
 @pytest.fixture(scope="session")
 def finished_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("finished") / "pool"
-    shutil.copytree(fresh_session, folder)
-    with pytest.MonkeyPatch.context() as patch:
-        with_little_effort(patch)
-        Pipeline(open_session(folder), Options("quick")).report()
-    return folder
+    def finish(folder: Path) -> None:
+        shutil.copytree(fresh_session, folder)
+        with pytest.MonkeyPatch.context() as patch:
+            with_little_effort(patch)
+            Pipeline(open_session(folder), Options("quick")).report()
+
+    return made_once(tmp_path_factory, "finished", finish)
 
 
 @pytest.fixture
@@ -62,25 +64,28 @@ def finished(finished_session: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def filmed_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_session(tmp_path_factory.mktemp("filmed") / "pool", of_video.PLAN, SessionVideo())
+    return made_once(tmp_path_factory, "filmed", lambda folder: make_session(folder, of_video.PLAN, SessionVideo()))
 
 
 @pytest.fixture(scope="session")
 def tracked_session(filmed_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = Path(shutil.copytree(filmed_session, tmp_path_factory.mktemp("tracked") / "pool"))
-    pipeline = Pipeline(open_session(folder))
-    for spec in pipeline.session.trials:
-        pipeline.recordings.videos.tracks(spec)
-    return folder
+    def track(folder: Path) -> None:
+        pipeline = Pipeline(open_session(shutil.copytree(filmed_session, folder)))
+        for spec in pipeline.session.trials:
+            pipeline.recordings.videos.tracks(spec)
+
+    return made_once(tmp_path_factory, "tracked", track)
 
 
 @pytest.fixture(scope="session")
 def fitted_session(tracked_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = Path(shutil.copytree(tracked_session, tmp_path_factory.mktemp("fitted") / "pool"))
-    with pytest.MonkeyPatch.context() as patch:
-        with_little_effort(patch)
-        Pipeline(open_session(folder), Options("quick")).fit()
-    return folder
+    def fit(folder: Path) -> None:
+        shutil.copytree(tracked_session, folder)
+        with pytest.MonkeyPatch.context() as patch:
+            with_little_effort(patch)
+            Pipeline(open_session(folder), Options("quick")).fit()
+
+    return made_once(tmp_path_factory, "fitted", fit)
 
 
 @pytest.fixture

@@ -23,7 +23,7 @@ from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise
 
 ROOT = Path(__file__).resolve().parents[2]
 
-TINY = replace(QUICK, screened=8, starts=1, finalists=1, heat_iterations=2, final_iterations=2, budget_s=100.0)
+TINY = replace(QUICK, screened=8, starts=1, finalists=1, heat_iterations=1, final_iterations=1, budget_s=100.0)
 """Just enough of a search for the machinery around it."""
 
 FEW_EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "scale_error")}
@@ -71,7 +71,7 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     patch.setattr(pipeline, "EFFORTS", {"quick": TINY, "full": TINY})
     patch.setattr(evidence, "refine_coefficients", partial(refine_coefficients, iterations=1))
     patch.setattr(placed_fit, "ITERATIONS", 1)
-    patch.setattr(profile, "POINTS", 3)
+    patch.setattr(profile, "POINTS", 2)
     for stage in (diagnosis_stage, posterior_stage):
         patch.setattr(stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
@@ -112,6 +112,8 @@ def little_posterior(patch: pytest.MonkeyPatch) -> None:
     """Draws that nobody should rely on, in a second or two."""
     patch.setattr(exploration, "_ROUNDS", (0, 1))
     patch.setattr(exploration, "_WORLDWIDE", 128)
+    patch.setattr(exploration, "_FINALLY_HALVED", 16)
+    patch.setattr(exploration, "_FINALLY_LOOKED", 1)
     patch.setattr(sampling, "_CHUNK", 250)
     patch.setattr(sampling, "R_HAT", 2.0)
     patch.setattr(posterior_stage, "EFFECTIVE", {"quick": 5, "full": 5})

@@ -183,6 +183,7 @@ def test_a_missing_decay_is_assumed_and_said(calib: Front, unfitted: Path) -> No
     }
 
 
+@pytest.mark.long
 def test_without_experiments_there_is_no_structure_file(calib: Front, unfitted: Path) -> None:
     assert calib("fit", only(unfitted, "slow", "fast"), "--effort", "quick").code == 0
     assert results_of(unfitted).keys() == {"calibration.json", "calibrated.xml", "tracks/slow.csv", "tracks/fast.csv"}

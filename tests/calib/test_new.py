@@ -8,7 +8,7 @@ import pytest
 
 from calib.pipeline import open_session
 from synthetic import read_truth
-from tests.calib.door import Front, assert_told
+from tests.calib.door import PLAN, Front, assert_told
 from tests.session.sample import FISHSIM, needs_fishsim
 
 
@@ -57,14 +57,17 @@ def test_a_folder_without_tracks_is_refused(calib: Front, tmp_path: Path) -> Non
     assert not (tmp_path / "s").exists()
 
 
-def test_what_is_there_is_not_overwritten(calib: Front, finished: Path) -> None:
-    before = (finished / "session.toml").read_text()
+def test_what_is_there_is_not_overwritten(calib: Front, fresh: Path) -> None:
+    before = (fresh / "session.toml").read_text()
 
-    assert_told(calib("new", finished, "--synthetic"), str(finished), "Choose another folder")
-    assert (finished / "session.toml").read_text() == before
+    assert_told(calib("new", fresh, "--synthetic"), str(fresh), "Choose another folder")
+    assert (fresh / "session.toml").read_text() == before
 
 
-def test_a_synthetic_session_comes_with_its_truth_and_its_seed(calib: Front, tmp_path: Path) -> None:
+def test_a_synthetic_session_comes_with_its_truth_and_its_seed(
+    calib: Front, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("synthetic.default_plan", lambda seed: PLAN.model_copy(update={"seed": seed}))
     assert calib("new", tmp_path / "s", "--synthetic", "--seed", "5").code == 0
 
     assert open_session(tmp_path / "s").name == "synthetic"

@@ -89,6 +89,7 @@ def test_a_fit_that_replaces_it_says_what_differs(calib: Front, otherwise: Path,
     assert fit_of(otherwise)[choice] == USUAL[choice]
 
 
+@pytest.mark.long
 def test_of_other_inputs_the_usual_search_makes_it_again(calib: Front, otherwise: Path, choice: str) -> None:
     edit(otherwise / "session.toml", "[fit]", "[fit]\nseed = 7")
     outcome = calib("mjcf", otherwise, "--out", otherwise / "fish.xml", *QUICK)

@@ -16,6 +16,7 @@ import pytest
 from calib import pipeline
 from session import session_lock
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in, little_posterior, process
+from tests.reports.undrawn import nothing_drawn
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
 FIT = {"calibration.json", "calibrated.xml", "tracks/slow.csv", "tracks/fast.csv"}
@@ -38,7 +39,8 @@ def remade(folder: Path, *expected: str) -> Iterator[None]:
 
 @pytest.mark.usefixtures("true_report")
 def test_it_writes_every_result_and_names_the_report_last(calib: Front, fresh: Path) -> None:
-    outcome = calib("run", fresh, "--effort", "quick")
+    with nothing_drawn():
+        outcome = calib("run", fresh, "--effort", "quick")
 
     assert outcome.code == 0
     assert results_of(fresh).keys() == RESULTS
@@ -85,6 +87,7 @@ def test_a_deleted_report_is_made_again_without_a_new_fit(calib: Front, finished
         calib("run", finished, "--effort", "quick")
 
 
+@pytest.mark.long
 def test_deleted_evidence_is_made_again_with_the_report(calib: Front, finished: Path) -> None:
     (finished / "results" / "evidence.json").unlink()
     with remade(finished, "evidence.json", "report.html"):
@@ -122,11 +125,13 @@ def test_an_edited_calibration_does_not_pass_for_a_result(calib: Front, finished
     assert json.loads(path.read_text())["coefficients"] == true["coefficients"]
 
 
-def test_fit_stops_before_the_report(calib: Front, fresh: Path) -> None:
-    outcome = calib("fit", fresh, "--effort", "quick")
+def test_fit_stops_before_the_report(calib: Front, finished: Path) -> None:
+    for name in RESULTS - FIT:
+        (finished / "results" / name).unlink()
+    outcome = calib("fit", finished, "--effort", "quick")
 
-    assert results_of(fresh).keys() == FIT
-    assert outcome.out.splitlines()[-1] == str(fresh / "results" / "calibration.json")
+    assert results_of(finished).keys() == FIT
+    assert outcome.out.splitlines()[-1] == str(finished / "results" / "calibration.json")
 
 
 def test_json_is_all_that_stands_on_standard_output(calib: Front, finished: Path) -> None:

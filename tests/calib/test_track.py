@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from calib.pipeline import Pipeline, open_session
+from calib.pipeline import Options, Pipeline, open_session
 from session import FISHSIM_MARKERS, load_camera
 from tests.calib.door import Front, assert_told, edit, files_in
 from tests.calib.filmed import (
@@ -74,7 +74,7 @@ def test_a_result_that_is_gone_is_made_again(calib: Front, tracked: Path, lost: 
 
 
 def test_boxes_that_lie_beside_the_video_need_not_be_named(calib: Front, filmed: Path) -> None:
-    edit(filmed / "session.toml", BOXES_KEY.format("slow"), "")
+    edit(with_tracks(filmed, "fast") / "session.toml", BOXES_KEY.format("slow"), "")
 
     told = json.loads(calib("track", filmed, "--json").out)
     given = json.loads((filmed / "trials" / "slow.boxes.json").read_text())
@@ -84,7 +84,7 @@ def test_boxes_that_lie_beside_the_video_need_not_be_named(calib: Front, filmed:
 
 def test_boxes_that_are_not_given_are_found_and_kept(calib: Front, filmed: Path) -> None:
     given = load_boxes(filmed / "trials" / "slow.boxes.json", FISHSIM_MARKERS)
-    without_boxes(filmed, "slow")
+    without_boxes(with_tracks(filmed, "fast"), "slow")
 
     assert calib("track", filmed).code == 0
     found = load_boxes(filmed / "results" / "tracking" / "slow.boxes.json", FISHSIM_MARKERS)
@@ -95,7 +95,10 @@ def test_boxes_that_are_not_given_are_found_and_kept(calib: Front, filmed: Path)
     assert files_in(filmed / "results") == before
 
 
-def test_without_boxes_a_page_is_written_and_named(calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.long
+def test_without_boxes_a_page_is_written_for_each_video(
+    calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     refuse_to_find(monkeypatch)
     boxes = (filmed / "trials" / "slow.boxes.json").read_bytes()
     without_boxes(filmed, *NAMES)
@@ -112,33 +115,33 @@ def test_without_boxes_a_page_is_written_and_named(calib: Front, filmed: Path, m
     assert_told(calib("track", filmed), "fast.mp4", str(places[1]))
 
 
-@pytest.mark.long
-def test_boxes_belong_beside_the_video_wherever_it_lies(
+def test_without_boxes_a_page_is_written_and_they_belong_beside_the_video_wherever_it_lies(
     calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     refuse_to_find(monkeypatch)
     boxes = (filmed / "trials" / "slow.boxes.json").read_bytes()
-    without_boxes(filmed, "slow")
+    without_boxes(with_tracks(filmed, "fast"), "slow")
     edit(filmed / "session.toml", "trials/slow.mp4", "films/slow.mp4")
     (filmed / "films").mkdir()
     (filmed / "trials" / "slow.mp4").rename(filmed / "films" / "slow.mp4")
     place = filmed / "films" / "slow.boxes.json"
 
-    assert_told(calib("track", filmed), str(place))
+    assert_told(calib("track", filmed), "slow.mp4", "slow.click.html", str(place))
+    assert not list((filmed / "results" / "tracking").glob("*.csv"))
     assert "films/slow.boxes.json" in (filmed / "results" / "tracking" / "slow.click.html").read_text()
     place.write_bytes(boxes)
     assert calib("track", filmed).code == 0
 
 
 def test_a_click_page_can_be_asked_for(calib: Front, filmed: Path) -> None:
-    outcome = calib("track", filmed, "--click")
+    outcome = calib("track", with_tracks(filmed, "fast"), "--click")
 
-    pages = [filmed / "results" / "tracking" / f"{name}.click.html" for name in NAMES]
-    assert outcome.out.splitlines() == [str(page) for page in pages]
+    page = filmed / "results" / "tracking" / "slow.click.html"
+    assert outcome.out.splitlines() == [str(page)]
     x = json.loads((filmed / "trials" / "slow.boxes.json").read_text())["boxes"]["nose"][0]
-    assert str(round(x, 2)) in pages[0].read_text()  # the boxes there are to begin with
+    assert str(round(x, 2)) in page.read_text()  # the boxes there are to begin with
     told = json.loads(calib("track", filmed, "--click", "--json").out)
-    assert told == dict(zip(NAMES, map(str, pages), strict=True))
+    assert told == {"slow": str(page)}
     assert not list((filmed / "results" / "tracking").glob("*.csv"))
 
 
@@ -187,7 +190,7 @@ def test_a_doubtful_box_is_flagged_and_its_samples_count(
 ) -> None:
     monkeypatch.setattr(import_module("tracking.tracker.doubtful_boxes"), "COMMON", -1.0)
 
-    assert calib("track", filmed).code == 0
+    assert calib("track", with_tracks(filmed, "fast")).code == 0
     flags = json.loads((filmed / "results" / "tracking" / "slow.flags.json").read_text())
     doubted = [flag["markers"] for flag in flags if flag["kind"] == "doubtful_box"]
     assert doubted == [[name] for name in FISHSIM_MARKERS]
@@ -273,8 +276,8 @@ def test_tracks_of_a_file_win_over_the_video(calib: Front, filmed: Path) -> None
     assert set(json.loads(calib("track", filmed, "--json").out)) == {"slow"}
 
 
-def test_json_is_all_that_stands_on_standard_output(calib: Front, filmed: Path) -> None:
-    outcome = calib("track", filmed, "--json")
+def test_json_is_all_that_stands_on_standard_output(calib: Front, tracked: Path) -> None:
+    outcome = calib("track", tracked, "--json")
     told = json.loads(outcome.out)
 
     assert outcome.err == ""
@@ -286,7 +289,7 @@ def test_json_is_all_that_stands_on_standard_output(calib: Front, filmed: Path) 
         "missing": 0.0,
         "confidence": None,
         "flags": [],
-        "tracks": str(filmed / "results" / "tracking" / "slow.csv"),
+        "tracks": str(tracked / "results" / "tracking" / "slow.csv"),
         "boxes": None,
         "camera": told["fast"]["camera"],
     }
@@ -334,6 +337,7 @@ def test_an_unknown_method_is_refused(calib: Front, filmed: Path) -> None:
 
 @pytest.mark.parametrize("method", ["spots", *later("csrt")])
 def test_a_fit_keeps_the_tracker_that_was_asked_for(calib: Front, tracked: Path, method: str) -> None:
+    with_tracks(tracked, "fast")
     before, tracking = tracks_of(tracked, "slow").position_px, tracked / "results" / "tracking"
     raw = (tracking / "raw" / "slow.csv").stat().st_mtime_ns
     assert calib("track", tracked, "--method", method).code == 0
@@ -341,7 +345,7 @@ def test_a_fit_keeps_the_tracker_that_was_asked_for(calib: Front, tracked: Path,
 
     assert files["raw/slow.csv"] > raw
     assert np.array_equal(chosen, before) == (method == "spots")
-    assert calib("fit", tracked, "--effort", "quick").code == 0
+    Pipeline(open_session(tracked), Options("quick")).recordings.tracks()  # what a fit begins with
     assert calib("track", tracked).code == 0
     assert files_in(tracking) == files
     used = read(tracked / "results" / "tracks" / "slow.csv").position_px
@@ -379,15 +383,15 @@ cy_px = 139.5
     ],
 )
 def test_doubts_about_the_lens_reach_the_results(
-    calib: Front, filmed: Path, height_px: int, more: str, kinds: set[str]
+    calib: Front, tracked: Path, height_px: int, more: str, kinds: set[str]
 ) -> None:
-    (filmed / "camera.toml").write_text(CAMERA.format(height_px, more))
-    assert load_camera(filmed / "camera.toml").height_px == height_px
-    edit(filmed / "session.toml", "fps = 30.0", 'fps = 30.0\ncalibration = "camera.toml"')
-    with_tracks(filmed, "fast")
+    (tracked / "camera.toml").write_text(CAMERA.format(height_px, more))
+    assert load_camera(tracked / "camera.toml").height_px == height_px
+    edit(tracked / "session.toml", "fps = 30.0", 'fps = 30.0\ncalibration = "camera.toml"')
+    with_tracks(tracked, "fast")
 
-    told = json.loads(calib("track", filmed, "--json").out)
+    told = json.loads(calib("track", tracked, "--json").out)
     assert {flag["kind"] for flag in told["slow"]["camera"]} == kinds
-    trials = Pipeline(open_session(filmed)).trials
+    trials = Pipeline(open_session(tracked)).trials
     doubted = {trial.name: {flag.kind for flag in trial.flags} for trial in trials}
     assert doubted == {"slow": kinds, "fast": set()}

@@ -66,7 +66,7 @@ def test_frames_before_the_boxes_count_nowhere_and_keep_their_numbers(filmed: Pa
         }
 
     change_boxes(filmed, "slow", later)
-    edit(filmed / "session.toml", "warmup_s = 1.0", "warmup_s = 0.5")
+    edit(with_tracks(filmed, "fast") / "session.toml", "warmup_s = 1.0", "warmup_s = 0.5")
     Pipeline(open_session(filmed)).recordings.tracks()
 
     used = read(filmed / "results" / "tracks" / "slow.csv")
@@ -106,10 +106,10 @@ def test_ctrl_c_in_the_middle_and_going_on_gives_the_same_tracks(
             np.testing.assert_array_equal(whole.confidence, resumed.confidence)
 
 
-def test_a_trial_without_enough_to_measure_is_told(calib: Front, filmed: Path) -> None:
-    edit(filmed / "session.toml", "warmup_s = 1.0", "warmup_s = 9.0")
+def test_a_trial_without_enough_to_measure_is_told(calib: Front, tracked: Path) -> None:
+    edit(tracked / "session.toml", "warmup_s = 1.0", "warmup_s = 9.0")
 
-    assert_told(calib("fit", filmed, "--effort", "quick"), "trial slow", "trial fast", "warm-up")
+    assert_told(calib("fit", tracked, "--effort", "quick"), "trial slow", "trial fast", "warm-up")
 
 
 @pytest.mark.long

@@ -105,6 +105,7 @@ def test_a_filmed_session_is_made_and_can_be_tracked(
     assert calib("track", tmp_path / "s").code == 0
 
 
+@pytest.mark.long
 def test_the_default_plan_stays_within_its_videos() -> None:
     plan = default_plan()
     for number, swim in enumerate(simulate_swims(plan)):

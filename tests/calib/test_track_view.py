@@ -27,16 +27,16 @@ def shown(calib: Front, folder: Path) -> RecordingContents:
     return read_recording(folder / "results" / "session.rrd")
 
 
-def test_before_a_fit_it_shows_videos_and_tracks(calib: Front, filmed: Path) -> None:
-    contents = shown(calib, filmed)
+def test_before_a_fit_it_shows_videos_and_tracks(calib: Front, tracked: Path) -> None:
+    contents = shown(calib, tracked)
 
     for name in NAMES:
         assert contents.entities[f"/{name}/confidence"].rows[SCALARS] == FRAMES[name]
         assert any(entity.startswith(f"/{name}/picture/video") for entity in contents.entities)
-        assert (filmed / "results" / "tracking" / f"{name}.proxy.mp4").is_file()
+        assert (tracked / "results" / "tracking" / f"{name}.proxy.mp4").is_file()
     assert contents.blueprints == 1
     assert not [entity for entity in contents.entities if "residual" in entity or "twin" in entity]
-    assert not (filmed / "results" / "calibration.json").exists()
+    assert not (tracked / "results" / "calibration.json").exists()
 
 
 @pytest.mark.parametrize("again", [False, *later(True)])

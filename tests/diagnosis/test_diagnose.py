@@ -33,6 +33,7 @@ def found() -> Diagnosis:
     return diagnose(swims, twin, CAMERA, EFFECTS, discrepancy_for(FISHSIM_MARKERS, ROBOT), Settings("quick"))
 
 
+@pytest.mark.long
 def test_it_names_the_arm(found: Diagnosis) -> None:
     assert found.verdict.groups == (("crank_arm_error",),)
     assert found.refit is not None
@@ -75,6 +76,7 @@ def test_a_known_strength_is_recovered_from_a_wrong_start() -> None:
     assert sd < ARM / 4
 
 
+@pytest.mark.long
 def test_the_gap_shrinks(found: Diagnosis) -> None:
     assert found.gap is not None
     assert found.gap.shrinkage.with_effects < found.gap.shrinkage.plain
@@ -82,6 +84,7 @@ def test_the_gap_shrinks(found: Diagnosis) -> None:
     assert found.gap.after[0].placed_error_m < found.gap.before[0].placed_error_m
 
 
+@pytest.mark.long
 def test_what_is_written_follows_the_contract(found: Diagnosis, tmp_path: Path) -> None:
     data = json.loads(json.dumps(plain_json(diagnosis_payload(found))))
     if SCHEMA.exists():

@@ -19,6 +19,7 @@ from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import signature_of
 from fitting.signatures.view_of import with_picture
 from swimmer.effects import catalogue
+from tests.cases import later
 from tests.diagnosis.grounds import CAMERA, dry_run, ground, trials
 
 CLOCK, RATIO, DAMPING = "time_base_error", "drive_ratio_error", "joint_damping"
@@ -91,17 +92,16 @@ def without_the_last(whole: Ground, model: SessionModel) -> Ground:
     return replace(others, disturbances=others.model.disturbances(whole.at))
 
 
-@pytest.fixture(scope="module")
 def dry_last() -> TrialModel:
     clamped = ground().clamped_twin
     like = ground().model.trials[0]
     return replace(like, twin=clamped, trial=dry_run(), doubted=robot_doubts(clamped))
 
 
-@pytest.mark.parametrize("last", ["swim", "dry"])
-def test_one_more_trial_is_seen_as_if_all_had_been_simulated_anew(last: str, dry_last: TrialModel) -> None:
+@pytest.mark.parametrize("last", ["swim", *later("dry")])
+def test_one_more_trial_is_seen_as_if_all_had_been_simulated_anew(last: str) -> None:
     whole = ground()
-    model = logged_first(whole, *([dry_last] if last == "dry" else []))
+    model = logged_first(whole, *([dry_last()] if last == "dry" else []))
     others = without_the_last(whole, model)
     one = model.trials[-1]
     found = others.with_trial(one.twin, one.trial)
@@ -111,7 +111,9 @@ def test_one_more_trial_is_seen_as_if_all_had_been_simulated_anew(last: str, dry
         assert np.array_equal(part, expected)
 
 
-@pytest.mark.parametrize(("name", "strength"), [(RATIO, 0.02), ("crank_arm_error", 0.03), ("lens_distortion", 0.05)])
+@pytest.mark.parametrize(
+    ("name", "strength"), [(RATIO, 0.02), *later(("crank_arm_error", 0.03)), ("lens_distortion", 0.05)]
+)
 def test_what_effects_do_to_one_more_swim_joins_what_they_do_to_the_others(name: str, strength: float) -> None:
     whole = replace(ground(), camera=with_picture(CAMERA, trials()))
     model, effects, strengths = logged_first(whole), {name: catalogue()[name]}, {name: np.array([strength])}

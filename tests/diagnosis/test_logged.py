@@ -68,6 +68,7 @@ def test_a_log_tells_clock_from_gear(logged: float, name: str) -> None:
     assert verdict_of(found).groups == ((name,),)
 
 
+@pytest.mark.long
 def test_a_motor_that_warms_up_shows_in_film_and_log_alike() -> None:
     ground, _ = seen(1.0)
     sag = signature_of(catalogue()["motor_speed_sag"], ground.model, CAMERA, ground.at)

@@ -1,12 +1,14 @@
 """What holds for all tests of reports."""
 
-import pytest
-from matplotlib.figure import Figure
+from collections.abc import Iterator
 
-from tests.reports.undrawn import undrawn
+import pytest
+
+from tests.reports.undrawn import nothing_drawn
 
 
 @pytest.fixture
-def words_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def words_alone() -> Iterator[None]:
     """For tests of what a report says: its figures are made, and not drawn."""
-    monkeypatch.setattr(Figure, "savefig", undrawn)
+    with nothing_drawn():
+        yield

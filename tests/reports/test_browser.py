@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from reports import IndexEntry, write_index, write_report
+from tests.cases import later
 from tests.reports.bench import made_bench_calibration
 from tests.reports.sample import made_context, made_evidence, made_searches
 from tests.reports.test_index import PAYLOAD
@@ -85,7 +86,9 @@ def test_it_is_no_wider_than_a_phone(folder: Path) -> None:
     assert title == "390 px"
 
 
-@pytest.mark.parametrize(("button", "start"), [(0, "sweep.svg blob:file:"), (1, ("sweep.png data:image/png;base64,"))])
+@pytest.mark.parametrize(
+    ("button", "start"), [*later((0, "sweep.svg blob:file:")), (1, "sweep.png data:image/png;base64,")]
+)
 def test_a_figure_can_be_saved(folder: Path, button: int, start: str) -> None:
     title = probed(
         folder,

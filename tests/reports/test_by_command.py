@@ -11,6 +11,7 @@ from reports import render_report
 from tests.fitting.test_command_forecast import commanded
 from tests.reports.page import Page
 from tests.reports.sample import made_calibration, made_context
+from tests.reports.undrawn import nothing_drawn
 
 SLOW_M_S = 0.05
 """Measured in the held-out trial; the twin's sweep says a tenth of a metre a second for every hertz."""
@@ -23,7 +24,8 @@ def page_of(calibration: Calibration) -> Page:
 @pytest.fixture(scope="module")
 def page() -> Page:
     """The beat is 0.75 of the command, so 0.6 Hz instead of the 0.5 Hz that were measured."""
-    return page_of(commanded(0.8, 0.8 / 0.75, 1.3 / 0.75))
+    with nothing_drawn():
+        return page_of(commanded(0.8, 0.8 / 0.75, 1.3 / 0.75))
 
 
 def test_the_error_of_the_forecast_stands_beside_that_of_the_twin(page: Page) -> None:
@@ -50,6 +52,7 @@ def test_its_errors_have_intervals_and_use_the_tail_of_the_twin(page: Page) -> N
     assert "from the measured tail" not in table
 
 
+@pytest.mark.usefixtures("words_alone")
 @pytest.mark.parametrize("command", [None, 9.0], ids=["unknown", "beyond the sweep"])
 def test_without_it_the_reason_is_told(command: float | None) -> None:
     page = page_of(commanded(command, 1.0, 1.5))

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
-from matplotlib.figure import Figure
 
 from fitting.free_decay import combine_decays, fit_decay, measure_decay_trial
 from reports.blocks import Plot, Plots, Section
@@ -16,7 +15,7 @@ from tests.reports.bench import made_bench_calibration
 from tests.reports.diagnoses import made_diagnosed
 from tests.reports.posteriors import made_findings
 from tests.reports.sample import made_context, made_evidence, made_searches
-from tests.reports.undrawn import undrawn
+from tests.reports.undrawn import nothing_drawn
 
 WITH_FIGURES = {
     "summary",
@@ -52,8 +51,7 @@ def sections() -> tuple[Section, ...]:
         posterior=made_findings(),
         diagnosed=made_diagnosed(),
     )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Figure, "savefig", undrawn)
+    with nothing_drawn():
         return tuple(section for build in SECTIONS if (section := build(context)) is not None)
 
 

@@ -25,6 +25,7 @@ from swimmer import load_robot
 from tests.reports.diagnoses import FITTED, JOINTS, made_data, made_diagnosed, made_forces
 from tests.reports.page import Page
 from tests.reports.sample import MARKERS, made_context, made_trial
+from tests.reports.undrawn import nothing_drawn
 
 ROBOT = load_robot()
 VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
@@ -38,12 +39,14 @@ def page_of(found: Diagnosed | None) -> Page:
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, Page]:
-    return {verdict: page_of(made_diagnosed(verdict)) for verdict in VERDICTS}
+    with nothing_drawn():
+        return {verdict: page_of(made_diagnosed(verdict)) for verdict in VERDICTS}
 
 
 @pytest.fixture(scope="module")
-def page(pages: dict[str, Page]) -> Page:
-    return pages["named"]
+def page() -> Page:
+    """Of a named gap, its figures drawn."""
+    return page_of(made_diagnosed("named"))
 
 
 def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
@@ -53,6 +56,7 @@ def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
     assert "gap-fish" not in bare.ids
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_it_is_a_section_of_the_report() -> None:
     whole = Page(render_report(replace(made_context(), diagnosed=made_diagnosed())))
 
@@ -74,6 +78,7 @@ def test_every_figure_of_a_named_gap_is_in_the_page(page: Page) -> None:
     wanted = {"fish", "shares", "effects", "separation", "waterfall", "held-out", "forces"}
 
     assert {name.removeprefix("gap-") for name in page.ids} >= wanted
+    assert len(page.ids) == len(set(page.ids))
 
 
 def test_shares_stand_at_their_parts_negative_ones_too(page: Page) -> None:
@@ -114,6 +119,7 @@ def test_shrinkage_comes_with_its_interval_and_what_it_is_over(page: Page) -> No
     assert "11.0 → 2.0" in page.text
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_a_gap_that_grows_is_said_and_drawn_as_such() -> None:
     shrunk = made_data()["gap"] | {"shrinkage": -0.5, "shrinkage_ci95": [-0.6, -0.4], "squares_after": 7.0}
     found = made_diagnosed(gap=shrunk)
@@ -215,6 +221,7 @@ def test_an_effect_that_these_swims_would_not_have_is_left_out_of_the_matrix() -
     assert len(alike) == 2, "slack for friction and friction for slack"
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_a_matrix_of_one_effect_is_not_drawn() -> None:
     found = made_diagnosed()
 

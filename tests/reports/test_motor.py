@@ -176,6 +176,7 @@ def test_a_swim_with_a_log_is_driven_by_it() -> None:
 
 
 @pytest.mark.usefixtures("words_alone")
+@pytest.mark.usefixtures("words_alone")
 def test_dry_runs_and_swims_share_one_section_and_one_report() -> None:
     calibration = made_bench_calibration()
     context = made_context(calibration)

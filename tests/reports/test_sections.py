@@ -30,6 +30,7 @@ from tests.reports.sample import (
     made_searches,
     made_trial,
 )
+from tests.reports.undrawn import nothing_drawn
 
 
 def page_of(
@@ -48,12 +49,14 @@ def page_of(
 @pytest.fixture(scope="module")
 def bare() -> Page:
     """Without evidence or searches."""
-    return page_of()
+    with nothing_drawn():
+        return page_of()
 
 
 @pytest.fixture(scope="module")
 def full() -> Page:
-    return page_of(evidence=made_evidence(), searches=made_searches())
+    with nothing_drawn():
+        return page_of(evidence=made_evidence(), searches=made_searches())
 
 
 def test_without_evidence_each_section_says_what_was_not_made(bare: Page) -> None:
@@ -75,6 +78,7 @@ def test_with_two_swims_there_is_no_other_pair() -> None:
     assert "pair-errors" not in page.ids
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_a_single_trial_fills_every_section() -> None:
     page = page_of(names=("fast",), evidence=made_evidence(("fast",)), searches=made_searches(1))
 
@@ -174,6 +178,7 @@ def test_profiles_say_how_far_each_coefficient_can_slide(full: Page) -> None:
     assert high == pytest.approx(np.sqrt(10.0))
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_a_start_that_fits_widens_the_range_a_coefficient_can_slide_over() -> None:
     """Beyond a rise: the first profile lies high where a start ended at 6.25, within a tenth of the best."""
     evidence = made_evidence()

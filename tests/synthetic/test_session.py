@@ -5,7 +5,7 @@ import pytest
 
 from session import InputError, load_session
 from swimmer import RobotSpec, load_robot
-from synthetic import NOISELESS, Gap, default_plan, make_session, read_truth
+from synthetic import NOISELESS, Gap, SyntheticPlan, default_plan, make_session, read_truth
 from tests.cases import later
 from tests.synthetic.plans import FAST, files_of, measured, small_plan, tracks_of
 
@@ -32,9 +32,9 @@ def test_a_session_loads_without_a_fault_and_says_what_was_planned(tmp_path: Pat
         assert len(tracks_of(session, trial.name).time_s) == len(planned.time_s(plan.camera))
 
 
-@pytest.mark.parametrize("seed", [0, *later(1)])
-def test_what_is_measured_in_a_default_session_is_its_truth(seed: int, tmp_path: Path) -> None:
-    folder = make_session(tmp_path / "s", default_plan(seed))
+@pytest.mark.parametrize("plan", [small_plan(), *later(default_plan(0), default_plan(1))])
+def test_what_is_measured_in_a_session_is_its_truth(plan: SyntheticPlan, tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "s", plan)
     truth = read_truth(folder)
 
     for name, trial in measured(folder).items():

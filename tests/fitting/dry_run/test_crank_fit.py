@@ -78,6 +78,7 @@ def test_misplaced_boxes_move_the_published_arm_but_not_the_joint_one() -> None:
     assert abs(fit.arm_m - ARM_M) < 4 * fit.arm_se_m
 
 
+@pytest.mark.long
 def test_more_runs_make_the_standard_error_smaller() -> None:
     one = fit_joint(both(0)[:1], shared_response(), WRONG[:1])
     two = fit_joint(both(0), shared_response(), WRONG)

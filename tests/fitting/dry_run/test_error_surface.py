@@ -96,6 +96,7 @@ def test_phases_must_divide_the_table() -> None:
         CrankGrid(phases=50)
 
 
+@pytest.mark.long
 def test_the_default_grid_has_a_hundred_thousand_points_within_a_minute() -> None:
     trial, response = dry_trial(), shared_response()
     started = time.process_time()

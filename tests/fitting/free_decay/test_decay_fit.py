@@ -9,6 +9,7 @@ import pytest
 
 from fitting.free_decay import DecayFit, DecayTrial, combine_decays, fit_decay, measure_decay, measure_decay_trial
 from session import NotEnoughData, Tracks
+from tests.cases import later
 from tests.fitting.free_decay.chain import linear_decay
 from tests.fitting.free_decay.decays import CAMERA, MARKERS, NOISELESS, ROBOT, Truth, decay_tracks, filmed, swings
 
@@ -32,7 +33,7 @@ def light() -> DecayFit:
     return fitted(decay_tracks(LIGHT))
 
 
-@pytest.mark.parametrize("truth", [Truth(), Truth(0.3, 0.01), Truth(1.4, 0.03)])
+@pytest.mark.parametrize("truth", [Truth(), *later(Truth(0.3, 0.01)), Truth(1.4, 0.03)])
 def test_without_noise_the_hinges_are_recovered_from_a_wrong_start(truth: Truth) -> None:
     fit = fitted(decay_tracks(truth, noise=NOISELESS))
 
@@ -110,7 +111,7 @@ def test_a_marker_that_leaves_the_picture_is_clipped() -> None:
     assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.02)
 
 
-@pytest.mark.parametrize("fps", [24.0, 120.0])
+@pytest.mark.parametrize("fps", [24.0, *later(120.0)])
 def test_other_frame_rates_do_as_well(fps: float) -> None:
     truth = replace(LIGHT, fps=fps)
     trial = measure_decay_trial("decay", decay_tracks(truth), replace(CAMERA, fps=fps), ROBOT)
@@ -125,6 +126,7 @@ def test_the_fin_alone_tells_the_hinges() -> None:
     assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
 
 
+@pytest.mark.long
 def test_a_marker_that_is_never_believed_does_no_harm() -> None:
     tracks = decay_tracks(LIGHT)
     tracks.position_px[:, 5] = np.nan
@@ -145,6 +147,7 @@ def test_a_recording_that_ends_at_once_is_too_short() -> None:
     assert "too_short" in kinds(fitted(tracks))
 
 
+@pytest.mark.long
 def test_two_frequencies_are_double_peaked_and_do_not_fit() -> None:
     place = swings([LIGHT])[0]
     clock = np.maximum(np.arange(len(place)) / 60 - LIGHT.release_s, 0.0)

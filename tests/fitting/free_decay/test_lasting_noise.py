@@ -31,7 +31,7 @@ def test_errors_that_last_are_told_from_white_ones() -> None:
     assert np.median([noise.sd_m for noise in white]) == pytest.approx(0.5e-3, rel=0.15)
 
 
-@pytest.mark.parametrize("shared", [*later(0.0), 1.0])
+@pytest.mark.parametrize("shared", later(0.0, 1.0))
 def test_intervals_cover_also_where_markers_share_their_errors(shared: float) -> None:
     covered = []
     for seed in range(120):

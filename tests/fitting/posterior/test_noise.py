@@ -12,6 +12,7 @@ from fitting.posterior.noise import GaitNoise, noise_of
 from fitting.posterior.noise_part import NoisePart
 from synthetic import TrackingNoise
 from synthetic.noise import lasting_errors
+from tests.cases import later
 from tests.fitting.posterior.waves import ALONG_M, FPS, SPEED_M_S, TIME_S, cruising, reader
 
 ALIKE = 0.7 ** np.abs(np.subtract.outer(np.arange(len(ALONG_M)), np.arange(len(ALONG_M))))
@@ -25,8 +26,9 @@ def _noisy(lasts_s: float, seed: int) -> np.ndarray:
     return cruising() + 1e-3 * (lasting + 0.2 * random.standard_normal(lasting.shape))
 
 
-@pytest.mark.parametrize("lasts_s", [0.04, 0.1, 0.2])
-@pytest.mark.parametrize("gaps", [False, True])
+@pytest.mark.parametrize(
+    ("gaps", "lasts_s"), [(False, 0.04), (False, 0.2), (True, 0.1), *later((False, 0.1), (True, 0.04), (True, 0.2))]
+)
 def test_noise_is_found_beside_the_swim(lasts_s: float, gaps: bool) -> None:
     usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
     if gaps:
@@ -42,6 +44,7 @@ def test_noise_that_lasts_longer_leaves_fewer_independent_frames() -> None:
     assert len(TIME_S) > frames[0] > 1.5 * frames[1] > 3 * frames[2]
 
 
+@pytest.mark.long
 def test_the_covariance_of_a_gait_is_that_of_repeated_draws() -> None:
     usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
     usable[40:80, 3] = False
@@ -114,7 +117,7 @@ def test_the_covariance_of_gaits_of_markers_that_err_together_is_that_of_repeate
         assert told[pair] > 0.4 * np.sqrt(told[pair[0], pair[0]] * told[pair[1], pair[1]])
 
 
-@pytest.mark.parametrize(("scale_s", "smooth", "shrunk"), [(0.1, False, 0.05), (0.15, True, 0.12)])
+@pytest.mark.parametrize(("scale_s", "smooth", "shrunk"), [(0.1, False, 0.05), *later((0.15, True, 0.12))])
 def test_what_markers_have_in_common_is_found(scale_s: float, smooth: bool, shrunk: float) -> None:
     """Of a smooth sway 4 s hold few independent samples: it is shrunk the more."""
     part = NoisePart(0.8, scale_s, smooth, ALIKE)

@@ -62,6 +62,7 @@ def test_a_wrong_ratio_turns_further_in_proportion():
     assert uneven.speed_rad_s[1:-1, 0] == pytest.approx(slope[1:-1], rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_loaded_motor_settles_at_its_limit():
     _, speed = turned(MotorSpeedSag(0.03, 2.0, 0.5), lambda _: 0.45, 40.0)
     assert speed[0] == TOLD

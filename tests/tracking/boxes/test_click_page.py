@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from session import InputError
+from tests.cases import later
 from tests.reports.page import Page
 from tests.reports.test_browser import CHROMIUM, opened, requested
 from tests.tracking.boxes.drawn import NINE, Scene, draw, layout
@@ -95,7 +96,7 @@ def saved(folder: Path, title: str) -> StartBoxes:
 
 
 @in_a_browser
-@pytest.mark.parametrize("blobs", [BLOBS, ()], ids=["blobs", "without"])
+@pytest.mark.parametrize("blobs", [BLOBS, *later(((),))], ids=["blobs", "without"])
 def test_clicking_every_marker_a_little_off_gives_its_centre(tmp_path: Path, blobs: tuple) -> None:
     places = json.dumps(np.add(DRAWN.centre_px, [2.0, -2.0]).tolist())
     title = driven(tmp_path, click(blobs=blobs), f"for (const at of {places}) press(...at); all('save').click()")

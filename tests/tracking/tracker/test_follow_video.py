@@ -107,7 +107,7 @@ def test_the_markers_come_in_the_order_asked_for(clip: Path, whole: TrackedTrial
     assert off.max() < 1e-6
 
 
-@pytest.mark.parametrize("after", [31, 62, 74])
+@pytest.mark.parametrize("after", [*later(31), 62, *later(74)])
 @pytest.mark.parametrize("method", ["hybrid", "spots"])
 def test_interrupted_work_goes_on_to_the_same_bits(
     clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: int, method: str

@@ -59,6 +59,7 @@ def test_each_sees_its_own_and_all_are_simulated_at_once(asked: list[int]) -> No
         assert np.abs(own.position_px - expected.position_px).max() < 1e-7
 
 
+@pytest.mark.long
 def test_where_one_ends_the_next_begins(asked: list[int]) -> None:
     """And not before: works are begun as there is room for them, and told in their order."""
     begun: list[int] = []
