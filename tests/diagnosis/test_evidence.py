@@ -178,7 +178,7 @@ def test_a_name_that_a_gap_only_looks_like_is_not_said() -> None:
 
 def test_what_the_gap_looks_like_if_there_is_one_is_named() -> None:
     """That there may be nothing is no reason to call it unexplained."""
-    found = Probabilities(("a", "b"), {Explanation(()): 0.07, Explanation((0,)): 0.85, Explanation((), True): 0.08})
+    found = Probabilities(("a", "b"), {Explanation(()): 0.015, Explanation((0,)): 0.89, Explanation((), True): 0.095})
     assert verdict_of(found).groups == (("a",),)
 
 
