@@ -56,9 +56,16 @@ def test_boxes_keep_the_offset_of_the_first_frame_as_the_head_turns(seen: Seen) 
 
 def test_a_marker_above_the_others_is_seen_by_similar_triangles(seen: Seen) -> None:
     """Under a camera 1 m up, a point 0.1 m up is magnified 1 / 0.9; it stands 0.4 m off the axis."""
-    off = found("camera_parallax", seen, 1.0)
+    off = found("camera_parallax", seen, 1.0, 0.0, 0.0)
     assert off[0, 3] == pytest.approx([-0.4 / 0.9 + 0.4, 0.0])
     assert np.abs(off[:, :3]).max() == 0
+
+
+def test_nose_and_neck_that_are_nearer_to_the_camera_are_magnified_alone(seen: Seen) -> None:
+    off = found("camera_parallax", seen, 0.0, 0.1, 0.05)
+    expected = (seen.marker_m[:, :2] - seen.view.axis_m) * np.array([0.1 / 0.9, 0.05 / 0.95])[:, None]
+    assert off[:, :2] == pytest.approx(expected)
+    assert np.abs(off[:, 2:]).max() == 0
 
 
 def test_a_lens_shifts_by_the_cube_of_the_radius(seen: Seen) -> None:
