@@ -68,6 +68,13 @@ class TestRealRobot:
         assert held_out["speed_mae_twin"] <= 0.0145
         assert held_out["speed_mae_twin"] < held_out["speed_mae_ebt"]
 
+    def test_its_diagnosis_names_clock_or_gear_and_what_the_camera_does(self, real: Real) -> None:
+        told = read_result_json(real.pipeline.diagnosis(frozenset()))
+        named = {name for group in told["groups"] for name in group}
+
+        assert {"time_base_error", "drive_ratio_error", "camera_parallax"} <= named
+        assert told["remainder"]["share"] < 0.2
+
     def test_smoothing_helps_the_theory(self, real: Real) -> None:
         error = real.data["summary"]["holdout"]["speed_mae"]
 
