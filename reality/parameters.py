@@ -24,7 +24,8 @@ class Parameters:
         density_kg_m3: (n, 1) of the fluid; 0 in air.
         sunk_m: (n, 1) by how much more of the height of every strip is wet; mechanisms with heights in them keep to
             the described ones, as their strengths do.
-        added_mass_reaction: (n, 1) share, 0 to 1, of elongated body theory's reactive force; see `reality.fluid`.
+        added_mass_reaction: (n, s) share at each strip, 0 to 1, of elongated body theory's reactive force; see
+            `reality.fluid`.
         current_m_s: (n, 1) velocity of the water in the pool, complex.
         head_clamped: (n, 1) whether the head is held where it is.
         marker_m: (n, m) places from the origin of their link, in its axes, complex.
@@ -91,7 +92,7 @@ def nominal_parameters(layout: Layout, markers: tuple[str, ...], coefficients: t
         coefficients=np.repeat(np.array(coefficients, float)[None, :, None], len(layout.strips.link), axis=2),
         density_kg_m3=row(robot.water.density_kg_m3, 1),
         sunk_m=row(0.0, 1),
-        added_mass_reaction=row(0.0, 1),
+        added_mass_reaction=row(0.0, len(layout.strips.link)),
         current_m_s=row(0.0 + 0.0j, 1),
         head_clamped=row(False, 1),
         marker_m=(place[:, 0] - layout.origin_m[link] + 1j * place[:, 1])[None],

@@ -25,18 +25,19 @@ class CrankArmError(Mechanism):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:
-    """Draws longer or shorter, and how much the two arms differ.
+    """Draws longer or shorter, which arm is the more wrong, and by how much less the other: each is drilled by itself.
 
     Arms become at most a half shorter, and 1.8 % longer: at 2.3 to 6 % the tail of the base state folds in its
     second gap, at once when at rest.
     """
     most = random.choice([-_SHORTEST, _LONGEST])
-    uneven = random.uniform(-0.03, 0.03)
+    shares = random.permutation([1.0, random.uniform(0.4, 1.0)])
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:
             return ()
         relative = most * np.tanh(_TYPICAL / abs(most) * strength)
-        return (CrankArmError(float(relative * (1 + uneven)), float(relative * (1 - uneven))),)
+        left, right = relative * shares
+        return (CrankArmError(float(left), float(right)),)
 
     return at

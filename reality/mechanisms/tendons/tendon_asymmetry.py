@@ -26,13 +26,16 @@ class TendonAsymmetry(Mechanism):
 
 
 def drawn(random: np.random.Generator) -> AtStrength:
-    """Draws which side is short, and how the difference is shared between the two. Saturates at 12 mm each."""
-    sign, left_share = random.choice([-1.0, 1.0]), random.uniform(0.4, 0.6)
+    """Draws which side is short, which tendon is the more wrong, and by how much less the other: each has its knot.
+
+    Saturates at 12 mm each.
+    """
+    sign, shares = random.choice([-1.0, 1.0]), random.permutation([1.0, random.uniform(0.25, 1.0)])
 
     def at(strength: float) -> tuple[Mechanism, ...]:
         if strength == 0:
             return ()
-        apart_m = 2 * sign * _MOST_M * np.tanh(_TYPICAL_M / _MOST_M * strength)
-        return (TendonAsymmetry(float(-left_share * apart_m), float((1 - left_share) * apart_m)),)
+        left_m, right_m = sign * _MOST_M * np.tanh(_TYPICAL_M / _MOST_M * strength) * shares
+        return (TendonAsymmetry(float(-left_m), float(right_m)),)
 
     return at

@@ -32,11 +32,6 @@ STRENGTHS = {"wall_proximity": 4.0, "mass_distribution": 4.0, "wave_drag": 30.0}
 """1 for all others: these would hardly be seen (waves are not at any strength, this fish is too slow for them)."""
 LEFT = 0.01
 """Share that a form of its own leaves at least."""
-LITTLE_ELSE = {
-    "crank_arm_error": "two arms of one wrong length: only that one is up to 3 % more wrong is not the twin's",
-    "tendon_asymmetry": "one tendon too short, one too long: only that it is not by quite as much is not the twin's",
-    "added_mass_reaction": "the same theory in both (Lighthill 1971), put into two simulators",
-}
 Seen = tuple[Change, ...]
 """What a session's row is changed by."""
 
@@ -126,4 +121,4 @@ def test_the_refitted_twin_leaves_something_of_a_session(name: str) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("name", TWINS_FORMS)
 def test_reality_acts_in_a_form_of_its_own(name: str) -> None:
-    assert (left_in_reality(name) < LEFT) == (name in LITTLE_ELSE)
+    assert left_in_reality(name) > LEFT
