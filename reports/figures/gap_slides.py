@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -30,7 +32,7 @@ def gap_slides_figure(found: Diagnosed) -> Figure:
     beside = np.linspace(-0.24, 0.24, len(trials)) if len(trials) > 1 else np.zeros(1)
     at = np.arange(len(markers))
     for number, (shift, plain) in enumerate(zip(beside, told["beside_plain"], strict=False)):
-        mark = {"marker": _MARKS[number], "linestyle": "none", "markersize": 5}
+        mark: dict[str, Any] = {"marker": _MARKS[number], "linestyle": "none", "markersize": 5}
         after = None if told["beside_effects"] is None else MM * np.array(told["beside_effects"][number])
         if after is not None:
             axes.vlines(at + shift, MM * np.array(plain), after, color=FAINT, linewidth=1.6, zorder=1)
