@@ -17,8 +17,8 @@ class AddedMassReaction(Mechanism):
     """Elongated body theory's reactive force, of strips with pi rho h^2 a length but for the ends of the body.
 
     See `reality.reactive`. The theory takes the body for endless. Around an end water escapes, and less of it is
-    accelerated: the loss falls off over a half height (Newman, Marine Hydrodynamics, 1977, section 4.15: strips hold
-    some diameters from the ends).
+    accelerated: the loss falls off over a half height (Newman, Marine Hydrodynamics, 1977, on slender bodies: strips
+    hold some diameters from the ends).
 
     Attributes:
         share: of the theory, 0 to 1.

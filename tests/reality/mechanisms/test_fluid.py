@@ -47,6 +47,18 @@ def test_the_reaction_weighs_on_sway_as_slices_of_water_do() -> None:
     assert mass[0, 0, 0] == pytest.approx(0, abs=1e-12)
 
 
+def test_around_the_ends_of_the_body_less_water_is_accelerated() -> None:
+    share = prepared((AddedMassReaction(0.7, lost=0.5),)).added_mass_reaction[0]
+    ends, middle = share[[0, -1]], share[len(share) // 2]
+    assert (ends < 0.5).all()
+    assert (ends > 0.35).all()
+    assert 0.65 < middle <= 0.7
+    assert (np.diff(share)[:6] > 0).all()
+    mass = instant((AddedMassReaction(0.7, lost=0.5),))[0].mass - instant(())[0].mass
+    assert mass[0, 1, 1] == pytest.approx(1000 * np.pi * (share * HEIGHT**2 * LENGTH).sum(), rel=1e-9)
+    assert np.linalg.eigvalsh(mass[0]).min() > -1e-9
+
+
 def test_the_segments_factors_are_on_keel_and_fin_alone() -> None:
     head, fin = (0.1, 0.2, 0.3, 0.4, 0.5), (-0.1,) * 5
     factor = (prepared((SegmentCoefficients(head, fin),)).coefficients / prepared().coefficients)[0]

@@ -105,6 +105,10 @@ def test_what_a_rival_follows_is_as_strong_as_is_tried(monkeypatch: pytest.Monke
     assert searched(monkeypatch, 10.0, lambda value: value / (1 + value)).value == 30.0
 
 
+def test_what_is_never_nearer_in_its_own_form_is_as_weak_as_was_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert searched(monkeypatch, 5.0, lambda _: 0.0).value < 0.01
+
+
 def test_what_cannot_be_simulated_is_made_weaker(monkeypatch: pytest.MonkeyPatch) -> None:
     found = searched(monkeypatch, 2.0, lambda value: 8 * value if value < 0.6 else None)
     assert found.detectability == pytest.approx(2.0, rel=0.05)
