@@ -195,15 +195,17 @@ def _among_many(explanations: Explanations, logs: dict[Explanation, float]) -> d
     among = standing(explanations, likeliest.present)
     if not among:
         return logs
-    found: dict[Explanation, float] = {}
     chance = min(among.values())
+    with np.errstate(divide="ignore"):  # of what is certain
+        as_it_was, with_them = np.log1p(-chance), np.log(chance)
+    found: dict[Explanation, float] = {}
     for key, log in logs.items():
-        present = tuple(sorted({*key.present, *among})) if key.other else key.present
-        for each, share in ((key._replace(present=present), np.log(chance)), (key, np.log1p(-chance))):
-            told = log if present == key.present else log + share
-            found[each] = float(np.logaddexp(found[each], told)) if each in found else float(told)
-            if present == key.present:
-                break
+        shares = {key: log}
+        present = tuple(sorted({*key.present, *among}))
+        if key.other and present != key.present:
+            shares = {key: log + as_it_was, key._replace(present=present): log + with_them}
+        for each, told in shares.items():
+            found[each] = float(np.logaddexp(found.get(each, -np.inf), told))
     return found
 
 
