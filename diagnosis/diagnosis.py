@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
+from diagnosis.beside_the_beat import BesideTheBeat, beside_the_beat
 from diagnosis.controls import placebo_for
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Belief, Explanations
@@ -25,7 +26,6 @@ from diagnosis.refit import Refit
 from diagnosis.refutation import Refutation, Stood, stood
 from diagnosis.separation import separations
 from diagnosis.strangers import Stranger, strangers
-from diagnosis.sway import Sway, sway_of
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
 from fitting.signatures import Signature, signature_of
@@ -80,7 +80,7 @@ class Diagnosis:
         signatures: what every effect would do.
         shown: the same, whitened.
         elsewhere: where something that is in no catalogue was looked for.
-        sway: of the fish beside its beat, in the fitted swims.
+        beside: what shows beside the beat, in the fitted swims.
         explanations: with their evidence.
         probabilities: after the session.
         verdict: what is said.
@@ -96,7 +96,7 @@ class Diagnosis:
     signatures: tuple[Signature, ...]
     shown: tuple[Shown, ...]
     elsewhere: tuple[Stranger, ...]
-    sway: Sway
+    beside: BesideTheBeat
     explanations: Explanations
     probabilities: Probabilities
     verdict: Verdict
@@ -162,8 +162,9 @@ def diagnose(
     forces = responses(ground)
     tell("weighing explanations", 0.65)
     elsewhere = strangers(ground, forces)
-    sway = sway_of(ground.swims)
-    weighed = explained(ground, signatures, settings.belief, elsewhere, sway.log_odds)
+    beside = beside_the_beat(ground.swims)
+    odds = tuple(each.log_odds for each in beside)
+    weighed = explained(ground, signatures, settings.belief, elsewhere, odds)
     ground, explanations, probabilities = weighed.ground, weighed.explanations, weighed.probabilities
     verdict = verdict_of(probabilities)
     best, gap = None, None
@@ -202,7 +203,7 @@ def diagnose(
         tuple(signatures),
         tuple(explanations.effects),
         elsewhere,
-        sway,
+        beside,
         explanations,
         probabilities,
         verdict,

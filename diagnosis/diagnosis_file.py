@@ -167,12 +167,21 @@ def _evidence(found: Diagnosis) -> dict[str, Any]:
         ],
         "elsewhere": _elsewhere(found),
         "refuted": _refuted(found),
-        "sway": {
-            "rms_m": found.sway.rms_m,
-            "log_bayes_factor": found.sway.log_odds,
-            "probability": min(chances.with_other * found.explanations.swaying, 1.0),  # sums of exponentials round
-        },
+        **_beside_the_beat(found),
         "sliding": _sliding(found),
+    }
+
+
+def _beside_the_beat(found: Diagnosis) -> dict[str, Any]:
+    """What shows beside the beat: how far, how late, and how probably something else makes it."""
+    kinds = zip(("sway", "delay"), ("rms_m", "rms_s"), found.beside, found.explanations.showing_beside, strict=True)
+    return {
+        name: {
+            rms: told.rms,
+            "log_bayes_factor": told.log_odds,
+            "probability": min(found.probabilities.with_other * chance, 1.0),  # sums of exponentials round
+        }
+        for name, rms, told, chance in kinds
     }
 
 

@@ -5,8 +5,8 @@ a size that is not known (uniform in its logarithm, from what is just seen to wh
 of the stretch in which the strength lies; and what shows is never quite what a form says, by a share of its own length
 in no particular direction, and perhaps by what looks like a little of another effect, for that is likelier than one
 more effect. Something else is a gap of a size that is not known: in no particular direction, or at one place, or an
-effect that comes and goes from trial to trial; and it may move the fish beside its beat as well, of which the row does
-not tell. So evidences are formulas (Rasmussen and Williams 2006, chapter 5), and forms with more freedom pay for it by
+effect that comes and goes from trial to trial; and it may move the fish beside its beat as well, or make beats late,
+of which the row does not tell. So evidences are formulas (Rasmussen and Williams 2006, chapter 5), and forms with more freedom pay for it by
 themselves. Approximate are five things: several sizes count as independent about the likeliest, bounds are held
 parameter by parameter, what a form has wrong is taken at the strength that the row has, of effects that act together
 only the likeliest stretches count, and what is at one place is weighed beside effects of the sizes that are likeliest
@@ -19,6 +19,7 @@ from functools import cache, cached_property
 from math import comb
 
 import numpy as np
+from scipy.special import logsumexp
 
 from diagnosis.forms import Form, Shown
 from diagnosis.row import Row
@@ -40,7 +41,7 @@ class Belief:
         number: prior probabilities of none, one, two … effects.
         other: prior probability that there is something else, beside whatever effects.
         placed: of that, that it is at one place, or an effect that comes and goes.
-        sways: of that, that it moves the fish beside its beat too.
+        besides: of that, that it shows beside the beat too; in either way as likely.
         imitated: odds, against an effect, that something outside the catalogue looks like it.
         strays: least share of its own length by which what looks like an effect strays from it; at most all of it, and
             as likely in each octave between.
@@ -51,7 +52,7 @@ class Belief:
     number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015, 0.005)
     other: float = 0.1
     placed: float = 0.2
-    sways: float = 0.2
+    besides: float = 0.3
     imitated: float = 0.15
     strays: float = 0.05
 
@@ -72,7 +73,8 @@ class Explanations:
         belief: before the row.
         frequencies: where the whitened row holds frequencies.
         places: where something else may be: how likely against each other, and (q, b) what it does to the whitened row.
-        sway: by which the tracks speak for a motion beside the beat (log Bayes factor), see `diagnosis.sway`.
+        beside: by which the tracks speak for a motion beside the beat, and for beats that are late (log Bayes
+            factors), see `diagnosis.beside_the_beat`.
         lacking: the second of the rows, of a gap like what all effects do, with one of them left out.
     """
 
@@ -81,7 +83,7 @@ class Explanations:
     belief: Belief
     frequencies: slice = field(default_factory=lambda: slice(0, 0))
     places: tuple[tuple[float, np.ndarray], ...] = ()
-    sway: float = 0.0
+    beside: tuple[float, ...] = (0.0,)
     lacking: Callable[[int], Row] | None = None
 
     @property
@@ -91,13 +93,17 @@ class Explanations:
 
     @property
     def beside_the_beat(self) -> float:
-        """What motion beside the beat adds to the log evidence of something else, which may make some or none."""
-        return float(np.logaddexp(np.log1p(-self.belief.sways), np.log(self.belief.sways) + self.sway))
+        """What shows beside the beat adds to the log evidence of something else, which may make some or none."""
+        return float(np.logaddexp(np.log1p(-self.belief.besides), logsumexp(self._each_beside)))
 
     @property
-    def swaying(self) -> float:
-        """Probability that something else makes it, where there is something else."""
-        return float(np.exp(np.log(self.belief.sways) + self.sway - self.beside_the_beat))
+    def showing_beside(self) -> tuple[float, ...]:
+        """Probabilities that something else shows beside the beat, in each way, where there is something else."""
+        return tuple(np.exp(self._each_beside - self.beside_the_beat).tolist())
+
+    @property
+    def _each_beside(self) -> np.ndarray:
+        return np.log(self.belief.besides / len(self.beside)) + np.array(self.beside)
 
     def evidence(self, present: Sequence[int], other: bool) -> float:
         """Log evidence of some effects, each in its best form, with or without something else beside them."""

@@ -48,7 +48,7 @@ def explained(
     signatures: Sequence[Signature],
     belief: Belief,
     elsewhere: Sequence[Stranger] = (),
-    sway: float = 0.0,
+    beside: tuple[float, ...] = (0.0,),
 ) -> Explained:
     """All explanations, at every size that the twin's own error may have in this session.
 
@@ -61,13 +61,13 @@ def explained(
         signatures: of the catalogue.
         belief: before the session.
         elsewhere: what something else might do at one place.
-        sway: log Bayes factor of a motion beside the beat.
+        beside: log Bayes factors of what shows beside the beat.
     """
     alike = ground.discrepancy.alike(signatures)
     logs, of_each = [], []
     for scale, chance in SCALES.items():
         here = ground.with_error(scale, alike)
-        found = replace(_explanations(here, signatures, belief, elsewhere), sway=sway)
+        found = replace(_explanations(here, signatures, belief, elsewhere), beside=beside)
         sets = [((), False), ((), True), *(((i,), False) for i, each in enumerate(found.effects) if each.ways)]
         of_sets = [found.evidence(s, other) + belief.log_prior(len(s), other, len(signatures)) for s, other in sets]
         logs.append(float(logsumexp(of_sets)) + here.space.log_volume + np.log(chance))

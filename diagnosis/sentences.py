@@ -101,13 +101,24 @@ def _elsewhere(data: Mapping[str, Any]) -> str:
     for each in data["evidence"].get("elsewhere", ()):
         chances[each["place"]] = chances.get(each["place"], 0.0) + each["probability"]
     place = max(chances, key=lambda name: chances[name], default="")
-    placed, sway = chances.get(place, 0.0), data["evidence"].get("sway")
-    if sway is not None and sway["probability"] > max(_PLACED, placed):
-        of_size = f"{1000 * sway['rms_m']:.1f} mm, {sway['probability']:.2f}"
-        return f"; something that no catalogue holds moves the whole fish beside its beat ({of_size})"
+    placed = chances.get(place, 0.0)
+    if beside := _beside_the_beat(data, max(_PLACED, placed)):
+        return beside
     if placed < _PLACED:
         return ""
     return f"; something that no catalogue holds acts on the {plain(place)} ({placed:.2f})"
+
+
+def _beside_the_beat(data: Mapping[str, Any], least: float) -> str:
+    """What something that no catalogue holds does beside the beat, where that is surer than this; else empty."""
+    does = {"sway": ("moves the whole fish beside its beat", "m"), "delay": ("makes its beats early and late", "s")}
+    there = {kind: data["evidence"][kind] for kind in does if kind in data["evidence"]}
+    kind = max(there, key=lambda name: float(there[name]["probability"]), default=None)
+    if kind is None or there[kind]["probability"] <= least:
+        return ""
+    (what, unit), told = does[kind], there[kind]
+    of_size = f"{1000 * told[f'rms_{unit}']:.1f} m{unit}, {told['probability']:.2f}"
+    return f"; something that no catalogue holds {what} ({of_size})"
 
 
 def _looks_like(chances: Mapping[str, float]) -> str | None:
@@ -142,5 +153,10 @@ def _how_far(data: Mapping[str, Any]) -> str:
     if gap["shrinkage"] is None:
         return f"How far: on {trials} the plain twin leaves no more than noise; {change}."
     interval = gap["shrinkage_ci95"]
-    sure = "how surely is not known" if interval is None else f"{interval[0]:.0%} to {interval[1]:.0%}"
-    return f"How far: on {trials} the gap shrinks by {gap['shrinkage']:.0%} ({sure}); {change}."
+    grows = gap["shrinkage"] < 0
+    sure = "how surely is not known"
+    if interval is not None:  # of a gap that grows, by how much it does
+        low, high = (-interval[1], -interval[0]) if grows else interval
+        sure = f"{low:.0%} to {high:.0%}"
+    how = f"grows by {-gap['shrinkage']:.0%}" if grows else f"shrinks by {gap['shrinkage']:.0%}"
+    return f"How far: on {trials} the gap {how} ({sure}); {change}."

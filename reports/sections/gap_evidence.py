@@ -22,7 +22,8 @@ FORCE = (
 SET = (Column("explanation", numeric=False), Column("probability"))
 PLACE = (Column("place", numeric=False), Column("in all trials", numeric=False), Column("probability"))
 _PLACES = 5  # that are shown, the likeliest
-_LEAST_OF_SWAY = 0.01  # probability
+_LEAST_BESIDE = 0.01  # probability
+_BESIDE_THE_BEAT = {"sway": ("the whole fish, beside its beat", "m"), "delay": ("beats early and late", "s")}
 PARAMETER = (
     Column("effect", numeric=False),
     Column("parameter", numeric=False),
@@ -128,10 +129,11 @@ def _elsewhere(found: Diagnosed) -> tuple[tuple[str, ...], ...]:
         (float(each["probability"]), in_words(each["place"]), "alike" if each["same_in_all_trials"] else "each its own")
         for each in found.data["evidence"].get("elsewhere", ())
     ]
-    sway = found.data["evidence"].get("sway")
-    if sway is not None and sway["probability"] >= _LEAST_OF_SWAY:
-        size = f"{of_its_size(MILLI * sway['rms_m'])} mm"
-        told.append((float(sway["probability"]), f"the whole fish, beside its beat ({size})", "each its own"))
+    for kind, (what, unit) in _BESIDE_THE_BEAT.items():
+        beside = found.data["evidence"].get(kind)
+        if beside is not None and beside["probability"] >= _LEAST_BESIDE:
+            size = f"{of_its_size(MILLI * beside[f'rms_{unit}'])} m{unit}"
+            told.append((float(beside["probability"]), f"{what} ({size})", "each its own"))
     likeliest = sorted(told, reverse=True)[:_PLACES]
     return tuple((place, trials, shown(chance, 3)) for chance, place, trials in likeliest)
 

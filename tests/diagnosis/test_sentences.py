@@ -41,6 +41,19 @@ def test_a_fish_that_sways_beside_its_beat_is_told_where_it_is_sure(chance: floa
     assert said == (chance > 0.5)
 
 
+def test_beats_that_keep_no_time_are_told_before_a_sway_that_is_less_likely() -> None:
+    data = made_data("unexplained") | {"probabilities": {"none_of_these": 0.95}}
+    delay = {"rms_s": 0.0042, "log_bayes_factor": 20.0, "probability": 0.9}
+    data["evidence"] = data["evidence"] | {"delay": delay}
+    assert "makes its beats early and late (4.2 ms, 0.90)" in sentences(data)[1]
+
+
+def test_a_gap_that_grows_is_said_to_grow() -> None:
+    data = made_data("named")
+    data["gap"] = data["gap"] | {"shrinkage": -0.04, "shrinkage_ci95": [-0.11, 0.03]}
+    assert "the gap grows by 4% (-3% to 11%)" in sentences(data)[2]
+
+
 def test_where_no_stage_stands_out_none_is_named() -> None:
     data = made_data("unexplained")
     by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}

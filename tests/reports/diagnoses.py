@@ -71,6 +71,7 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
             ],
             "elsewhere": [{"place": "marker tail_4", "same_in_all_trials": True, "probability": 0.07}],
             "sway": {"rms_m": 0.0004, "log_bayes_factor": 1.0, "probability": 0.03},
+            "delay": {"rms_s": 0.004, "log_bayes_factor": 2.0, "probability": 0.05},
             "sliding": _sliding(bool(groups)),
         },
         "withheld_from_catalogue": [],

@@ -200,8 +200,11 @@ def test_explanations_are_listed_with_their_weight(page: Page) -> None:
     ) in page.text
 
 
-def test_places_of_something_else_and_a_fish_that_sways_are_in_one_table(page: Page) -> None:
-    assert "marker tail 4 alike 0.070 the whole fish, beside its beat (0.40 mm) each its own 0.030" in page.text
+def test_places_of_something_else_and_what_shows_beside_the_beat_are_in_one_table(page: Page) -> None:
+    assert (
+        "marker tail 4 alike 0.070 beats early and late (4.00 ms) each its own 0.050 "
+        "the whole fish, beside its beat (0.40 mm) each its own 0.030"
+    ) in page.text
 
 
 @pytest.mark.usefixtures("words_alone")

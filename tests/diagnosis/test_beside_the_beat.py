@@ -1,15 +1,16 @@
-"""Motion beside the beat is told from noise of markers, from a clock that wanders, and counts for something else."""
+"""Motion beside the beat and beats that keep no time are told from noise of markers and from each other."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
 
+from diagnosis.beside_the_beat import Beside, beside_the_beat
 from diagnosis.probabilities import Probabilities
-from diagnosis.sway import sway_of
 from diagnosis.verdict import verdict_of
 from fitting import MeasuredTrial
 from tests.diagnosis.rows import K, explanations
@@ -42,6 +43,14 @@ def lasting(trial: MeasuredTrial, shape: tuple[int, ...], scale_s: float, random
     return (root @ random.standard_normal((len(time_s), int(np.prod(shape))))).reshape(len(time_s), *shape)
 
 
+def sway_of(trials: Sequence[MeasuredTrial]) -> Beside:
+    return beside_the_beat(trials).motion
+
+
+def delay_of(trials: Sequence[MeasuredTrial]) -> Beside:
+    return beside_the_beat(trials).delay
+
+
 def test_noise_of_markers_is_no_sway() -> None:
     random = np.random.default_rng(1)
     assert max(sway_of(moved(noise(random))).log_odds for _ in range(20)) < 0.0
@@ -64,7 +73,7 @@ def test_the_whole_fish_swaying_is_found_with_its_size(turning: bool) -> None:
         sizes.append(np.sqrt(2 * np.mean(sway**2)))
     found = sway_of(moved(shaken))
     assert found.log_odds > 20.0
-    assert 0.3 * np.mean(sizes) < found.rms_m < 1.2 * np.mean(sizes)  # what is slow passes for the fish's own path
+    assert 0.3 * np.mean(sizes) < found.rms < 1.2 * np.mean(sizes)  # what is slow passes for the fish's own path
 
 
 def test_the_same_motion_of_each_marker_by_itself_is_noise() -> None:
@@ -74,11 +83,46 @@ def test_the_same_motion_of_each_marker_by_itself_is_noise() -> None:
 
 
 def test_a_clock_that_wanders_is_no_sway() -> None:
-    random, late = np.random.default_rng(4), []
-    for trial, own in zip(swims(), noise(random), strict=True):
-        delay_s = 0.02 * np.sin(2 * np.pi * trial.time_s / 3.0)
-        late.append(own + delay_s[:, None, None] * np.gradient(trial.position_m, trial.time_s, axis=0))
-    assert sway_of(moved(late)).log_odds < 0.0
+    assert sway_of(late(lambda time_s: 0.02 * np.sin(2 * np.pi * time_s / 3.0))).log_odds < 0.0
+
+
+def late(delay_s: Callable[[np.ndarray], np.ndarray]) -> list[MeasuredTrial]:
+    """The swims, noisy, with every frame later by a delay (n,) at times (n,), s."""
+    by_m = [
+        own - delay_s(trial.time_s)[:, None, None] * np.gradient(trial.position_m, trial.time_s, axis=0)
+        for trial, own in zip(swims(), noise(np.random.default_rng(4)), strict=True)
+    ]
+    return moved(by_m)
+
+
+def frames_lost(time_s: np.ndarray) -> np.ndarray:
+    """One and a half frames at 60 a second, three times."""
+    return np.asarray(0.025 * sum((time_s > when).astype(float) for when in (1.7, 3.1, 4.4)))
+
+
+def test_lost_frames_make_beats_late_with_their_size() -> None:
+    found = delay_of(late(frames_lost))
+    assert found.log_odds > 10.0
+    assert 0.001 < found.rms < 0.01  # most of a staircase is a slope, which a frequency takes
+    assert sway_of(late(frames_lost)).log_odds < found.log_odds  # within a stretch a step is no delay of all of it
+
+
+def test_noise_of_markers_makes_no_beat_late() -> None:
+    random = np.random.default_rng(6)
+    assert max(delay_of(moved(noise(random))).log_odds for _ in range(20)) < 0.0
+    assert delay_of(swims()).log_odds < 0.0
+
+
+def test_a_motor_that_slows_down_as_it_warms_makes_no_beat_late() -> None:
+    assert delay_of(late(lambda time_s: 0.05 * (1 - np.exp(-time_s / 4.0)))).log_odds < 0.0
+
+
+def test_a_fish_that_sways_keeps_time() -> None:
+    random = np.random.default_rng(7)
+    shaken = [
+        own + SWAY_M * lasting(trial, (1, 2), 0.5, random) for trial, own in zip(swims(), noise(random), strict=True)
+    ]
+    assert delay_of(moved(shaken)).log_odds < 0.0
 
 
 def test_a_marker_that_is_hardly_seen_does_not_keep_the_others_from_telling() -> None:
@@ -92,9 +136,9 @@ def test_a_marker_that_is_hardly_seen_does_not_keep_the_others_from_telling() ->
 
 def test_it_speaks_for_something_else_and_its_absence_hardly_against() -> None:
     quiet = explanations(np.random.default_rng([0, 5]).standard_normal(K))
-    none, shaken, still = (Probabilities.after(replace(quiet, sway=sway)) for sway in (0.0, 50.0, -50.0))
+    none, shaken, still = (Probabilities.after(replace(quiet, beside=(0.0, odds))) for odds in (0.0, 50.0, -50.0))
     assert verdict_of(none).name == "no_gap"
     assert verdict_of(shaken).name == "unexplained"
     assert shaken.with_other > 0.999
     assert none.with_other > still.with_other > 0.75 * none.with_other
-    assert replace(quiet, sway=50.0).swaying > 0.999
+    assert replace(quiet, beside=(-5.0, 50.0)).showing_beside == pytest.approx((0.0, 1.0), abs=1e-3)
