@@ -201,7 +201,7 @@ def _together(told: Sequence[_Squares], least: float) -> Beside:
 
 
 def _log_odds(ratio: float, own: float, rest: float, least: float) -> float:
-    """Of a ratio of mean squares of so many numbers: by variances `least` times as large or more, against equal ones."""
+    """Of a ratio of mean squares of so many numbers: by variances `least` times apart or more, against equal ones."""
     excess, ratios = own * ratio / rest, np.geomspace(least, _MOST, _SIZES)
     logs = -0.5 * own * np.log(ratios) + 0.5 * (own + rest) * (np.log1p(excess) - np.log1p(excess / ratios))
     return float(logsumexp(logs) - np.log(len(logs)))

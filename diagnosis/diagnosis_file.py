@@ -209,7 +209,12 @@ def _refuted(found: Diagnosis) -> list[dict[str, Any]]:
 def _elsewhere(found: Diagnosis) -> list[dict[str, Any]]:
     """Places where there may be something else, the likeliest first."""
     told = [
-        {"place": each.place, "same_in_all_trials": each.same, "probability": chance}
+        {
+            "place": each.place,
+            "goes_with": each.goes_with,
+            "same_in_all_trials": each.same,
+            "probability": chance,
+        }
         for each, chance in zip(found.elsewhere, found.probabilities.at_place, strict=True)
         if chance >= _LEAST_OF_PLACE
     ]

@@ -6,11 +6,11 @@ of the stretch in which the strength lies; and what shows is never quite what a 
 in no particular direction, and perhaps by what looks like a little of another effect, for that is likelier than one
 more effect. Something else is a gap of a size that is not known: in no particular direction, or at one place, or an
 effect that comes and goes from trial to trial; and it may move the fish beside its beat as well, or make beats late,
-of which the row does not tell. So evidences are formulas (Rasmussen and Williams 2006, chapter 5), and forms with more freedom pay for it by
-themselves. Approximate are five things: several sizes count as independent about the likeliest, bounds are held
-parameter by parameter, what a form has wrong is taken at the strength that the row has, of effects that act together
-only the likeliest stretches count, and what is at one place is weighed beside effects of the sizes that are likeliest
-without it.
+of which the row does not tell. So evidences are formulas (Rasmussen and Williams 2006, chapter 5), and forms with more
+freedom pay for it by themselves. Approximate are five things: several sizes count as independent about the likeliest,
+bounds are held parameter by parameter, what a form has wrong is taken at the strength that the row has, of effects that
+act together only the likeliest stretches count, and what is at one place is weighed beside effects of the sizes that
+are likeliest without it.
 """
 
 from collections.abc import Callable, Sequence
@@ -51,7 +51,7 @@ class Belief:
     alike: float = 0.5
     number: tuple[float, ...] = (0.5, 0.38, 0.1, 0.015, 0.005)
     other: float = 0.1
-    placed: float = 0.2
+    placed: float = 0.4
     besides: float = 0.3
     imitated: float = 0.15
     strays: float = 0.05

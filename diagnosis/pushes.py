@@ -94,3 +94,13 @@ def responses(ground: Ground) -> Responses:
         columns[part, trial] = rows[:, part].T
     unit = pushes.sd.reshape(len(pushes.joints), PER_JOINT)[:, 0]
     return Responses(pushes.joints, columns.reshape(length, trials, len(unit), PER_JOINT), unit)
+
+
+def across(place_m: float, hinge_m: np.ndarray) -> np.ndarray:
+    """(3 + h,) what a force of 1 N to the left at a place of the straight robot is on its joints, N and N m.
+
+    Args:
+        place_m: x in the robot's frame.
+        hinge_m: (h,) of the hinges.
+    """
+    return np.concatenate([[0.0, 1.0, place_m], np.maximum(place_m - hinge_m, 0.0)])

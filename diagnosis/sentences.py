@@ -106,7 +106,18 @@ def _elsewhere(data: Mapping[str, Any]) -> str:
         return beside
     if placed < _PLACED:
         return ""
-    return f"; something that no catalogue holds acts on the {plain(place)} ({placed:.2f})"
+    return f"; something that no catalogue holds acts on the {plain(place)}{_law(data, place)} ({placed:.2f})"
+
+
+def _law(data: Mapping[str, Any], place: str) -> str:
+    """What the force there goes with, where one law is likelier than all else at this place."""
+    chances: dict[str, float] = {}
+    for each in data["evidence"]["elsewhere"]:
+        if each["place"] == place:
+            law = each.get("goes_with", "")
+            chances[law] = chances.get(law, 0.0) + each["probability"]
+    law = max(chances, key=lambda name: chances[name])
+    return f", with {law}" if law and chances[law] > 0.5 * sum(chances.values()) else ""
 
 
 def _beside_the_beat(data: Mapping[str, Any], least: float) -> str:

@@ -12,7 +12,8 @@ import numpy as np
 
 from diagnosis.generic import OF_HARMONIC, SLIDE_PER_S
 from diagnosis.ground import Ground
-from diagnosis.pushes import HEAD, Responses
+from diagnosis.laws import laws
+from diagnosis.pushes import HEAD, Responses, across
 from diagnosis.ripples import rippled, smeared
 from fitting.posterior.gait import (
     HARMONICS,
@@ -37,18 +38,21 @@ class Stranger(NamedTuple):
         same: whether it is the same in all trials.
         columns: (k, b) of the row.
         weight: how likely it is, against others, before a session is looked at.
+        goes_with: what a force is proportional to; empty where it is free in its mean and harmonics.
     """
 
     place: str
     same: bool
     columns: np.ndarray
     weight: float = 1.0
+    goes_with: str = ""
 
 
 def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
     """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat.
 
-    And a picture that is drawn out of shape, and beats that come early and late.
+    Or as a law has them, see `diagnosis.laws`. And a picture that is drawn out of shape, and beats that come early and
+    late.
     """
     found = []
     dry = (*_at_markers(ground), *_in_hinges(responses), _in_picture(ground), _in_time(ground))
@@ -58,6 +62,12 @@ def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
             found.append(Stranger(place, True, within.sum(axis=1), weight))
             if len(ground.trials) > 1:
                 found.append(Stranger(place, False, within.reshape(len(columns), -1)))
+    for law in laws(ground, responses):
+        weight = _OF_WATER if law.of_water else 1.0
+        found.append(Stranger(law.place, True, law.columns.sum(axis=1), weight, law.goes_with))
+        if len(ground.trials) > 1:
+            apart = law.columns.reshape(len(law.columns), -1)
+            found.append(Stranger(law.place, False, apart, goes_with=law.goes_with))
     return tuple(found)
 
 
@@ -124,13 +134,3 @@ def _by_water(ground: Ground, responses: Responses) -> Iterator[tuple[str, np.nd
         if place_m > robot.hinge_x_m[0]:
             on_joints = across(float(place_m), robot.hinge_x_m)
             yield f"tail at {marker}", np.einsum("ktjn,j->ktn", over_unit, on_joints)
-
-
-def across(place_m: float, hinge_m: np.ndarray) -> np.ndarray:
-    """(3 + h,) what a force of 1 N to the left at a place of the straight robot is on its joints, N and N m.
-
-    Args:
-        place_m: x in the robot's frame.
-        hinge_m: (h,) of the hinges.
-    """
-    return np.concatenate([[0.0, 1.0, place_m], np.maximum(place_m - hinge_m, 0.0)])

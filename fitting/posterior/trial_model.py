@@ -69,7 +69,7 @@ class TrialModel:
         sits on its marker (with the scale and the heading that go with the boxes of nose and neck). Of the session:
         by the metre, where each marker sits on the body; and what is doubted of the robot.
         """
-        trajectories = self._simulate(coefficients[None])
+        trajectories = self.trajectories(coefficients[None])
         marker_m = self._kept(trajectories.marker_m[0])  # (n, m, 2)
         gait = self.in_step(self.gait(marker_m))
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
@@ -126,9 +126,9 @@ class TrialModel:
             faster: (s,) by which the crank turns faster.
             shift: (s, 3) of the velocity at time 0.
         """
-        return self._kept(self._simulate(coefficients, faster, shift).marker_m)
+        return self._kept(self.trajectories(coefficients, faster, shift).marker_m)
 
-    def _simulate(
+    def trajectories(
         self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
     ) -> Trajectories:
         """Of coefficients (s, 5), with cranks faster by (s,) and a velocity at time 0 shifted by (s, 3)."""

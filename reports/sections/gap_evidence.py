@@ -126,7 +126,7 @@ def _explanations(found: Diagnosed) -> Table:
 
 def _elsewhere(found: Diagnosed) -> tuple[tuple[str, ...], ...]:
     told = [
-        (float(each["probability"]), in_words(each["place"]), "alike" if each["same_in_all_trials"] else "each its own")
+        (float(each["probability"]), _place(each), "alike" if each["same_in_all_trials"] else "each its own")
         for each in found.data["evidence"].get("elsewhere", ())
     ]
     for kind, (what, unit) in _BESIDE_THE_BEAT.items():
@@ -136,6 +136,12 @@ def _elsewhere(found: Diagnosed) -> tuple[tuple[str, ...], ...]:
             told.append((float(beside["probability"]), f"{what} ({size})", "each its own"))
     likeliest = sorted(told, reverse=True)[:_PLACES]
     return tuple((place, trials, shown(chance, 3)) for chance, place, trials in likeliest)
+
+
+def _place(told: Mapping[str, Any]) -> str:
+    """And what a force there goes with."""
+    law = told.get("goes_with", "")
+    return in_words(told["place"]) + (f", with {law}" if law else "")
 
 
 def _parameters(found: Diagnosed) -> Table:

@@ -32,6 +32,21 @@ def test_the_place_of_what_no_catalogue_holds_is_told_where_it_is_sure(chance: f
     assert said == (chance > 0.5)
 
 
+@pytest.mark.parametrize(("law", "free", "said"), [(0.6, 0.3, True), (0.3, 0.6, False)])
+def test_what_a_force_goes_with_is_told_where_that_is_likelier_than_that_it_is_free(
+    law: float, free: float, said: bool
+) -> None:
+    data = made_data("unexplained") | {"probabilities": {"none_of_these": 0.95}}
+    at_hinge = [
+        {"place": "hinge tail_1", "goes_with": goes_with, "same_in_all_trials": True, "probability": chance}
+        for goes_with, chance in (("its angle", law), ("", free))
+    ]
+    data["evidence"] = data["evidence"] | {"elsewhere": at_hinge}
+    told = sentences(data)[1]
+    assert "acts on the hinge tail 1" in told
+    assert ("acts on the hinge tail 1, with its angle (0.90)" in told) == said
+
+
 @pytest.mark.parametrize("chance", [0.4, 0.6])
 def test_a_fish_that_sways_beside_its_beat_is_told_where_it_is_sure(chance: float) -> None:
     data = made_data("unexplained") | {"probabilities": {"none_of_these": 0.95}}

@@ -13,10 +13,10 @@ from diagnosis.explaining import explained
 from diagnosis.forms import shown
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
-from diagnosis.pushes import Responses, responses
+from diagnosis.pushes import Responses, across, responses
 from diagnosis.ripples import smeared
 from diagnosis.row import Row
-from diagnosis.strangers import Stranger, across, strangers
+from diagnosis.strangers import Stranger, strangers
 from diagnosis.verdict import verdict_of
 from fitting.posterior.gait import advanced, of_markers
 from fitting.posterior.session_model import SessionModel
@@ -134,11 +134,12 @@ def test_every_place_is_looked_at_alike_in_all_trials_and_in_each(elsewhere: tup
     assert {"head", "hinge tail_1", "tail at caudal_fin", "picture", "timing of the beat"} <= places
     for each in elsewhere:
         assert len(each.columns) == len(ground().left)
-    by_place = {(each.place, each.same): each.columns for each in elsewhere}
-    for place in places:
+    by_place = {(each.place, each.goes_with, each.same): each.columns for each in elsewhere}
+    assert len(by_place) == len(elsewhere)
+    for place, goes_with, _ in by_place:
         trials = len(ground().trials)
-        split = by_place[place, False].reshape(len(ground().left), trials, -1)
-        assert split.sum(axis=1) == pytest.approx(by_place[place, True])
+        split = by_place[place, goes_with, False].reshape(len(ground().left), trials, -1)
+        assert split.sum(axis=1) == pytest.approx(by_place[place, goes_with, True])
 
 
 def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tuple[Stranger, ...]) -> None:

@@ -69,7 +69,10 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
                 _set(0.02, other=True),
                 _set(0.001),
             ],
-            "elsewhere": [{"place": "marker tail_4", "same_in_all_trials": True, "probability": 0.07}],
+            "elsewhere": [
+                {"place": "marker tail_4", "goes_with": "", "same_in_all_trials": True, "probability": 0.07},
+                {"place": "hinge tail_1", "goes_with": "its angle", "same_in_all_trials": True, "probability": 0.06},
+            ],
             "sway": {"rms_m": 0.0004, "log_bayes_factor": 1.0, "probability": 0.03},
             "delay": {"rms_s": 0.004, "log_bayes_factor": 2.0, "probability": 0.05},
             "sliding": _sliding(bool(groups)),

@@ -1,0 +1,148 @@
+"""Forces at one place that go with how it moves: a spring that is gone, a hinge that rubs, a mass nobody knows of.
+
+Far fewer numbers tell of such a force than of one that is free in every harmonic of every trial, so it shows where the
+latter does not: one hinge whose spring has cracked takes one number, in all trials alike.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from diagnosis.ground import Ground
+from diagnosis.pushes import HEAD, Responses, across
+from fitting.posterior.gait import HARMONICS, waves
+from fitting.posterior.trial_model import TrialModel
+from swimmer import RobotSpec
+
+_ALONG, _ACROSS, _TURNING = range(3)  # of the head's joints
+_RUBS = 0.2  # of the root mean square rate, within which dry friction turns
+
+
+class Law(NamedTuple):
+    """What a force does that follows one law.
+
+    Attributes:
+        place: where it acts.
+        goes_with: what it is proportional to.
+        of_water: whether the twin's own error in the water acts like it.
+        columns: (k, t, b) of the row, in one trial alone; of a force with one number b is 1.
+    """
+
+    place: str
+    goes_with: str
+    of_water: bool
+    columns: np.ndarray
+
+
+class _Motion(NamedTuple):
+    """Of one trial's twin, in n frames.
+
+    Attributes:
+        crank: (n,) rad.
+        head: (n, 3) velocity in its own frame, m/s and rad/s.
+        head_faster: (n, 3) its acceleration, along the same axes.
+        hinges, rates, rates_faster: (n, h) angles, rad, and their first and second derivatives.
+    """
+
+    crank: np.ndarray
+    head: np.ndarray
+    head_faster: np.ndarray
+    hinges: np.ndarray
+    rates: np.ndarray
+    rates_faster: np.ndarray
+
+
+class _Pushed(NamedTuple):
+    """All trials: how their twins move, and what forces would do to them."""
+
+    motions: tuple[_Motion, ...]
+    responses: Responses
+
+    def on(self, joint: int, values: Sequence[np.ndarray]) -> np.ndarray:
+        """(k, t) of a force on a joint with these values (n,) in each trial, N or N m."""
+        beats = [_of_beat(motion.crank, value) for motion, value in zip(self.motions, values, strict=True)]
+        parts = [self.responses.columns[:, trial, joint] @ beat for trial, beat in enumerate(beats)]
+        return np.nan_to_num(np.column_stack(parts)) / self.responses.unit[joint]  # of a twin that diverged
+
+    def in_hinges(self) -> Iterator[tuple[str, str, np.ndarray]]:
+        """Of springs, dampers, dry friction, and mass behind a hinge: place, what it goes with, (k, t)."""
+        for number, hinge in enumerate(self.responses.joints[len(HEAD) :]):
+            for goes_with, values in {
+                "its angle": [motion.hinges[:, number] for motion in self.motions],
+                "its rate": [motion.rates[:, number] for motion in self.motions],
+                "the way it turns": [_rubbing(motion.rates[:, number]) for motion in self.motions],
+                "its acceleration": [motion.rates_faster[:, number] for motion in self.motions],
+            }.items():
+                yield f"hinge {hinge}", goes_with, self.on(len(HEAD) + number, values)
+
+    def by_water(self, robot: RobotSpec) -> Iterator[tuple[str, str, np.ndarray]]:
+        """Of drag on the head, and of lift on it and the fin: the same."""
+        for axis, way in enumerate(("along", "across", "turning")):
+            squares = [_squared(motion.head[:, axis]) for motion in self.motions]
+            yield "head", f"the square of its speed {way}", self.on(axis, squares)
+        ahead = [_squared(motion.head[:, _ALONG]) for motion in self.motions]
+        yield "head", "the square of its speed ahead, to one side", self.on(_ACROSS, ahead)
+        yield "head", "the square of its speed ahead, turning it", self.on(_TURNING, ahead)
+        on_joints = across(robot.fin_root_x_m, robot.hinge_x_m)
+        parts = [each * self.on(joint, ahead) for joint, each in enumerate(on_joints)]
+        yield "tail at the fin", "the square of the speed ahead, to one side", np.sum(parts, axis=0)
+
+    def of_mass(self, middle_m: float) -> np.ndarray:
+        """(k, t, 3) of a mass too much in the head's middle, of how far off that it is, and of how far it spreads."""
+        turning = [motion.head_faster[:, _TURNING] for motion in self.motions]
+        along = [motion.head_faster[:, _ALONG] for motion in self.motions]
+        aside = [motion.head_faster[:, _ACROSS] + middle_m * motion.head_faster[:, _TURNING] for motion in self.motions]
+        at_middle = [self.on(_ACROSS, each) + middle_m * self.on(_TURNING, each) for each in (aside, turning)]
+        mass, off = self.on(_ALONG, along) + at_middle[0], self.on(_TURNING, aside) + at_middle[1]
+        return np.stack([mass, off, self.on(_TURNING, turning)], axis=-1)
+
+
+def laws(ground: Ground, responses: Responses) -> Iterator[Law]:
+    """In every hinge, on the head, and across the caudal fin; with position, speed, its square, or acceleration."""
+    pushed = _Pushed(tuple(_motion(model, ground.at) for model in ground.model.trials), responses)
+    robot = ground.twin.robot
+    for of_water, told in ((False, pushed.in_hinges()), (True, pushed.by_water(robot))):
+        for place, goes_with, columns in told:
+            yield Law(place, goes_with, of_water, columns[..., None])
+    yield Law("head", "its acceleration", True, pushed.of_mass(_middle_m(robot)))
+
+
+def _motion(model: TrialModel, at: np.ndarray) -> _Motion:
+    moved, kept = model.trajectories(at[None]), model.trial.kept
+    time_s, head = moved.time_s, moved.head[0]
+    kept = kept[: len(time_s)]
+    pool = np.gradient(head, time_s, axis=0)
+    speed, faster = (_in_head(series, head[:, 2]) for series in (pool, np.gradient(pool, time_s, axis=0)))
+    hinges = moved.hinges_rad[0]
+    rates = np.gradient(hinges, time_s, axis=0)
+    series = (speed, faster, hinges, rates, np.gradient(rates, time_s, axis=0))
+    return _Motion(moved.crank_rad[0][kept], *(each[kept] for each in series))
+
+
+def _in_head(series: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+    """(n, 3) of the pool, along the head's axes."""
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    along, across = cos * series[:, 0] + sin * series[:, 1], cos * series[:, 1] - sin * series[:, 0]
+    return np.column_stack([along, across, series[:, 2]])
+
+
+def _middle_m(robot: RobotSpec) -> float:
+    """Where the head's mass has its centre, in its frame."""
+    masses = [part.mass_kg for part in robot.head.part]
+    return float(np.average([part.centre_m[0] for part in robot.head.part], weights=masses))
+
+
+def _of_beat(crank: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """(7,) mean and harmonics of the crank's turn (n,) in a value (n,)."""
+    columns = np.column_stack([np.ones(len(crank)), waves(crank, HARMONICS)])
+    return np.asarray(np.linalg.lstsq(columns, np.nan_to_num(value), rcond=None)[0])
+
+
+def _squared(speed: np.ndarray) -> np.ndarray:
+    return np.asarray(speed * np.abs(speed))
+
+
+def _rubbing(rate: np.ndarray) -> np.ndarray:
+    """Dry friction, smooth about rest."""
+    return np.tanh(rate / max(_RUBS * float(np.sqrt(np.mean(rate**2))), 1e-12))

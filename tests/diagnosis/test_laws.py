@@ -1,0 +1,114 @@
+"""Forces that go with how a place moves are what the simulation makes of them."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from diagnosis.described import robot_doubts
+from diagnosis.evidence import Belief
+from diagnosis.explaining import explained
+from diagnosis.laws import Law, laws
+from diagnosis.pushes import responses
+from diagnosis.strangers import strangers
+from fitting.signatures import signature_of
+from session import TrialKind
+from swimmer.effects import Effect, Parameter, StepForce, StepState
+from swimmer.effects.structure.joint_damping import JointDamping
+from swimmer.mjcf import Scene
+from swimmer.robot import RobotSpec
+from tests.diagnosis.grounds import CAMERA, ground
+
+HINGE, FIRST_HINGE = 1, 4  # of the hinges; after surge, sway, yaw and crank
+STRONG = {"its angle": -0.006, "its rate": 0.002, "the square of its speed across": 2.0}  # N m/rad, N m s/rad, N s2/m2
+
+
+class OfALaw(Effect):
+    """One force that goes with the state, told by a hand that knows nothing of harmonics."""
+
+    name = "of_a_law"
+    family = "structure"
+    stage = "tail"
+    physics = "One force."
+    source = "This test."
+    parameters = (Parameter("strength", "-", -10.0, 10.0, 1.0),)
+    seen_in: ClassVar[frozenset[TrialKind]] = frozenset({"swim", "dry"})
+
+    def __init__(self, goes_with: str) -> None:
+        self.goes_with = goes_with
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:  # noqa: ARG002
+        """On the second hinge, or across the head."""
+
+        def force(state: StepState) -> np.ndarray:
+            result = np.zeros_like(state.velocity)
+            if self.goes_with == "its angle":
+                result[:, FIRST_HINGE + HINGE] = values[:, 0] * state.position[:, FIRST_HINGE + HINGE]
+            elif self.goes_with == "its rate":
+                result[:, FIRST_HINGE + HINGE] = values[:, 0] * state.velocity[:, FIRST_HINGE + HINGE]
+            else:
+                cos, sin = np.cos(state.position[:, 2]), np.sin(state.position[:, 2])
+                across = cos * state.velocity[:, 1] - sin * state.velocity[:, 0]
+                push = values[:, 0] * across * np.abs(across)
+                result[:, 0], result[:, 1] = -sin * push, cos * push
+            return result
+
+        return force
+
+
+@pytest.fixture(scope="module")
+def known() -> dict[tuple[str, str], Law]:
+    return {(law.place, law.goes_with): law for law in laws(ground(), responses(ground()))}
+
+
+def shown(goes_with: str, strength: float) -> np.ndarray:
+    """(k,) what a force of a law does to the row, over its strength."""
+    at = ground()
+    return signature_of(OfALaw(goes_with), at.model, CAMERA, at.at, np.array([[strength]])).rows[0] / strength
+
+
+@pytest.mark.parametrize("goes_with", list(STRONG))
+def test_a_law_does_to_the_row_what_its_force_does_in_the_simulation(
+    known: dict[tuple[str, str], Law], goes_with: str
+) -> None:
+    law = known["head" if "across" in goes_with else "hinge tail_2", goes_with].columns.sum(axis=1)[:, 0]
+    space = ground().space
+    told, simulated = space.freed(law), space.freed(shown(goes_with, STRONG[goes_with]))
+    cosine = told @ simulated / (np.linalg.norm(told) * np.linalg.norm(simulated))
+    assert cosine > 0.95
+    assert np.linalg.norm(told) == pytest.approx(np.linalg.norm(simulated), rel=0.25)
+
+
+def test_a_heavier_head_goes_with_its_acceleration(known: dict[tuple[str, str], Law]) -> None:
+    at = ground()
+    (heavier, _) = (each for each in robot_doubts(at.twin) if each.doubt.source.quantity == "mass")
+    models = [type(model)(heavier.more, model.trial, model.phase_rad, (), True) for model in at.model.trials]
+    rows = np.concatenate([model.simulated(at.at[None])[0] for model in models])
+    plain = np.concatenate([model.simulated(at.at[None])[0] for model in at.model.trials])
+    change = np.concatenate([rows - plain, np.zeros(at.model.frequencies)])
+    whitened = at.space.freed(change)
+
+    def left(goes_with: str) -> float:
+        told = at.space.freed(known["head", goes_with].columns.sum(axis=1).T).T
+        rest = whitened - told @ np.linalg.lstsq(told, whitened, rcond=None)[0]
+        return float(np.linalg.norm(rest) / np.linalg.norm(whitened))
+
+    laws_of_head = [law for place, law in known if place == "head"]
+    assert left("its acceleration") < 0.3
+    assert min(laws_of_head, key=left) == "its acceleration"
+
+
+def test_a_hinge_whose_spring_is_weaker_is_told_as_that() -> None:
+    at = ground()
+    gap = 0.03 * shown("its angle", 0.02)
+    gap *= 12.0 / np.linalg.norm(at.space.freed(gap))
+    here = type(at)(**{name: getattr(at, name) for name in at.__dataclass_fields__})
+    here.__dict__.update(left=at.left + gap, slopes=at.slopes, generic=at.generic)
+    elsewhere = strangers(here, responses(at))
+    effects = [signature_of(JointDamping(), at.model, CAMERA, at.at)]
+    found = explained(here, effects, Belief(), elsewhere).probabilities
+    likeliest = elsewhere[int(np.argmax(found.at_place))]
+    assert (likeliest.place, likeliest.goes_with) == ("hinge tail_2", "its angle")
+    assert found.with_other > 0.98
