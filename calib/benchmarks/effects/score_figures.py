@@ -36,6 +36,7 @@ _RULES = ((EBT, "s"), (EBT_LARGE, "^"), (WARN, "D"), (MUTED, "v"), (EBT_SMOOTHED
 _CELL_IN = 0.24  # of the confusion matrix, at most
 _DARK = 0.5  # share from which a cell needs light text
 _PERCENT = [f"{p} %" for p in (0, 25, 50, 75, 100)]
+_AROUND_SHARES = Margins(left=0.72, right=0.2, top=0.5)  # of panels whose axes say 100 %
 
 
 @styled
@@ -77,7 +78,7 @@ def by_detectability_figure(shares: Mapping[str, Mapping[float, Share]], counted
         shares: by program or rule, then by level.
         counted: what is right.
     """
-    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
+    figure, axes = panel(HALF_WIDTH_IN, 2.9, _AROUND_SHARES)
     places = {0.0: 0, **{level: i + 1 for i, level in enumerate(DETECTABILITIES)}}
     shifts = np.linspace(-0.15, 0.15, len(shares)) if len(shares) > 1 else np.zeros(1)
     for shift, (name, by_level) in zip(shifts, shares.items(), strict=True):
@@ -99,7 +100,7 @@ def by_detectability_figure(shares: Mapping[str, Mapping[float, Share]], counted
 @styled
 def reliability_figure(score: Score) -> Figure:
     """How often what was told with a probability came true, with 95 % intervals."""
-    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
+    figure, axes = panel(HALF_WIDTH_IN, 2.9, _AROUND_SHARES)
     axes.plot([0, 1], [0, 1], color=FAINT, linewidth=1.0)
     found = score.reliability
     most = max((true.of for true in found.true), default=1)
@@ -120,7 +121,7 @@ def reliability_figure(score: Score) -> Figure:
 @styled
 def shrinkage_figure(score: Score) -> Figure:
     """Shrinkage that was told, with its 95 % interval, over what the true effects reach."""
-    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
+    figure, axes = panel(HALF_WIDTH_IN, 2.9, _AROUND_SHARES)
     axes.plot([-1, 1], [-1, 1], color=FAINT, linewidth=1.0)
     for case in score.cases:
         reached, told = case.answer.oracle_shrinkage, case.told.shrinkage
