@@ -66,7 +66,7 @@ class _Pushed(NamedTuple):
         return np.nan_to_num(np.column_stack(parts)) / self.responses.unit[joint]  # of a twin that diverged
 
     def in_hinges(self) -> Iterator[tuple[str, str, np.ndarray]]:
-        """Of springs, dampers, dry friction, and mass behind a hinge: place, what it goes with, (k, t)."""
+        """Of springs, dampers, dry friction, and inertia of the hinge's own drive: place, what it goes with, (k, t)."""
         for number, hinge in enumerate(self.responses.joints[len(HEAD) :]):
             for goes_with, values in {
                 "its angle": [motion.hinges[:, number] for motion in self.motions],

@@ -106,7 +106,7 @@ def _elsewhere(data: Mapping[str, Any]) -> str:
         return beside
     if placed < _PLACED:
         return ""
-    return f"; something that no catalogue holds acts on the {plain(place)}{_law(data, place)} ({placed:.2f})"
+    return f"; something that no catalogue holds acts on the {plain(place)} ({placed:.2f}{_law(data, place)})"
 
 
 def _law(data: Mapping[str, Any], place: str) -> str:
@@ -117,7 +117,7 @@ def _law(data: Mapping[str, Any], place: str) -> str:
             law = each.get("goes_with", "")
             chances[law] = chances.get(law, 0.0) + each["probability"]
     law = max(chances, key=lambda name: chances[name])
-    return f", with {law}" if law and chances[law] > 0.5 * sum(chances.values()) else ""
+    return f"; with {law} {chances[law]:.2f}" if law and chances[law] > 0.5 * sum(chances.values()) else ""
 
 
 def _beside_the_beat(data: Mapping[str, Any], least: float) -> str:
@@ -164,10 +164,10 @@ def _how_far(data: Mapping[str, Any]) -> str:
     if gap["shrinkage"] is None:
         return f"How far: on {trials} the plain twin leaves no more than noise; {change}."
     interval = gap["shrinkage_ci95"]
-    grows = gap["shrinkage"] < 0
+    grows = round(gap["shrinkage"], 2) < 0
     sure = "how surely is not known"
     if interval is not None:  # of a gap that grows, by how much it does
         low, high = (-interval[1], -interval[0]) if grows else interval
         sure = f"{low:.0%} to {high:.0%}"
-    how = f"grows by {-gap['shrinkage']:.0%}" if grows else f"shrinks by {gap['shrinkage']:.0%}"
+    how = f"grows by {-gap['shrinkage']:.0%}" if grows else f"shrinks by {max(gap['shrinkage'], 0.0):.0%}"
     return f"How far: on {trials} the gap {how} ({sure}); {change}."

@@ -51,8 +51,8 @@ class Stranger(NamedTuple):
 def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
     """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat.
 
-    Or as a law has them, see `diagnosis.laws`. And a picture that is drawn out of shape, and beats that come early and
-    late.
+    Also forces that follow a law (`diagnosis.laws`), a picture that is drawn out of shape, and beats that come early
+    and late.
     """
     found = []
     dry = (*_at_markers(ground), *_in_hinges(responses), _in_picture(ground), _in_time(ground))

@@ -43,8 +43,8 @@ def test_what_a_force_goes_with_is_told_where_that_is_likelier_than_that_it_is_f
     ]
     data["evidence"] = data["evidence"] | {"elsewhere": at_hinge}
     told = sentences(data)[1]
-    assert "acts on the hinge tail 1" in told
-    assert ("acts on the hinge tail 1, with its angle (0.90)" in told) == said
+    assert "acts on the hinge tail 1 (0.90" in told
+    assert ("acts on the hinge tail 1 (0.90; with its angle 0.60)" in told) == said
 
 
 @pytest.mark.parametrize("chance", [0.4, 0.6])
