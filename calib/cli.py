@@ -1,5 +1,6 @@
 """The command line. Every command first brings up to date what it depends on and skips what has not changed."""
 
+import os
 import sys
 from typing import Annotated
 
@@ -54,6 +55,17 @@ def main() -> None:
         if end.code == INTERRUPTED:
             print("\ncalib: stopped. What was finished is kept; the same command goes on from there.", file=sys.stderr)
         raise
+    finally:
+        _let_go_of_what_is_gone()
+
+
+def _let_go_of_what_is_gone() -> None:
+    """Python ends with 120, whatever happened, where it cannot write what it still holds for a lost terminal."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @app.callback(invoke_without_command=True)
