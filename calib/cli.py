@@ -1,12 +1,12 @@
 """The command line. Every command first brings up to date what it depends on and skips what has not changed."""
 
-import os
 import sys
 from typing import Annotated
 
 import typer
 
 from calib.commands import benchmarks, cameras, hardware, results, sessions, tracks, videos
+from calib.lost_terminal import let_go_of_a_lost_terminal
 from session import SwimcalError
 
 app = typer.Typer(
@@ -56,16 +56,7 @@ def main() -> None:
             print("\ncalib: stopped. What was finished is kept; the same command goes on from there.", file=sys.stderr)
         raise
     finally:
-        _let_go_of_what_is_gone()
-
-
-def _let_go_of_what_is_gone() -> None:
-    """Python ends with 120, whatever happened, where it cannot write what it still holds for a lost terminal."""
-    for stream in (sys.stdout, sys.stderr):
-        try:
-            stream.flush()
-        except OSError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        let_go_of_a_lost_terminal()
 
 
 @app.callback(invoke_without_command=True)

@@ -3,5 +3,8 @@
 import sys
 
 from calib.capture.command import main
+from calib.lost_terminal import let_go_of_a_lost_terminal
 
-sys.exit(main(program="python -m calib.capture"))
+code = main(program="python -m calib.capture")
+let_go_of_a_lost_terminal()
+sys.exit(code)
