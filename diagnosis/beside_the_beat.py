@@ -30,6 +30,7 @@ _SETTLES_S = (0.3, 1.0)  # in which a fish that has just started comes up to its
 _WHOLE = 3  # along, across, turning
 _MOSTLY = 0.8  # of the frames, in which a marker must count
 _LEAST_M = 1e-4  # noise of a marker, below which none is believed
+_LEAST_SQUARE = 1e-9  # of tracks without any noise
 _ROUNDS = 3  # in which each marker's own noise is found
 
 
@@ -122,11 +123,12 @@ class _Swim:
         return self._squares(split.own, split.rest, float(np.sqrt((split.own**2).sum() / (split.of_one**2).sum())))
 
     def _squares(self, own: np.ndarray, rest: np.ndarray, rms: float) -> _Squares:
+        # Slow delays take no further numbers: in the sessions of development drift and harmonics already hold them.
         free = 1 - self.columns.shape[1] / len(own)
         rest_count = len(own) * (2 * self.left.shape[1] - _WHOLE - 1)
         own_square, rest_square = (own**2).sum() / own.size, (np.abs(rest) ** 2).sum() / rest_count
         rest_square = max(rest_square, 0.5)  # where markers are better than is believed
-        share = max(1 - rest_square / own_square, 0.0)
+        share = max(1 - rest_square / max(own_square, _LEAST_SQUARE), 0.0)
         return _Squares(own_square, rest_square, free * own.size, free * rest_count, float(np.sqrt(share) * rms))
 
     def _late(self, delays: np.ndarray) -> np.ndarray:

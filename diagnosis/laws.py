@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, Responses, across
@@ -16,6 +17,7 @@ from fitting.posterior.trial_model import TrialModel
 from swimmer import RobotSpec
 
 _ALONG, _ACROSS, _TURNING = range(3)  # of the head's joints
+_SMOOTH = 5  # degree of the splines: differences at a camera's rate would damp the third harmonic's acceleration
 _RUBS = 0.2  # of the root mean square rate, within which dry friction turns
 
 
@@ -63,7 +65,7 @@ class _Pushed(NamedTuple):
         """(k, t) of a force on a joint with these values (n,) in each trial, N or N m."""
         beats = [_of_beat(motion.crank, value) for motion, value in zip(self.motions, values, strict=True)]
         parts = [self.responses.columns[:, trial, joint] @ beat for trial, beat in enumerate(beats)]
-        return np.nan_to_num(np.column_stack(parts)) / self.responses.unit[joint]  # of a twin that diverged
+        return np.column_stack(parts) / self.responses.unit[joint]
 
     def in_hinges(self) -> Iterator[tuple[str, str, np.ndarray]]:
         """Of springs, dampers, dry friction, and inertia of the hinge's own drive: place, what it goes with, (k, t)."""
@@ -76,48 +78,53 @@ class _Pushed(NamedTuple):
             }.items():
                 yield f"hinge {hinge}", goes_with, self.on(len(HEAD) + number, values)
 
-    def by_water(self, robot: RobotSpec) -> Iterator[tuple[str, str, np.ndarray]]:
-        """Of drag on the head, and of lift on it and the fin: the same."""
+    def by_water(self, robot: RobotSpec, markers: Sequence[str]) -> Iterator[tuple[str, str, np.ndarray]]:
+        """Of drag on the head, and of lift on it and the fin, which is told by the marker next to it: the same."""
         for axis, way in enumerate(("along", "across", "turning")):
             squares = [_squared(motion.head[:, axis]) for motion in self.motions]
             yield "head", f"the square of its speed {way}", self.on(axis, squares)
         ahead = [_squared(motion.head[:, _ALONG]) for motion in self.motions]
         yield "head", "the square of its speed ahead, to one side", self.on(_ACROSS, ahead)
         yield "head", "the square of its speed ahead, turning it", self.on(_TURNING, ahead)
-        on_joints = across(robot.fin_root_x_m, robot.hinge_x_m)
-        parts = [each * self.on(joint, ahead) for joint, each in enumerate(on_joints)]
-        yield "tail at the fin", "the square of the speed ahead, to one side", np.sum(parts, axis=0)
+        fin_m = robot.fin_root_x_m + robot.caudal_fin.centre_m
+        parts = [each * self.on(joint, ahead) for joint, each in enumerate(across(fin_m, robot.hinge_x_m))]
+        away_m = np.abs(robot.marker_positions_m(tuple(markers))[:, 0] - fin_m)
+        place = f"tail at {markers[int(np.argmin(away_m))]}"
+        yield place, "the square of the speed ahead, to one side", np.sum(parts, axis=0)
 
-    def of_mass(self, middle_m: float) -> np.ndarray:
-        """(k, t, 3) of a mass too much in the head's middle, of how far off that it is, and of how far it spreads."""
-        turning = [motion.head_faster[:, _TURNING] for motion in self.motions]
-        along = [motion.head_faster[:, _ALONG] for motion in self.motions]
-        aside = [motion.head_faster[:, _ACROSS] + middle_m * motion.head_faster[:, _TURNING] for motion in self.motions]
-        at_middle = [self.on(_ACROSS, each) + middle_m * self.on(_TURNING, each) for each in (aside, turning)]
-        mass, off = self.on(_ALONG, along) + at_middle[0], self.on(_TURNING, aside) + at_middle[1]
-        return np.stack([mass, off, self.on(_TURNING, turning)], axis=-1)
+    def of_mass(self, middle_m: float, length_m: float) -> np.ndarray:
+        """(k, t, 3) of a mass too much in the head's middle, of how far off that it is, and of how far it spreads.
+
+        For 1 kg, 1 kg a length off, and spread by a length.
+        """
+        along, aside, turning = (
+            [motion.head_faster[:, axis] for motion in self.motions] for axis in (_ALONG, _ACROSS, _TURNING)
+        )
+        inwards = [-(motion.head[:, _TURNING] ** 2) for motion in self.motions]  # over the distance, as it turns
+        own = self.on(_ALONG, along) + self.on(_ACROSS, aside)  # in the frame's origin
+        off = self.on(_ALONG, inwards) + self.on(_ACROSS, turning) + self.on(_TURNING, aside)  # over its distance
+        spread = self.on(_TURNING, turning)  # over the square of that
+        at_middle = own + middle_m * off + middle_m**2 * spread
+        return np.stack([at_middle, length_m * (off + 2 * middle_m * spread), length_m**2 * spread], axis=-1)
 
 
 def laws(ground: Ground, responses: Responses) -> Iterator[Law]:
     """In every hinge, on the head, and across the caudal fin; with position, speed, its square, or acceleration."""
     pushed = _Pushed(tuple(_motion(model, ground.at) for model in ground.model.trials), responses)
     robot = ground.twin.robot
-    for of_water, told in ((False, pushed.in_hinges()), (True, pushed.by_water(robot))):
+    for of_water, told in ((False, pushed.in_hinges()), (True, pushed.by_water(robot, ground.trials[0].markers))):
         for place, goes_with, columns in told:
             yield Law(place, goes_with, of_water, columns[..., None])
-    yield Law("head", "its acceleration", True, pushed.of_mass(_middle_m(robot)))
+    yield Law("head", "its acceleration", True, pushed.of_mass(_middle_m(robot), robot.scale_length_m))
 
 
 def _motion(model: TrialModel, at: np.ndarray) -> _Motion:
     moved, kept = model.trajectories(at[None]), model.trial.kept
-    time_s, head = moved.time_s, moved.head[0]
-    kept = kept[: len(time_s)]
-    pool = np.gradient(head, time_s, axis=0)
-    speed, faster = (_in_head(series, head[:, 2]) for series in (pool, np.gradient(pool, time_s, axis=0)))
-    hinges = moved.hinges_rad[0]
-    rates = np.gradient(hinges, time_s, axis=0)
-    series = (speed, faster, hinges, rates, np.gradient(rates, time_s, axis=0))
-    return _Motion(moved.crank_rad[0][kept], *(each[kept] for each in series))
+    head, hinges = (make_interp_spline(moved.time_s, series[0], _SMOOTH) for series in (moved.head, moved.hinges_rad))
+    kept = kept[: len(moved.time_s)]
+    time_s, yaw = moved.time_s[kept], moved.head[0, kept, 2]
+    speed, faster = (_in_head(head(time_s, nu=order), yaw) for order in (1, 2))
+    return _Motion(moved.crank_rad[0][kept], speed, faster, *(hinges(time_s, nu=order) for order in range(3)))
 
 
 def _in_head(series: np.ndarray, yaw: np.ndarray) -> np.ndarray:
@@ -136,7 +143,7 @@ def _middle_m(robot: RobotSpec) -> float:
 def _of_beat(crank: np.ndarray, value: np.ndarray) -> np.ndarray:
     """(7,) mean and harmonics of the crank's turn (n,) in a value (n,)."""
     columns = np.column_stack([np.ones(len(crank)), waves(crank, HARMONICS)])
-    return np.asarray(np.linalg.lstsq(columns, np.nan_to_num(value), rcond=None)[0])
+    return np.asarray(np.linalg.lstsq(columns, value, rcond=None)[0])
 
 
 def _squared(speed: np.ndarray) -> np.ndarray:
