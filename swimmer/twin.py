@@ -4,6 +4,7 @@ Everything that differs between simulations (coefficients, frequency, phase, any
 one `mujoco.batch.Batch`, so nothing is compiled inside a fit and all cores are used.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -94,6 +95,16 @@ class Twin:
             raise SimulationDiverged(_divergence_message(runs, diverged))
         marker = self._kinematics(head, hinges)
         return Trajectories(time_s, marker, head, hinges, crank, diverged)
+
+    def simulate_together(self, runs: Sequence[Runs], time_s: Sequence[np.ndarray]) -> list[Trajectories]:
+        """Several lots of runs, each at times (f,) of its own, all at once; what diverges is nan."""
+        longest = max(map(len, time_s))
+        padded = [np.pad(times, (0, longest - len(times)), mode="edge") for times in time_s]
+        stamped = np.concatenate([np.tile(times, (len(own), 1)) for own, times in zip(runs, padded, strict=True)])
+        told = self.simulate(runs[0].joined(runs), stamped, allow_divergence=True)
+        ends = np.cumsum([len(own) for own in runs])
+        rows = [np.arange(end - len(own), end) for own, end in zip(runs, ends, strict=True)]
+        return [told.part(own, len(times)) for own, times in zip(rows, time_s, strict=True)]
 
     def _simulate_chunk(self, runs: Runs, time_s: np.ndarray) -> tuple[np.ndarray, ...]:
         """Runs that are alike are simulated once, for as long as any of them."""

@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 from fitting.posterior.gait import SPEED, beat_phase
 from fitting.posterior.likelihood import Discrepancy, wave_discrepancy
 from fitting.posterior.robot_doubt import Doubt, doubted_twins, doubts_of
-from fitting.posterior.trial_model import TrialModel
+from fitting.posterior.trial_model import TrialModel, freedoms_together, simulated_together
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
 from swimmer import Twin
@@ -143,11 +143,11 @@ class SessionModel:
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         """(s, k) rows of coefficients (s, 5); nan where the twin diverged."""
-        return np.hstack([model.simulated(coefficients) for model in self.trials])
+        return np.hstack(simulated_together(self.trials, coefficients))
 
     def disturbances(self, coefficients: np.ndarray, noise: np.ndarray | None = None) -> Disturbances:
         """What noise and nuisances do at coefficients (5,); noise (k, k) by default as the tracks show it."""
-        freedoms = [model.freedoms(coefficients) for model in self.trials]
+        freedoms = freedoms_together(self.trials, coefficients)
         own = block_diag(*[freedom.own for freedom in freedoms])
         boxes = block_diag(*[freedom.boxes for freedom in freedoms])
         markers, robot = (np.vstack(each) for each in zip(*[(f.markers, f.robot) for f in freedoms], strict=True))

@@ -1,5 +1,9 @@
-"""The gait of one trial as a function of the coefficients, and what else may have moved it."""
+"""The gait of one trial as a function of the coefficients, and what else may have moved it.
 
+Of several trials it is faster to ask for all at once than for one after the other: the cores share their simulations.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -60,15 +64,14 @@ class TrialModel:
 
     def simulated(self, coefficients: np.ndarray) -> np.ndarray:
         """(s, k) gaits of coefficients (s, 5), in step with the measured tail; nan where the twin diverged."""
-        return self.in_step(self.gait(self.positions(coefficients)))
+        return simulated_together((self,), coefficients)[0]
 
     def freedoms(self, coefficients: np.ndarray) -> "Freedoms":
-        """By how much the gait moves with one standard deviation of each nuisance, at coefficients (5,).
+        """By how much the gait moves with one standard deviation of each nuisance, at coefficients (5,)."""
+        return freedoms_together((self,), coefficients)[0]
 
-        Of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each box
-        sits on its marker (with the scale and the heading that go with the boxes of nose and neck). Of the session:
-        by the metre, where each marker sits on the body; and what is doubted of the robot.
-        """
+    def _of_sure_robot(self, coefficients: np.ndarray) -> "Freedoms":
+        """`freedoms` of a robot that nobody doubts."""
         trajectories = self.trajectories(coefficients[None])
         marker_m = self._kept(trajectories.marker_m[0])  # (n, m, 2)
         gait = self.in_step(self.gait(marker_m))
@@ -78,8 +81,8 @@ class TrialModel:
         own = [*self._of_start(coefficients), PHASE_SD_RAD * _slope_of_phase(gait), *_of_place(len(gait))]
         boxes = self._of_shifts(marker_m, pool, gait)
         markers = self._of_shifts(marker_m, body, gait)
-        robot = [np.zeros((len(gait), 0)), *(self._of_doubt(each, coefficients)[:, None] for each in self.doubted)]
-        return Freedoms(np.column_stack(own), np.column_stack(boxes), np.column_stack(markers), np.hstack(robot))
+        robot = np.zeros((len(gait), 0))
+        return Freedoms(np.column_stack(own), np.column_stack(boxes), np.column_stack(markers), robot)
 
     def _of_start(self, coefficients: np.ndarray) -> np.ndarray:
         """(4, k) of the velocity at time 0, and of the frequency."""
@@ -90,12 +93,6 @@ class TrialModel:
         positions = self.positions(np.tile(coefficients, (len(steps), 1)), 1 + steps[:, 3], steps[:, :3])
         up, down = np.split(self.in_step(self.gait(positions)), 2)
         return (np.array([*START_SD, relative]) / (2 * step))[:, None] * (up - down)
-
-    def _of_doubt(self, doubted: DoubtedTwin, coefficients: np.ndarray) -> np.ndarray:
-        more, less = (
-            replace(self, twin=twin).simulated(coefficients[None])[0] for twin in (doubted.more, doubted.less)
-        )
-        return np.asarray(doubted.per_sd * (more - less))
 
     def _of_shifts(self, marker_m: np.ndarray, axes: np.ndarray, gait: np.ndarray) -> list[np.ndarray]:
         """The slope with each marker's shift along each of its axes (n, m, 2, 2), 1/m.
@@ -132,18 +129,29 @@ class TrialModel:
         self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None
     ) -> Trajectories:
         """Of coefficients (s, 5), with cranks faster by (s,) and a velocity at time 0 shifted by (s, 3)."""
+        return self.twin.simulate(self.runs(coefficients, faster, shift), self.time_s, allow_divergence=True)
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """(n,) of the frames up to the last that is kept."""
+        return self.trial.time_s[: int(np.flatnonzero(self.trial.kept)[-1]) + 1]
+
+    def runs(self, coefficients: np.ndarray, faster: np.ndarray | None = None, shift: np.ndarray | None = None) -> Runs:
+        """What `trajectories` simulates."""
         count, trial, turn = len(coefficients), self.trial, self.trial.turn
         faster = np.ones(count) if faster is None else faster
         turned = {} if turn is None else {by: turn.shifted(0.0, by) for by in set(map(float, faster))}
-        runs = Runs(
+        return Runs(
             coefficients=np.ascontiguousarray(coefficients),
             frequency_hz=faster * trial.frequency.hz,
             phase_rad=np.full(count, self.phase_rad),
             velocity=np.tile(trial.start_velocity, (count, 1)) + (0.0 if shift is None else shift),
             turns=tuple(turned[float(by)] for by in faster) if turned else None,
         )
-        last = int(np.flatnonzero(trial.kept)[-1]) + 1
-        return self.twin.simulate(runs, trial.time_s[:last], allow_divergence=True)
+
+    def gaits_of(self, told: Trajectories) -> np.ndarray:
+        """(s, k) of trajectories up to the last frame that is kept, in step with the measured tail."""
+        return self.in_step(self.gait(self._kept(told.marker_m)))
 
     def _kept(self, series: np.ndarray) -> np.ndarray:
         """The kept frames of positions (n, m, 2) or (s, n, m, 2), or of axes (n, m, 2, 2)."""
@@ -153,6 +161,10 @@ class TrialModel:
 
 class Freedoms(NamedTuple):
     """(k, q) columns: what nuisances do to a gait.
+
+    Of the trial: velocity at time 0, frequency, phase, and where the fish is; and, by the metre, where each box sits
+    on its marker (with the scale and the heading that go with the boxes of nose and neck). Of the session: by the
+    metre, where each marker sits on the body; and what is doubted of the robot.
 
     Attributes:
         own: those of the trial, by their standard deviations.
@@ -173,6 +185,32 @@ class Freedoms(NamedTuple):
     def in_step(self) -> np.ndarray:
         """(k, q - 1) `own` without the phase."""
         return np.delete(self.own, _PHASE_COLUMN, axis=1)
+
+
+def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
+    """(s, k) each, `TrialModel.simulated` of several trials, those beside the same twin at once."""
+    found: dict[int, np.ndarray] = {}
+    for twin in {id(model.twin): model.twin for model in models}.values():
+        own = [(number, model) for number, model in enumerate(models) if model.twin is twin]
+        runs, times = [model.runs(coefficients) for _, model in own], [model.time_s for _, model in own]
+        for (number, model), told in zip(own, twin.simulate_together(runs, times), strict=True):
+            found[number] = model.gaits_of(told)
+    return [found[number] for number in range(len(models))]
+
+
+def freedoms_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Freedoms]:
+    """`TrialModel.freedoms` of several trials, whose robots are doubted in the same ways."""
+    at = coefficients[None]
+    columns: list[list[np.ndarray]] = [[] for _ in models]
+    for doubts in zip(*(model.doubted for model in models), strict=True):
+        more, less = (
+            simulated_together([replace(model, twin=twin) for model, twin in zip(models, twins, strict=True)], at)
+            for twins in ([doubt.more for doubt in doubts], [doubt.less for doubt in doubts])
+        )
+        for own, doubt, up, down in zip(columns, doubts, more, less, strict=True):
+            own.append(doubt.per_sd * (up[0] - down[0]))
+    found = [model._of_sure_robot(coefficients) for model in models]
+    return [each._replace(robot=np.column_stack([each.robot, *own])) for each, own in zip(found, columns, strict=True)]
 
 
 def _slope_of_phase(gait: np.ndarray) -> np.ndarray:

@@ -13,8 +13,7 @@ from fitting.posterior.session_model import SessionModel
 from fitting.signatures.affected_trial import AffectedTrial
 from fitting.signatures.view_of import picture_px, view_of
 from session import CameraSpec
-from swimmer import Trajectories
-from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
+from swimmer.effects import AffectedTwin, Effect, View
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +51,7 @@ class AffectedSession:
             numbers = [number for number, trial in enumerate(self.trials) if trial.twin is twin]
             own = [self.trials[number] for number in numbers]
             runs = [trial.runs(coefficients, values) for trial in own]
-            told = _together(twin, runs, [trial.time_s for trial in own])
+            told = twin.simulate_together(runs, [trial.model.time_s for trial in own])
             for number, trial, each, part in zip(numbers, own, runs, told, strict=True):
                 found[number] = trial.gaits(each, part)
         return np.hstack([found[number] for number in range(len(self.trials))])
@@ -78,14 +77,3 @@ def plain_gaits(model: SessionModel, camera: CameraSpec, coefficients: tuple[flo
     """(k,) the row of gaits without any effect, which is that of every effect of no strength."""
     at = np.array([coefficients])
     return AffectedSession.of((), model, camera, at[0]).gaits(at, np.zeros((1, 0)))[0]
-
-
-def _together(twin: AffectedTwin, runs: Sequence[AffectedRuns], time_s: Sequence[np.ndarray]) -> list[Trajectories]:
-    """Of several trials, each with runs at times (f,) of its own."""
-    longest = max(map(len, time_s))
-    padded = [np.pad(times, (0, longest - len(times)), mode="edge") for times in time_s]
-    stamped = np.concatenate([np.tile(times, (len(own), 1)) for own, times in zip(runs, padded, strict=True)])
-    told = twin.simulate(AffectedRuns.joined(runs), stamped, allow_divergence=True)
-    ends = np.cumsum([len(own) for own in runs])
-    rows = [np.arange(end - len(own), end) for own, end in zip(runs, ends, strict=True)]
-    return [told.part(own, len(times)) for own, times in zip(rows, time_s, strict=True)]

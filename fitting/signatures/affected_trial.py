@@ -53,12 +53,6 @@ class AffectedTrial:
         runs = self.runs(np.zeros((len(values), 5)), values)
         return np.asarray(self.twin.beats_hz(runs, trial.time_s) - trial.frequency.hz)
 
-    @property
-    def time_s(self) -> np.ndarray:
-        """(n,) of the frames up to the last that is kept."""
-        trial = self.model.trial
-        return trial.time_s[: int(np.flatnonzero(trial.kept)[-1]) + 1]
-
     def runs(self, coefficients: np.ndarray, values: np.ndarray) -> AffectedRuns:
         """Of coefficients (s, 5) and values (s, p) of the session."""
         trial, count = self.model.trial, len(values)
@@ -78,5 +72,5 @@ class AffectedTrial:
         nose, neck = (trial.markers.index(name) for name in ("nose", "neck"))
         span = np.median(np.linalg.norm(seen[:, :, nose] - seen[:, :, neck], axis=-1), axis=1)
         scaled = (self.twin.robot.scale_length_m / span)[:, None, None, None] * seen
-        kept = np.compress(trial.kept[: len(self.time_s)], scaled, axis=1)
+        kept = np.compress(trial.kept[: len(self.model.time_s)], scaled, axis=1)
         return self.model.in_step(self.model.gait(kept))

@@ -79,6 +79,17 @@ def test_what_was_measured_ten_times_as_well_moves_it_a_tenth(model: SessionMode
     assert trial.freedoms(TRUTH).robot == pytest.approx(0.1 * robot)
 
 
+def test_trials_asked_at_once_tell_what_each_tells_alone() -> None:
+    swims = (*exact_swims(hz=(0.9,), seconds=4.0), *exact_swims(hz=(1.2,), seconds=5.0))
+    session = SessionModel.of(exact_twin(), list(swims))
+    at = np.array([TRUTH, 1.1 * TRUTH])
+    alone = np.hstack([model.simulated(at) for model in session.trials])
+    np.testing.assert_array_equal(session.simulated(at), alone)
+    doubted = np.vstack([model.freedoms(TRUTH).robot for model in session.trials])
+    np.testing.assert_array_equal(session.disturbances(TRUTH).robot, doubted)
+    assert np.linalg.norm(doubted, axis=0).min() > 0
+
+
 def known_posterior(nuisance: float) -> Posterior:
     """Of a row of numbers that is the sum of a coefficient and a crank arm, and one that is the arm, with noise."""
     columns, noise = np.array([[1.0], [1.0]]), 0.1**2
