@@ -49,11 +49,14 @@ def test_the_frequency_does_not_count() -> None:
     assert shrinkage(held(left), left).value is None  # type: ignore[arg-type]
 
 
-def test_the_interval_holds_the_value_without_noise() -> None:
+@pytest.mark.parametrize(("before", "after"), [(25.0, 10.0), (16.0, 0.0)])
+def test_the_interval_holds_the_value_without_noise_whose_size_is_told_a_little_wrong(
+    before: float, after: float
+) -> None:
     random, inside = np.random.default_rng(4), 0
     for seed in range(200):
-        gap, rest = (size * random.standard_normal(K) / np.sqrt(K) for size in (25.0, 10.0))
-        noise = random.standard_normal(K)
+        gap, rest = (size * random.standard_normal(K) / np.sqrt(K) for size in (before, after))
+        noise = np.exp(0.09 * random.standard_normal() / 2) * random.standard_normal(K)
         found = shrinkage(held(coloured(gap + noise)), coloured(rest + noise), seed)  # type: ignore[arg-type]
         assert found.interval is not None
         inside += found.interval[0] <= 1 - (rest @ rest) / (gap @ gap) <= found.interval[1]
