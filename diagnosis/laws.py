@@ -16,7 +16,10 @@ from fitting.posterior.gait import HARMONICS, waves
 from fitting.posterior.trial_model import TrialModel
 from swimmer import RobotSpec
 
+ALL_HINGES = "whole tail"
+"""Place of torques that are alike in all hinges."""
 _ALONG, _ACROSS, _TURNING = range(3)  # of the head's joints
+_PLACES = 12  # along the tail
 _SMOOTH = 5  # degree of the splines: differences at a camera's rate would damp the third harmonic's acceleration
 _RUBS = 0.2  # of the root mean square rate, within which dry friction turns
 
@@ -54,6 +57,16 @@ class _Motion(NamedTuple):
     rates: np.ndarray
     rates_faster: np.ndarray
 
+    @property
+    def speeds(self) -> np.ndarray:
+        """(n, 3 + h) of head and hinges."""
+        return np.hstack([self.head, self.rates])
+
+    @property
+    def accelerations(self) -> np.ndarray:
+        """(n, 3 + h) of head and hinges."""
+        return np.hstack([self.head_faster, self.rates_faster])
+
 
 class _Pushed(NamedTuple):
     """All trials: how their twins move, and what forces would do to them."""
@@ -68,15 +81,25 @@ class _Pushed(NamedTuple):
         return np.column_stack(parts) / self.responses.unit[joint]
 
     def in_hinges(self) -> Iterator[tuple[str, str, np.ndarray]]:
-        """Of springs, dampers, dry friction, and inertia of the hinge's own drive: place, what it goes with, (k, t)."""
-        for number, hinge in enumerate(self.responses.joints[len(HEAD) :]):
+        """Of springs, dampers, dry friction, and inertia of the hinge's own drive: place, what it goes with, (k, t).
+
+        In each hinge, and in all of them alike.
+        """
+        hinges = self.responses.joints[len(HEAD) :]
+        found: dict[str, list[np.ndarray]] = {}
+        for number, hinge in enumerate(hinges):
             for goes_with, values in {
                 "its angle": [motion.hinges[:, number] for motion in self.motions],
                 "its rate": [motion.rates[:, number] for motion in self.motions],
                 "the way it turns": [_rubbing(motion.rates[:, number]) for motion in self.motions],
                 "its acceleration": [motion.rates_faster[:, number] for motion in self.motions],
             }.items():
-                yield f"hinge {hinge}", goes_with, self.on(len(HEAD) + number, values)
+                columns = self.on(len(HEAD) + number, values)
+                found.setdefault(goes_with, []).append(columns)
+                yield f"hinge {hinge}", goes_with, columns
+        if len(hinges) > 1:
+            for goes_with, own in found.items():
+                yield ALL_HINGES, goes_with, np.sum(own, axis=0)
 
     def by_water(self, robot: RobotSpec, markers: Sequence[str]) -> Iterator[tuple[str, str, np.ndarray]]:
         """Of drag on the head, and of lift on it and the fin, which is told by the marker next to it: the same."""
@@ -91,6 +114,17 @@ class _Pushed(NamedTuple):
         away_m = np.abs(robot.marker_positions_m(tuple(markers))[:, 0] - fin_m)
         place = f"tail at {markers[int(np.argmin(away_m))]}"
         yield place, "the square of the speed ahead, to one side", np.sum(parts, axis=0)
+
+    def along_tail(self, robot: RobotSpec) -> Iterator[tuple[str, str, np.ndarray]]:
+        """Of drag across, and of mass, that are spread alike along the tail: the same."""
+        places_m = np.linspace(robot.hinge_x_m[0], robot.fin_root_x_m + robot.caudal_fin.centre_m, _PLACES)
+        arms = np.array([across(float(place), robot.hinge_x_m) for place in places_m])  # (p, 3 + h)
+        for goes_with, forces in {
+            "the square of the speed of its parts": [_squared(motion.speeds @ arms.T) for motion in self.motions],
+            "the acceleration of its parts": [motion.accelerations @ arms.T for motion in self.motions],
+        }.items():
+            parts = [self.on(joint, [each @ arms[:, joint] for each in forces]) for joint in range(arms.shape[1])]
+            yield ALL_HINGES, goes_with, np.sum(parts, axis=0)
 
     def of_mass(self, middle_m: float, length_m: float) -> np.ndarray:
         """(k, t, 3) of a mass too much in the head's middle, of how far off that it is, and of how far it spreads.
@@ -112,7 +146,8 @@ def laws(ground: Ground, responses: Responses) -> Iterator[Law]:
     """In every hinge, on the head, and across the caudal fin; with position, speed, its square, or acceleration."""
     pushed = _Pushed(tuple(_motion(model, ground.at) for model in ground.model.trials), responses)
     robot = ground.twin.robot
-    for of_water, told in ((False, pushed.in_hinges()), (True, pushed.by_water(robot, ground.trials[0].markers))):
+    wet = (*pushed.by_water(robot, ground.trials[0].markers), *pushed.along_tail(robot))
+    for of_water, told in ((False, pushed.in_hinges()), (True, wet)):
         for place, goes_with, columns in told:
             yield Law(place, goes_with, of_water, columns[..., None])
     yield Law("head", "its acceleration", True, pushed.of_mass(_middle_m(robot), robot.scale_length_m))

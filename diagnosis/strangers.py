@@ -12,7 +12,7 @@ import numpy as np
 
 from diagnosis.generic import OF_HARMONIC, SLIDE_PER_S
 from diagnosis.ground import Ground
-from diagnosis.laws import laws
+from diagnosis.laws import ALL_HINGES, laws
 from diagnosis.pushes import HEAD, Responses, across
 from diagnosis.ripples import rippled, smeared
 from fitting.posterior.gait import (
@@ -62,6 +62,7 @@ def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
             found.append(Stranger(place, True, within.sum(axis=1), weight))
             if len(ground.trials) > 1:
                 found.append(Stranger(place, False, within.reshape(len(columns), -1)))
+    found += _sitting_elsewhere(ground)
     for law in laws(ground, responses):
         weight = _OF_WATER if law.of_water else 1.0
         found.append(Stranger(law.place, True, law.columns.sum(axis=1), weight, law.goes_with))
@@ -88,6 +89,24 @@ def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
         for trial, phase in enumerate(phases):
             columns[own * trial : own * (trial + 1), trial] = advanced(gaits, float(phase)).T
         yield f"marker {marker}", columns
+
+
+def _sitting_elsewhere(ground: Ground) -> Iterator[Stranger]:
+    """(k, 2) of each marker that is elsewhere on the body, and of each box beside its marker, alike in all trials.
+
+    Nose and neck take scale and heading with them. Boxes that are alike in all trials are not the ones that were put a
+    little off in each.
+    """
+    disturbed, gaits, markers = ground.disturbances, len(ground.model.measured), ground.trials[0].markers
+    per_box = disturbed.per_box.reshape(gaits, len(ground.trials), -1).sum(axis=1)
+    for goes_with, moved in (
+        ("its place on the body", disturbed.per_marker),
+        ("its place in the picture", per_box),
+    ):
+        for number, marker in enumerate(markers):
+            columns = np.zeros((len(ground.left), 2))
+            columns[:gaits] = moved[:, 2 * number : 2 * number + 2]
+            yield Stranger(f"marker {marker}", True, columns, goes_with=goes_with)
 
 
 def _in_picture(ground: Ground) -> tuple[str, np.ndarray]:
@@ -118,9 +137,11 @@ def _in_time(ground: Ground) -> tuple[str, np.ndarray]:
 
 
 def _in_hinges(responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
-    """(k, t, 7) of a torque in each hinge."""
+    """(k, t, 7) of a torque in each hinge, and of one that is alike in all."""
     for number, hinge in enumerate(responses.joints[len(HEAD) :], len(HEAD)):
         yield f"hinge {hinge}", responses.columns[:, :, number]
+    if len(responses.joints) > len(HEAD) + 1:
+        yield ALL_HINGES, responses.columns[:, :, len(HEAD) :].sum(axis=2)
 
 
 def _by_water(ground: Ground, responses: Responses) -> Iterator[tuple[str, np.ndarray]]:

@@ -16,6 +16,7 @@ from diagnosis.strangers import strangers
 from fitting.signatures import signature_of
 from session import TrialKind
 from swimmer.effects import Effect, Parameter, StepForce, StepState
+from swimmer.effects.measurement.scale_error import ScaleError
 from swimmer.effects.structure.joint_damping import JointDamping
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
@@ -40,12 +41,14 @@ class OfALaw(Effect):
         self.goes_with = goes_with
 
     def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:  # noqa: ARG002
-        """On the second hinge, or across the head."""
+        """On the second hinge, on all of them, or across the head."""
 
         def force(state: StepState) -> np.ndarray:
             result = np.zeros_like(state.velocity)
             if self.goes_with == "its angle":
                 result[:, FIRST_HINGE + HINGE] = values[:, 0] * state.position[:, FIRST_HINGE + HINGE]
+            elif self.goes_with == "all angles":
+                result[:, FIRST_HINGE:] = values[:, :1] * state.position[:, FIRST_HINGE:]
             elif self.goes_with == "its rate":
                 result[:, FIRST_HINGE + HINGE] = values[:, 0] * state.velocity[:, FIRST_HINGE + HINGE]
             else:
@@ -100,15 +103,31 @@ def test_a_heavier_head_goes_with_its_acceleration(known: dict[tuple[str, str], 
     assert min(laws_of_head, key=left) == "its acceleration"
 
 
-def test_a_hinge_whose_spring_is_weaker_is_told_as_that() -> None:
+@pytest.mark.parametrize(
+    ("weaker", "told"),
+    [("its angle", ("hinge tail_2", "its angle")), ("all angles", ("whole tail", "its angle"))],
+)
+def test_hinges_whose_springs_are_weaker_are_told_as_that(weaker: str, told: tuple[str, str]) -> None:
+    assert likeliest_of(shown(weaker, 0.02)) == told
+
+
+def test_a_box_that_sits_elsewhere_in_all_trials_is_told_as_that() -> None:
+    """It takes the scale with it, which a marker behind nose and neck does not."""
     at = ground()
-    gap = 0.03 * shown("its angle", 0.02)
-    gap *= 12.0 / np.linalg.norm(at.space.freed(gap))
+    rows = signature_of(ScaleError(), at.model, CAMERA, at.at, np.array([[0.0, 0.05], [0.05, 0.0]])).rows
+    assert likeliest_of(rows[0]) == ("marker neck", "its place in the picture")
+    assert likeliest_of(rows[1]) == ("marker neck", "its place on the body")
+
+
+def likeliest_of(gap: np.ndarray) -> tuple[str, str]:
+    """Where a gap (k,) surely is that is clearly seen, and what it goes with, by a catalogue that does not hold it."""
+    at = ground()
+    gap = gap * 12.0 / np.linalg.norm(at.space.freed(gap))
     here = type(at)(**{name: getattr(at, name) for name in at.__dataclass_fields__})
     here.__dict__.update(left=at.left + gap, slopes=at.slopes, generic=at.generic)
     elsewhere = strangers(here, responses(at))
     effects = [signature_of(JointDamping(), at.model, CAMERA, at.at)]
     found = explained(here, effects, Belief(), elsewhere).probabilities
     likeliest = elsewhere[int(np.argmax(found.at_place))]
-    assert (likeliest.place, likeliest.goes_with) == ("hinge tail_2", "its angle")
     assert found.with_other > 0.98
+    return likeliest.place, likeliest.goes_with
