@@ -17,6 +17,7 @@ from scipy.linalg import solve_triangular
 from diagnosis.ground import Ground
 
 _CLEAR = 3.0  # standard errors of L_plain above F from which a shrinkage is told
+_LEAST_GAP = 0.1  # of the squares that the plain twin seems to leave, which it surely does where these are clear
 _DRAWS = 4000
 _FLOOR_SD = 0.09
 """Of the logarithm of F, from session to session: in 85 null sessions of development that of L_plain over F spreads by
@@ -31,7 +32,8 @@ class Shrinkage:
         plain, with_effects: mean squared whitened residual.
         value: S; None where the plain twin leaves no more than noise, or nothing was added.
         interval: 95 %, over the noise of these trials and how large it is, and over how far what was fitted may be off;
-            None where S is, or where twins a little off what was fitted diverge.
+            None where S is, or where twins a little off what was fitted diverge. It holds S itself, and nothing above
+            1 but that: what is left may be less than F makes it.
     """
 
     plain: float
@@ -78,15 +80,15 @@ def shrinkage(
     drawn_over, drawn_under = (
         excess - noise for excess, noise in zip((over, under), _noise(before, after, seed), strict=True)
     )
-    value = 1 - under / over
-    drawn = 1 - drawn_under / np.maximum(drawn_over, 1e-9)
+    value = float(1 - under / over)
+    drawn = 1 - np.maximum(drawn_under, 0.0) / np.maximum(drawn_over, _LEAST_GAP * over)
     if otherwise is not None:
         values = _values(held, *otherwise)
         if not len(values):
-            return Shrinkage(plain, with_effects, float(value), None)
+            return Shrinkage(plain, with_effects, value, None)
         drawn = np.add.outer(value - values, drawn).ravel()
-    low, high = np.quantile(drawn, [0.025, 0.975])
-    return Shrinkage(plain, with_effects, float(value), (float(low), float(high)))
+    low, high = np.quantile(np.minimum(drawn, 1.0), [0.025, 0.975])  # without noise nothing shrinks by more than all
+    return Shrinkage(plain, with_effects, value, (min(float(low), value), max(float(high), value)))
 
 
 def _values(held: Ground, plain: np.ndarray, with_effects: np.ndarray) -> np.ndarray:

@@ -12,15 +12,14 @@ from scipy.interpolate import make_interp_spline
 
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, Responses, across
+from diagnosis.tail_places import SMOOTH, TailPlaces
 from fitting.posterior.gait import HARMONICS, waves
 from fitting.posterior.trial_model import TrialModel
 from swimmer import RobotSpec
 
-ALL_HINGES = "whole tail"
-"""Place of torques that are alike in all hinges."""
+WHOLE_TAIL = "whole tail"
+"""Place of torques that are alike in all hinges, and of what is spread alike along it."""
 _ALONG, _ACROSS, _TURNING = range(3)  # of the head's joints
-_PLACES = 12  # along the tail
-_SMOOTH = 5  # degree of the splines: differences at a camera's rate would damp the third harmonic's acceleration
 _RUBS = 0.2  # of the root mean square rate, within which dry friction turns
 
 
@@ -48,6 +47,8 @@ class _Motion(NamedTuple):
         head: (n, 3) velocity in its own frame, m/s and rad/s.
         head_faster: (n, 3) its acceleration, along the same axes.
         hinges, rates, rates_faster: (n, h) angles, rad, and their first and second derivatives.
+        wet: whether it is in the water.
+        tail: places along it.
     """
 
     crank: np.ndarray
@@ -56,16 +57,8 @@ class _Motion(NamedTuple):
     hinges: np.ndarray
     rates: np.ndarray
     rates_faster: np.ndarray
-
-    @property
-    def speeds(self) -> np.ndarray:
-        """(n, 3 + h) of head and hinges."""
-        return np.hstack([self.head, self.rates])
-
-    @property
-    def accelerations(self) -> np.ndarray:
-        """(n, 3 + h) of head and hinges."""
-        return np.hstack([self.head_faster, self.rates_faster])
+    wet: bool
+    tail: TailPlaces
 
 
 class _Pushed(NamedTuple):
@@ -99,7 +92,7 @@ class _Pushed(NamedTuple):
                 yield f"hinge {hinge}", goes_with, columns
         if len(hinges) > 1:
             for goes_with, own in found.items():
-                yield ALL_HINGES, goes_with, np.sum(own, axis=0)
+                yield WHOLE_TAIL, goes_with, np.sum(own, axis=0)
 
     def by_water(self, robot: RobotSpec, markers: Sequence[str]) -> Iterator[tuple[str, str, np.ndarray]]:
         """Of drag on the head, and of lift on it and the fin, which is told by the marker next to it: the same."""
@@ -111,20 +104,22 @@ class _Pushed(NamedTuple):
         yield "head", "the square of its speed ahead, turning it", self.on(_TURNING, ahead)
         fin_m = robot.fin_root_x_m + robot.caudal_fin.centre_m
         parts = [each * self.on(joint, ahead) for joint, each in enumerate(across(fin_m, robot.hinge_x_m))]
-        away_m = np.abs(robot.marker_positions_m(tuple(markers))[:, 0] - fin_m)
-        place = f"tail at {markers[int(np.argmin(away_m))]}"
+        places_m = robot.marker_positions_m(tuple(markers))[:, 0]
+        away_m = np.where(places_m > robot.hinge_x_m[0], np.abs(places_m - fin_m), np.inf)
+        place = f"tail at {markers[int(np.argmin(away_m))]}" if np.isfinite(away_m).any() else "tail at the fin"
         yield place, "the square of the speed ahead, to one side", np.sum(parts, axis=0)
 
-    def along_tail(self, robot: RobotSpec) -> Iterator[tuple[str, str, np.ndarray]]:
-        """Of drag across, and of mass, that are spread alike along the tail: the same."""
-        places_m = np.linspace(robot.hinge_x_m[0], robot.fin_root_x_m + robot.caudal_fin.centre_m, _PLACES)
-        arms = np.array([across(float(place), robot.hinge_x_m) for place in places_m])  # (p, 3 + h)
-        for goes_with, forces in {
-            "the square of the speed of its parts": [_squared(motion.speeds @ arms.T) for motion in self.motions],
-            "the acceleration of its parts": [motion.accelerations @ arms.T for motion in self.motions],
-        }.items():
-            parts = [self.on(joint, [each @ arms[:, joint] for each in forces]) for joint in range(arms.shape[1])]
-            yield ALL_HINGES, goes_with, np.sum(parts, axis=0)
+    def along_tail(self) -> Iterator[tuple[str, str, np.ndarray]]:
+        """Of drag across each part in the water, and of mass, that are spread alike along the tail: the same."""
+        drag = [each.wet * _squared(each.tail.speed_across_m_s) * each.tail.normal for each in self.motions]
+        mass = [each.tail.acceleration_m_s2 for each in self.motions]
+        for goes_with, told in (
+            ("the square of the speed of its parts", drag),
+            ("the acceleration of its parts", mass),
+        ):
+            forces = [each.tail.on_joints(force) for each, force in zip(self.motions, told, strict=True)]
+            parts = [self.on(joint, [each[:, joint] for each in forces]) for joint in range(len(self.responses.joints))]
+            yield WHOLE_TAIL, goes_with, np.sum(parts, axis=0)
 
     def of_mass(self, middle_m: float, length_m: float) -> np.ndarray:
         """(k, t, 3) of a mass too much in the head's middle, of how far off that it is, and of how far it spreads.
@@ -143,10 +138,13 @@ class _Pushed(NamedTuple):
 
 
 def laws(ground: Ground, responses: Responses) -> Iterator[Law]:
-    """In every hinge, on the head, and across the caudal fin; with position, speed, its square, or acceleration."""
+    """In every hinge and in all, along the tail, on the head, and across the caudal fin.
+
+    With position, speed, its square, or acceleration.
+    """
     pushed = _Pushed(tuple(_motion(model, ground.at) for model in ground.model.trials), responses)
     robot = ground.twin.robot
-    wet = (*pushed.by_water(robot, ground.trials[0].markers), *pushed.along_tail(robot))
+    wet = (*pushed.by_water(robot, ground.trials[0].markers), *pushed.along_tail())
     for of_water, told in ((False, pushed.in_hinges()), (True, wet)):
         for place, goes_with, columns in told:
             yield Law(place, goes_with, of_water, columns[..., None])
@@ -155,11 +153,14 @@ def laws(ground: Ground, responses: Responses) -> Iterator[Law]:
 
 def _motion(model: TrialModel, at: np.ndarray) -> _Motion:
     moved, kept = model.trajectories(at[None]), model.trial.kept
-    head, hinges = (make_interp_spline(moved.time_s, series[0], _SMOOTH) for series in (moved.head, moved.hinges_rad))
+    head, hinges = (make_interp_spline(moved.time_s, series[0], SMOOTH) for series in (moved.head, moved.hinges_rad))
     kept = kept[: len(moved.time_s)]
     time_s, yaw = moved.time_s[kept], moved.head[0, kept, 2]
     speed, faster = (_in_head(head(time_s, nu=order), yaw) for order in (1, 2))
-    return _Motion(moved.crank_rad[0][kept], speed, faster, *(hinges(time_s, nu=order) for order in range(3)))
+    bent, rates, rates_faster = (hinges(time_s, nu=order) for order in range(3))
+    wet = not model.twin.scene.head_clamped
+    tail = TailPlaces.of(model.twin.robot, moved.time_s, moved.head[0], moved.hinges_rad[0]).kept(kept)
+    return _Motion(moved.crank_rad[0][kept], speed, faster, bent, rates, rates_faster, wet, tail)
 
 
 def _in_head(series: np.ndarray, yaw: np.ndarray) -> np.ndarray:

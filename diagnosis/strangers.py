@@ -12,7 +12,7 @@ import numpy as np
 
 from diagnosis.generic import OF_HARMONIC, SLIDE_PER_S
 from diagnosis.ground import Ground
-from diagnosis.laws import ALL_HINGES, laws
+from diagnosis.laws import WHOLE_TAIL, laws
 from diagnosis.pushes import HEAD, Responses, across
 from diagnosis.ripples import rippled, smeared
 from fitting.posterior.gait import (
@@ -38,7 +38,8 @@ class Stranger(NamedTuple):
         same: whether it is the same in all trials.
         columns: (k, b) of the row.
         weight: how likely it is, against others, before a session is looked at.
-        goes_with: what a force is proportional to; empty where it is free in its mean and harmonics.
+        goes_with: what a force is proportional to, or how a marker is off; empty where it is free in its mean and
+            harmonics.
     """
 
     place: str
@@ -51,8 +52,8 @@ class Stranger(NamedTuple):
 def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
     """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat.
 
-    Also forces that follow a law (`diagnosis.laws`), a picture that is drawn out of shape, and beats that come early
-    and late.
+    Also markers and boxes that sit elsewhere, forces that follow a law (`diagnosis.laws`), a picture that is drawn out
+    of shape, and beats that come early and late.
     """
     found = []
     dry = (*_at_markers(ground), *_in_hinges(responses), _in_picture(ground), _in_time(ground))
@@ -100,8 +101,8 @@ def _sitting_elsewhere(ground: Ground) -> Iterator[Stranger]:
     disturbed, gaits, markers = ground.disturbances, len(ground.model.measured), ground.trials[0].markers
     per_box = disturbed.per_box.reshape(gaits, len(ground.trials), -1).sum(axis=1)
     for goes_with, moved in (
-        ("its place on the body", disturbed.per_marker),
-        ("its place in the picture", per_box),
+        ("a steady offset on the body", disturbed.per_marker),
+        ("a steady offset in the picture", per_box),
     ):
         for number, marker in enumerate(markers):
             columns = np.zeros((len(ground.left), 2))
@@ -141,7 +142,7 @@ def _in_hinges(responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
     for number, hinge in enumerate(responses.joints[len(HEAD) :], len(HEAD)):
         yield f"hinge {hinge}", responses.columns[:, :, number]
     if len(responses.joints) > len(HEAD) + 1:
-        yield ALL_HINGES, responses.columns[:, :, len(HEAD) :].sum(axis=2)
+        yield WHOLE_TAIL, responses.columns[:, :, len(HEAD) :].sum(axis=2)
 
 
 def _by_water(ground: Ground, responses: Responses) -> Iterator[tuple[str, np.ndarray]]:

@@ -142,14 +142,20 @@ class Twin:
         return _TOGETHER * np.ceil((np.ceil(last_s / self.scene.timestep_s) + 2) / _TOGETHER).astype(int)
 
     def _rolled(self, batch: Batch, runs: Runs, steps: np.ndarray) -> np.ndarray:
-        """(n, s, q) positions after each of the most steps of all; a run with fewer (n,) rests where it ends."""
+        """(n, s, q) positions after each of the most steps of all; a run with fewer (n,) rests where it ends.
+
+        So does one that the engine gave up, which else would go on once another ends.
+        """
         speeds = runs.crank_speeds(int(steps.max()), self.scene.timestep_s)
         rolled, begin = np.empty((len(runs), steps.max(), self.model.nq)), 0
+        given_up = np.zeros(len(runs), bool)
         for end in np.unique(steps):
-            ids = np.flatnonzero(steps >= end)
+            ids = np.flatnonzero((steps >= end) & ~given_up)
             control = None if speeds is None else speeds[ids, begin:end]
             rolled[ids, begin:end] = batch.rollout(end - begin, control, CONTROL, record=("qpos",), ids=ids)["qpos"]
-            rolled[steps == end, end:] = rolled[steps == end, end - 1, None]
+            given_up[ids] = (rolled[ids, end - 1] == rolled[ids, end - 2]).all(axis=1)
+            rests = (steps == end) | given_up
+            rolled[rests, end:] = rolled[rests, end - 1, None]
             begin = end
         return rolled
 

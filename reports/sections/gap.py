@@ -226,9 +226,11 @@ def _shrinkage(found: Diagnosed) -> str:
         low, high = gap["shrinkage_ci95"]
         told += f" (95 % interval {whole_percent(low)} to {whole_percent(high)})."
         why = (
-            " The interval is over the noise of these swims and over how far what was fitted may be off; other swims "
-            "may fare otherwise."
+            " The interval is over the noise of these swims, how large it is, and how far what was fitted may be off; "
+            "other swims may fare otherwise."
         )
+    if gap["shrinkage"] > 1:
+        why += " More than all of it is gone, for less is left than noise was taken to leave."
     worse = " The gap grows: what explains the fitted swims does not carry over." if gap["shrinkage"] < 0 else ""
     return told + why + worse + _controls(gap.get("controls"))
 

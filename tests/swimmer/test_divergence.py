@@ -50,6 +50,17 @@ def test_if_allowed_it_is_flagged_and_nan_and_the_others_are_untouched() -> None
     np.testing.assert_array_equal(swum.marker_m[0], Twin(FISH).simulate(runs(1.0), FRAMES).marker_m[0])
 
 
+def test_what_the_engine_gave_up_does_not_go_on_when_a_shorter_one_ends() -> None:
+    twin, shorter = Twin(FISH), runs(1.0)
+    for size in (1e5, 1e6):
+        longer = runs(1.0, coefficients=(size,) * 5)
+        alone = twin.simulate(longer, FRAMES, allow_divergence=True)
+        _, beside = twin.simulate_together([shorter, longer], [FRAMES[:75], FRAMES])
+        np.testing.assert_array_equal(beside.diverged, alone.diverged)
+        np.testing.assert_array_equal(beside.marker_m, alone.marker_m)
+    assert alone.diverged.all()
+
+
 def test_a_blown_up_simulation_does_not_spoil_the_next_call() -> None:
     twin = Twin(FISH)
     before = twin.simulate(runs(1.0), FRAMES).marker_m
