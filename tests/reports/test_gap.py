@@ -109,9 +109,17 @@ def test_alternatives_are_told_as_such_and_what_would_separate_them(pages: dict[
     assert "Run it dry. tendon slack and tendon friction 4" in text
 
 
+def test_a_gap_that_shrinks_by_more_than_all_of_it_says_why() -> None:
+    more = made_data()["gap"] | {"shrinkage": 1.2, "shrinkage_ci95": [0.9, 1.2]}
+    page = page_of(made_diagnosed(gap=more))
+    assert "120 % of the held-out gap is gone" in page.text
+    assert "More than all of it is gone, for less is left than noise was taken to leave." in page.text
+
+
 def test_shrinkage_comes_with_its_interval_and_what_it_is_over(page: Page) -> None:
     assert "80 % of the held-out gap is gone (95 % interval 70 % to 90 %)." in page.text
-    assert "over the noise of these swims and over how far what was fitted may be off" in page.text
+    assert "over the noise of these swims, how large it is, and how far what was fitted may be off" in page.text
+    assert "More than all of it" not in page.text
     assert (
         "With motor speed sag in its place, which the evidence speaks against, it would be 5 %; 30 % with" in page.text
     )
