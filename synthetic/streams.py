@@ -6,13 +6,13 @@ import numpy as np
 
 
 class Stream(Enum):
-    """What draws; the value tells its streams from the others'."""
+    """What draws; the value tells its streams from the others', which are told from those of value 0 by having one."""
 
-    SWIM_TRACKER = ()
-    DRY_TRACKER = (1,)
-    DECAY_TRACKER = (2,)
-    SWIM_MOTOR = (3,)
-    DRY_MOTOR = (4,)
+    SWIM_TRACKER = 0
+    DRY_TRACKER = 1
+    DECAY_TRACKER = 2
+    SWIM_MOTOR = 3
+    DRY_MOTOR = 4
 
     def of(self, seed: int, number: int) -> np.random.Generator:
         """That of one trial.
@@ -21,4 +21,5 @@ class Stream(Enum):
             seed: of the plan.
             number: of the trial among those of its kind, from 0.
         """
-        return np.random.default_rng([seed, number, *self.value])
+        own = [self.value] if self.value else []
+        return np.random.default_rng([seed, number, *own])
