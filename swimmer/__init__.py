@@ -9,7 +9,7 @@ from swimmer.large_amplitude import TipMotion, mean_thrust_large, steady_speed_l
 from swimmer.mjcf import DRY, FREE_DECAY, SWIM, TIMESTEP_S, Scene, build_mjcf
 from swimmer.robot import RobotSpec, load_robot
 from swimmer.runs import Runs, Trajectories
-from swimmer.twin import Twin
+from swimmer.twin import Twin, simulate_together
 from swimmer.workers import workers_of
 
 __all__ = [
@@ -38,6 +38,7 @@ __all__ = [
     "mean_thrust",
     "mean_thrust_large",
     "model_sha256",
+    "simulate_together",
     "steady_speed",
     "steady_speed_large",
     "workers_of",

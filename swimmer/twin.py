@@ -96,16 +96,6 @@ class Twin:
         marker = self._kinematics(head, hinges)
         return Trajectories(time_s, marker, head, hinges, crank, diverged)
 
-    def simulate_together(self, runs: Sequence[Runs], time_s: Sequence[np.ndarray]) -> list[Trajectories]:
-        """Several lots of runs, each at times (f,) of its own, all at once; what diverges is nan."""
-        longest = max(map(len, time_s))
-        padded = [np.pad(times, (0, longest - len(times)), mode="edge") for times in time_s]
-        stamped = np.concatenate([np.tile(times, (len(own), 1)) for own, times in zip(runs, padded, strict=True)])
-        told = self.simulate(runs[0].joined(runs), stamped, allow_divergence=True)
-        ends = np.cumsum([len(own) for own in runs])
-        rows = [np.arange(end - len(own), end) for own, end in zip(runs, ends, strict=True)]
-        return [told.part(own, len(times)) for own, times in zip(rows, time_s, strict=True)]
-
     def _simulate_chunk(self, runs: Runs, time_s: np.ndarray) -> tuple[np.ndarray, ...]:
         """Runs that are alike are simulated once, for as long as any of them."""
         first, like = self._alike(runs)
@@ -230,6 +220,25 @@ class Twin:
                 fast = step > PLAUSIBLE_SPEED_M_S * self.scene.timestep_s
         moving = states[:, -1, self._crank] != states[:, 0, self._crank]
         return ~finite | bent | fast | (stopped & moving)
+
+
+def simulate_together(twins: Sequence[Twin], runs: Sequence[Runs], time_s: Sequence[np.ndarray]) -> list[Trajectories]:
+    """Several lots of runs, each beside a twin and at times (f,) of its own, s; what diverges is nan.
+
+    Those beside the same twin are simulated at once, so that the cores share them.
+    """
+    found: dict[int, Trajectories] = {}
+    for twin in {id(twin): twin for twin in twins}.values():
+        lots = [number for number, own in enumerate(twins) if own is twin]
+        longest = max(len(time_s[lot]) for lot in lots)
+        padded = [np.pad(time_s[lot], (0, longest - len(time_s[lot])), mode="edge") for lot in lots]
+        stamped = np.repeat(padded, [len(runs[lot]) for lot in lots], axis=0)
+        told = twin.simulate(runs[lots[0]].joined([runs[lot] for lot in lots]), stamped, allow_divergence=True)
+        end = 0
+        for lot in lots:
+            begin, end = end, end + len(runs[lot])
+            found[lot] = told.part(np.arange(begin, end), len(time_s[lot]))
+    return [found[lot] for lot in range(len(twins))]
 
 
 def _chunks(n: int) -> list[np.ndarray]:

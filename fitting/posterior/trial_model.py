@@ -14,7 +14,7 @@ from fitting.posterior.gait import OF_A_MARKER, Gait, advanced, phase_between, p
 from fitting.posterior.noise import GaitNoise, noise_of
 from fitting.posterior.robot_doubt import DoubtedTwin
 from fitting.trial import MeasuredTrial
-from swimmer import MarkerKinematics, Runs, Trajectories, Twin
+from swimmer import MarkerKinematics, Runs, Trajectories, Twin, simulate_together
 
 START_SD = (0.01, 0.02, 0.2)  # of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
 PHASE_SD_RAD = 0.5  # of the crank's phase beside the one that puts the tail in step
@@ -189,13 +189,9 @@ class Freedoms(NamedTuple):
 
 def simulated_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
     """(s, k) each, `TrialModel.simulated` of several trials, those beside the same twin at once."""
-    found: dict[int, np.ndarray] = {}
-    for twin in {id(model.twin): model.twin for model in models}.values():
-        own = [(number, model) for number, model in enumerate(models) if model.twin is twin]
-        runs, times = [model.runs(coefficients) for _, model in own], [model.time_s for _, model in own]
-        for (number, model), told in zip(own, twin.simulate_together(runs, times), strict=True):
-            found[number] = model.gaits_of(told)
-    return [found[number] for number in range(len(models))]
+    runs, times = [model.runs(coefficients) for model in models], [model.time_s for model in models]
+    told = simulate_together([model.twin for model in models], runs, times)
+    return [model.gaits_of(each) for model, each in zip(models, told, strict=True)]
 
 
 def freedoms_together(models: Sequence[TrialModel], coefficients: np.ndarray) -> list[Freedoms]:

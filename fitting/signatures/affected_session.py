@@ -13,6 +13,7 @@ from fitting.posterior.session_model import SessionModel
 from fitting.signatures.affected_trial import AffectedTrial
 from fitting.signatures.view_of import picture_px, view_of
 from session import CameraSpec
+from swimmer import simulate_together
 from swimmer.effects import AffectedTwin, Effect, View
 
 
@@ -46,15 +47,9 @@ class AffectedSession:
 
     def gaits(self, coefficients: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(s, k) rows of gaits of coefficients (s, 5) and values (s, p); nan where the twin diverged."""
-        found: dict[int, np.ndarray] = {}
-        for twin in {id(trial.twin): trial.twin for trial in self.trials}.values():
-            numbers = [number for number, trial in enumerate(self.trials) if trial.twin is twin]
-            own = [self.trials[number] for number in numbers]
-            runs = [trial.runs(coefficients, values) for trial in own]
-            told = twin.simulate_together(runs, [trial.model.time_s for trial in own])
-            for number, trial, each, part in zip(numbers, own, runs, told, strict=True):
-                found[number] = trial.gaits(each, part)
-        return np.hstack([found[number] for number in range(len(self.trials))])
+        runs, times = [trial.runs(coefficients, values) for trial in self.trials], [t.model.time_s for t in self.trials]
+        told = simulate_together([trial.twin for trial in self.trials], runs, times)
+        return np.hstack([trial.gaits(own, each) for trial, own, each in zip(self.trials, runs, told, strict=True)])
 
     def hertz(self, values: np.ndarray) -> np.ndarray:
         """(s, f) frequencies that the trials' commands lead to with values (s, p); nan where there is no command.

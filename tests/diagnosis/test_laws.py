@@ -151,7 +151,7 @@ def test_a_law_does_to_the_row_what_its_force_does_in_the_simulation(
     space = ground().space
     told, simulated = space.freed(law), space.freed(shown(goes_with, STRONG[place, goes_with]))
     cosine = told @ simulated / (np.linalg.norm(told) * np.linalg.norm(simulated))
-    assert cosine > 0.94
+    assert cosine > (0.94 if goes_with == "the acceleration of its parts" else 0.95)
     assert np.linalg.norm(told) == pytest.approx(np.linalg.norm(simulated), rel=0.25)
 
 

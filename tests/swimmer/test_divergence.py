@@ -9,7 +9,7 @@ import pytest
 from mujoco.batch import Batch
 
 from session import SimulationDiverged
-from swimmer import PUBLISHED_COEFFICIENTS, SWIM, RobotSpec, Runs, Trajectories, Twin, build_mjcf
+from swimmer import PUBLISHED_COEFFICIENTS, SWIM, RobotSpec, Runs, Trajectories, Twin, build_mjcf, simulate_together
 from tests.swimmer.robots import FISH, THREE_LINK, every_robot
 from tests.swimmer.swims import runs, sobol_runs
 
@@ -55,7 +55,7 @@ def test_what_the_engine_gave_up_does_not_go_on_when_a_shorter_one_ends() -> Non
     for size in (1e5, 1e6):
         longer = runs(1.0, coefficients=(size,) * 5)
         alone = twin.simulate(longer, FRAMES, allow_divergence=True)
-        _, beside = twin.simulate_together([shorter, longer], [FRAMES[:75], FRAMES])
+        _, beside = simulate_together([twin, twin], [shorter, longer], [FRAMES[:75], FRAMES])
         np.testing.assert_array_equal(beside.diverged, alone.diverged)
         np.testing.assert_array_equal(beside.marker_m, alone.marker_m)
     assert alone.diverged.all()
