@@ -25,7 +25,7 @@ from diagnosis.pushes import Responses, responses
 from diagnosis.refit import Refit
 from diagnosis.refutation import Refutation, Stood, stood
 from diagnosis.separation import separations
-from diagnosis.strangers import Stranger, strangers
+from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
 from fitting.signatures import Signature, signature_of
@@ -195,7 +195,8 @@ def diagnose(
         verdict, probabilities, best, gap, refutations = stood(said, explanations, refitting, forecast)
         if refutations:
             remainder = None if best is None else _remainder(ground, best, forces, signatures)
-    where = locate(ground, forces, signatures, verdict.effects)
+    placed = likely_of(elsewhere, probabilities.at_place)
+    where = locate(ground, forces, signatures, verdict.effects, placed)
     tell("what to measure next", 0.95)
     experiments = next_experiments(ground, explanations, verdict, probabilities, effects, settings.seed)
     return Diagnosis(

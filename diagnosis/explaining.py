@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp, softmax
 
+from diagnosis.discrepancy import FAR_MORE
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
 from diagnosis.ground import Ground
@@ -20,6 +21,7 @@ SCALES = {0.7: 0.3, 1.0: 0.45, 1.4: 0.18, 2.0: 0.07}
 
 As in base sessions of the benchmark, with larger ones taken to be somewhat likelier than there.
 """
+_SUSPECTED = 0.1  # share of what one effect, nothing and something else explain, from which it may be the twin's error
 _UNLIKELY = 0.02  # of a size: it counts no more
 
 
@@ -30,17 +32,17 @@ class Explained:
     Attributes:
         ground: with the likeliest size of the twin's own error.
         explanations: of that.
-        of_sizes: of each size that is likely enough, its probability and the explanations there.
+        of_errors: of each error that is likely enough, its probability and the explanations there.
     """
 
     ground: Ground
     explanations: Explanations
-    of_sizes: tuple[tuple[float, Explanations], ...]
+    of_errors: tuple[tuple[float, Explanations], ...]
 
     @cached_property
     def probabilities(self) -> Probabilities:
         """Of all that there may be, whatever the size: where two are as likely, a gap of the smaller may be none."""
-        return Probabilities.averaged([(chance, Probabilities.after(found)) for chance, found in self.of_sizes])
+        return Probabilities.averaged([(chance, Probabilities.after(found)) for chance, found in self.of_errors])
 
 
 def explained(
@@ -50,7 +52,10 @@ def explained(
     elsewhere: Sequence[Stranger] = (),
     beside: tuple[float, ...] = (0.0,),
 ) -> Explained:
-    """All explanations, at every size that the twin's own error may have in this session.
+    """All explanations, beside every error that the twin itself may have in this session.
+
+    That is of one of several sizes; and of the likeliest of these it may look far more than usual like an effect that
+    is suspected.
 
     A size is likely beside whatever there is, nothing or one effect or something else: so a gap does not make the error
     large. Something else at one place does not count in this: the twin's own error, where it is large, is at some place
@@ -63,19 +68,61 @@ def explained(
         elsewhere: what something else might do at one place.
         beside: log Bayes factors of what shows beside the beat.
     """
-    alike = ground.discrepancy.alike(signatures)
-    logs, of_each = [], []
-    for scale, chance in SCALES.items():
-        here = ground.with_error(scale, alike)
+    known = ground.discrepancy
+
+    def weighed(scale: float, far_more: str = "") -> _Weighed:
+        here = ground.with_error(scale, known.alike(signatures, far_more))
         found = replace(_explanations(here, signatures, belief, elsewhere), beside=beside)
-        sets = [((), False), ((), True), *(((i,), False) for i, each in enumerate(found.effects) if each.ways)]
-        of_sets = [found.evidence(s, other) + belief.log_prior(len(s), other, len(signatures)) for s, other in sets]
-        logs.append(float(logsumexp(of_sets)) + here.space.log_volume + np.log(chance))
-        of_each.append((here, found))
+        return _Weighed(here, found, _simple(found))
+
+    of_each = [weighed(scale) for scale in SCALES]
+    logs = [each.log_likelihood + np.log(chance) for each, chance in zip(of_each, SCALES.values(), strict=True)]
+    best = int(np.argmax(logs))
+    seldom = {name: FAR_MORE[name][1] for name in of_each[best].suspects if name in FAR_MORE}
+    of_usual = logsumexp(logs) - np.log(1 - sum(seldom.values()))
+    for name, chance in seldom.items():  # as much likelier than the usual as at the likeliest size
+        of_each.append(weighed(list(SCALES)[best], name))
+        gained = of_each[-1].log_likelihood - of_each[best].log_likelihood
+        logs.append(float(of_usual + np.log(chance) + gained))
     chances = softmax(logs)
     chances = np.where(chances > _UNLIKELY, chances, 0.0) / chances[chances > _UNLIKELY].sum()
-    of_sizes = tuple((float(chance), found) for chance, (_, found) in zip(chances, of_each, strict=True) if chance)
-    return Explained(*of_each[int(np.argmax(chances))], of_sizes)
+    of_errors = tuple((float(chance), each.found) for chance, each in zip(chances, of_each, strict=True) if chance)
+    likeliest = of_each[int(np.argmax(chances))]
+    return Explained(likeliest.ground, likeliest.found, of_errors)
+
+
+@dataclass(frozen=True, eq=False)
+class _Weighed:
+    """Beside one error of the twin.
+
+    Attributes:
+        ground: with it.
+        found: all explanations.
+        simple: log probability, but for a constant, of each effect by itself; of nothing (-1) and something else (-2).
+    """
+
+    ground: Ground
+    found: Explanations
+    simple: dict[int, float]
+
+    @property
+    def log_likelihood(self) -> float:
+        """Of the row."""
+        return float(logsumexp(list(self.simple.values()))) + self.ground.space.log_volume
+
+    @property
+    def suspects(self) -> list[str]:
+        """Effects that are likely enough by themselves."""
+        total = logsumexp(list(self.simple.values()))
+        likely = [i for i, log in self.simple.items() if i >= 0 and log - total > np.log(_SUSPECTED)]
+        return [self.found.effects[i].name for i in likely]
+
+
+def _simple(found: Explanations) -> dict[int, float]:
+    sets: dict[int, tuple[tuple[int, ...], bool]] = {-1: ((), False), -2: ((), True)}
+    sets |= {i: ((i,), False) for i, each in enumerate(found.effects) if each.ways}
+    prior, effects = found.belief.log_prior, len(found.effects)
+    return {key: found.evidence(s, other) + prior(len(s), other, effects) for key, (s, other) in sets.items()}
 
 
 def _explanations(

@@ -19,6 +19,8 @@ from swimmer import RobotSpec
 
 WHOLE_TAIL = "whole tail"
 """Place of torques that are alike in all hinges, and of what is spread alike along it."""
+DRAG = "the square of the speed of its parts"
+"""What drag along the whole tail goes with."""
 _ALONG, _ACROSS, _TURNING = range(3)  # of the head's joints
 _RUBS = 0.2  # of the root mean square rate, within which dry friction turns
 
@@ -114,7 +116,7 @@ class _Pushed(NamedTuple):
         drag = [each.wet * _squared(each.tail.speed_across_m_s) * each.tail.normal for each in self.motions]
         mass = [each.tail.acceleration_m_s2 for each in self.motions]
         for goes_with, told in (
-            ("the square of the speed of its parts", drag),
+            (DRAG, drag),
             ("the acceleration of its parts", mass),
         ):
             forces = [each.tail.on_joints(force) for each, force in zip(self.motions, told, strict=True)]

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from diagnosis.strangers import PLACED
 from diagnosis.verdict import HELD
 from diagnosis.where import OF_NO_MARKER
 
@@ -13,7 +14,6 @@ _OF_STAGE = {
     "tail": "in the tail: its hinges and tendons",
 }
 _STANDS_OUT = 0.005  # share of a stage, below which none is named
-_PLACED = 0.5  # probability from which a place is said
 _LOOKS_LIKE = 0.5  # of all that is there
 
 
@@ -102,9 +102,9 @@ def _elsewhere(data: Mapping[str, Any]) -> str:
         chances[each["place"]] = chances.get(each["place"], 0.0) + each["probability"]
     place = max(chances, key=lambda name: chances[name], default="")
     placed = chances.get(place, 0.0)
-    if beside := _beside_the_beat(data, max(_PLACED, placed)):
+    if beside := _beside_the_beat(data, max(PLACED, placed)):
         return beside
-    if placed < _PLACED:
+    if placed < PLACED:
         return ""
     return f"; something that no catalogue holds acts on the {plain(place)} ({placed:.2f}{_law(data, place)})"
 

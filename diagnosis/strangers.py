@@ -4,7 +4,7 @@ What is amiss at one place is told by few numbers: so it shows where a gap of no
 would not. It may be the same in all trials, or another in each.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from diagnosis.generic import OF_HARMONIC, SLIDE_PER_S
 from diagnosis.ground import Ground
-from diagnosis.laws import WHOLE_TAIL, laws
+from diagnosis.laws import DRAG, WHOLE_TAIL, laws
 from diagnosis.pushes import HEAD, Responses, across
 from diagnosis.ripples import rippled, smeared
 from fitting.posterior.gait import (
@@ -28,6 +28,18 @@ from fitting.posterior.gait import (
 _SIDEWAYS = -2  # place of the sideways speed in a gait with its course
 _OF_WATER = 0.1  # how likely forces of the water are, alike in all trials: there the twin's own error acts too
 _RIPPLE_RAD, _SMEAR_RAD = 0.02, 0.2  # against each other
+PLACED = 0.5
+"""Probability from which a place is told."""
+STAGE_OF = {
+    "marker": "camera",
+    "picture": "camera",
+    "timing": "drive",
+    "hinge": "tail",
+    "whole": "tail",
+    "tail": "body",
+    "head": "body",
+}
+"""Of a place, by its first word; what drags on the tail from outside is the body's, as of effects of the catalogue."""
 
 
 class Stranger(NamedTuple):
@@ -47,6 +59,29 @@ class Stranger(NamedTuple):
     columns: np.ndarray
     weight: float = 1.0
     goes_with: str = ""
+
+    @property
+    def stage(self) -> str:
+        """At which it makes a gap."""
+        if self.goes_with == DRAG:
+            return "body"
+        return STAGE_OF[self.place.split()[0].rstrip(",")]
+
+
+def likely_of(strangers: Sequence[Stranger], at_place: Sequence[float]) -> tuple[Stranger, ...]:
+    """At each place where there probably is one, the likeliest of its strangers.
+
+    Args:
+        strangers: that were looked for.
+        at_place: probability of each.
+    """
+    whole: dict[str, float] = {}
+    best: dict[str, tuple[float, Stranger]] = {}
+    for each, chance in zip(strangers, at_place, strict=True):
+        whole[each.place] = whole.get(each.place, 0.0) + chance
+        if each.place not in best or chance > best[each.place][0]:
+            best[each.place] = chance, each
+    return tuple(best[place][1] for place, chance in whole.items() if chance >= PLACED)
 
 
 def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:

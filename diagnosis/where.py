@@ -20,6 +20,7 @@ from diagnosis.generic import OF_HARMONIC
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
 from diagnosis.ripples import rippled
+from diagnosis.strangers import Stranger
 from fitting.posterior.gait import (
     COURSE,
     HARMONICS,
@@ -76,7 +77,13 @@ class Where:
     parts: np.ndarray
 
 
-def locate(ground: Ground, responses: Responses, signatures: Sequence[Signature], named: Collection[str] = ()) -> Where:
+def locate(
+    ground: Ground,
+    responses: Responses,
+    signatures: Sequence[Signature],
+    named: Collection[str] = (),
+    placed: Sequence[Stranger] = (),
+) -> Where:
     """Splits what is left.
 
     Args:
@@ -84,9 +91,10 @@ def locate(ground: Ground, responses: Responses, signatures: Sequence[Signature]
         responses: to missing forces.
         signatures: of the catalogue; those of the stage "drive" say how cranks turn otherwise.
         named: effects, each of which explains what it can.
+        placed: the same of what no catalogue holds, at its place.
     """
     left = ground.left - ground.slopes @ ground.space.coefficients(ground.left)
-    ways = _ways(ground, responses, signatures, named)
+    ways = _ways(ground, responses, signatures, named, placed)
     target = ground.space.freed(left)
     freed = {way: ground.space.freed(part.T).T for way, part in ways.items()}
     sizes = _sizes(target, list(freed.values()))
@@ -117,7 +125,11 @@ class Way(NamedTuple):
 
 
 def _ways(
-    ground: Ground, responses: Responses, signatures: Sequence[Signature], named: Collection[str]
+    ground: Ground,
+    responses: Responses,
+    signatures: Sequence[Signature],
+    named: Collection[str],
+    placed: Sequence[Stranger],
 ) -> dict[Way, np.ndarray]:
     """(k, q) columns of each way: what is steady, and what beats."""
     of_joint = np.moveaxis(responses.columns, 2, 0)  # (j, k, t, 7)
@@ -138,6 +150,8 @@ def _ways(
     found[Way("drive", "effects")] = np.hstack([np.zeros((len(ground.left), 0)), *told])
     for effect in (signature.effect for signature in signatures if signature.effect.name in named):
         found[Way(effect.stage, effect.name)] = of_each[effect.name]
+    for each in placed:
+        found[Way(each.stage, f"{each.place} {each.goes_with} {each.same}")] = each.columns
     return {way: columns for way, columns in found.items() if columns.size and np.any(ground.space.freed(columns.T))}
 
 

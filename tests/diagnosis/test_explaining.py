@@ -10,6 +10,7 @@ from typing import cast
 import numpy as np
 import pytest
 
+from diagnosis import discrepancy, explaining
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Belief
 from diagnosis.explaining import explained
@@ -71,12 +72,30 @@ def test_a_little_of_what_the_twin_leaves_of_all_trials_is_no_effect() -> None:
         assert (found.probabilities.marginal[4] > 0.5) == present
 
 
+@pytest.mark.parametrize(("strength", "named"), [(25.0, False), (90.0, True)])
+def test_what_few_sessions_show_far_more_of_is_no_surer_than_that(
+    strength: float, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of five standard deviations most sessions would make a name, of eighteen all."""
+    known = replace(Discrepancy.independent(np.eye(1)), strengths={"effect_4": (0.5,)})
+    row = cast(Ground, replace(cast(Row, ground(2, 0.7, strength * DIRECTIONS[4])), discrepancy=known))
+    monkeypatch.setattr(explaining, "FAR_MORE", {})
+    usual = explained(row, catalogue(), Belief()).probabilities
+    assert verdict_of(usual).name == "named"
+    few = {"effect_4": (3.0, 0.1)}
+    monkeypatch.setattr(explaining, "FAR_MORE", few)
+    monkeypatch.setattr(discrepancy, "FAR_MORE", few)
+    found = explained(row, catalogue(), Belief()).probabilities
+    assert (verdict_of(found).name == "named") == named
+    assert found.null >= usual.null
+
+
 def test_between_two_sizes_a_gap_is_no_surer_than_both_let_it_be() -> None:
     found = explained(ground(3, 0.85, 8.5 * DIRECTIONS[4]), catalogue(), Belief())
-    chances, of_sizes = zip(*((chance, Probabilities.after(one)) for chance, one in found.of_sizes), strict=True)
+    chances, of_errors = zip(*((chance, Probabilities.after(one)) for chance, one in found.of_errors), strict=True)
     assert sum(chance > 0.1 for chance in chances) == 2
-    nulls, average = [each.null for each in of_sizes], found.probabilities
+    nulls, average = [each.null for each in of_errors], found.probabilities
     assert max(nulls) > 1.5 * min(nulls)
     assert average.null == pytest.approx(np.dot(chances, nulls))
-    assert average.marginal == pytest.approx(np.dot(chances, [each.marginal for each in of_sizes]))
+    assert average.marginal == pytest.approx(np.dot(chances, [each.marginal for each in of_errors]))
     assert sum(average.of.values()) == pytest.approx(1.0)

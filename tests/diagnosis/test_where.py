@@ -9,7 +9,8 @@ import pytest
 
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, Pushes, Responses, responses
-from diagnosis.where import Where, locate
+from diagnosis.strangers import strangers
+from diagnosis.where import STAGES, Where, locate
 from fitting.signatures import signature_of
 from session import FISHSIM_MARKERS
 from swimmer.effects import catalogue
@@ -78,6 +79,27 @@ def test_an_effect_that_is_named_lies_at_its_stage(pushed: Responses) -> None:
     told = {named: locate(other, pushed, [signature], named).by_stage for named in ((), ("entrained_water",))}
     assert told["entrained_water",]["tail"] > max(0.5, told[()]["tail"] + 0.1)
     assert sum(told["entrained_water",].values()) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("place", ["hinge tail_2", "whole tail"])
+def test_what_is_at_a_place_lies_at_its_stage(pushed: Responses, place: str) -> None:
+    """A torque in one hinge, or mass along the tail, moves all markers, so a little of it looks like the camera's."""
+    goes_with = {"hinge tail_2": "its angle", "whole tail": "the acceleration of its parts"}[place]
+    (one,) = (each for each in strangers(ground(), pushed) if each.same and each[0::4] == (place, goes_with))
+    other: Ground = replace(ground())
+    other.__dict__["left"] = ground().left + 12 * one.columns[:, 0] / np.linalg.norm(
+        ground().space.freed(one.columns.T)
+    )
+    told = {bool(placed): locate(other, pushed, (), (), placed).by_stage for placed in ((), (one,))}
+    assert told[True]["tail"] > max(0.3, told[False]["tail"] + 0.05)
+    assert max(told[True], key=lambda stage: told[True][stage] * (stage != "floor")) == "tail"
+    assert sum(told[True].values()) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_every_place_has_a_stage(pushed: Responses) -> None:
+    found = {each.place: each.stage for each in strangers(ground(), pushed)}
+    assert set(found.values()) == set(STAGES) - {"floor"}
+    assert (found["hinge tail_2"], found["head, steadily"], found["marker nose"]) == ("tail", "body", "camera")
 
 
 def test_no_push_is_the_plain_twin() -> None:
