@@ -31,8 +31,8 @@ FAR_MORE = {"segment_coefficients": (3.0, 0.1)}
 """By effect, so many times as much of it the twin's own error looks like in a few sessions, and in what share.
 
 Of 30 base sessions three call for 0.3 to 0.4 standard deviations of how coefficients change along the body, and most
-for none: e^4.5 times as probable as if all had alike much. Of stiffness, damping, tendons and a current ahead nothing of
-the kind shows; of a current across as much does, but of that the course tells.
+for none: e^4.5 times as probable as if all had alike much. Of stiffness, damping, tendons and a current ahead nothing
+of the kind shows; of a current across as much does, but of that the course tells.
 """
 NEAR = 0.3
 """Of the logarithm of two swims' frequencies, over which what is left of them is alike."""

@@ -31,6 +31,7 @@ from fitting.posterior.gait import (
 )
 from fitting.posterior.places_off import TAKEN
 from fitting.signatures import Signature
+from fitting.signatures.slopes import pieces
 
 STAGES = ("camera", "drive", "body", "tail", "floor")
 OF_NO_MARKER = ("speed", "course", "frequency")
@@ -145,11 +146,11 @@ def _ways(
     found[Way("camera", "scale")] = _in_each_trial(ground, lambda gait: _SCALE * gait[:, None])
     found[Way("drive", "ripple")] = _in_each_trial(ground, lambda gait: _RIPPLE_RAD * rippled(gait))
     found[Way("drive", "frequency")] = _other_frequencies(ground)
-    of_each = {signature.effect.name: _of_each_parameter(signature) for signature in signatures}
-    told = [of_each[signature.effect.name] for signature in signatures if signature.effect.stage == "drive"]
+    told = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
     found[Way("drive", "effects")] = np.hstack([np.zeros((len(ground.left), 0)), *told])
-    for effect in (signature.effect for signature in signatures if signature.effect.name in named):
-        found[Way(effect.stage, effect.name)] = of_each[effect.name]
+    for signature in signatures:
+        if (effect := signature.effect).name in named:
+            found[Way(effect.stage, effect.name)] = _of_each_stretch(signature)
     for each in placed:
         found[Way(each.stage, f"{each.place} {each.goes_with} {each.same}")] = each.columns
     return {way: columns for way, columns in found.items() if columns.size and np.any(ground.space.freed(columns.T))}
@@ -160,6 +161,13 @@ def _of_each_parameter(signature: Signature) -> np.ndarray:
     which, standing = np.abs(signature.values).argmax(axis=1), np.isfinite(signature.rows).all(axis=1)
     rows = [signature.rows[(which == number) & standing] for number in range(signature.values.shape[1])]
     return np.column_stack([np.zeros((signature.rows.shape[1], 0)), *[own[-1] for own in rows if len(own)]])
+
+
+def _of_each_stretch(signature: Signature) -> np.ndarray:
+    """(k, s) what each parameter does about each strength, of one standard deviation of its prior."""
+    parameters = enumerate(signature.effect.parameters[: signature.values.shape[1]])
+    slopes = [each.sd * piece.slope for number, each in parameters for piece in pieces(signature, number)]
+    return np.column_stack([np.zeros((signature.rows.shape[1], 0)), *slopes])
 
 
 def _in_each_trial(ground: Ground, columns: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
