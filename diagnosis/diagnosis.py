@@ -166,6 +166,7 @@ def diagnose(
     odds = tuple(each.log_odds for each in beside)
     weighed = explained(ground, signatures, settings.belief, elsewhere, odds)
     ground, explanations, probabilities = weighed.ground, weighed.explanations, weighed.probabilities
+    placed = likely_of(elsewhere, probabilities.at_place)
     verdict = verdict_of(probabilities)
     best, gap = None, None
     rounds = _ROUNDS[settings.effort]
@@ -178,7 +179,7 @@ def diagnose(
         best, gone, kept = pruned(ground, refitting(verdict.first), refitting, settings.belief, len(effects))
         probabilities = _beside(probabilities, verdict, gone, kept)
         verdict = verdict.without(gone, probabilities) if gone else verdict
-    remainder = _remainder(ground, best, forces, signatures) if best is not None and verdict.first else None
+    remainder = _remainder(ground, best, forces, signatures, placed) if best is not None and verdict.first else None
     stays = remainder is None or (remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5)
     if best is not None and stays:
         verdict, best, remainder = Verdict("unexplained", ()), None, None
@@ -194,8 +195,7 @@ def diagnose(
         said = Stood(verdict, probabilities, best, forecast(best), ())
         verdict, probabilities, best, gap, refutations = stood(said, explanations, refitting, forecast)
         if refutations:
-            remainder = None if best is None else _remainder(ground, best, forces, signatures)
-    placed = likely_of(elsewhere, probabilities.at_place)
+            remainder = None if best is None else _remainder(ground, best, forces, signatures, placed)
     where = locate(ground, forces, signatures, verdict.effects, placed)
     tell("what to measure next", 0.95)
     experiments = next_experiments(ground, explanations, verdict, probabilities, effects, settings.seed)
@@ -230,10 +230,16 @@ def _beside(
     return found
 
 
-def _remainder(ground: Ground, best: Refit, forces: Responses, signatures: Sequence[Signature]) -> Remainder:
+def _remainder(
+    ground: Ground,
+    best: Refit,
+    forces: Responses,
+    signatures: Sequence[Signature],
+    placed: Sequence[Stranger],
+) -> Remainder:
     rest = replace(ground)
     rest.__dict__["left"] = best.left
-    where = locate(rest, forces, signatures)
+    where = locate(rest, forces, signatures, placed=placed)
     plain, left = whitened(ground, ground.left), whitened(ground, best.left)
     freedom = max(len(left) - 5 - len(best.values), 1)
     excess, before = left @ left - freedom, plain @ plain - len(plain) + 5

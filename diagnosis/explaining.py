@@ -22,7 +22,7 @@ SCALES = {0.7: 0.3, 1.0: 0.45, 1.4: 0.18, 2.0: 0.07}
 As in base sessions of the benchmark, with larger ones taken to be somewhat likelier than there.
 """
 _SUSPECTED = 0.1  # share of what one effect, nothing and something else explain, from which it may be the twin's error
-_UNLIKELY = 0.02  # of a size: it counts no more
+_UNLIKELY = 0.02  # of an error: it counts no more
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class Explained:
     """What stands beside the nearest plain twin.
 
     Attributes:
-        ground: with the likeliest size of the twin's own error.
+        ground: with the likeliest of the twin's own errors.
         explanations: of that.
         of_errors: of each error that is likely enough, its probability and the explanations there.
     """
@@ -78,7 +78,8 @@ def explained(
     of_each = [weighed(scale) for scale in SCALES]
     logs = [each.log_likelihood + np.log(chance) for each, chance in zip(of_each, SCALES.values(), strict=True)]
     best = int(np.argmax(logs))
-    seldom = {name: FAR_MORE[name][1] for name in of_each[best].suspects if name in FAR_MORE}
+    suspects = [name for name in of_each[best].suspects if any(known.strengths.get(name, ()))]
+    seldom = {name: FAR_MORE[name][1] for name in suspects if name in FAR_MORE}
     of_usual = logsumexp(logs) - np.log(1 - sum(seldom.values()))
     for name, chance in seldom.items():  # as much likelier than the usual as at the likeliest size
         of_each.append(weighed(list(SCALES)[best], name))
@@ -87,8 +88,14 @@ def explained(
     chances = softmax(logs)
     chances = np.where(chances > _UNLIKELY, chances, 0.0) / chances[chances > _UNLIKELY].sum()
     of_errors = tuple((float(chance), each.found) for chance, each in zip(chances, of_each, strict=True) if chance)
-    likeliest = of_each[int(np.argmax(chances))]
+    likeliest = of_each[likeliest_error(chances, len(SCALES))]
     return Explained(likeliest.ground, likeliest.found, of_errors)
+
+
+def likeliest_error(chances: np.ndarray, sizes: int) -> int:
+    """The place of the likeliest size among those that come first, unless a kind after them is likelier than all."""
+    usual, seldom = np.split(chances, [sizes])
+    return sizes + int(np.argmax(seldom)) if seldom.max(initial=0.0) > usual.sum() else int(np.argmax(usual))
 
 
 @dataclass(frozen=True, eq=False)

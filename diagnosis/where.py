@@ -2,9 +2,9 @@
 
 By stage, what is left is the sum of what missing forces on the head would do (body), missing torques in the hinges
 (tail), a crank that turns otherwise (drive), markers that are seen elsewhere (camera), and noise (floor); and of what
-effects that are named would do, each at its stage. Each of these has a size that is not known and is found by maximum
-likelihood (variance components; Patterson and Thompson 1971); the shares are those of the expected parts in the squared
-length, and add up exactly.
+effects that are named, and what no catalogue holds at one place, would do, each at its stage. Each of these has a size
+that is not known and is found by maximum likelihood (variance components; Patterson and Thompson 1971); the shares are
+those of the expected parts in the squared length, and add up exactly.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence

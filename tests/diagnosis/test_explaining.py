@@ -13,7 +13,7 @@ import pytest
 from diagnosis import discrepancy, explaining
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Belief
-from diagnosis.explaining import explained
+from diagnosis.explaining import explained, likeliest_error
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
 from diagnosis.verdict import verdict_of
@@ -80,14 +80,21 @@ def test_what_few_sessions_show_far_more_of_is_no_surer_than_that(
     known = replace(Discrepancy.independent(np.eye(1)), strengths={"effect_4": (0.5,)})
     row = cast(Ground, replace(cast(Row, ground(2, 0.7, strength * DIRECTIONS[4])), discrepancy=known))
     monkeypatch.setattr(explaining, "FAR_MORE", {})
-    usual = explained(row, catalogue(), Belief()).probabilities
+    beside = explained(row, catalogue(), Belief())
+    usual = beside.probabilities
     assert verdict_of(usual).name == "named"
     few = {"effect_4": (3.0, 0.1)}
     monkeypatch.setattr(explaining, "FAR_MORE", few)
     monkeypatch.setattr(discrepancy, "FAR_MORE", few)
-    found = explained(row, catalogue(), Belief()).probabilities
-    assert (verdict_of(found).name == "named") == named
-    assert found.null >= usual.null
+    found = explained(row, catalogue(), Belief())
+    assert (verdict_of(found.probabilities).name == "named") == named
+    assert found.probabilities.null >= usual.null
+
+
+def test_a_kind_that_is_seldom_is_taken_where_it_is_likelier_than_all_that_is_usual() -> None:
+    assert likeliest_error(np.array([0.3, 0.28, 0.0, 0.42]), 3) == 0
+    assert likeliest_error(np.array([0.2, 0.24, 0.0, 0.56]), 3) == 3
+    assert likeliest_error(np.array([0.4, 0.6]), 2) == 1
 
 
 def test_between_two_sizes_a_gap_is_no_surer_than_both_let_it_be() -> None:

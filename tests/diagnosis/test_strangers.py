@@ -16,7 +16,7 @@ from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import Responses, across, responses
 from diagnosis.ripples import smeared
 from diagnosis.row import Row
-from diagnosis.strangers import Stranger, strangers
+from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import verdict_of
 from fitting.posterior.gait import advanced, of_markers
 from fitting.posterior.session_model import SessionModel
@@ -178,3 +178,17 @@ def test_a_marker_that_lags_alike_in_all_trials_is_so_whatever_phase_they_begin_
     told = np.linalg.lstsq(same.columns, gap, rcond=None)[0]
     assert np.linalg.norm(gap - same.columns @ told) < 1e-9
     assert np.count_nonzero(np.abs(told) > 1e-6) == 2
+
+
+def test_of_a_place_that_is_likely_the_likeliest_is_told() -> None:
+    free, rubs, nose = (
+        Stranger(place, same, np.zeros((K, 1)), goes_with=law)
+        for place, same, law in (
+            ("hinge tail_2", False, ""),
+            ("hinge tail_2", True, "its rate"),
+            ("marker nose", True, ""),
+        )
+    )
+    assert likely_of((free, rubs, nose), (0.2, 0.35, 0.45)) == (rubs,)
+    assert likely_of((free, rubs, nose), (0.2, 0.25, 0.55)) == (nose,)
+    assert likely_of((), ()) == ()

@@ -103,9 +103,12 @@ def test_what_is_at_a_place_lies_at_its_stage(pushed: Responses, place: str) -> 
 
 
 def test_every_place_has_a_stage(pushed: Responses) -> None:
-    found = {each.place: each.stage for each in strangers(ground(), pushed)}
+    found = {(each.place, each.goes_with): each.stage for each in strangers(ground(), pushed)}
     assert set(found.values()) == set(STAGES) - {"floor"}
-    assert (found["hinge tail_2"], found["head, steadily"], found["marker nose"]) == ("tail", "body", "camera")
+    free = [found[place, ""] for place in ("hinge tail_2", "head, steadily", "marker nose", "timing of the beat")]
+    assert free == ["tail", "body", "camera", "drive"]
+    assert found["whole tail", "the acceleration of its parts"] == "tail"
+    assert found["whole tail", "the square of the speed of its parts"] == "body"
 
 
 def test_no_push_is_the_plain_twin() -> None:
