@@ -127,7 +127,9 @@ class Discrepancy:
     def alike(self, signatures: Iterable[Signature], far_more: str = "") -> np.ndarray:
         """(k, c) columns of unit strength: what one standard deviation of each parameter of these effects does.
 
-        Of one effect perhaps `FAR_MORE` of it.
+        Args:
+            signatures: of the effects.
+            far_more: one of `FAR_MORE`, of which it is that much more than usual; of none where it is empty.
         """
         columns = []
         for signature in signatures:

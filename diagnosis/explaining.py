@@ -11,7 +11,7 @@ from diagnosis.discrepancy import FAR_MORE
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
 from diagnosis.ground import Ground
-from diagnosis.probabilities import Probabilities
+from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.row import Row
 from diagnosis.strangers import Stranger
 from fitting.signatures import Signature
@@ -105,12 +105,12 @@ class _Weighed:
     Attributes:
         ground: with it.
         found: all explanations.
-        simple: log probability, but for a constant, of each effect by itself; of nothing (-1) and something else (-2).
+        simple: log probability, but for a constant, of nothing, of something else and of each effect by itself.
     """
 
     ground: Ground
     found: Explanations
-    simple: dict[int, float]
+    simple: dict[Explanation, float]
 
     @property
     def log_likelihood(self) -> float:
@@ -121,15 +121,17 @@ class _Weighed:
     def suspects(self) -> list[str]:
         """Effects that are likely enough by themselves."""
         total = logsumexp(list(self.simple.values()))
-        likely = [i for i, log in self.simple.items() if i >= 0 and log - total > np.log(_SUSPECTED)]
-        return [self.found.effects[i].name for i in likely]
+        likely = [key for key, log in self.simple.items() if log - total > np.log(_SUSPECTED)]
+        return [self.found.effects[i].name for key in likely for i in key.present]
 
 
-def _simple(found: Explanations) -> dict[int, float]:
-    sets: dict[int, tuple[tuple[int, ...], bool]] = {-1: ((), False), -2: ((), True)}
-    sets |= {i: ((i,), False) for i, each in enumerate(found.effects) if each.ways}
-    prior, effects = found.belief.log_prior, len(found.effects)
-    return {key: found.evidence(s, other) + prior(len(s), other, effects) for key, (s, other) in sets.items()}
+def _simple(found: Explanations) -> dict[Explanation, float]:
+    alone = [Explanation((i,)) for i, each in enumerate(found.effects) if each.ways]
+    count = len(found.effects)
+    return {
+        key: found.evidence(key.present, key.other) + found.belief.log_prior(len(key.present), key.other, count)
+        for key in (Explanation(()), Explanation((), other=True), *alone)
+    }
 
 
 def _explanations(

@@ -115,10 +115,7 @@ class _Pushed(NamedTuple):
         """Of drag across each part in the water, and of mass, that are spread alike along the tail: the same."""
         drag = [each.wet * _squared(each.tail.speed_across_m_s) * each.tail.normal for each in self.motions]
         mass = [each.tail.acceleration_m_s2 for each in self.motions]
-        for goes_with, told in (
-            (DRAG, drag),
-            ("the acceleration of its parts", mass),
-        ):
+        for goes_with, told in ((DRAG, drag), ("the acceleration of its parts", mass)):
             forces = [each.tail.on_joints(force) for each, force in zip(self.motions, told, strict=True)]
             parts = [self.on(joint, [each[:, joint] for each in forces]) for joint in range(len(self.responses.joints))]
             yield WHOLE_TAIL, goes_with, np.sum(parts, axis=0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +10,9 @@ import pytest
 
 from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, Pushes, Responses, responses
-from diagnosis.strangers import strangers
+from diagnosis.strangers import Stranger, strangers
 from diagnosis.where import STAGES, Where, locate
-from fitting.signatures import signature_of
+from fitting.signatures import Signature, signature_of
 from session import FISHSIM_MARKERS
 from swimmer.effects import catalogue
 from swimmer.effects.measurement.marker_offset import MarkerOffset
@@ -25,10 +26,29 @@ def pushed() -> Responses:
     return responses(ground())
 
 
-def located(pushed: Responses, gap: np.ndarray) -> Where:
+NAMED = ("entrained_water",)
+
+
+def located(
+    pushed: Responses,
+    gap: np.ndarray,
+    signatures: Sequence[Signature] = (),
+    named: Collection[str] = (),
+    placed: Sequence[Stranger] = (),
+) -> Where:
     other: Ground = replace(ground())
     other.__dict__["left"] = ground().left + gap
-    return locate(other, pushed, ())
+    return locate(other, pushed, signatures, named, placed)
+
+
+def of_length(length: float, row: np.ndarray) -> np.ndarray:
+    """A row (k,) made so long, whitened."""
+    return np.asarray(length * row / np.linalg.norm(ground().space.freed(row)))
+
+
+def signature_named(name: str) -> Signature:
+    effect = catalogue()[name].suited(ground().twin.robot, ground().twin.markers)
+    return signature_of(effect, ground().model, CAMERA, ground().at)
 
 
 def test_shares_add_up_exactly(pushed: Responses) -> None:
@@ -51,8 +71,7 @@ def test_without_a_gap_it_is_noise(pushed: Responses) -> None:
 def test_a_missing_force_is_found_at_its_joint(pushed: Responses, joint: str, stage: str) -> None:
     number, harmonic = pushed.joints.index(joint), 1
     column = pushed.columns[:, :, number, harmonic].sum(axis=1)  # in both trials
-    gap = 30 * column / np.linalg.norm(ground().space.freed(column))
-    found = located(pushed, gap)
+    found = located(pushed, of_length(30, column))
     told = {name: share for name, share in found.by_stage.items() if name != "floor"}
     assert max(told, key=lambda name: told[name]) == stage
     size = np.abs(found.forces.mean).mean(axis=(0, 2)) / pushed.unit
@@ -70,21 +89,21 @@ def test_a_marker_seen_elsewhere_is_the_cameras(pushed: Responses) -> None:
     assert max(told, key=lambda name: told[name]) == "camera"
 
 
-@pytest.mark.parametrize(("name", "length", "least"), [("entrained_water", 30.0, 0.5), ("crank_arm_error", 12.0, 0.25)])
-def test_an_effect_that_is_named_lies_at_its_stage(pushed: Responses, name: str, length: float, least: float) -> None:
-    """Entrained water pushes the head too: what it does beyond the tail would else count as the body's.
+def test_an_effect_that_is_named_lies_at_its_stage(pushed: Responses) -> None:
+    """Entrained water pushes the head too: what it does beyond the tail would else count as the body's."""
+    signature = signature_named("entrained_water")
+    told = {named: located(pushed, signature.rows[-1], [signature], named).by_stage for named in ((), NAMED)}
+    assert told[NAMED]["tail"] > max(0.5, told[()]["tail"] + 0.1)
+    assert sum(told[NAMED].values()) == pytest.approx(1.0, abs=1e-6)
 
-    A weak one is not what it would be if it were as strong as can be.
-    """
-    effect = catalogue()[name].suited(ground().twin.robot, ground().twin.markers)
-    signature = signature_of(effect, ground().model, CAMERA, ground().at)
-    row = signature.rows[np.abs(signature.values[:, 0]).argmin() if length < 20 else -1]
-    other: Ground = replace(ground())
-    other.__dict__["left"] = ground().left + length * row / np.linalg.norm(ground().space.freed(row))
-    told = {named: locate(other, pushed, [signature], named).by_stage for named in ((), (name,))}
-    assert told[name,]["tail"] > max(least, told[()]["tail"] + 0.05)
-    assert max(told[name,], key=lambda stage: told[name,][stage] * (stage != "floor")) == "tail"
-    assert sum(told[name,].values()) == pytest.approx(1.0, abs=1e-6)
+
+def test_a_weak_effect_that_is_named_lies_at_its_stage(pushed: Responses) -> None:
+    """It is not what it would be if it were as strong as can be."""
+    signature = signature_named("crank_arm_error")
+    weak = signature.rows[np.abs(signature.values[:, 0]).argmin()]
+    told = located(pushed, of_length(12, weak), [signature], ("crank_arm_error",)).by_stage
+    assert told["tail"] > 0.25
+    assert max(told, key=lambda stage: told[stage] * (stage != "floor")) == "tail"
 
 
 @pytest.mark.parametrize("place", ["hinge tail_2", "whole tail"])
@@ -92,11 +111,8 @@ def test_what_is_at_a_place_lies_at_its_stage(pushed: Responses, place: str) -> 
     """A torque in one hinge, or mass along the tail, moves all markers, so a little of it looks like the camera's."""
     goes_with = {"hinge tail_2": "its angle", "whole tail": "the acceleration of its parts"}[place]
     (one,) = (each for each in strangers(ground(), pushed) if each.same and each[0::4] == (place, goes_with))
-    other: Ground = replace(ground())
-    other.__dict__["left"] = ground().left + 12 * one.columns[:, 0] / np.linalg.norm(
-        ground().space.freed(one.columns.T)
-    )
-    told = {bool(placed): locate(other, pushed, (), (), placed).by_stage for placed in ((), (one,))}
+    gap = of_length(12, one.columns[:, 0])
+    told = {bool(placed): located(pushed, gap, placed=placed).by_stage for placed in ((), (one,))}
     assert told[True]["tail"] > max(0.3, told[False]["tail"] + 0.05)
     assert max(told[True], key=lambda stage: told[True][stage] * (stage != "floor")) == "tail"
     assert sum(told[True].values()) == pytest.approx(1.0, abs=1e-6)
