@@ -18,7 +18,7 @@ from diagnosis.forms import Shown
 from diagnosis.from_forms import refitted
 from diagnosis.gap import whitened
 from diagnosis.ground import Ground
-from diagnosis.held_out import Gap, held_out_gap
+from diagnosis.held_out import Gap, HeldOut
 from diagnosis.probabilities import Probabilities
 from diagnosis.pruning import pruned
 from diagnosis.pushes import Responses, responses
@@ -187,10 +187,10 @@ def diagnose(
     if held:
         tell("held-out swims", 0.85)
         placebo = None if best is None else placebo_for(explanations, probabilities, set(verdict.effects))
-        other = None if placebo is None else refitting([placebo])
+        other, swims = None if placebo is None else refitting([placebo]), HeldOut(ground, tuple(held), settings.seed)
 
         def forecast(twin: Refit | None) -> Gap | None:
-            return held_out_gap(ground, held, twin, None if twin is None else other, settings.seed)
+            return swims.gap(twin, None if twin is None else other)
 
         said = Stood(verdict, probabilities, best, forecast(best), ())
         verdict, probabilities, best, gap, refutations = stood(said, explanations, refitting, forecast)

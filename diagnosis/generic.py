@@ -5,6 +5,10 @@ higher a harmonic is the smaller they are; each trial has its own. How far frequ
 size of its own: a clock that is wrong says nothing of how the fish swims.
 """
 
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
@@ -44,31 +48,66 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int) -> np
     return block_diag(*[gait] * trials, _HERTZ_PER_M**2 * np.eye(frequencies))
 
 
-def generic_gap(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray, frequencies: int) -> np.ndarray:
-    """(k, k) covariance of such a gap, with the likeliest size of its gaits, and that of its f frequencies.
-
-    Args:
-        left: (k,) that the sizes are found in.
-        covariance: (k, k) of what is known.
-        generic: (k, k) of a gap of one metre.
-        frequencies: f.
-    """
-    gaits, hertz = slice(None, len(left) - frequencies), slice(len(left) - frequencies, None)
-    parts = [
-        generic_size(left[own], covariance[own, own], generic[own, own], ends) ** 2 * generic[own, own]
-        for own, ends in ((gaits, _SIZES_M), (hertz, _OF_HERTZ_M))
-    ]
-    return np.asarray(block_diag(*parts))
-
-
-def generic_size(
-    left: np.ndarray, covariance: np.ndarray, generic: np.ndarray, ends_m: tuple[float, float] = _SIZES_M
-) -> float:
+def generic_size(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:
     """The likeliest size, m, of a gap of no particular cause in what is left (k,) beside what is known (k, k)."""
-    root = np.linalg.cholesky(covariance)
-    white = solve_triangular(root, generic, lower=True)
-    values, vectors = np.linalg.eigh(solve_triangular(root, white.T, lower=True))
-    seen = (vectors.T @ solve_triangular(root, left, lower=True)) ** 2
-    sizes = np.geomspace(*ends_m, _TRIED)
-    variance = 1 + np.outer(sizes**2, np.maximum(values, 0.0))
-    return float(sizes[np.argmin((seen / variance + np.log(variance)).sum(axis=1))])
+    return _Beside.of(covariance, generic).likeliest_m(left, _SIZES_M)
+
+
+@dataclass(frozen=True, eq=False)
+class GenericGap:
+    """Such a gap beside what is known of a row.
+
+    Attributes:
+        known: (k, k) covariance.
+        generic: (k, k) of a gap of one metre.
+        frequencies: f, at the end of the row.
+    """
+
+    known: np.ndarray
+    generic: np.ndarray
+    frequencies: int
+
+    def covariance(self, left: np.ndarray) -> np.ndarray:
+        """(k, k) with the likeliest size of its gaits, and that of its frequencies, in what is left (k,)."""
+        parts = [
+            beside.likeliest_m(left[own], ends) ** 2 * self.generic[own, own]
+            for own, beside, ends in zip(self._parts, self._beside, (_SIZES_M, _OF_HERTZ_M), strict=True)
+        ]
+        return np.asarray(block_diag(*parts))
+
+    @property
+    def _parts(self) -> tuple[slice, slice]:
+        gaits = len(self.generic) - self.frequencies
+        return slice(None, gaits), slice(gaits, None)
+
+    @cached_property
+    def _beside(self) -> "tuple[_Beside, ...]":
+        return tuple(_Beside.of(self.known[own, own], self.generic[own, own]) for own in self._parts)
+
+
+class _Beside(NamedTuple):
+    """A gap of one metre where what is known has unit size.
+
+    Attributes:
+        root: (k, k) of what is known.
+        values, vectors: (k,) variances of the gap, and (k, k) along what.
+    """
+
+    root: np.ndarray
+    values: np.ndarray
+    vectors: np.ndarray
+
+    @classmethod
+    def of(cls, known: np.ndarray, generic: np.ndarray) -> "_Beside":
+        """From covariances (k, k)."""
+        root = np.linalg.cholesky(known)
+        white = solve_triangular(root, generic, lower=True)
+        values, vectors = np.linalg.eigh(solve_triangular(root, white.T, lower=True))
+        return cls(root, np.maximum(values, 0.0), vectors)
+
+    def likeliest_m(self, left: np.ndarray, ends_m: tuple[float, float]) -> float:
+        """The likeliest size in what is left (k,), between these ends."""
+        seen = (self.vectors.T @ solve_triangular(self.root, left, lower=True)) ** 2
+        sizes = np.geomspace(*ends_m, _TRIED)
+        variance = 1 + np.outer(sizes**2, self.values)
+        return float(sizes[np.argmin((seen / variance + np.log(variance)).sum(axis=1))])

@@ -9,7 +9,7 @@ from scipy.linalg import solve_triangular
 
 from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import Discrepancy
-from diagnosis.generic import generic_covariance, generic_gap
+from diagnosis.generic import GenericGap, generic_covariance
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.places_off import TAKEN, places_off
 from fitting.posterior.session_model import START_PHASE_RAD, Disturbances, PlacesOff, SessionModel
@@ -21,7 +21,6 @@ from session import CameraSpec, SimulationDiverged
 from swimmer import DRY, Twin
 
 STARTS = ((0.6, 3.0, 6.0, 4.0, 1.5), (1.2, 1.5, 4.0, 3.0, 0.5))
-_LOOKS = 2  # at what disturbs the row
 _CLEARLY = 1.0  # -2 ln of probability by which a later start has to be likelier
 _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the means happen to agree
 
@@ -81,8 +80,7 @@ class Ground:
             model = SessionModel((*model.trials, *_beside(_clamped(twin), dry).trials))
         best: Ground | None = None
         for start in starts:
-            known = None if best is None else best.disturbances
-            found = cls._from(model, camera, np.array(start, float), discrepancy, known)
+            found = cls._from(model, camera, np.array(start, float), discrepancy, best)
             if best is None or found is None:
                 best = best or found
             elif found.misfit < best.misfit - _CLEARLY:
@@ -99,17 +97,21 @@ class Ground:
         camera: CameraSpec,
         start: np.ndarray,
         discrepancy: Discrepancy,
-        known_to_disturb: Disturbances | None = None,
+        known: "Ground | None" = None,
     ) -> "Ground | None":
         """From one start; None where a twin diverges on the way. What disturbs the row may be known from another."""
         at, generic, error = start, _generic(model), discrepancy.over(model)
         try:
-            for _ in range(_LOOKS):  # what disturbs the row hardly changes with the coefficients
-                disturbances = known_to_disturb or model.disturbances(at)
-                off = _places_off(model, at, disturbances)
-                known = row_covariance(model, disturbances.of(off) + error)
-                gap = generic_gap(left_row(model, at), known, generic, model.frequencies)
-                at = nearest(model, at, known + gap)
+            if known is None:
+                for look in (model.disturbances_of_tracks, model.disturbances):  # the first only shows the way
+                    disturbances = look(at)
+                    off = _places_off(model, at, disturbances)
+                    covariance = row_covariance(model, disturbances.of(off) + error)
+                    gap = GenericGap(covariance, generic, model.frequencies).covariance(left_row(model, at))
+                    at = nearest(model, at, covariance + gap)
+            else:
+                disturbances = known.disturbances
+                at = nearest(model, at, known.covariance + known._gap.covariance(known.left))
             found = cls(model, camera, at, discrepancy, _places_off(model, at, disturbances), disturbances)
             return found if np.isfinite(found.misfit) else None
         except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
@@ -127,8 +129,11 @@ class Ground:
 
     def with_gap_in(self, left: np.ndarray) -> Whitened:
         """As `space`, with what some twin leaves (k,) counted as disturbance."""
-        gap = generic_gap(left, self.covariance, self.generic, self.model.frequencies)
-        return Whitened.of(self.covariance + gap, self.slopes, PRIOR_SD)
+        return Whitened.of(self.covariance + self._gap.covariance(left), self.slopes, PRIOR_SD)
+
+    @cached_property
+    def _gap(self) -> GenericGap:
+        return GenericGap(self.covariance, self.generic, self.model.frequencies)
 
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
         """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
@@ -228,7 +233,7 @@ class Ground:
     @property
     def misfit(self) -> float:
         """-2 ln of the probability of what is left, but for a constant."""
-        root = self.with_gap.root
+        root = np.linalg.cholesky(self.covariance + self._gap.covariance(self.left))
         white = solve_triangular(root, self.left, lower=True)
         return float(white @ white + 2 * np.log(np.diag(root)).sum())
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -33,37 +34,60 @@ class Gap:
     controls: Controls | None
 
 
-def held_out_gap(
-    ground: Ground, held: Sequence[MeasuredTrial], best: Refit | None, placebo: Refit | None, seed: int
-) -> Gap | None:
-    """Of the held-out swims that no twin diverges on; None where there is none.
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Swims that nothing was fitted to, beside the nearest plain twin.
 
-    Args:
+    Attributes:
         ground: the fitted swims.
-        held: the held-out ones.
-        best: the twin with effects; None where none was added.
-        placebo: the twin with an effect that is not there; None where there is none.
+        swims: h of them.
         seed: of what is drawn.
     """
-    beside = ground.held_out(held)
-    twins = [twin for twin in (best, placebo) if twin is not None]
-    left = [beside.left, *(left_with(beside, twin) for twin in twins)]
-    stands = _stands([row[: len(beside.model.measured)] for row in left], len(held))
-    standing = [trial for trial, stood in zip(held, stands, strict=True) if stood]
-    if len(standing) < len(held):
-        return held_out_gap(ground, standing, best, placebo, seed) if standing else None
-    before = tuple(swum(ground, held, (), ground.at, np.zeros(0)))
-    floor = float(np.nanmean([noise_floor_m(beside, number, seed) for number in range(len(held))]))
-    if best is None:
-        return Gap(shrinkage(beside, None), before, before, floor, None)
-    after = tuple(swum(ground, held, best.effects, best.at, best.values))
-    otherwise = beside.left_drawn(ground, _DRAWS, seed), left_drawn(beside, best, left[1], _DRAWS, seed)
-    controls = Controls(
-        placebo=None if placebo is None else placebo.effects[0].name,
-        with_placebo=None if placebo is None else shrinkage(beside, left[2]).value,
-        carried_over=shrinkage(beside, carried_over(ground, beside)).value,
-    )
-    return Gap(shrinkage(beside, left[1], seed, otherwise), before, after, floor, controls)
+
+    ground: Ground
+    swims: tuple[MeasuredTrial, ...]
+    seed: int
+
+    def gap(self, best: Refit | None, placebo: Refit | None = None) -> Gap | None:
+        """Of the swims that no twin diverges on; None where there is none.
+
+        Args:
+            best: the twin with effects; None where none was added.
+            placebo: the twin with an effect that is not there; None where there is none.
+        """
+        if not self.swims:
+            return None
+        ground, beside, seed = self.ground, self._beside, self.seed
+        twins = [twin for twin in (best, placebo) if twin is not None]
+        left = [beside.left, *(left_with(beside, twin) for twin in twins)]
+        stands = _stands([row[: len(beside.model.measured)] for row in left], len(self.swims))
+        if not stands.all():
+            standing = tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
+            return HeldOut(ground, standing, seed).gap(best, placebo)
+        if best is None:
+            return Gap(shrinkage(beside, None), self._plain, self._plain, self._noise_floor_m, None)
+        after = tuple(swum(ground, self.swims, best.effects, best.at, best.values))
+        otherwise = beside.left_drawn(ground, _DRAWS, seed), left_drawn(beside, best, left[1], _DRAWS, seed)
+        controls = Controls(
+            placebo=None if placebo is None else placebo.effects[0].name,
+            with_placebo=None if placebo is None else shrinkage(beside, left[2]).value,
+            carried_over=shrinkage(beside, carried_over(ground, beside)).value,
+        )
+        told = shrinkage(beside, left[1], seed, otherwise)
+        return Gap(told, self._plain, after, self._noise_floor_m, controls)
+
+    @cached_property
+    def _beside(self) -> Ground:
+        return self.ground.held_out(self.swims)
+
+    @cached_property
+    def _plain(self) -> tuple[Swum, ...]:
+        return tuple(swum(self.ground, self.swims, (), self.ground.at, np.zeros(0)))
+
+    @cached_property
+    def _noise_floor_m(self) -> float:
+        each = [noise_floor_m(self._beside, number, self.seed) for number in range(len(self.swims))]
+        return float(np.nanmean(each))
 
 
 def _stands(left: Sequence[np.ndarray], trials: int) -> np.ndarray:

@@ -18,7 +18,7 @@ from diagnosis.evidence import Explanations
 from diagnosis.explaining import explained
 from diagnosis.from_forms import refitted
 from diagnosis.ground import Ground
-from diagnosis.held_out import Gap, held_out_gap
+from diagnosis.held_out import Gap, HeldOut
 from diagnosis.pruning import log_evidence
 from diagnosis.refit import Refit
 from fitting.signatures import Signature, signature_of
@@ -96,7 +96,7 @@ def suppose(
         of_each[effect.name] = evidence - log_evidence(ground, without)
     tell("held-out swims", 0.9)
     pair = [tuple(swum(ground, fitted, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
-    gap = held_out_gap(ground, held, best, None, settings.seed) if held else None
+    gap = HeldOut(ground, tuple(held), settings.seed).gap(best)
     return Supposition(best, evidence - log_evidence(ground, plain), of_each, (pair[0], pair[1]), gap)
 
 

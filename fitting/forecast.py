@@ -9,7 +9,8 @@ from swimmer import FluidCoefficients, Twin
 from tracking import HeadFrame, one_of
 
 _REACH_RAD = 0.6  # the harmonic phase is right to within this
-_TRIES = (13, 7)  # phases a round, the second between the neighbours of the best of the first
+_TRIES = (7, 5)  # phases a round
+_NEXT = 0.6  # reach of the second round, against the steps of the first
 
 
 def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients) -> float:
@@ -25,7 +26,7 @@ def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients)
         tries = centre + np.linspace(-reach, reach, count)
         simulated = swim(twin, trial, np.repeat(values, count, axis=0), tries, hz, frames.stop)
         misfit = _shape_misfit(trial, simulated, frames)
-        centre, reach = float(tries[np.argmin(misfit)]), float(tries[1] - tries[0])
+        centre, reach = float(tries[np.argmin(misfit)]), _NEXT * float(tries[1] - tries[0])
     return _lowest(tries, misfit)
 
 

@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 from fitting.posterior.gait import SPEED, beat_phase
 from fitting.posterior.likelihood import Discrepancy, wave_discrepancy
 from fitting.posterior.robot_doubt import Doubt, doubted_twins, doubts_of
-from fitting.posterior.trial_model import TrialModel, freedoms_together, simulated_together
+from fitting.posterior.trial_model import Freedoms, TrialModel, freedoms_together, simulated_together
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
 from swimmer import Twin
@@ -147,7 +147,13 @@ class SessionModel:
 
     def disturbances(self, coefficients: np.ndarray, noise: np.ndarray | None = None) -> Disturbances:
         """What noise and nuisances do at coefficients (5,); noise (k, k) by default as the tracks show it."""
-        freedoms = freedoms_together(self.trials, coefficients)
+        return self._disturbances(freedoms_together(self.trials, coefficients), noise)
+
+    def disturbances_of_tracks(self, coefficients: np.ndarray) -> Disturbances:
+        """What those nuisances do that lie in the tracks, not in how the fish started and what it is like: roughly."""
+        return self._disturbances([model.of_tracks(coefficients) for model in self.trials])
+
+    def _disturbances(self, freedoms: Sequence[Freedoms], noise: np.ndarray | None = None) -> Disturbances:
         own = block_diag(*[freedom.own for freedom in freedoms])
         boxes = block_diag(*[freedom.boxes for freedom in freedoms])
         markers, robot = (np.vstack(each) for each in zip(*[(f.markers, f.robot) for f in freedoms], strict=True))

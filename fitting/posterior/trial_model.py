@@ -70,19 +70,24 @@ class TrialModel:
         """By how much the gait moves with one standard deviation of each nuisance, at coefficients (5,)."""
         return freedoms_together((self,), coefficients)[0]
 
-    def _of_sure_robot(self, coefficients: np.ndarray) -> "Freedoms":
-        """`freedoms` of a robot that nobody doubts."""
+    def of_tracks(self, coefficients: np.ndarray) -> "Freedoms":
+        """Those of `freedoms` that lie in the tracks: phase, place, boxes and markers; the twin is simulated once."""
         trajectories = self.trajectories(coefficients[None])
         marker_m = self._kept(trajectories.marker_m[0])  # (n, m, 2)
         gait = self.in_step(self.gait(marker_m))
         kinematics = MarkerKinematics(self.twin.robot, self.trial.markers)
         body = self._kept(kinematics.axes(trajectories.head[0], trajectories.hinges_rad[0]))  # (n, m, 2, 2)
         pool = np.broadcast_to(np.eye(2), body.shape)
-        own = [*self._of_start(coefficients), PHASE_SD_RAD * _slope_of_phase(gait), *_of_place(len(gait))]
+        own = [PHASE_SD_RAD * _slope_of_phase(gait), *_of_place(len(gait))]
         boxes = self._of_shifts(marker_m, pool, gait)
         markers = self._of_shifts(marker_m, body, gait)
         robot = np.zeros((len(gait), 0))
         return Freedoms(np.column_stack(own), np.column_stack(boxes), np.column_stack(markers), robot)
+
+    def _of_sure_robot(self, coefficients: np.ndarray) -> "Freedoms":
+        """`freedoms` of a robot that nobody doubts."""
+        found = self.of_tracks(coefficients)
+        return found._replace(own=np.column_stack([*self._of_start(coefficients), found.own]))
 
     def _of_start(self, coefficients: np.ndarray) -> np.ndarray:
         """(4, k) of the velocity at time 0, and of the frequency."""

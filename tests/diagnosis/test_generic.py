@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.generic import generic_covariance, generic_gap
+from diagnosis.generic import GenericGap, generic_covariance
 
 ALONG_M = np.array([0.0, 0.142, 0.3, 0.45, 0.55])
 TRIALS, NOISE_SD = 2, 1e-4
@@ -22,7 +22,7 @@ def left(size_m: float, seed: int = 0) -> np.ndarray:
 
 @pytest.mark.parametrize("size_m", [0.001, 0.01])
 def test_its_size_is_found(size_m: float) -> None:
-    gap = generic_gap(left(size_m), KNOWN, GENERIC, TRIALS)
+    gap = GenericGap(KNOWN, GENERIC, TRIALS).covariance(left(size_m))
     sizes = np.sqrt(np.diag(gap)[:-TRIALS] / np.diag(GENERIC)[:-TRIALS])
     assert sizes == pytest.approx(size_m, rel=0.3)
 
@@ -30,7 +30,7 @@ def test_its_size_is_found(size_m: float) -> None:
 def test_a_clock_that_is_wrong_says_nothing_of_how_it_swims() -> None:
     row = left(0.002)
     fast = row + np.append(np.zeros(len(row) - TRIALS), np.full(TRIALS, 0.4))
-    even, off = (generic_gap(each, KNOWN, GENERIC, TRIALS) for each in (row, fast))
+    even, off = (GenericGap(KNOWN, GENERIC, TRIALS).covariance(each) for each in (row, fast))
     np.testing.assert_array_equal(even[:-TRIALS, :-TRIALS], off[:-TRIALS, :-TRIALS])
     assert np.sqrt(off[-1, -1]) == pytest.approx(0.4, rel=0.3)
     assert np.sqrt(even[-1, -1]) < 0.02
