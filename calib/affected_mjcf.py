@@ -1,12 +1,13 @@
-"""The twin with the effects that a diagnosis names, as files: MJCF, and a script for what no MJCF can hold."""
+"""The twin with effects that a diagnosis fitted, as files: MJCF, and a script for what no MJCF can hold."""
 
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from diagnosis import Diagnosis
 from diagnosis.affected_swims import SettledTwin
+from diagnosis.ground import Ground
+from diagnosis.refit import Refit
 from fitting.forecast import fit_phase
 from fitting.signatures.affected_session import views_of
 from session import program_version, write_whole
@@ -47,15 +48,20 @@ print(f"{{np.linalg.norm(end - start) / (trajectories.time_s[-1] - trajectories.
 '''
 
 
-def write_affected_twin(results: Path, found: Diagnosis, robot_file: Path | None) -> list[Path]:
-    """``calibrated+<effects>.xml``: robot, coefficients and all of the effects that a model can hold.
+def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, robot_file: Path | None) -> list[Path]:
+    """``calibrated+<name>.xml``: robot, coefficients and all of the effects that a model can hold.
 
     Effects with an axis of the picture (a current) are in the frame of the first fit trial. One keyframe a fit trial
     starts the model as that trial started. Where MJCF cannot hold all of the effects a script of the same name runs the
     twin with them.
+
+    Args:
+        results: folder.
+        ground: the fitted swims.
+        best: the twin.
+        name: of its effects.
+        robot_file: the robot's own; None for the built-in one.
     """
-    best, ground = found.refit, found.ground
-    assert best is not None
     affected = AffectedTwin(ground.twin, best.effects)
     views = views_of(ground.model, ground.camera, tuple(map(float, ground.at)))
     values, coefficients = affected.in_trial(views[0], best.values), FluidCoefficients(*map(float, best.at))
@@ -79,7 +85,7 @@ def write_affected_twin(results: Path, found: Diagnosis, robot_file: Path | None
     spec.compile()
     text: str = spec.to_xml()
     mujoco.MjModel.from_xml_string(text)  # what is written must load
-    paths = [results / f"calibrated+{'+'.join(names)}.xml"]
+    paths = [results / f"calibrated+{name}.xml"]
     write_whole(paths[0], text)
     if not all(effect.in_mjcf() for effect in best.effects):
         script = _SCRIPT.format(

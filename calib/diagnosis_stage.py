@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from diagnosis import Diagnosis, Discrepancy
 
 Found = TypeVar("Found")
-FORM = 12  # of the files and of what they rest on
+FORM = 13  # of the files and of what they rest on
 
 
 class DiagnosisStage:
@@ -115,11 +115,12 @@ class DiagnosisStage:
 
         found = self._asked(diagnose, self.effects, trials, dry, discrepancy)
         self._remove_models()
-        models = (
-            write_affected_twin(self._session.results, found, self._session.robot_file)
-            if found.refit is not None
-            else []
-        )
+        twins = {} if found.refit is None else {"+".join(effect.name for effect in found.refit.effects): found.refit}
+        if found.everything is not None:
+            twins["everything"] = found.everything[0].refit
+        results, robot_file = self._session.results, self._session.robot_file
+        written = [write_affected_twin(results, found.ground, twin, name, robot_file) for name, twin in twins.items()]
+        models = [path for paths in written for path in paths]
         with writing_whole(self.arrays_file) as part:
             save_arrays(part, found)
         payload = diagnosis_payload(found) | {"withheld_from_catalogue": sorted(self._without)}

@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 from diagnosis.beside_the_beat import BesideTheBeat, beside_the_beat
 from diagnosis.controls import placebo_for
 from diagnosis.discrepancy import Discrepancy
+from diagnosis.everything import Everything, everything
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.experiments import Experiment, next_experiments
 from diagnosis.explaining import explained
@@ -89,6 +90,8 @@ class Diagnosis:
         remainder: what it leaves; None where none is named.
         gap: on held-out swims; None without any that the twins can follow.
         refutations: of names that these swims spoke against, and which are not said.
+        everything: the twin with all effects at once, and its held-out gap; None where the swims call for no more than
+            is named, or with the effort "quick".
         experiments: what to measure next, the most telling first.
     """
 
@@ -105,6 +108,7 @@ class Diagnosis:
     remainder: Remainder | None
     gap: Gap | None
     refutations: tuple[Refutation, ...]
+    everything: tuple[Everything, Gap | None] | None
     experiments: tuple[Experiment, ...]
 
     @property
@@ -184,10 +188,11 @@ def diagnose(
     if best is not None and stays:
         verdict, best, remainder = Verdict("unexplained", ()), None, None
     refutations: tuple[Refutation, ...] = ()
+    swims = HeldOut(ground, tuple(held), settings.seed)
     if held:
         tell("held-out swims", 0.85)
         placebo = None if best is None else placebo_for(explanations, probabilities, set(verdict.effects))
-        other, swims = None if placebo is None else refitting([placebo]), HeldOut(ground, tuple(held), settings.seed)
+        other = None if placebo is None else refitting([placebo])
 
         def forecast(twin: Refit | None) -> Gap | None:
             return swims.gap(twin, None if twin is None else other)
@@ -197,6 +202,9 @@ def diagnose(
         if refutations:
             remainder = None if best is None else _remainder(ground, best, forces, signatures, placed)
     where = locate(ground, forces, signatures, verdict.effects, placed)
+    tell("all effects at once", 0.9)
+    asked = settings.effort == "full" and verdict.name != "no_gap"
+    every = everything(ground, signatures, effects, best, rounds) if asked else None
     tell("what to measure next", 0.95)
     experiments = next_experiments(ground, explanations, verdict, probabilities, effects, settings.seed)
     return Diagnosis(
@@ -213,6 +221,7 @@ def diagnose(
         remainder,
         gap,
         refutations,
+        None if every is None else (every, swims.gap(every.refit)),
         experiments,
     )
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from diagnosis.affected_swims import Swum
 from diagnosis.diagnosis import Diagnosis
+from diagnosis.everything import Everything
 from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
 from diagnosis.supposition import Supposition
@@ -35,6 +36,7 @@ def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
             "by_band": dict(where.by_band),
         },
         "gap": _gap(found.gap),
+        "everything": None if found.everything is None else _everything(*found.everything),
         "effect_parameters": {} if found.refit is None else _parameters(found.refit),
         "next_experiments": [
             {
@@ -45,7 +47,8 @@ def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
             }
             for e in found.experiments
         ],
-        "coefficients": _coefficients(found),
+        "coefficients": {"plain": _named_coefficients(found.ground.at)}
+        | ({} if found.refit is None else {"with_effects": _named_coefficients(found.refit.at)}),
         "stage_alone": dict(where.alone),
         "missing_forces": _forces(found),
         "evidence": _evidence(found),
@@ -62,6 +65,18 @@ def supposition_payload(found: Supposition) -> dict[str, Any]:
         "effect_parameters": _parameters(found.refit),
         "fitted": _beside(plain, supposed),
         "gap": _gap(found.gap),
+    }
+
+
+def _everything(every: Everything, gap: Gap | None) -> dict[str, Any]:
+    """The twin with all effects at once, the strongest first; strengths in standard deviations of their priors."""
+    strengths = sorted(every.strengths.items(), key=lambda item: -abs(item[1]))
+    return {
+        "share_of_priors": every.share,
+        "log_evidence_gained": every.gained,
+        "coefficients": _named_coefficients(every.refit.at),
+        "strengths": [{"effect": own[0], "parameter": own[1], "strength_sd": told} for own, told in strengths],
+        "gap": _gap(gap),
     }
 
 
@@ -131,12 +146,9 @@ def _parameters(best: Refit) -> dict[str, Any]:
     return told
 
 
-def _coefficients(found: Diagnosis) -> dict[str, Any]:
+def _named_coefficients(at: np.ndarray) -> dict[str, float]:
     names = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")
-    told = {"plain": dict(zip(names, map(float, found.ground.at), strict=True))}
-    if found.refit is not None:
-        told["with_effects"] = dict(zip(names, map(float, found.refit.at), strict=True))
-    return told
+    return dict(zip(names, map(float, at), strict=True))
 
 
 def _forces(found: Diagnosis) -> dict[str, Any]:

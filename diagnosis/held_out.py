@@ -67,7 +67,8 @@ class HeldOut:
         if best is None:
             return Gap(shrinkage(beside, None), self._plain, self._plain, self._noise_floor_m, None)
         after = tuple(swum(ground, self.swims, best.effects, best.at, best.values))
-        otherwise = beside.left_drawn(ground, _DRAWS, seed), left_drawn(beside, best, left[1], _DRAWS, seed)
+        with_effects = left_drawn(beside, best, left[1], _DRAWS, seed)
+        otherwise = beside.left_drawn(ground, len(with_effects), seed), with_effects
         controls = Controls(
             placebo=None if placebo is None else placebo.effects[0].name,
             with_placebo=None if placebo is None else shrinkage(beside, left[2]).value,

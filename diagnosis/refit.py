@@ -13,9 +13,12 @@ from fitting.signatures.session_row import LONG, PRIOR_SD, mended
 from swimmer.effects import Effect
 
 _ROOT_STEP, _STEP_SD = 0.02, 0.25  # of the root of a coefficient; of a parameter, in standard deviations of its prior
-_WIDER = 5.0  # than its prior a parameter may lie
+WIDER = 5.0
+"""Than its prior a parameter may lie."""
 _HALVINGS = (1.0, 0.5, 0.2)
 _TINY = 1e-9
+_MANY = 30  # numbers, of whose slopes one step says too little to mend them
+_FEW = 32  # draws of so many
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +31,7 @@ class Refit:
         values: (p,) of all effects, one after the other.
         left: (k,) what it leaves of the fitted swims.
         covariance: (5 + p, 5 + p) of coefficients and values.
+        taken: (5 + p,) standard deviations of the prior beside which it was fitted.
     """
 
     effects: tuple[Effect, ...]
@@ -35,20 +39,16 @@ class Refit:
     values: np.ndarray
     left: np.ndarray
     covariance: np.ndarray
+    taken: np.ndarray
 
     @classmethod
     def plain(cls, ground: Ground) -> "Refit":
         """The nearest twin without any."""
-        return cls((), ground.at, np.zeros(0), ground.left, ground.coefficient_covariance)
+        return cls((), ground.at, np.zeros(0), ground.left, ground.coefficient_covariance, PRIOR_SD)
 
     def precision(self, width: np.ndarray) -> np.ndarray:
         """(5 + p, 5 + p) of coefficients and values, beside a normal prior as wide as this (5 + p,)."""
         return np.asarray(np.linalg.inv(self.covariance) - np.diag(self.taken**-2.0) + np.diag(width**-2.0))
-
-    @property
-    def taken(self) -> np.ndarray:
-        """(5 + p,) standard deviations of the prior beside which it was fitted."""
-        return _taken(self.effects)
 
     @property
     def by_effect(self) -> dict[str, np.ndarray]:
@@ -57,7 +57,13 @@ class Refit:
         return {e.name: part for e, part in zip(self.effects, np.split(self.values, ends), strict=True)}
 
 
-def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: int = 3) -> Refit:
+def refit(
+    ground: Ground,
+    effects: Sequence[Effect],
+    start: np.ndarray,
+    rounds: int = 3,
+    width: np.ndarray | None = None,
+) -> Refit:
     """By steps of Gauss and Newton, each shortened until it helps; after short ones slopes are mended, not simulated.
 
     What is left before a step counts as disturbance in it, of whatever cause: at first all that the plain twin leaves,
@@ -68,8 +74,9 @@ def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: 
         effects: that act.
         start: (p,) values of all of them.
         rounds: steps at most.
+        width: (p,) standard deviations of the prior of each value; by default wider than its own.
     """
-    joint = _Joint(ground, effects)
+    joint = _Joint(ground, effects, width)
     point = np.concatenate([ground.at, np.clip(start, joint.low[5:], joint.high[5:])])
     left, misfit = joint.look(point)
     while not np.isfinite(misfit) and np.abs(point[5:]).max(initial=0.0) > _TINY:
@@ -86,10 +93,10 @@ def refit(ground: Ground, effects: Sequence[Effect], start: np.ndarray, rounds: 
             break
         taken, change = tried[best] - point, left - looks[best][0]
         point, (left, misfit) = tried[best], looks[best]
-        short = joint.moved(taken, slopes) <= LONG
+        short = len(point) < _MANY and joint.moved(taken, slopes) <= LONG
         slopes = mended(slopes, taken, change, joint.sd) if short else joint.slopes(point)
     joint.count_as_disturbance(left, point)
-    return Refit(joint.effects, point[:5], point[5:], left, joint.covariance(slopes))
+    return Refit(joint.effects, point[:5], point[5:], left, joint.covariance(slopes), joint.sd)
 
 
 def left_with(ground: Ground, best: Refit) -> np.ndarray:
@@ -105,27 +112,28 @@ def left_at(ground: Ground, best: Refit, values: np.ndarray) -> np.ndarray:
 def left_drawn(ground: Ground, best: Refit, left: np.ndarray, draws: int, seed: int) -> np.ndarray:
     """(d, k) what it would leave, fitted as it might have been: linear about what it leaves (k,).
 
-    All nan where the twin diverges next to it.
+    All nan where the twin diverges next to it. Of many numbers a few draws are simulated themselves instead.
     """
     joint, point = _Joint(ground, best.effects), np.append(best.at, best.values)
     drawn = np.random.default_rng([seed, 19]).multivariate_normal(point, best.covariance, draws)
-    return left - (np.clip(drawn, joint.low, joint.high) - point) @ joint.differences(point).T
-
-
-def _taken(effects: Sequence[Effect]) -> np.ndarray:
-    return np.concatenate([PRIOR_SD, [_WIDER * parameter.sd for effect in effects for parameter in effect.parameters]])
+    drawn = np.clip(drawn, joint.low, joint.high)
+    if len(point) >= _MANY:
+        return joint.rows(drawn[:_FEW])
+    return left - (drawn - point) @ joint.differences(point).T
 
 
 class _Joint:
     """Swims beside the twin with effects, at points (5 + p,) of coefficients and values."""
 
-    def __init__(self, ground: Ground, effects: Sequence[Effect]) -> None:
+    def __init__(self, ground: Ground, effects: Sequence[Effect], width: np.ndarray | None = None) -> None:
         self.session = AffectedSession.of(effects, ground.model, ground.camera, ground.at)
         self.effects = self.session.effects
         self.ground = ground
         parameters = [parameter for effect in self.effects for parameter in effect.parameters]
         self._plain_hz = self.session.hertz(np.zeros((1, len(parameters))))
-        self.sd = _taken(self.effects)
+        own = np.array([parameter.sd for parameter in parameters])
+        self.sd = np.append(PRIOR_SD, WIDER * own if width is None else width)
+        self._step_sd = _STEP_SD * own
         self.mean = np.concatenate([ground.at, np.zeros(len(parameters))])
         self.low = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[0]), [p.low for p in parameters]])
         self.high = np.concatenate([np.full(5, COEFFICIENT_BOUNDS[1]), [p.high for p in parameters]])
@@ -166,7 +174,7 @@ class _Joint:
 
     def differences(self, point: np.ndarray) -> np.ndarray:
         """The same, nan where it diverged."""
-        steps = np.concatenate([_ROOT_STEP * 2 * np.sqrt(np.maximum(point[:5], 0.01)), _STEP_SD * self.sd[5:] / _WIDER])
+        steps = np.concatenate([_ROOT_STEP * 2 * np.sqrt(np.maximum(point[:5], 0.01)), self._step_sd])
         up, down = (np.clip(point + sign * np.diag(steps), self.low, self.high) for sign in (1, -1))
         rows = self.rows(np.vstack([up, down]))
         width = np.diag(up - down)

@@ -152,17 +152,18 @@ def _how_far(data: Mapping[str, Any]) -> str:
     if gap["baseline_mm"] is None or gap["with_effects_mm"] is None:
         return "How far: not known, for no marker of the held-out swims could be compared."
     trials = f"{len(gap['evaluated_on'])} held-out swim{'s' * (len(gap['evaluated_on']) > 1)}"
+    every = _with_everything(data)
     if data["verdict"] in ("no_gap", "unexplained"):
         return (
             f"How far: nothing was added; on {trials} markers are {gap['baseline_mm']:.1f} mm off, "
-            f"speeds {1000 * gap['speed_mae_before']:.1f} mm/s."
+            f"speeds {1000 * gap['speed_mae_before']:.1f} mm/s{every}."
         )
     change = (
         f"markers from {gap['baseline_mm']:.1f} to {gap['with_effects_mm']:.1f} mm, speeds from "
         f"{1000 * gap['speed_mae_before']:.1f} to {1000 * gap['speed_mae_after']:.1f} mm/s"
     )
     if gap["shrinkage"] is None:
-        return f"How far: on {trials} the plain twin leaves no more than noise; {change}."
+        return f"How far: on {trials} the plain twin leaves no more than noise; {change}{every}."
     interval = gap["shrinkage_ci95"]
     grows = round(gap["shrinkage"], 2) < 0
     sure = "how surely is not known"
@@ -170,4 +171,16 @@ def _how_far(data: Mapping[str, Any]) -> str:
         low, high = (-interval[1], -interval[0]) if grows else interval
         sure = f"{low:.0%} to {high:.0%}"
     how = f"grows by {-gap['shrinkage']:.0%}" if grows else f"shrinks by {max(gap['shrinkage'], 0.0):.0%}"
-    return f"How far: on {trials} the gap {how} ({sure}); {change}."
+    return f"How far: on {trials} the gap {how} ({sure}); {change}{every}."
+
+
+def _with_everything(data: Mapping[str, Any]) -> str:
+    """What the held-out swims would be off by with all effects at once; empty where that was not asked."""
+    every = data.get("everything")
+    if every is None or not every["gap"]["evaluated_on"]:
+        return ""
+    gap = every["gap"]
+    return (
+        "; with all effects at once, each a little, markers are "
+        f"{gap['with_effects_mm']:.1f} mm off and speeds {1000 * gap['speed_mae_after']:.1f} mm/s"
+    )

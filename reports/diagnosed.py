@@ -40,6 +40,12 @@ class Diagnosed:
         """What each held-out swim says before and after; empty where none was held out."""
         return self.data["gap"].get("trials") or {}
 
+    @property
+    def everything(self) -> Mapping[str, Any] | None:
+        """The twin with all effects at once; None where that was not asked, or no swim was held out."""
+        every: Mapping[str, Any] | None = self.data.get("everything")
+        return every if every is not None and every["gap"]["evaluated_on"] else None
+
     def shares(self, split: str) -> dict[str, float]:
         """Of one split: stage, trial, marker, axis or band."""
         return {name: float(share) for name, share in self.data["where"][f"by_{split}"].items()}

@@ -57,7 +57,9 @@ def _figures(found: Diagnosed, session: Session) -> Iterator[tuple[str, Figure]]
     yield "gap-effects", gap_effects_figure(found)
     if found.held_out:
         yield "gap-waterfall", gap_waterfall_figure(found)
-        yield "gap-held-out", gap_held_out_figure(found)
+        yield "gap-held-out", gap_held_out_figure(found.data["gap"], bool(found.refitted))
+    if found.everything is not None:
+        yield "gap-everything", gap_held_out_figure(found.everything["gap"], True)
     if len(told_apart(found)[0]) > 1:
         yield "gap-separation", gap_separation_figure(found)
     yield "gap-forces", gap_forces_figure(MissingForces.of(found.data))

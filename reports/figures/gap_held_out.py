@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from reports.diagnosed import Diagnosed
 from reports.numbers import MM, shortened, shown
 from reports.style import (
     EBT_SMOOTHED,
@@ -26,9 +28,14 @@ from reports.style import (
 
 
 @styled
-def gap_held_out_figure(found: Diagnosed) -> Figure:
-    """A row a swim and one for the mean; left millimetres, right mm/s."""
-    trials = found.held_out
+def gap_held_out_figure(gap: Mapping[str, Any], added: bool) -> Figure:
+    """A row a swim and one for the mean; left millimetres, right mm/s.
+
+    Args:
+        gap: of a `diagnosis.json`, with at least one held-out swim.
+        added: whether there are effects.
+    """
+    trials = gap["trials"]
     names = [*trials, "mean"]
     told = list(trials.values())
     before_mm, after_mm = (np.array([trial[f"{when}_mm"] for trial in told]) for when in ("before", "after"))
@@ -38,16 +45,16 @@ def gap_held_out_figure(found: Diagnosed) -> Figure:
     ]
     grid = Grid(2, 0.2 + 0.24 * len(names), (0.22, 0.0))
     figure, (left, right) = panels(2, grid, HALF_WIDTH_IN, Margins(left=0.85, right=0.2, top=0.5, bottom=0.42))
-    _rows(left, _with_mean(before_mm), _with_mean(after_mm), bool(found.refitted))
-    _rows(right, _with_mean(errors[0]), _with_mean(errors[1]), bool(found.refitted))
-    left.axvline(found.data["gap"]["noise_floor_mm"], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)))
+    _rows(left, _with_mean(before_mm), _with_mean(after_mm), added)
+    _rows(right, _with_mean(errors[0]), _with_mean(errors[1]), added)
+    left.axvline(gap["noise_floor_mm"], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)))
     left.set(xlabel="marker distance (mm)")
     right.set(xlabel="speed error (mm/s)")
     left.set_yticks([-row for row in range(len(names))], [shortened(name, 12) for name in names])
     left.get_yticklabels()[-1].set_fontweight("bold")
     right.set_yticks([])
     worse = bool((after_mm > before_mm).any() or (errors[1] > errors[0]).any())
-    _legend(figure, bool(found.refitted), worse)
+    _legend(figure, added, worse)
     return figure
 
 

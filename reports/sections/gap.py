@@ -27,6 +27,7 @@ _VERDICTS = {
     "boxes and the twin’s own error.",
 }
 _SUSPECT = 0.5  # probability of a gap from which a verdict of none is called a near miss
+_STRONGEST = 4  # parameters that are told
 _CLEAR = 0.01  # of the p value from which what remains passes for noise
 
 
@@ -198,12 +199,47 @@ def _how_far(found: Diagnosed) -> tuple[Block, ...]:
         "adding the effects takes away, what is left above noise, and noise itself.",
     )
     swims = Plot(
-        inline_svg(gap_held_out_figure(found), "gap-held-out", "Each held-out swim before and after"),
+        inline_svg(
+            gap_held_out_figure(found.data["gap"], bool(found.refitted)),
+            "gap-held-out",
+            "Each held-out swim before and after",
+        ),
         "gap-held-out",
         "The same swims in millimetres and mm/s, run ahead by the twin alone; the numbers are those after. The dashed "
         "line is the distance that tracking noise alone would make.",
     )
-    return Prose(_shrinkage(found)), Plots((waterfall, swims))
+    return Prose(_shrinkage(found)), Plots((waterfall, swims)), *_everything(found)
+
+
+def _everything(found: Diagnosed) -> tuple[Block, ...]:
+    """The twin with all effects at once."""
+    every = found.everything
+    if every is None:
+        return ()
+    gap, strongest = every["gap"], every["strengths"][:_STRONGEST]
+    told = [
+        f"{in_words(each['effect'])} ({in_words(each['parameter'])} {shown(each['strength_sd'], 1)})"
+        for each in strongest
+    ]
+    far = ""
+    if gap["shrinkage"] is not None:
+        how = "gone" if gap["shrinkage"] >= 0 else "added"
+        far = f" {whole_percent(abs(gap['shrinkage']))} of the held-out gap is {how} with it"
+        interval = [whole_percent(end) for end in gap["shrinkage_ci95"] or ()]
+        far += f" (95 % interval {' to '.join(interval)})." if interval else "."
+    text = (
+        "All effects at once, each a little: the fitted swims call for more than is named "
+        f"(e^{shown(every['log_evidence_gained'], 0)} times as probable so), without telling what. This twin has every "
+        "effect of the catalogue, as strong as is likeliest where priors are "
+        f"{shown(every['share_of_priors'], 2)} times as wide as described.{far} It claims no name; strongest in it, in "
+        f"standard deviations of their priors, are {listed(told)}."
+    )
+    swims = Plot(
+        inline_svg(gap_held_out_figure(gap, True), "gap-everything", "Each held-out swim with all effects at once"),
+        "gap-everything",
+        "Each held-out swim without effects and with all of them, fitted to the fitted swims alone.",
+    )
+    return Prose(text), Plots((swims,))
 
 
 def _added(found: Diagnosed) -> str:

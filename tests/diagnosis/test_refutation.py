@@ -25,7 +25,7 @@ def gap(value: float | None, interval: tuple[float, float] | None) -> Gap:
 
 def refitted(*names: str) -> Refit:
     size = 5 + len(names)
-    return Refit(tuple(map(Made, names)), np.ones(5), np.zeros(len(names)), np.zeros(K), np.eye(size))
+    return Refit(tuple(map(Made, names)), np.ones(5), np.zeros(len(names)), np.zeros(K), np.eye(size), np.ones(size))
 
 
 @pytest.fixture(scope="module")

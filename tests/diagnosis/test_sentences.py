@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from diagnosis.sentences import sentences
-from tests.reports.diagnoses import made_data
+from tests.reports.diagnoses import made_data, made_everything
 
 
 @pytest.mark.parametrize(
@@ -85,3 +85,12 @@ def test_names_that_held_out_swims_speak_against_are_told_as_that(verdict: str, 
     told["evidence"] = told["evidence"] | {"refuted": [against]}
     why = "but with that held-out swims are forecast worse (their gap grows by 80%, 10% to 160%)"
     assert f"{before} fluid memory or wave drag, {why}" in sentences(told)[1]
+
+
+@pytest.mark.parametrize("verdict", ["named", "unexplained"])
+def test_with_all_effects_at_once_it_says_what_they_forecast(verdict: str) -> None:
+    told = made_data(verdict) | {"everything": made_everything()}
+    assert (
+        "; with all effects at once, each a little, markers are 3.0 mm off and speeds 2.0 mm/s." in sentences(told)[2]
+    )
+    assert "all effects" not in sentences(made_data(verdict))[2]

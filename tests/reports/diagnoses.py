@@ -81,6 +81,20 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
     }
 
 
+def made_everything() -> dict[str, Any]:
+    """The twin with all effects at once, as a `diagnosis.json` has it."""
+    return {
+        "share_of_priors": 0.7,
+        "log_evidence_gained": 41.2,
+        "coefficients": {"blunt_drag": 0.7},
+        "strengths": [
+            {"effect": "crank_arm_error", "parameter": "relative", "strength_sd": -3.2},
+            {"effect": "tendon_asymmetry", "parameter": "length", "strength_sd": 1.4},
+        ],
+        "gap": _gap(True) | {"shrinkage": 0.3, "shrinkage_ci95": [0.1, 0.6]},
+    }
+
+
 def _sliding(named: bool) -> dict[str, Any]:
     """Of two fitted swims."""
     paces = [[0.001 * number * trial for number in range(len(MARKERS))] for trial in (-1, 2)]

@@ -22,7 +22,7 @@ from reports.page import render_page
 from reports.sections import gap
 from reports.style import EBT_SMOOTHED, GAP, WARN
 from swimmer import load_robot
-from tests.reports.diagnoses import FITTED, JOINTS, made_data, made_diagnosed, made_forces
+from tests.reports.diagnoses import FITTED, JOINTS, made_data, made_diagnosed, made_everything, made_forces
 from tests.reports.page import Page
 from tests.reports.sample import MARKERS, made_context, made_trial
 from tests.reports.undrawn import nothing_drawn
@@ -145,6 +145,17 @@ def test_without_a_held_out_gap_nothing_shrinks() -> None:
 
 
 @pytest.mark.usefixtures("words_alone")
+def test_all_effects_at_once_are_told_where_they_are_called_for() -> None:
+    page = page_of(made_diagnosed("unexplained", everything=made_everything()))
+
+    assert "the fitted swims call for more than is named (e^41 times as probable so)" in page.text
+    assert "30 % of the held-out gap is gone with it (95 % interval 10 % to 60 %)" in page.text
+    assert "crank arm error (relative −3.2) and tendon asymmetry (length 1.4)" in page.text
+    assert "gap-everything" in page.ids
+    assert "gap-everything" not in page_of(made_diagnosed("unexplained")).ids
+
+
+@pytest.mark.usefixtures("words_alone")
 def test_without_held_out_swims_it_says_how_to_hold_one_out() -> None:
     bare = page_of(made_diagnosed(held_out=False))
 
@@ -261,7 +272,8 @@ def test_the_fuller_a_stage_the_fuller_its_colour() -> None:
         figures.gap_shares_figure,
         figures.gap_effects_figure,
         figures.gap_waterfall_figure,
-        figures.gap_held_out_figure,
+        lambda found: figures.gap_held_out_figure(found.data["gap"], bool(found.refitted)),
+        lambda _: figures.gap_held_out_figure(made_everything()["gap"], True),
         figures.gap_separation_figure,
         figures.gap_slides_figure,
         lambda found: figures.gap_forces_figure(MissingForces.of(found.data)),

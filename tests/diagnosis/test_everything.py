@@ -1,0 +1,101 @@
+"""All effects at once: called for where many small ones are there, and only there; and it forecasts better then."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from diagnosis.everything import CLEARLY, SHARES, everything, likeliest_share
+from diagnosis.ground import Ground
+from diagnosis.held_out import HeldOut
+from fitting.signatures import Signature, signature_of
+from fitting.signatures.slopes import little
+from session import FISHSIM_MARKERS
+from swimmer import Twin
+from swimmer.effects import catalogue
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.diagnosis.grounds import CAMERA, ROBOT, ground
+from tests.fitting.exact_swims import exact_swims
+
+NAMES = ("stiffness_error", "bend_offset", "joint_damping", "crank_arm_error", "camera_parallax", "marker_offset")
+
+
+@lru_cache(maxsize=1)
+def signatures() -> tuple[Signature, ...]:
+    at = ground()
+    return tuple(signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in NAMES)
+
+
+def columns() -> np.ndarray:
+    """(k, p) what a standard deviation of each parameter does."""
+    told = [
+        parameter.sd * slope
+        for each in signatures()
+        for number, parameter in enumerate(each.effect.parameters)
+        if (slope := little(each, number)) is not None
+    ]
+    return np.array(told).T
+
+
+def noise(random: np.random.Generator) -> np.ndarray:
+    return np.asarray(np.linalg.cholesky(ground().covariance) @ random.standard_normal(len(ground().left)))
+
+
+def leaving(left: np.ndarray) -> Ground:
+    """The same swims, of which the plain twin leaves this (k,)."""
+    found = replace(ground())
+    found.__dict__.update(left=left, slopes=ground().slopes, generic=ground().generic)
+    return found
+
+
+def test_of_noise_nothing_is_made() -> None:
+    for seed in range(12):
+        at = leaving(noise(np.random.default_rng([seed, 41])))
+        assert everything(at, signatures(), catalogue(), None, 1) is None
+
+
+@pytest.mark.parametrize("share", [0.35, 1.0])
+def test_how_strong_many_small_effects_are_is_found(share: float) -> None:
+    off = []
+    for seed in range(12):
+        random = np.random.default_rng([seed, 43])
+        at = leaving(noise(random) + share * columns() @ random.standard_normal(columns().shape[1]))
+        found, gained = likeliest_share(at, signatures(), ())
+        assert gained > 0
+        off.append(np.log2(found / share))
+    assert np.abs(off).max() <= 1.0  # of few parameters
+    assert abs(np.mean(off)) < 0.5
+
+
+def test_what_is_named_is_not_called_for_again() -> None:
+    random = np.random.default_rng(47)
+    parameters = [(each.effect.name, p) for each in signatures() for p in each.effect.parameters]
+    own = [number for number, (name, _) in enumerate(parameters) if name == "crank_arm_error"]
+    at = leaving(noise(random) + 4 * columns()[:, own].sum(axis=1))
+    assert likeliest_share(at, signatures(), ())[1] > CLEARLY
+    assert likeliest_share(at, signatures(), ("crank_arm_error",))[1] < CLEARLY
+
+
+@pytest.mark.long
+def test_a_robot_with_several_things_amiss_is_forecast_better() -> None:
+    crank, tail = ROBOT.crank, ROBOT.tail
+    described = ROBOT.model_copy(
+        update={
+            "crank": crank.model_copy(update={"arm_m": 0.9 * crank.arm_m}),
+            "tail": tail.model_copy(update={"hinge_stiffness_n_m": 0.7 * tail.hinge_stiffness_n_m}),
+        }
+    )
+    *fitted, held = exact_swims(hz=(0.7, 1.1, 0.9), seconds=4.0, noise_m=3e-4)
+    twin = Twin(described, FISHSIM_MARKERS, workers=1)
+    at = Ground.fitted(fitted, twin, CAMERA, ground().discrepancy, starts=(PLAUSIBLE_COEFFICIENTS,))
+    told = [signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in NAMES]
+    found = everything(at, told, catalogue(), None, 4)
+    assert found is not None
+    assert found.share in SHARES
+    assert found.strengths["crank_arm_error", "relative"] > 1
+    gap = HeldOut(at, (held.with_role("holdout"),), 0).gap(found.refit)
+    assert gap is not None
+    assert gap.shrinkage.with_effects < 0.5 * gap.shrinkage.plain
