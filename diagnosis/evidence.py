@@ -53,7 +53,7 @@ class Belief:
     other: float = 0.1
     placed: float = 0.4
     besides: float = 0.3
-    imitated: float = 0.15
+    imitated: float = 0.3
     strays: float = 0.05
 
     def log_prior(self, present: int, other: bool, effects: int) -> float:

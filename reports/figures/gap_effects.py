@@ -9,7 +9,7 @@ from reports.diagnosed import Diagnosed
 from reports.numbers import in_words, shown
 from reports.style import FAINT, GAP, HALF_WIDTH_IN, INK, MUTED, TWIN, Margins, panel, styled
 
-HELD = 0.6  # as `diagnosis.verdict`, which is not imported, for it loads the twin
+HELD = 0.5  # as `diagnosis.verdict`, which is not imported, for it loads the twin
 MOST, LEAST = 9, 0.005  # effects that are shown, and the probability of the last
 _OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}
 

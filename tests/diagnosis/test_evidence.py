@@ -35,7 +35,7 @@ def test_probabilities_add_up_to_one() -> None:
 @pytest.mark.parametrize("strength", [8.0, -8.0, 25.0])
 def test_an_effect_that_is_there_is_named(strength: float) -> None:
     found = after(noise(1) + strength * DIRECTIONS[4])
-    assert found.marginal[4] > 0.85
+    assert found.marginal[4] > 0.8
     assert verdict_of(found).groups == (("effect_4",),)
 
 
@@ -60,7 +60,7 @@ def test_two_that_look_alike_are_told_as_alternatives() -> None:
 
 def test_an_effect_of_one_sign_does_not_explain_the_other() -> None:
     there, not_there = (after(noise(4) + s * DIRECTIONS[10]) for s in (9.0, -9.0))
-    assert there.marginal[10] > 0.85
+    assert there.marginal[10] > 0.8
     assert not_there.marginal[10] < 0.2
 
 
@@ -188,8 +188,8 @@ def test_a_likely_name_is_said_beside_a_sure_one_and_not_alone() -> None:
     assert verdict_of(found).groups == (("a",), ("b",))
     assert verdict_of(found).without(["b"], found).groups == (("a",),)
     assert verdict_of(found).without(["a"], found).name == "unexplained"
-    imitated = {Explanation((1,), True, 0): 0.33, Explanation((), True, 0): 0.17}
-    looked = Probabilities(("a", "b"), {Explanation((0, 1)): 0.32, Explanation((0,)): 0.18} | imitated)
+    imitated = {Explanation((1,), True, 0): 0.36, Explanation((), True, 0): 0.19}
+    looked = Probabilities(("a", "b"), {Explanation((0, 1)): 0.29, Explanation((0,)): 0.16} | imitated)
     assert verdict_of(looked).name == "unexplained"  # the sure one may as well be something that looks like it
 
 

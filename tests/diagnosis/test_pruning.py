@@ -13,7 +13,7 @@ from scipy.stats import norm
 
 from diagnosis.evidence import Belief
 from diagnosis.pruning import log_evidence, log_odds, pruned
-from diagnosis.refit import Refit, refit
+from diagnosis.refit import WIDER, Refit, refit
 from swimmer.effects import catalogue
 from tests.diagnosis.grounds import ARM, ground
 from tests.diagnosis.rows import Made
@@ -51,8 +51,11 @@ def test_parameters_of_which_the_swims_say_nothing_weigh_nothing(count: int) -> 
     at = ground("shorter")
     plain, idle = Refit.plain(at), Made("idle")
     idle.parameters = tuple(idle.parameters[0]._replace(name=f"of_{number}") for number in range(count))
-    prior = np.diag([(5 * parameter.sd) ** 2 for parameter in idle.parameters])  # all that is known of them
-    with_idle = replace(plain, effects=(idle,), values=np.zeros(count), covariance=block_diag(plain.covariance, prior))
+    wide = [WIDER * parameter.sd for parameter in idle.parameters]
+    known = block_diag(plain.covariance, np.diag(np.square(wide)))  # no more than that
+    with_idle = replace(
+        plain, effects=(idle,), values=np.zeros(count), covariance=known, taken=np.append(plain.taken, wide)
+    )
     assert log_evidence(at, with_idle) == pytest.approx(log_evidence(at, plain), abs=1e-6)
 
 
@@ -87,12 +90,19 @@ def with_third(
         values=np.append(arm.values, strength * sd),
         left=(1 - share * long / leaves) * arm.left,
         covariance=block_diag(arm.covariance, [[(told * sd) ** 2]]),
+        taken=np.append(arm.taken, WIDER * sd),
     )
     of_idle = does * share * long * arm.left / at.space.length(arm.left)
     rows = np.array([at.left, at.left, fit.left + of_idle])  # nothing; without the arm; without the other
     monkeypatch.setattr("diagnosis.pruning.left_at", lambda *_args: rows)
     plain, known = Refit.plain(at), fit.covariance[-1:, -1:]
-    alone = replace(plain, effects=(idle,), values=fit.values[-1:], covariance=block_diag(plain.covariance, known))
+    alone = replace(
+        plain,
+        effects=(idle,),
+        values=fit.values[-1:],
+        covariance=block_diag(plain.covariance, known),
+        taken=np.append(plain.taken, fit.taken[-1]),
+    )
     return fit, [alone, arm]
 
 
@@ -123,7 +133,7 @@ def test_a_twin_that_diverges_without_an_effect_is_no_error(monkeypatch: pytest.
 @pytest.mark.parametrize("multiple", [0.03, 0.3, 1.0])
 def test_a_narrower_prior_weighs_as_the_exact_formula_has_it(monkeypatch: pytest.MonkeyPatch, multiple: float) -> None:
     """What is seen of one strength is normal: by how much more probable it is with a prior than with another."""
-    strength, told, taken = 1.0, 0.4, 5.0
+    strength, told, taken = 1.0, 0.4, WIDER
     fit, _ = with_third(monkeypatch, share=0.2, told=told, strength=strength)
     seen = 1 / (told**-2.0 - taken**-2.0)  # variance of what the swims alone say
     said = strength * seen / told**2
