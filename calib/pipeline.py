@@ -111,7 +111,7 @@ class Pipeline:
 
     def _fingerprint(self, effort: str, method: str, comparison: str) -> str:
         parameters = {"seed": self.session.seed, "effort": effort, "method": method, "comparison": comparison}
-        parameters["form"] = 5  # of calibration.json and evidence.json
+        parameters["form"] = 6  # of calibration.json and evidence.json
         return fingerprint_of({}, parameters, [self.recordings.fingerprint])
 
     @property

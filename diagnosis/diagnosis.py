@@ -40,6 +40,7 @@ Tell = Callable[[str, float | None], None]
 _UNEXPLAINED = 0.5  # share of a gap that may remain beside a name
 _COMPARED = 12  # effects in the table of separations
 _ROUNDS = {"quick": 2, "full": 5}
+_ALL_AT_ONCE = ("full",)  # efforts with which all effects at once are asked for
 
 
 @dataclass(frozen=True)
@@ -90,8 +91,8 @@ class Diagnosis:
         remainder: what it leaves; None where none is named.
         gap: on held-out swims; None without any that the twins can follow.
         refutations: of names that these swims spoke against, and which are not said.
-        everything: the twin with all effects at once, and its held-out gap; None where the swims call for no more than
-            is named, or with the effort "quick".
+        everything: the twin with all effects at once, and its held-out gap; None where there is no gap, or the swims
+            call for no more than is named, or with the effort "quick".
         experiments: what to measure next, the most telling first.
     """
 
@@ -202,9 +203,9 @@ def diagnose(
         if refutations:
             remainder = None if best is None else _remainder(ground, best, forces, signatures, placed)
     where = locate(ground, forces, signatures, verdict.effects, placed)
-    tell("all effects at once", 0.9)
-    asked = settings.effort == "full" and verdict.name != "no_gap"
-    every = everything(ground, signatures, effects, best, rounds) if asked else None
+    asked = settings.effort in _ALL_AT_ONCE and verdict.name != "no_gap"
+    tell("all effects at once" if asked else "what to measure next", 0.9)
+    together = _everything(ground, signatures, effects, best, rounds, swims) if asked else None
     tell("what to measure next", 0.95)
     experiments = next_experiments(ground, explanations, verdict, probabilities, effects, settings.seed)
     return Diagnosis(
@@ -221,9 +222,22 @@ def diagnose(
         remainder,
         gap,
         refutations,
-        None if every is None else (every, swims.gap(every.refit)),
+        together,
         experiments,
     )
+
+
+def _everything(
+    ground: Ground,
+    signatures: Sequence[Signature],
+    effects: Mapping[str, Effect],
+    named: Refit | None,
+    rounds: int,
+    swims: HeldOut,
+) -> tuple[Everything, Gap | None] | None:
+    """The twin with all effects, and what it leaves of held-out swims, just as it was fitted."""
+    every = everything(ground, signatures, effects, named or Refit.plain(ground), rounds)
+    return None if every is None else (every, swims.gap(every.refit, as_fitted=True))
 
 
 def _beside(

@@ -75,6 +75,7 @@ def _everything(every: Everything, gap: Gap | None) -> dict[str, Any]:
         "share_of_priors": every.share,
         "log_evidence_gained": every.gained,
         "coefficients": _named_coefficients(every.refit.at),
+        "at_bound": [list(each) for each in every.at_bound],
         "strengths": [{"effect": own[0], "parameter": own[1], "strength_sd": told} for own, told in strengths],
         "gap": _gap(gap),
     }

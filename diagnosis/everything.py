@@ -4,26 +4,29 @@ Two swims seldom say which of many small effects there are; what these do togeth
 this that moves the fish. So no name is claimed here: every parameter of the catalogue is normal about none, as wide as
 its prior or narrower, all by one share, which the evidence of the fitted swims chooses beside a gap of no particular
 cause (ridge regression, Hoerl and Kennard 1970; its width by evidence, MacKay 1992); effects that are named keep their
-freedom. Held-out swims tell whether that forecasts better.
+freedom about what they were fitted to. The evidence is linear about the twin with these, of gaits alone: how often a
+tail beats is a datum of its own. Held-out swims tell whether all that forecasts better.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
+from scipy.special import logsumexp
 
 from diagnosis.ground import Ground
 from diagnosis.refit import WIDER, Refit, refit
 from fitting.signatures import Signature
 from fitting.signatures.session_row import PRIOR_SD
 from fitting.signatures.slopes import little
-from swimmer.effects import Effect
+from swimmer.effects import Effect, Parameter
 
 SHARES = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)
 CLEARLY = 10.0
 """Log evidence that all effects have to gain beside those that are named."""
 _NONE = 1e-3  # share at which there is no effect but those that are named
+_LOOKS = 4  # at which parameters of one sign would have the other
 _GAPS_M = np.geomspace(1e-4, 0.03, 12)  # sizes of the gap of no particular cause
 
 
@@ -31,8 +34,8 @@ class Everything(NamedTuple):
     """The refitted twin with all effects.
 
     Attributes:
-        share: of the width of their priors that those have which are not named.
-        gained: by the fitted swims, log evidence against that with the named effects alone.
+        share: of the width of their priors that those have which are not named; the likeliest.
+        gained: by the fitted swims, log evidence against that with the named effects alone, whatever the share.
         refit: the twin.
     """
 
@@ -43,13 +46,22 @@ class Everything(NamedTuple):
     @property
     def strengths(self) -> dict[tuple[str, str], float]:
         """Of each parameter of each effect, in standard deviations of its prior."""
+        return {(name, each.name): value / each.sd for name, each, value in self._parameters}
+
+    @property
+    def at_bound(self) -> tuple[tuple[str, str], ...]:
+        """Parameters that are as strong as they may be."""
+        ends = ((name, each, value, (each.low, each.high)) for name, each, value in self._parameters)
+        return tuple((name, each.name) for name, each, value, both in ends if value != 0.0 and value in both)
+
+    @property
+    def _parameters(self) -> list[tuple[str, Parameter, float]]:
         parameters = [(effect.name, parameter) for effect in self.refit.effects for parameter in effect.parameters]
-        told = zip(parameters, self.refit.values, strict=True)
-        return {(name, parameter.name): float(value / parameter.sd) for (name, parameter), value in told}
+        return [(*each, float(value)) for each, value in zip(parameters, self.refit.values, strict=True)]
 
 
 def everything(
-    ground: Ground, signatures: Sequence[Signature], effects: Mapping[str, Effect], named: Refit | None, rounds: int
+    ground: Ground, signatures: Sequence[Signature], effects: Mapping[str, Effect], named: Refit, rounds: int
 ) -> Everything | None:
     """None where the swims do not clearly call for more than is named.
 
@@ -57,42 +69,77 @@ def everything(
         ground: the fitted swims beside the nearest plain twin.
         signatures: of the catalogue.
         effects: the catalogue; what makes the twin diverge is left out.
-        named: the twin with the named effects; None where none is.
+        named: the twin with the named effects, or the plain one.
         rounds: steps at most.
     """
     standing = [each for each in signatures if _slopes(each) is not None]
-    by_name = {} if named is None else named.by_effect
-    share, gained = likeliest_share(ground, standing, by_name)
+    share, gained = likeliest_share(ground, standing, named)
     if share == _NONE or gained < CLEARLY:
         return None
-    suited = [each.effect for each in standing]
+    suited, by_name = [each.effect for each in standing], named.by_effect
     start = np.concatenate([by_name.get(e.name, np.zeros(len(e.parameters))) for e in suited])
-    width = _widths(suited, by_name, share)
+    width = _widths(suited, named, share)
     return Everything(share, gained, refit(ground, [effects[e.name] for e in suited], start, rounds, width))
 
 
-def likeliest_share(ground: Ground, signatures: Sequence[Signature], named: Collection[str]) -> tuple[float, float]:
-    """The share of its prior that all effects but the named have, and what it gains; linear about the plain twin."""
+def likeliest_share(ground: Ground, signatures: Sequence[Signature], named: Refit) -> tuple[float, float]:
+    """The likeliest share of their priors that effects have which are not named, and what all shares gain.
+
+    Args:
+        ground: the fitted swims.
+        signatures: of effects that stand.
+        named: the twin with the named effects, or the plain one.
+    """
     told = [rows for rows in map(_slopes, signatures) if rows is not None]
-    effects = [each.effect for each in signatures]
-    columns = np.vstack([ground.slopes.T, *told]).T
-    gaits = slice(None, len(ground.model.measured))
-    logs = np.empty((len(_GAPS_M), 1 + len(SHARES)))
-    for row, size in enumerate(_GAPS_M):
-        covariance = np.array(ground.covariance)
-        covariance[gaits, gaits] += size**2 * ground.generic[gaits, gaits]
+    assert len(told) == len(signatures), "an effect that makes the twin diverge is in no twin"
+    effects, gaits = [each.effect for each in signatures], slice(None, len(ground.model.measured))
+    columns, left = np.vstack([ground.slopes.T, *told]).T[gaits], named.left[gaits]
+    known, generic = ground.covariance[gaits, gaits], ground.generic[gaits, gaits]
+    ridges = [_Ridge.of(known + size**2 * generic, columns, left) for size in _GAPS_M]
+    sides = np.append(np.zeros(len(PRIOR_SD)), _sides(effects, named))
+    shares = (_NONE, *SHARES)
+    widths = [np.append(PRIOR_SD, _widths(effects, named, share)) for share in shares]
+    logs = [logsumexp([ridge.log_evidence(width, sides) for ridge in ridges]) for width in widths]
+    return shares[int(np.argmax(logs))], float(logsumexp(logs[1:]) - np.log(len(SHARES)) - logs[0])
+
+
+class _Ridge(NamedTuple):
+    """What is left beside columns (k, p) of unit strength, where its covariance is known.
+
+    Attributes:
+        gram, along: (p, p) and (p,) of the columns with each other and with what is left, whitened.
+        squares: of what is left.
+        volume: logarithm of what noise fills.
+    """
+
+    gram: np.ndarray
+    along: np.ndarray
+    squares: float
+    volume: float
+
+    @classmethod
+    def of(cls, covariance: np.ndarray, columns: np.ndarray, left: np.ndarray) -> "_Ridge":
+        """From a covariance (k, k), columns (k, p) and what is left (k,)."""
         known = cho_factor(covariance, lower=True)
-        solved = cho_solve(known, np.column_stack([columns, ground.left]))
-        gram, along, squares = columns.T @ solved[:, :-1], columns.T @ solved[:, -1], ground.left @ solved[:, -1]
+        solved = cho_solve(known, np.column_stack([columns, left]))
         volume = float(np.log(np.diag(known[0])).sum())
-        for column, share in enumerate((_NONE, *SHARES)):
-            sd = np.append(PRIOR_SD, _widths(effects, named, share))
-            inner = np.eye(len(sd)) + sd[:, None] * gram * sd
-            fitted = (sd * along) @ np.linalg.solve(inner, sd * along)
-            logs[row, column] = -0.5 * (squares - fitted + np.linalg.slogdet(inner)[1]) - volume
-    of_shares = np.logaddexp.reduce(logs, axis=0)
-    best = int(np.argmax(of_shares))
-    return (_NONE, *SHARES)[best], float(of_shares[best] - of_shares[0])
+        return cls(columns.T @ solved[:, :-1], columns.T @ solved[:, -1], float(left @ solved[:, -1]), volume)
+
+    def log_evidence(self, sd: np.ndarray, sides: np.ndarray) -> float:
+        """With strengths normal about none, (p,) wide; those of one side (1 or -1) that would have the other are none.
+
+        But for what all such evidences share.
+        """
+        stands = np.ones(len(sd), bool)
+        for _ in range(_LOOKS):
+            along, gram = (sd * self.along)[stands], sd[stands, None] * self.gram[np.ix_(stands, stands)] * sd[stands]
+            inner = np.eye(len(gram)) + gram
+            strength = np.linalg.solve(inner, along)
+            wrong = np.flatnonzero(stands)[strength * sides[stands] < 0]
+            if not len(wrong):
+                break
+            stands[wrong] = False
+        return float(-0.5 * (self.squares - along @ strength + np.linalg.slogdet(inner)[1]) - self.volume)
 
 
 def _slopes(signature: Signature) -> np.ndarray | None:
@@ -102,9 +149,17 @@ def _slopes(signature: Signature) -> np.ndarray | None:
     return np.reshape(rows, (-1, signature.rows.shape[1])) if len(rows) == len(slopes) else None
 
 
-def _widths(effects: Sequence[Effect], named: Collection[str], share: float) -> np.ndarray:
-    """(p,) standard deviations of all parameters."""
-    each = [
-        (WIDER if effect.name in named else share, parameter) for effect in effects for parameter in effect.parameters
+def _sides(effects: Sequence[Effect], named: Refit) -> np.ndarray:
+    """(p,) 1 or -1 of parameters of one sign; 0 of others and of named ones, which are anywhere about their values."""
+    signs = [
+        0 if effect.name in named.by_effect else int(parameter.high > 0) - int(parameter.low < 0)
+        for effect in effects
+        for parameter in effect.parameters
     ]
-    return np.array([width * parameter.sd for width, parameter in each])
+    return np.array(signs)
+
+
+def _widths(effects: Sequence[Effect], named: Refit, share: float) -> np.ndarray:
+    """(p,) standard deviations of all parameters."""
+    shares = {effect.name: WIDER if effect.name in named.by_effect else share for effect in effects}
+    return np.array([shares[effect.name] * parameter.sd for effect in effects for parameter in effect.parameters])

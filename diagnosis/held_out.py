@@ -48,12 +48,13 @@ class HeldOut:
     swims: tuple[MeasuredTrial, ...]
     seed: int
 
-    def gap(self, best: Refit | None, placebo: Refit | None = None) -> Gap | None:
+    def gap(self, best: Refit | None, placebo: Refit | None = None, *, as_fitted: bool = False) -> Gap | None:
         """Of the swims that no twin diverges on; None where there is none.
 
         Args:
             best: the twin with effects; None where none was added.
             placebo: the twin with an effect that is not there; None where there is none.
+            as_fitted: the interval is over noise alone, of these very twins, and not over what else they might be.
         """
         if not self.swims:
             return None
@@ -63,12 +64,13 @@ class HeldOut:
         stands = _stands([row[: len(beside.model.measured)] for row in left], len(self.swims))
         if not stands.all():
             standing = tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
-            return HeldOut(ground, standing, seed).gap(best, placebo)
+            return HeldOut(ground, standing, seed).gap(best, placebo, as_fitted=as_fitted)
         if best is None:
             return Gap(shrinkage(beside, None), self._plain, self._plain, self._noise_floor_m, None)
         after = tuple(swum(ground, self.swims, best.effects, best.at, best.values))
-        with_effects = left_drawn(beside, best, left[1], _DRAWS, seed)
-        otherwise = beside.left_drawn(ground, len(with_effects), seed), with_effects
+        otherwise = None
+        if not as_fitted:
+            otherwise = beside.left_drawn(ground, _DRAWS, seed), left_drawn(beside, best, left[1], _DRAWS, seed)
         controls = Controls(
             placebo=None if placebo is None else placebo.effects[0].name,
             with_placebo=None if placebo is None else shrinkage(beside, left[2]).value,

@@ -17,8 +17,7 @@ WIDER = 5.0
 """Than its prior a parameter may lie."""
 _HALVINGS = (1.0, 0.5, 0.2)
 _TINY = 1e-9
-_MANY = 30  # numbers, of whose slopes one step says too little to mend them
-_FEW = 32  # draws of so many
+_MANY = 50  # numbers, of whose slopes one step says too little to mend them
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +53,8 @@ class Refit:
     def by_effect(self) -> dict[str, np.ndarray]:
         """(p,) values of each effect."""
         ends = np.cumsum([len(effect.parameters) for effect in self.effects])[:-1]
-        return {e.name: part for e, part in zip(self.effects, np.split(self.values, ends), strict=True)}
+        parts = np.split(self.values, ends) if self.effects else []
+        return {e.name: part for e, part in zip(self.effects, parts, strict=True)}
 
 
 def refit(
@@ -112,14 +112,11 @@ def left_at(ground: Ground, best: Refit, values: np.ndarray) -> np.ndarray:
 def left_drawn(ground: Ground, best: Refit, left: np.ndarray, draws: int, seed: int) -> np.ndarray:
     """(d, k) what it would leave, fitted as it might have been: linear about what it leaves (k,).
 
-    All nan where the twin diverges next to it. Of many numbers a few draws are simulated themselves instead.
+    All nan where the twin diverges next to it.
     """
     joint, point = _Joint(ground, best.effects), np.append(best.at, best.values)
     drawn = np.random.default_rng([seed, 19]).multivariate_normal(point, best.covariance, draws)
-    drawn = np.clip(drawn, joint.low, joint.high)
-    if len(point) >= _MANY:
-        return joint.rows(drawn[:_FEW])
-    return left - (drawn - point) @ joint.differences(point).T
+    return left - (np.clip(drawn, joint.low, joint.high) - point) @ joint.differences(point).T
 
 
 class _Joint:

@@ -176,10 +176,9 @@ def _how_far(data: Mapping[str, Any]) -> str:
 
 def _with_everything(data: Mapping[str, Any]) -> str:
     """What the held-out swims would be off by with all effects at once; empty where that was not asked."""
-    every = data.get("everything")
-    if every is None or not every["gap"]["evaluated_on"]:
+    gap = (data.get("everything") or {}).get("gap")
+    if gap is None or gap["with_effects_mm"] is None or gap["evaluated_on"] != data["gap"]["evaluated_on"]:
         return ""
-    gap = every["gap"]
     return (
         "; with all effects at once, each a little, markers are "
         f"{gap['with_effects_mm']:.1f} mm off and speeds {1000 * gap['speed_mae_after']:.1f} mm/s"

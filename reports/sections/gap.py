@@ -129,8 +129,8 @@ def _which(found: Diagnosed) -> tuple[Block, ...]:
         inline_svg(gap_effects_figure(found), "gap-effects", "Probability of each effect"),
         "gap-effects",
         "How likely each effect is, once these swims are seen. Blue are those that are named: the "
-        "gap has to look like one of a group with 0.9, and one of the group to be there with 0.6, for it may be "
-        "something that only looks like it. Several may be present at once, so the bars need not add up to 1.",
+        "gap has to look like one of a group with 0.9, and one of the group to be likelier there than not, for it may "
+        "be something that only looks like it. Several may be present at once, so the bars need not add up to 1.",
     )
     blocks: list[Block] = [Prose(_VERDICTS[found.verdict])]
     if groups := found.data["groups"]:
@@ -223,16 +223,19 @@ def _everything(found: Diagnosed) -> tuple[Block, ...]:
     ]
     far = ""
     if gap["shrinkage"] is not None:
-        how = "gone" if gap["shrinkage"] >= 0 else "added"
-        far = f" {whole_percent(abs(gap['shrinkage']))} of the held-out gap is {how} with it"
-        interval = [whole_percent(end) for end in gap["shrinkage_ci95"] or ()]
-        far += f" (95 % interval {' to '.join(interval)})." if interval else "."
+        grows = gap["shrinkage"] < 0
+        far = f" The held-out gap {'grows' if grows else 'shrinks'} by {whole_percent(abs(gap['shrinkage']))} with it"
+        ends = [-end if grows else end for end in gap["shrinkage_ci95"] or ()]
+        interval = " to ".join(whole_percent(end) for end in sorted(ends))
+        far += f" (95 % interval over the noise of these swims {interval})." if ends else "."
+    ends = [f"{in_words(effect)} ({in_words(name)})" for effect, name in every["at_bound"]]
+    bound = f" As strong as they may be: {listed(ends)}." if ends else ""
     text = (
         "All effects at once, each a little: the fitted swims call for more than is named "
         f"(e^{shown(every['log_evidence_gained'], 0)} times as probable so), without telling what. This twin has every "
-        "effect of the catalogue, as strong as is likeliest where priors are "
+        "effect of the catalogue, those that are not named as strong as is likeliest where priors are "
         f"{shown(every['share_of_priors'], 2)} times as wide as described.{far} It claims no name; strongest in it, in "
-        f"standard deviations of their priors, are {listed(told)}."
+        f"standard deviations of their priors, are {listed(told)}.{bound}"
     )
     swims = Plot(
         inline_svg(gap_held_out_figure(gap, True), "gap-everything", "Each held-out swim with all effects at once"),

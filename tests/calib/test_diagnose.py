@@ -13,6 +13,7 @@ import pytest
 
 from calib import pipeline, viewing
 from diagnosis import Verdict, diagnosis
+from diagnosis.everything import Everything
 from session import read_result_json
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in
 
@@ -22,7 +23,7 @@ QUICK = ("--effort", "quick")
 
 @pytest.fixture(scope="module")
 def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A session with a diagnosis of two effects, in which one is named whatever the data say."""
+    """A session with a diagnosis of two effects, in which one is named and all are called for whatever the data say."""
     from calib.pipeline import Options, Pipeline, open_session
     from tests.calib.door import with_little_effort
 
@@ -31,6 +32,8 @@ def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFact
         with_little_effort(patch)
         patch.setattr(diagnosis, "_UNEXPLAINED", 2.0)
         patch.setattr(diagnosis, "verdict_of", lambda _found: Verdict("named", (("scale_error",),)))
+        patch.setattr(diagnosis, "_ALL_AT_ONCE", ("quick",))
+        patch.setattr(diagnosis, "everything", lambda *told: Everything(0.5, 20.0, told[3]))
         Pipeline(open_session(folder), Options("quick", workers=1)).diagnosis()
     return folder
 
@@ -46,8 +49,19 @@ def test_it_writes_the_contract_and_the_model_with_the_effect(diagnosed: Path) -
         jsonschema.validate(data, json.loads(SCHEMA.read_text()))
     assert data["effects"] == ["scale_error"]
     assert data["gap"]["evaluated_on"] == ["fast"]
-    model = mujoco.MjModel.from_xml_path(str(diagnosed / "results" / "calibrated+scale_error.xml"))
-    assert model.joint("tail_5").name == "tail_5"
+    names = ("calibrated+scale_error", "calibrated+everything")
+    assert data["models"] == [f"{name}.{suffix}" for name in names for suffix in ("xml", "py")]
+    for name in names:
+        model = mujoco.MjModel.from_xml_path(str(diagnosed / "results" / f"{name}.xml"))
+        assert model.joint("tail_5").name == "tail_5"
+
+
+def test_it_tells_what_all_effects_at_once_forecast(diagnosed: Path) -> None:
+    told = read_result_json(diagnosed / "results" / "diagnosis.json")["everything"]
+    assert told["share_of_priors"] == 0.5
+    assert {each["effect"] for each in told["strengths"]} == {"scale_error"}
+    assert told["gap"]["evaluated_on"] == ["fast"]
+    assert set(told["coefficients"]) >= {"blunt_drag", "magnus_lift"}
 
 
 def test_what_no_model_can_hold_runs_as_a_script(diagnosed: Path) -> None:

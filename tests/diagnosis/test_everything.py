@@ -11,6 +11,7 @@ import pytest
 from diagnosis.everything import CLEARLY, SHARES, everything, likeliest_share
 from diagnosis.ground import Ground
 from diagnosis.held_out import HeldOut
+from diagnosis.refit import Refit
 from fitting.signatures import Signature, signature_of
 from fitting.signatures.slopes import little
 from session import FISHSIM_MARKERS
@@ -20,13 +21,19 @@ from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.diagnosis.grounds import CAMERA, ROBOT, ground
 from tests.fitting.exact_swims import exact_swims
 
-NAMES = ("stiffness_error", "bend_offset", "joint_damping", "crank_arm_error", "camera_parallax", "marker_offset")
+NAMES = ("stiffness_error", "bend_offset", "joint_damping", "crank_arm_error", "tendon_slack", "tracker_drift")
 
 
 @lru_cache(maxsize=1)
 def signatures() -> tuple[Signature, ...]:
     at = ground()
     return tuple(signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in NAMES)
+
+
+@lru_cache(maxsize=4)
+def simulated(name: str, size: float) -> Signature:
+    at = ground()
+    return signature_of(catalogue()[name], at.model, CAMERA, at.at, sizes=(size,))
 
 
 def columns() -> np.ndarray:
@@ -54,7 +61,7 @@ def leaving(left: np.ndarray) -> Ground:
 def test_of_noise_nothing_is_made() -> None:
     for seed in range(12):
         at = leaving(noise(np.random.default_rng([seed, 41])))
-        assert everything(at, signatures(), catalogue(), None, 1) is None
+        assert everything(at, signatures(), catalogue(), Refit.plain(at), 1) is None
 
 
 @pytest.mark.parametrize("share", [0.35, 1.0])
@@ -63,20 +70,37 @@ def test_how_strong_many_small_effects_are_is_found(share: float) -> None:
     for seed in range(12):
         random = np.random.default_rng([seed, 43])
         at = leaving(noise(random) + share * columns() @ random.standard_normal(columns().shape[1]))
-        found, gained = likeliest_share(at, signatures(), ())
+        found, gained = likeliest_share(at, signatures(), Refit.plain(at))
         assert gained > 0
         off.append(np.log2(found / share))
     assert np.abs(off).max() <= 1.0  # of few parameters
     assert abs(np.mean(off)) < 0.5
 
 
-def test_what_is_named_is_not_called_for_again() -> None:
-    random = np.random.default_rng(47)
-    parameters = [(each.effect.name, p) for each in signatures() for p in each.effect.parameters]
-    own = [number for number, (name, _) in enumerate(parameters) if name == "crank_arm_error"]
-    at = leaving(noise(random) + 4 * columns()[:, own].sum(axis=1))
-    assert likeliest_share(at, signatures(), ())[1] > CLEARLY
-    assert likeliest_share(at, signatures(), ("crank_arm_error",))[1] < CLEARLY
+def test_what_is_named_is_not_called_for_again_however_it_bends() -> None:
+    """What a strong effect does is not what a little of it does, larger."""
+    strong = simulated("tendon_slack", 3.0)
+    at = leaving(noise(np.random.default_rng(47)) + strong.rows[0])
+    assert likeliest_share(at, signatures(), Refit.plain(at))[1] > CLEARLY
+    named = replace(Refit.plain(at), effects=(strong.effect,), values=strong.values[0], left=at.left - strong.rows[0])
+    assert likeliest_share(at, signatures(), named)[1] < CLEARLY
+
+
+def test_what_only_the_other_sign_of_an_effect_would_do_calls_for_less() -> None:
+    """No tendon has less slack than none."""
+    own = simulated("tendon_slack", 1.0)
+    random = np.random.default_rng(53)
+    both = [leaving(noise(random) + sign * 3 * own.rows[0]) for sign in (1, -1)]
+    right, wrong = (likeliest_share(at, (own,), Refit.plain(at))[1] for at in both)
+    assert right > CLEARLY
+    assert wrong < 1
+
+
+def test_a_command_that_is_off_says_nothing_of_how_it_swims() -> None:
+    left = noise(np.random.default_rng(59))
+    left[len(ground().model.measured) :] += 0.02
+    at = leaving(left)
+    assert likeliest_share(at, signatures(), Refit.plain(at))[1] < CLEARLY
 
 
 @pytest.mark.long
@@ -92,7 +116,7 @@ def test_a_robot_with_several_things_amiss_is_forecast_better() -> None:
     twin = Twin(described, FISHSIM_MARKERS, workers=1)
     at = Ground.fitted(fitted, twin, CAMERA, ground().discrepancy, starts=(PLAUSIBLE_COEFFICIENTS,))
     told = [signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in NAMES]
-    found = everything(at, told, catalogue(), None, 4)
+    found = everything(at, told, catalogue(), Refit.plain(at), 4)
     assert found is not None
     assert found.share in SHARES
     assert found.strengths["crank_arm_error", "relative"] > 1

@@ -87,6 +87,7 @@ def made_everything() -> dict[str, Any]:
         "share_of_priors": 0.7,
         "log_evidence_gained": 41.2,
         "coefficients": {"blunt_drag": 0.7},
+        "at_bound": [["crank_arm_error", "relative"]],
         "strengths": [
             {"effect": "crank_arm_error", "parameter": "relative", "strength_sd": -3.2},
             {"effect": "tendon_asymmetry", "parameter": "length", "strength_sd": 1.4},

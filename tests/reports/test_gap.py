@@ -149,7 +149,17 @@ def test_all_effects_at_once_are_told_where_they_are_called_for() -> None:
     page = page_of(made_diagnosed("unexplained", everything=made_everything()))
 
     assert "the fitted swims call for more than is named (e^41 times as probable so)" in page.text
-    assert "30 % of the held-out gap is gone with it (95 % interval 10 % to 60 %)" in page.text
+    assert (
+        "The held-out gap shrinks by 30 % with it (95 % interval over the noise of these swims 10 % to 60 %)"
+        in page.text
+    )
+    assert "As strong as they may be: crank arm error (relative)." in page.text
+    worse = made_everything()["gap"] | {"shrinkage": -0.2, "shrinkage_ci95": [-0.3, 0.1]}
+    grown = page_of(made_diagnosed("unexplained", everything=made_everything() | {"gap": worse}))
+    assert (
+        "The held-out gap grows by 20 % with it (95 % interval over the noise of these swims −10 % to 30 %)"
+        in grown.text
+    )
     assert "crank arm error (relative −3.2) and tendon asymmetry (length 1.4)" in page.text
     assert "gap-everything" in page.ids
     assert "gap-everything" not in page_of(made_diagnosed("unexplained")).ids
@@ -252,7 +262,7 @@ def test_a_matrix_of_one_effect_is_not_drawn() -> None:
 
 
 def test_names_are_said_from_where_the_verdict_says_them() -> None:
-    assert gap_effects.HELD == HELD
+    assert gap_effects.HELD == HELD == 0.5, "as the caption says"
 
 
 def test_the_fuller_a_stage_the_fuller_its_colour() -> None:
