@@ -37,6 +37,8 @@ FORM = 13  # of the files and of what they rest on
 class DiagnosisStage:
     """``results/diagnosis.json`` with its arrays in ``diagnosis.npz``, and ``calibrated+<effects>.xml``.
 
+    Beside that ``calibrated+everything.xml``, where all effects at once are called for.
+
     Args:
         session: as read.
         robot: as described.
