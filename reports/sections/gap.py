@@ -223,11 +223,8 @@ def _everything(found: Diagnosed) -> tuple[Block, ...]:
     ]
     far = ""
     if gap["shrinkage"] is not None:
-        grows = gap["shrinkage"] < 0
-        far = f" The held-out gap {'grows' if grows else 'shrinks'} by {whole_percent(abs(gap['shrinkage']))} with it"
-        ends = [-end if grows else end for end in gap["shrinkage_ci95"] or ()]
-        interval = " to ".join(whole_percent(end) for end in sorted(ends))
-        far += f" (95 % interval over the noise of these swims {interval})." if ends else "."
+        far = f" With it {_by_how_much(gap['shrinkage'])}"
+        far += f" (95 % interval over the noise of these swims {_interval(gap)})." if gap["shrinkage_ci95"] else "."
     ends = [f"{in_words(effect)} ({in_words(name)})" for effect, name in every["at_bound"]]
     bound = f" As strong as they may be: {listed(ends)}." if ends else ""
     text = (
@@ -245,6 +242,16 @@ def _everything(found: Diagnosed) -> tuple[Block, ...]:
     return Prose(text), Plots((swims,))
 
 
+def _by_how_much(shrinkage: float) -> str:
+    return f"the held-out gap {'grows' if shrinkage < 0 else 'shrinks'} by {whole_percent(abs(shrinkage))}"
+
+
+def _interval(gap: Mapping[str, Any]) -> str:
+    """Of a shrinkage, or of how far a gap grows."""
+    sign = -1 if gap["shrinkage"] < 0 else 1
+    return " to ".join(whole_percent(end) for end in sorted(sign * end for end in gap["shrinkage_ci95"]))
+
+
 def _added(found: Diagnosed) -> str:
     return listed([in_words(name) for name in found.refitted])
 
@@ -256,21 +263,19 @@ def _shrinkage(found: Diagnosed) -> str:
     added = _added(found)
     if gap["shrinkage"] is None:
         return f"The plain twin leaves no more of the held-out swims than noise: there is no gap for {added} to shrink."
-    told = f"With {added}, both twins refitted to the fitted swims, {whole_percent(gap['shrinkage'])} of the held-out "
-    told += "gap is gone"
+    told = f"With {added}, both twins refitted to the fitted swims, {_by_how_much(gap['shrinkage'])}"
     if gap["shrinkage_ci95"] is None:
         told += "."
         why = " How surely is not known: twins a little off what was fitted diverge."
     else:
-        low, high = gap["shrinkage_ci95"]
-        told += f" (95 % interval {whole_percent(low)} to {whole_percent(high)})."
+        told += f" (95 % interval {_interval(gap)})."
         why = (
             " The interval is over the noise of these swims, how large it is, and how far what was fitted may be off; "
             "other swims may fare otherwise."
         )
     if gap["shrinkage"] > 1:
         why += " More than all of it is gone, for less is left than noise was taken to leave."
-    worse = " The gap grows: what explains the fitted swims does not carry over." if gap["shrinkage"] < 0 else ""
+    worse = " What explains the fitted swims does not carry over." if gap["shrinkage"] < 0 else ""
     return told + why + worse + _controls(gap.get("controls"))
 
 
