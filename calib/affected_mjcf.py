@@ -57,9 +57,9 @@ def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, r
 
     Args:
         results: folder.
-        ground: the fitted swims.
-        best: the twin.
-        name: of its effects.
+        ground: the fitted swims beside the nearest plain twin.
+        best: the twin with effects, fitted to them.
+        name: of the files, for its effects.
         robot_file: the robot's own; None for the built-in one.
     """
     affected = AffectedTwin(ground.twin, best.effects)

@@ -11,6 +11,7 @@ from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
 from diagnosis.supposition import Supposition
 from fitting.posterior.gait import places_of_slides
+from swimmer import FluidCoefficients
 
 NONE = "none_of_these"
 _LEAST, _LEAST_OF_PLACE = 1e-4, 0.01  # probability that is told, of an effect and of a place
@@ -148,8 +149,7 @@ def _parameters(best: Refit) -> dict[str, Any]:
 
 
 def _named_coefficients(at: np.ndarray) -> dict[str, float]:
-    names = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")
-    return dict(zip(names, map(float, at), strict=True))
+    return FluidCoefficients(*map(float, at))._asdict()
 
 
 def _forces(found: Diagnosis) -> dict[str, Any]:

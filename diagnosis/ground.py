@@ -111,7 +111,7 @@ class Ground:
                     at = nearest(model, at, covariance + gap)
             else:
                 disturbances = known.disturbances
-                at = nearest(model, at, known.covariance + known._gap.covariance(known.left))
+                at = nearest(model, at, known.covariance_with_gap_in(known.left))
             found = cls(model, camera, at, discrepancy, _places_off(model, at, disturbances), disturbances)
             return found if np.isfinite(found.misfit) else None
         except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
@@ -129,7 +129,11 @@ class Ground:
 
     def with_gap_in(self, left: np.ndarray) -> Whitened:
         """As `space`, with what some twin leaves (k,) counted as disturbance."""
-        return Whitened.of(self.covariance + self._gap.covariance(left), self.slopes, PRIOR_SD)
+        return Whitened.of(self.covariance_with_gap_in(left), self.slopes, PRIOR_SD)
+
+    def covariance_with_gap_in(self, left: np.ndarray) -> np.ndarray:
+        """(k, k) `covariance` with what some twin leaves (k,) counted as disturbance."""
+        return self.covariance + self._gap.covariance(left)
 
     @cached_property
     def _gap(self) -> GenericGap:
@@ -233,7 +237,7 @@ class Ground:
     @property
     def misfit(self) -> float:
         """-2 ln of the probability of what is left, but for a constant."""
-        root = np.linalg.cholesky(self.covariance + self._gap.covariance(self.left))
+        root = np.linalg.cholesky(self.covariance_with_gap_in(self.left))
         white = solve_triangular(root, self.left, lower=True)
         return float(white @ white + 2 * np.log(np.diag(root)).sum())
 

@@ -14,7 +14,7 @@ from swimmer.effects import Effect
 
 _ROOT_STEP, _STEP_SD = 0.02, 0.25  # of the root of a coefficient; of a parameter, in standard deviations of its prior
 WIDER = 5.0
-"""Than its prior a parameter may lie."""
+"""Than its own prior is that of a parameter beside which it is fitted."""
 _HALVINGS = (1.0, 0.5, 0.2)
 _TINY = 1e-9
 _MANY = 50  # numbers, of whose slopes one step says too little to mend them
@@ -65,6 +65,8 @@ def refit(
     width: np.ndarray | None = None,
 ) -> Refit:
     """By steps of Gauss and Newton, each shortened until it helps; after short ones slopes are mended, not simulated.
+
+    Of many numbers all slopes are simulated anew after every step.
 
     What is left before a step counts as disturbance in it, of whatever cause: at first all that the plain twin leaves,
     then what the effects have not explained.
