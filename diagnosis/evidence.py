@@ -218,26 +218,34 @@ class Explanations:
     def _around(self, row: Row, forms: tuple[Form, ...], other: bool) -> tuple[Sized, float]:
         """With the likeliest sizes, and the log evidence over all, forms being right but in no particular direction."""
         axes = [_sizes(form) for form in forms] + ([SIZES] if other else [])
-        columns = Columns.of(row, forms)
+        columns, unlike = Columns.of(row, forms), self.belief.unlike
 
-        @cache  # lines cross, and the last ones are gone along twice
-        def at(*point: int) -> Sized:
-            sizes = tuple(float(axis[i]) for axis, i in zip(axes, point, strict=True))
-            return Sized(row, forms, columns, sizes[: len(forms)], sizes[-1] if other else 0.0, self.belief.unlike)
+        def sizes(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            every = np.array([axis[places] for axis, places in zip(axes, points.T, strict=True)]).reshape(
+                -1, len(points)
+            )
+            return every[: len(forms)].T, every[-1] if other else np.zeros(len(points))
+
+        @cache  # the last lines are gone along twice
+        def line(number: int, *point: int) -> np.ndarray:
+            points = np.tile(point, (len(axes[number]), 1))
+            points[:, number] = np.arange(len(points))
+            return columns.evidences(*sizes(points), unlike)
 
         point = [len(axis) // 2 for axis in axes]
-        along: list[list[float]] = []
+        along: list[np.ndarray] = []
         for _ in range(_ROUNDS if len(axes) > 1 else len(axes)):
             before, along = list(point), []
-            for number, axis in enumerate(axes):
-                lines = [at(*point[:number], i, *point[number + 1 :]).evidence for i in range(len(axis))]
-                point[number] = int(np.argmax(lines))
-                along.append(lines)
+            for number in range(len(axes)):
+                along.append(line(number, *point[:number], 0, *point[number + 1 :]))
+                point[number] = int(np.argmax(along[-1]))
             if before == point:
                 break
+        (of_forms,), (of_other,) = sizes(np.array([point], int))
+        likeliest = Sized(columns, tuple(map(float, of_forms)), float(of_other), unlike)
         if not along:
-            return at(*point), at(*point).evidence
-        return at(*point), float(max(along[-1]) + sum(_mean(lines) - max(lines) for lines in along))
+            return likeliest, likeliest.evidence
+        return likeliest, float(max(along[-1]) + sum(_mean(list(each)) - max(each) for each in along))
 
     @cached_property
     def _placed(self) -> tuple[np.ndarray, ...]:

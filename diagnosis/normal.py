@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import log_ndtr
@@ -24,12 +25,6 @@ class Normal:
     columns: np.ndarray
 
     @cached_property
-    def log_density(self) -> float:
-        """Of the row, but for (2 pi)^(q/2)."""
-        alone = float(-0.5 * (self.row**2 / self.variance + np.log(self.variance)).sum())
-        return alone + 0.5 * float(self._against @ self.mean) - 0.5 * float(np.linalg.slogdet(self.precision)[1])
-
-    @cached_property
     def precision(self) -> np.ndarray:
         """(p, p) of the strengths, after the row."""
         return np.asarray(np.eye(self.columns.shape[1]) + self.columns.T @ self._weighted)
@@ -39,13 +34,14 @@ class Normal:
         """(p,) of the strengths, after the row."""
         return np.linalg.solve(self.precision, self._against)
 
-    def gained(self, more: np.ndarray, size: float) -> np.ndarray:
-        """(d,) what each of more columns (q, d) by itself, of a strength of this size, would add to the log density."""
+    def gained(self, more: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+        """(s, d) what each of more columns (q, d) by itself, of strengths of these sizes (s,), would add to it."""
         weighted = more / self.variance[:, None]
         shared = self._weighted.T @ more  # (p, d)
         length = (more * weighted).sum(axis=0) - (shared * np.linalg.solve(self.precision, shared)).sum(axis=0)
         along = weighted.T @ self.row - shared.T @ self.mean
-        return np.asarray(0.5 * (size * along) ** 2 / (1 + size**2 * length) - 0.5 * np.log1p(size**2 * length))
+        grown = 1 + np.outer(sizes**2, length)
+        return np.asarray(0.5 * np.outer(sizes**2, along**2) / grown - 0.5 * np.log(grown))
 
     def gained_together(self, more: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, float]:
         """(s,) what more columns (q, d) all together, of strengths of each of these sizes (s,), would add to it.
@@ -69,6 +65,31 @@ class Normal:
     @cached_property
     def _against(self) -> np.ndarray:
         return np.asarray(self._weighted.T @ self.row)
+
+
+class Strengths(NamedTuple):
+    """Of columns beside a row, for each of s sizes that they may have.
+
+    Attributes:
+        log_density: (s,) of the row, but for (2 pi)^(q/2).
+        mean: (s, p) of the strengths, after the row, each of unit size before.
+        covariance: (s, p, p) of them.
+    """
+
+    log_density: np.ndarray
+    mean: np.ndarray
+    covariance: np.ndarray
+
+
+def of_sizes(row: np.ndarray, variance: np.ndarray, columns: np.ndarray, sizes: np.ndarray) -> Strengths:
+    """Of a row (q,) with variances (s, q), and columns (q, p) of sizes (s, p): all at once."""
+    weighted = np.swapaxes(columns / variance[:, :, None], 1, 2)  # (s, p, q)
+    precision = np.eye(columns.shape[1]) + sizes[:, :, None] * (weighted @ columns) * sizes[:, None]
+    against, covariance = sizes * (weighted @ row), np.linalg.inv(precision)
+    mean = (covariance @ against[:, :, None])[:, :, 0]
+    alone = (row**2 / variance + np.log(variance)).sum(axis=1)
+    beside = (against * mean).sum(axis=1) - np.linalg.slogdet(precision)[1]
+    return Strengths(-0.5 * (alone - beside), mean, covariance)
 
 
 def log_mass(low: np.ndarray, high: np.ndarray) -> np.ndarray:

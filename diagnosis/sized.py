@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.special import logsumexp
 
 from diagnosis.forms import Form
-from diagnosis.normal import Normal, log_mass
+from diagnosis.normal import Normal, log_mass, of_sizes
 from diagnosis.row import Row
 
 LITTLE = (0.05, 0.2)
@@ -19,24 +20,74 @@ _CLEARLY = 3.0  # log evidence from which something else counts, and so what is 
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """What some forms do in a row's directions, of a size of one.
+    """What f forms do in a row's directions, of a size of one; for many sizes at once it says how probable the row is.
 
     Attributes:
-        parts: (q, p) of each form, of n columns in all.
-        products: (n, n) of all columns with each other.
-        against: (n,) of theirs with the row.
+        row: that was seen.
+        forms: of the effects that are there.
+        every: (q, n) columns of all forms, side by side.
+        whose: (n,) number of the form that each belongs to.
     """
 
-    parts: tuple[np.ndarray, ...]
-    products: np.ndarray
-    against: np.ndarray
+    row: Row
+    forms: tuple[Form, ...]
+    every: np.ndarray
+    whose: np.ndarray
 
     @classmethod
     def of(cls, row: Row, forms: Sequence[Form]) -> "Columns":
         """Of forms beside a row."""
-        parts = tuple(row.turn @ form.columns / form.size for form in forms)
-        together = np.hstack([np.zeros((len(row.left), 0)), *parts])
-        return cls(parts, together.T @ together, together.T @ row.left)
+        parts = [row.turn @ form.columns / form.size for form in forms]
+        whose = np.repeat(np.arange(len(parts)), [part.shape[1] for part in parts])
+        return cls(row, tuple(forms), np.hstack([np.zeros((len(row.left), 0)), *parts]), whose)
+
+    def evidences(self, sizes: np.ndarray, other: np.ndarray, unlike: float) -> np.ndarray:
+        """(s,) log probabilities of the row beside forms of sizes (s, f) and something else of sizes (s,).
+
+        With what no form holds in no particular direction; strengths stay where forms hold. But for (2 pi)^(q/2).
+        """
+        own, variance = sizes[:, self.whose], 1 + np.outer(self.unlike(sizes, other, unlike), self.row.spread)
+        found = of_sizes(self.row.left, variance, self.every, own)
+        low, high, least, most = self._ends[:, None] / own
+        sd = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2))
+        within = log_mass((low - found.mean) / sd, (high - found.mean) / sd) - log_mass(least, most)
+        return np.asarray(found.log_density + within.sum(axis=1))
+
+    def unlike(self, sizes: np.ndarray, other: np.ndarray, share: float) -> np.ndarray:
+        """(s,) variance, in no particular direction, of what forms of sizes (s, f) do not hold and something else."""
+        return np.asarray(((share * self.lengths(sizes)) ** 2 + other**2) / len(self.row.left))
+
+    def lengths(self, sizes: np.ndarray) -> np.ndarray:
+        """(s,) of what forms of sizes (s, f) do, before coefficients are refitted, as strong as the row has them.
+
+        Or a limit; not as strong as they might be: else a form that does next to nothing would have much wrong with it.
+        """
+        own = sizes[:, self.whose]
+        products = own[:, :, None] * self._products * own[:, None]
+        around = np.linalg.inv(np.eye(own.shape[1]) + products)  # of the strengths, beside unit noise
+        mean = (around @ (own * self._against)[:, :, None])[:, :, 0]
+        squares = (self._raw * products * (mean[:, :, None] * mean[:, None] + around)).sum(axis=(1, 2))
+        return np.minimum(np.sqrt(squares), MOST_WRONG)
+
+    @cached_property
+    def _products(self) -> np.ndarray:
+        return np.asarray(self.every.T @ self.every)
+
+    @cached_property
+    def _against(self) -> np.ndarray:
+        return np.asarray(self.every.T @ self.row.left)
+
+    @cached_property
+    def _raw(self) -> np.ndarray:
+        """(n, n) square of how long what a form does is before coefficients are refitted, against after; 0 between."""
+        raw = np.array([form.raw for form in self.forms])
+        return np.equal.outer(self.whose, self.whose) * (raw**2)[self.whose]
+
+    @cached_property
+    def _ends(self) -> np.ndarray:
+        """(4, n) of each column's stretch, and of what its parameter may be at all."""
+        ends = [np.vstack([form.low, form.high, form.bounds]) * form.size for form in self.forms]
+        return np.hstack([np.zeros((4, 0)), *ends])
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,16 +95,12 @@ class Sized:
     """A row beside some forms, and something else, each of a size that is given.
 
     Attributes:
-        row: that was seen.
-        forms: of the effects that are there.
-        columns: what these do in the row's directions.
+        columns: what the forms do in the row's directions.
         sizes: root mean square whitened length of what each does.
         other: the same of something else; 0 of none.
         unlike: share of what the forms do that they do not hold, in no particular direction.
     """
 
-    row: Row
-    forms: tuple[Form, ...]
     columns: Columns
     sizes: tuple[float, ...]
     other: float
@@ -61,19 +108,14 @@ class Sized:
 
     @cached_property
     def evidence(self) -> float:
-        """Its logarithm, with what no form holds in no particular direction; strengths stay where forms hold."""
-        if not self.forms:
-            return self._normal.log_density
-        ends = [np.vstack([form.low, form.high, form.bounds]) * form.size for form in self.forms]
-        low, high, least, most = np.hstack([end / size for end, size in zip(ends, self.sizes, strict=True)])
-        mean, sd = self._normal.mean, np.sqrt(np.diag(np.linalg.inv(self._normal.precision)))
-        within = log_mass((low - mean) / sd, (high - mean) / sd) - log_mass(least, most)
-        return self._normal.log_density + float(within.sum())
+        """Log probability of the row."""
+        return float(self.columns.evidences(*self._one, self.unlike)[0])
 
     def gained(self, directions: np.ndarray, alike: float) -> float:
         """What is added where what no form holds has, with this probability, one of these directions (q, d)."""
-        gains = np.concatenate([self._normal.gained(directions, share * self._raw) for share in LITTLE])
-        return float(np.logaddexp(np.log1p(-alike), np.log(alike) + np.logaddexp.reduce(gains) - np.log(len(gains))))
+        length = float(self.columns.lengths(self._one[0])[0])
+        gains = self._normal.gained(directions, length * np.array(LITTLE))
+        return float(np.logaddexp(np.log1p(-alike), np.log(alike) + logsumexp(gains) - np.log(gains.size)))
 
     def beside(self, columns: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         """(s,) what is added by something else that does this (q, b), of each of these sizes (s,).
@@ -92,39 +134,21 @@ class Sized:
         Args:
             in_trials: (q, t p) of each form, what each trial's gait has of its columns, in this row's directions.
         """
-        parts, first = [np.zeros((len(self.row.left), 0))], 0
-        for form, size, columns, own in zip(self.forms, self.sizes, self.columns.parts, in_trials, strict=True):
-            strengths = self._normal.mean[first : (first := first + columns.shape[1])]
+        whose, parts = self.columns.whose, [np.zeros((len(self.columns.row.left), 0))]
+        for number, (form, size, own) in enumerate(zip(self.columns.forms, self.sizes, in_trials, strict=True)):
+            strengths = self._normal.mean[whose == number]
             parts.append(float(np.sqrt(np.mean(strengths**2))) * size / form.size * own)
         gained, _ = self._normal.gained_together(np.hstack(parts), np.ones(1))
         return float(gained[0])
 
+    @property
+    def _one(self) -> tuple[np.ndarray, np.ndarray]:
+        """(1, f) and (1,) sizes."""
+        return np.array(self.sizes)[None], np.array([self.other])
+
     @cached_property
     def _normal(self) -> Normal:
         """Unit noise, columns of these sizes, and what no form holds."""
-        unlike = ((self.unlike * self._raw) ** 2 + self.other**2) / len(self.row.left)
-        return Normal(self.row.left, 1 + unlike * self.row.spread, self._scaled)
-
-    @cached_property
-    def _scaled(self) -> np.ndarray:
-        """(q, p) columns of all forms, with these sizes."""
-        own = [size * part for size, part in zip(self.sizes, self.columns.parts, strict=True)]
-        return np.hstack([np.zeros((len(self.row.left), 0)), *own])
-
-    @cached_property
-    def _raw(self) -> float:
-        """Length of what the forms do, before coefficients are refitted, as strong as the row has them, or a limit.
-
-        Not as strong as they might be: else a form that does next to nothing would have much wrong with it.
-        """
-        sizes = np.repeat(self.sizes, [part.shape[1] for part in self.columns.parts])
-        products = sizes[:, None] * self.columns.products * sizes
-        around = np.linalg.inv(np.eye(len(sizes)) + products)  # of the strengths, beside unit noise
-        mean = around @ (sizes * self.columns.against)
-        squares, first = 0.0, 0
-        for form, part in zip(self.forms, self.columns.parts, strict=True):
-            own = slice(first, first := first + part.shape[1])
-            squares += form.raw**2 * float(
-                mean[own] @ products[own, own] @ mean[own] + (products[own, own] * around[own, own]).sum()
-            )
-        return min(float(np.sqrt(squares)), MOST_WRONG)
+        row, columns = self.columns.row, self.columns
+        variance = 1 + float(columns.unlike(*self._one, self.unlike)[0]) * row.spread
+        return Normal(row.left, variance, columns.every * self._one[0][0, columns.whose])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
 
-from diagnosis.normal import Normal, log_mass
+from diagnosis.normal import Normal, log_mass, of_sizes
 
 Q = 7
 
@@ -20,17 +20,26 @@ def density(normal: Normal) -> float:
 
 
 @pytest.mark.parametrize("columns", [0, 1, 3])
-def test_the_density_is_that_of_the_covariance(columns: int) -> None:
-    normal = drawn(columns)
-    assert normal.log_density == pytest.approx(density(normal))
+def test_densities_of_all_sizes_are_those_of_their_covariances(columns: int) -> None:
+    drawn_from, random = drawn(columns), np.random.default_rng(6)
+    variance, sizes = random.uniform(0.5, 2.0, (4, Q)), random.uniform(0.1, 9.0, (4, columns))
+    found = of_sizes(drawn_from.row, variance, drawn_from.columns, sizes)
+    each = [Normal(drawn_from.row, *one) for one in zip(variance, drawn_from.columns * sizes[:, None], strict=True)]
+    assert found.log_density == pytest.approx([density(one) for one in each])
+    assert found.mean == pytest.approx(np.array([one.mean for one in each]))
+    assert found.covariance == pytest.approx(np.array([np.linalg.inv(one.precision) for one in each]))
 
 
 @pytest.mark.parametrize("columns", [0, 2])
-@pytest.mark.parametrize("size", [0.1, 5.0])
-def test_what_one_more_column_adds_is_what_the_density_gains(columns: int, size: float) -> None:
-    normal, more = drawn(columns), np.random.default_rng(4).standard_normal((Q, 3))
-    with_each = [Normal(normal.row, normal.variance, np.column_stack([normal.columns, size * one])) for one in more.T]
-    assert normal.gained(more, size) == pytest.approx([density(each) - density(normal) for each in with_each])
+def test_what_one_more_column_adds_is_what_the_density_gains(columns: int) -> None:
+    normal, more, sizes = drawn(columns), np.random.default_rng(4).standard_normal((Q, 3)), np.array([0.1, 5.0])
+
+    def gained(column: np.ndarray) -> float:
+        beside = Normal(normal.row, normal.variance, np.column_stack([normal.columns, column]))
+        return density(beside) - density(normal)
+
+    expected = np.array([[gained(size * one) for one in more.T] for size in sizes])
+    assert normal.gained(more, sizes) == pytest.approx(expected)
 
 
 def test_strengths_after_the_row_are_those_of_ridge_regression() -> None:
