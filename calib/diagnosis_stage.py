@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from calib.options import Options
 from fitting import MeasuredTrial
+from fitting.out_of_water import NOTHING, OutOfWater
 from session import (
     FaultCollector,
     NotEnoughData,
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from diagnosis import Diagnosis, Discrepancy
 
 Found = TypeVar("Found")
-FORM = 13  # of the files and of what they rest on
+FORM = 14  # of the files and of what they rest on
 
 
 class DiagnosisStage:
@@ -96,7 +97,7 @@ class DiagnosisStage:
         self,
         trials: list[MeasuredTrial],
         discrepancy: Discrepancy | None = None,
-        dry: Sequence[MeasuredTrial] = (),
+        dry: OutOfWater = NOTHING,
     ) -> Diagnosis:
         """Diagnoses and writes.
 
@@ -104,7 +105,7 @@ class DiagnosisStage:
             trials: all swims.
             discrepancy: what a refitted twin leaves of gaits where nothing is wrong; default: what it leaves of the
                 toolkit's second simulator.
-            dry: runs with the head clamped in air, measured as swims are.
+            dry: what was measured out of the water.
 
         Raises:
             NotEnoughData: no swim has the role "fit".
@@ -139,13 +140,13 @@ class DiagnosisStage:
         """
         _check_names("--suppose", names, self.effects)
 
-    def suppose(self, names: Sequence[str], trials: list[MeasuredTrial], dry: Sequence[MeasuredTrial] = ()) -> Path:
+    def suppose(self, names: Sequence[str], trials: list[MeasuredTrial], dry: OutOfWater = NOTHING) -> Path:
         """Asks what the swims say of effects that a user names; ``results/supposed.json``, made anew every time.
 
         Args:
             names: of effects of the catalogue.
             trials: all swims.
-            dry: runs with the head clamped in air, measured as swims are.
+            dry: what was measured out of the water.
 
         Raises:
             NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
@@ -169,7 +170,7 @@ class DiagnosisStage:
         question: Callable[..., Found],
         effects: Mapping[str, Effect] | Sequence[Effect],
         trials: list[MeasuredTrial],
-        dry: Sequence[MeasuredTrial],
+        dry: OutOfWater,
         discrepancy: Discrepancy | None = None,
     ) -> Found:
         """What `diagnose` or `suppose` says of this session."""

@@ -243,7 +243,7 @@ class Pipeline:
         stage = self.diagnoses(without)
         self.recordings.tracks()
         if not stage.is_current:
-            stage.make(self.trials, discrepancy, self.recordings.dry_gaits)
+            stage.make(self.trials, discrepancy, self.recordings.out_of_water)
             self.made += stage.made
         return stage.file
 
@@ -252,7 +252,7 @@ class Pipeline:
         stage = self.diagnoses()
         stage.check_supposed(names)
         self.recordings.tracks()
-        return stage.suppose(names, self.trials, self.recordings.dry_gaits)
+        return stage.suppose(names, self.trials, self.recordings.out_of_water)
 
     def standing_diagnosis(self) -> DiagnosisStage | None:
         """The diagnosis that stands, whatever its effort; None where there is none of these recordings."""

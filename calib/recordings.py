@@ -16,6 +16,7 @@ from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import DecayTrial, measure_decay_trial
 from fitting.free_decay.decay_trial import FAR_OUT
 from fitting.motor_clock import read_motor
+from fitting.out_of_water import OutOfWater
 from fitting.structure import DryExperiments
 from session import (
     CameraSpec,
@@ -110,7 +111,16 @@ class Recordings:
         return DryExperiments(decays, runs, lost["free_decay"], lost["dry"])
 
     @property
-    def dry_gaits(self) -> list[MeasuredTrial]:
+    def out_of_water(self) -> OutOfWater:
+        """All usable free decays and dry runs that may be fitted, as a diagnosis reads them.
+
+        Raises:
+            InputError, NotEnoughData: as `swims`.
+        """
+        return OutOfWater(self._dry_gaits, self.experiments.decays)
+
+    @property
+    def _dry_gaits(self) -> list[MeasuredTrial]:
         """All usable dry runs that may be fitted, measured as swims are; those that cannot be are left out.
 
         Raises:

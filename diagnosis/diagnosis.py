@@ -25,10 +25,12 @@ from diagnosis.pruning import pruned
 from diagnosis.pushes import Responses, responses
 from diagnosis.refit import Refit
 from diagnosis.refutation import Refutation, Stood, stood
+from diagnosis.rings import rings_of
 from diagnosis.separation import separations
 from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
+from fitting.out_of_water import NOTHING, OutOfWater
 from fitting.signatures import Signature, signature_of
 from fitting.signatures.view_of import with_picture
 from fitting.trial import MeasuredTrial
@@ -131,7 +133,7 @@ def diagnose(
     discrepancy: Discrepancy,
     settings: Settings | None = None,
     tell: Tell = lambda _message, _share: None,
-    dry: Sequence[MeasuredTrial] = (),
+    dry: OutOfWater = NOTHING,
 ) -> Diagnosis:
     """Diagnoses a session.
 
@@ -146,19 +148,19 @@ def diagnose(
         discrepancy: what a refitted twin leaves of gaits where nothing is wrong.
         settings: how much work, what is believed before, seed.
         tell: of the progress.
-        dry: runs with the head clamped in air, measured as swims are: they too say which effect.
+        dry: what was measured out of the water: that too says which effect.
 
     Raises:
         SimulationDiverged: the plain twin, from every start.
         NotEnoughData: no fitted swim.
     """
     settings = settings or Settings()
-    trials, dry = ([trial.without_log for trial in each] for each in (trials, dry))
+    trials, runs = ([trial.without_log for trial in each] for each in (trials, dry.runs))
     fitted = [trial for trial in trials if trial.role == "fit"]
     held = [trial for trial in trials if trial.role != "fit"]
-    camera = with_picture(camera, (*trials, *dry))
+    camera = with_picture(camera, (*trials, *runs))
     tell("fitting the plain twin", 0.0)
-    ground = Ground.fitted(fitted, twin, camera, discrepancy, dry)
+    ground = Ground.fitted(fitted, twin, camera, discrepancy, runs, rings=rings_of(dry.decays, twin))
     signatures = []
     for number, effect in enumerate(effects.values()):
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))

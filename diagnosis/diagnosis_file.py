@@ -7,9 +7,11 @@ import numpy as np
 from diagnosis.affected_swims import Swum
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.everything import Everything
+from diagnosis.ground import Ground
 from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
 from diagnosis.supposition import Supposition
+from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.posterior.gait import places_of_slides
 from swimmer import FluidCoefficients
 
@@ -52,6 +54,7 @@ def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
         | ({} if found.refit is None else {"with_effects": _named_coefficients(found.refit.at)}),
         "stage_alone": dict(where.alone),
         "missing_forces": _forces(found),
+        "free_decays": _decays(found.ground),
         "evidence": _evidence(found),
     }
 
@@ -80,6 +83,21 @@ def _everything(every: Everything, gap: Gap | None) -> dict[str, Any]:
         "strengths": [{"effect": own[0], "parameter": own[1], "strength_sd": told} for own, told in strengths],
         "gap": _gap(gap),
     }
+
+
+def _decays(ground: Ground) -> list[dict[str, Any]]:
+    """Of each that counted: relative to the robot as described, with standard errors of tracking noise."""
+    left = ground.model.rings_left.reshape(-1, RING_NUMBERS)
+    return [
+        {
+            "trial": ring.name,
+            "stiffness_over_mass": float(np.expm1(own[0])),
+            "stiffness_over_mass_se": float(ring.sd[0]),
+            "damping_over_mass": float(np.expm1(own[1])),
+            "damping_over_mass_se": float(ring.sd[1]),
+        }
+        for ring, own in zip(ground.model.rings, left, strict=True)
+    ]
 
 
 def _gap(gap: Gap | None) -> dict[str, Any]:

@@ -5,7 +5,7 @@ noise of the session; a motor's log or a clock in view is one more number a tria
 Phi(-d / 2) afterwards, with d the whitened distance from the one to the other, refitted.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -18,6 +18,8 @@ from diagnosis.evidence import Explanations
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
 from diagnosis.verdict import MOST_ALIKE, Verdict
+from fitting.free_decay import Ring
+from fitting.free_decay.ring import ring_changes, shows_in_decays
 from fitting.posterior.noise import GaitNoise
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Signature, Whitened, signature_of
@@ -35,6 +37,7 @@ _NEW_HZ = 0.12  # that a speed must differ by from those that were swum
 _SECONDS, _RUN_IN_BEATS, _START_M_S = 6.0, 4.0, 0.1
 _LOGGED_TO, _CLOCKED_TO = 0.001, 0.001  # relative standard deviations of a motor's speed and of a clock in view
 _CLOCK = "time_base_error"
+_DECAY = "Film a free decay: the head clamped in air, tendons off, the tail bent and let go"
 
 
 class MoreTrial(NamedTuple):
@@ -106,6 +109,8 @@ def next_experiments(
             found += [
                 Experiment(trial.describe, pair, _error(then.apart(wider.space, pair)), trial.more) for pair in pairs
             ]
+    if not ground.model.rings:
+        found += _with_a_decay(ground, pairs, now)
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
 
 
@@ -116,10 +121,12 @@ class _Looks:
     Attributes:
         signatures: by name.
         changes: (k,) by name, as strong as the session has them.
+        strengths: (p,) by name, which that is.
     """
 
     signatures: Mapping[str, Signature]
     changes: Mapping[str, np.ndarray]
+    strengths: Mapping[str, np.ndarray]
 
     @classmethod
     def of(
@@ -131,8 +138,8 @@ class _Looks:
             tried = strengths_tried(effects[name].suited(ground.twin.robot, ground.trials[0].markers))
             both = signature_of(effects[name], model, ground.camera, ground.at, np.vstack([tried, strength]))
             changes[name] = both.rows[-1]
-            signatures[name] = replace(both, values=tried, gaits=both.gaits[:-1], hertz=both.hertz[:-1])
-        return cls(signatures, changes)
+            signatures[name] = replace(both, values=tried, gaits=both.gaits[:-1], beside=both.beside[:-1])
+        return cls(signatures, changes, strengths)
 
     def with_trial(self, more: "_Looks", model: SessionModel) -> "_Looks":
         """Those to a model's trials and to one trial more."""
@@ -141,8 +148,18 @@ class _Looks:
         for name, signature in self.signatures.items():
             rows = with_trial(signature.rows.T, more.signatures[name].rows.T, model).T
             gaits = signature.gaits.shape[1] + more.signatures[name].gaits.shape[1]
-            signatures[name] = replace(signature, gaits=rows[:, :gaits], hertz=rows[:, gaits:])
-        return _Looks(signatures, changes)
+            signatures[name] = replace(signature, gaits=rows[:, :gaits], beside=rows[:, gaits:])
+        return _Looks(signatures, changes, self.strengths)
+
+    def with_ring(self, ring: Ring, twin: Twin) -> "_Looks":
+        """Those to the same trials and to a free decay more."""
+        changes, signatures = {}, {}
+        for name, signature in self.signatures.items():
+            values = np.vstack([signature.values, self.strengths[name]])
+            told = ring_changes(ring, twin, (signature.effect,), values)
+            signatures[name] = replace(signature, beside=np.hstack([signature.beside, told[:-1]]))
+            changes[name] = np.append(self.changes[name], told[-1])
+        return _Looks(signatures, changes, self.strengths)
 
     def apart(self, space: Whitened, pair: tuple[str, str]) -> float:
         """The lesser distance of the one from the other, refitted."""
@@ -197,11 +214,24 @@ def _with_a_number_more(
     ]
 
 
+def _with_a_decay(ground: Ground, pairs: Sequence[tuple[str, str]], now: _Looks) -> list[Experiment]:
+    """A free decay, where an effect shows in one: air tells hinges and clock from all that water does."""
+    if not any(shows_in_decays(now.signatures[name].effect) for pair in pairs for name in pair):
+        return []
+    markers = tuple(ground.trials[0].markers[i] for i in ground.trials[0].tail)
+    frame_s = float(np.median(np.diff(ground.trials[0].time_s)))
+    with suppress(SimulationDiverged, np.linalg.LinAlgError, ValueError):
+        ring = Ring.to_come("free decay", ground.twin, markers, frame_s)
+        space, then = ground.with_ring(ring).space, now.with_ring(ring, ground.twin)
+        return [Experiment(_DECAY, pair, _error(then.apart(space, pair))) for pair in pairs]
+    return []
+
+
 def _hertz(ground: Ground, signature: Signature, strength: np.ndarray) -> float:
     """Relative change of the measured frequency."""
     weight = np.linalg.lstsq(signature.values.T, strength, rcond=None)[0]
     measured = np.array([trial.frequency.hz for trial in ground.trials])
-    return float(np.mean(weight @ signature.hertz[:, : len(measured)] / measured))
+    return float(np.mean(weight @ signature.beside[:, : len(measured)] / measured))
 
 
 def _trials(ground: Ground, seed: int) -> list[_Trial]:

@@ -12,7 +12,7 @@ from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Explanation, Probabilities
-from diagnosis.row import Row
+from diagnosis.row import NONE, Row
 from diagnosis.strangers import Stranger
 from fitting.signatures import Signature
 
@@ -71,7 +71,7 @@ def explained(
     known = ground.discrepancy
 
     def weighed(scale: float, far_more: str = "") -> _Weighed:
-        here = ground.with_error(scale, known.alike(signatures, far_more))
+        here = ground.with_error(scale, known.alike(signatures, far_more, ground.model.of_rings))
         found = replace(_explanations(here, signatures, belief, elsewhere), beside=beside)
         return _Weighed(here, found, _simple(found))
 
@@ -137,24 +137,24 @@ def _simple(found: Explanations) -> dict[Explanation, float]:
 def _explanations(
     ground: Ground, signatures: Sequence[Signature], belief: Belief, elsewhere: Sequence[Stranger]
 ) -> Explanations:
-    ends = len(ground.generic)
     effects = shown(signatures, ground.space, _gaits(ground) if elsewhere else ())
+    gaits = len(ground.model.measured)
+    frequencies = slice(gaits, gaits + ground.model.frequencies)
     wrong, like_any, loose = (
-        Row.of(ground.space, ground.left, ground.generic, like, frequencies)
-        for like, frequencies in ((effects, 0), (effects, ground.model.frequencies), ((), 0))
+        Row.of(ground.space, ground.left, ground.generic, like, but)
+        for like, but in ((effects, NONE), (effects, frequencies), ((), NONE))
     )
     places = tuple((each.weight, ground.space.freed(each.columns.T).T) for each in elsewhere)
 
     def lacking(effect: int) -> Row:
         others = [each for number, each in enumerate(effects) if number != effect]
-        return Row.of(ground.space, ground.left, ground.generic, others, ground.model.frequencies)
+        return Row.of(ground.space, ground.left, ground.generic, others, frequencies)
 
-    frequencies = slice(ends - ground.model.frequencies, ends)
     return Explanations((wrong, like_any, loose), effects, belief, frequencies, places, lacking=lacking)
 
 
 def _gaits(ground: Ground) -> list[slice]:
     """Where the row holds that of each trial."""
     count = len(ground.trials)
-    own = (len(ground.generic) - ground.model.frequencies) // count
+    own = len(ground.model.measured) // count
     return [slice(own * number, own * (number + 1)) for number in range(count)]

@@ -7,6 +7,7 @@ size of its own: a clock that is wrong says nothing of how the fish swims.
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -23,17 +24,19 @@ SLIDE_PER_S = 0.1
 _SPEED_PER_S = 1.0  # m/s for a metre of displacement
 _COURSE_PER_M = (1.0, 6.0)  # sideways, m/s; turning, rad/s
 _HERTZ_PER_M = 2.0
+_RING_PER_M = 10.0  # of logarithms: air leaves a tail little to go wrong by
 _SIZES_M, _TRIED = (1e-6, 0.05), 60
 _OF_HERTZ_M = (1e-6, 1.0)
 
 
-def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int) -> np.ndarray:
-    """(k, k) for displacements of one metre, of t gaits of markers at (m,) along the body, and of f frequencies.
+def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings: int = 0) -> np.ndarray:
+    """(k, k) for displacements of one metre: of t gaits of markers at (m,) along the body, and of what is beside them.
 
     Args:
         along_m: (m,) place of each marker on the straight robot, m.
         trials: t.
-        frequencies: f.
+        frequencies: how many.
+        rings: numbers of free decays.
     """
     near = np.exp(-0.5 * ((along_m[:, None] - along_m) / _ALONG_M) ** 2)
     between = (1 - _OF_ITS_OWN) * near + _OF_ITS_OWN * np.eye(len(along_m))
@@ -45,7 +48,7 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int) -> np
     assert len(_COURSE_PER_M) == len(COURSE)
     slides = SLIDE_PER_S**2 * between[:SLIDES, :SLIDES]
     gait = block_diag([[_SPEED_PER_S**2]], markers, slides, np.diag(np.square(_COURSE_PER_M)))
-    return block_diag(*[gait] * trials, _HERTZ_PER_M**2 * np.eye(frequencies))
+    return block_diag(*[gait] * trials, _HERTZ_PER_M**2 * np.eye(frequencies), _RING_PER_M**2 * np.eye(rings))
 
 
 def generic_size(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:
@@ -60,29 +63,34 @@ class GenericGap:
     Attributes:
         known: (k, k) covariance.
         generic: (k, k) of a gap of one metre.
-        frequencies: f, at the end of the row.
+        frequencies: how many the row holds behind the gaits.
+        rings: numbers of free decays, at its end.
     """
 
     known: np.ndarray
     generic: np.ndarray
     frequencies: int
+    rings: int = 0
 
     def covariance(self, left: np.ndarray) -> np.ndarray:
-        """(k, k) with the likeliest size of its gaits, and that of its frequencies, in what is left (k,)."""
+        """(k, k) with the likeliest size of gaits, frequencies and decays, each its own, in what is left (k,)."""
         parts = [
             beside.likeliest_m(left[own], ends) ** 2 * self.generic[own, own]
-            for own, beside, ends in zip(self._parts, self._beside, (_SIZES_M, _OF_HERTZ_M), strict=True)
+            for own, beside, ends in zip(self._parts, self._beside, (_SIZES_M, _OF_HERTZ_M, _SIZES_M), strict=True)
+            if beside is not None
         ]
         return np.asarray(block_diag(*parts))
 
     @property
-    def _parts(self) -> tuple[slice, slice]:
-        gaits = len(self.generic) - self.frequencies
-        return slice(None, gaits), slice(gaits, None)
+    def _parts(self) -> tuple[slice, ...]:
+        whole = len(self.generic)
+        ends = (0, whole - self.rings - self.frequencies, whole - self.rings, whole)
+        return tuple(slice(*both) for both in pairwise(ends))
 
     @cached_property
-    def _beside(self) -> "tuple[_Beside, ...]":
-        return tuple(_Beside.of(self.known[own, own], self.generic[own, own]) for own in self._parts)
+    def _beside(self) -> "tuple[_Beside | None, ...]":
+        squares = ((self.known[own, own], self.generic[own, own]) for own in self._parts)
+        return tuple(_Beside.of(known, generic) if len(known) else None for known, generic in squares)
 
 
 class _Beside(NamedTuple):

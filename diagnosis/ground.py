@@ -10,6 +10,7 @@ from scipy.linalg import solve_triangular
 from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.generic import GenericGap, generic_covariance
+from fitting.free_decay import Ring
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.places_off import TAKEN, places_off
 from fitting.posterior.session_model import START_PHASE_RAD, Disturbances, PlacesOff, SessionModel
@@ -30,7 +31,7 @@ class Ground:
     """The trials of one role beside the twin that comes nearest to the fitted ones: swims, and dry runs after them.
 
     A row holds the gaits of t trials, and then the frequencies that their commands lead to, as they were filmed and,
-    where motors were logged, as they turned: k numbers in all.
+    where motors were logged, as they turned; and then how free decays ring: k numbers in all.
 
     Attributes:
         model: the swims beside the plain twin.
@@ -61,6 +62,7 @@ class Ground:
         discrepancy: Discrepancy,
         dry: Sequence[MeasuredTrial] = (),
         starts: Sequence[Sequence[float]] = STARTS,
+        rings: Sequence[Ring] = (),
     ) -> "Ground":
         """Of the swims that the coefficients are fitted to; the likeliest of what several starts lead to.
 
@@ -71,13 +73,14 @@ class Ground:
             discrepancy: see above.
             dry: runs with the head clamped in air, which say nothing of coefficients.
             starts: (5,) coefficients to begin with.
+            rings: free decays, which say nothing of them either.
 
         Raises:
             SimulationDiverged: from every start.
         """
         model = _beside(twin, trials)
-        if dry:
-            model = SessionModel((*model.trials, *_beside(_clamped(twin), dry).trials))
+        clamped = _beside(_clamped(twin), dry).trials if dry else ()
+        model = SessionModel((*model.trials, *clamped), tuple(rings))
         best: Ground | None = None
         for start in starts:
             found = cls._from(model, camera, np.array(start, float), discrepancy, best)
@@ -106,8 +109,8 @@ class Ground:
                 for look in (model.disturbances_of_tracks, model.disturbances):  # the first only shows the way
                     disturbances = look(at)
                     off = _places_off(model, at, disturbances)
-                    covariance = row_covariance(model, disturbances.of(off) + error)
-                    gap = GenericGap(covariance, generic, model.frequencies).covariance(left_row(model, at))
+                    covariance = row_covariance(model, disturbances.of(off) + error, disturbances.robot)
+                    gap = _gap(model, covariance, generic).covariance(left_row(model, at))
                     at = nearest(model, at, covariance + gap)
             else:
                 disturbances = known.disturbances
@@ -137,7 +140,7 @@ class Ground:
 
     @cached_property
     def _gap(self) -> GenericGap:
-        return GenericGap(self.covariance, self.generic, self.model.frequencies)
+        return _gap(self.model, self.covariance, self.generic)
 
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
         """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
@@ -160,11 +163,18 @@ class Ground:
         assert not more.logged
         found = replace(
             self,
-            model=SessionModel((*self.model.trials, *more.trials)),
+            model=SessionModel((*self.model.trials, *more.trials), self.model.rings),
             disturbances=self.disturbances.beside(more.disturbances(self.at)),
             alike=None,
         )
         found.__dict__.update(slopes=with_trial(self.slopes, row_slopes(more, self.at), self.model))
+        return found
+
+    def with_ring(self, ring: Ring) -> "Ground":
+        """The same swims and one more free decay."""
+        model = SessionModel(self.model.trials, (*self.model.rings, ring))
+        found = replace(self, model=model, alike=None)
+        found.__dict__.update(slopes=np.vstack([self.slopes, np.zeros((len(ring.measured), 5))]))
         return found
 
     @property
@@ -221,7 +231,7 @@ class Ground:
     def covariance(self) -> np.ndarray:
         """(k, k) of all that disturbs the row."""
         gaits = self.disturbances.of(self.off) + self.error**2 * self._of_twin
-        apart = row_covariance(self.model, gaits)
+        apart = row_covariance(self.model, gaits, self.disturbances.robot)
         return apart if self.alike is None else apart + self.alike @ self.alike.T
 
     @cached_property
@@ -245,7 +255,11 @@ class Ground:
 def _generic(model: SessionModel) -> np.ndarray:
     first = model.trials[0]
     along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
-    return generic_covariance(along_m, len(model.trials), model.frequencies)
+    return generic_covariance(along_m, len(model.trials), model.frequencies, model.of_rings)
+
+
+def _gap(model: SessionModel, known: np.ndarray, generic: np.ndarray) -> GenericGap:
+    return GenericGap(known, generic, model.frequencies, model.of_rings)
 
 
 def _places_off(model: SessionModel, at: np.ndarray, disturbances: Disturbances) -> PlacesOff:

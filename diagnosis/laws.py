@@ -11,6 +11,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from diagnosis.ground import Ground
+from diagnosis.hinge_laws import LAWS, in_decays
 from diagnosis.pushes import HEAD, Responses, across
 from diagnosis.tail_places import SMOOTH, TailPlaces
 from fitting.posterior.gait import HARMONICS, waves
@@ -23,6 +24,7 @@ DRAG = "the square of the speed of its parts"
 """What drag along the whole tail goes with."""
 _ALONG, _ACROSS, _TURNING = range(3)  # of the head's joints
 _RUBS = 0.2  # of the root mean square rate, within which dry friction turns
+_STILL = 1e-12  # rad/s
 
 
 class Law(NamedTuple):
@@ -32,7 +34,8 @@ class Law(NamedTuple):
         place: where it acts.
         goes_with: what it is proportional to.
         of_water: whether the twin's own error in the water acts like it.
-        columns: (k, t, b) of the row, in one trial alone; of a force with one number b is 1.
+        columns: (k, t, b) of the row, in one trial alone; of a force with one number b is 1. Of what it does to free
+            decays each trial has an even share.
     """
 
     place: str
@@ -64,10 +67,19 @@ class _Motion(NamedTuple):
 
 
 class _Pushed(NamedTuple):
-    """All trials: how their twins move, and what forces would do to them."""
+    """All trials: how their twins move, and what forces would do to them.
+
+    Attributes:
+        motions: of each trial.
+        responses: to forces.
+        slow_rad_s: (h,) rate of each hinge within which dry friction turns.
+        decays: (r, h, 4) what `LAWS` in hinges do to free decays.
+    """
 
     motions: tuple[_Motion, ...]
     responses: Responses
+    slow_rad_s: np.ndarray
+    decays: np.ndarray
 
     def on(self, joint: int, values: Sequence[np.ndarray]) -> np.ndarray:
         """(k, t) of a force on a joint with these values (n,) in each trial, N or N m."""
@@ -83,13 +95,15 @@ class _Pushed(NamedTuple):
         hinges = self.responses.joints[len(HEAD) :]
         found: dict[str, list[np.ndarray]] = {}
         for number, hinge in enumerate(hinges):
-            for goes_with, values in {
-                "its angle": [motion.hinges[:, number] for motion in self.motions],
-                "its rate": [motion.rates[:, number] for motion in self.motions],
-                "the way it turns": [_rubbing(motion.rates[:, number]) for motion in self.motions],
-                "its acceleration": [motion.rates_faster[:, number] for motion in self.motions],
-            }.items():
-                columns = self.on(len(HEAD) + number, values)
+            values = (
+                [motion.hinges[:, number] for motion in self.motions],
+                [motion.rates[:, number] for motion in self.motions],
+                [np.tanh(motion.rates[:, number] / self.slow_rad_s[number]) for motion in self.motions],
+                [motion.rates_faster[:, number] for motion in self.motions],
+            )
+            for law, (goes_with, told) in enumerate(zip(LAWS, values, strict=True)):
+                columns = self.on(len(HEAD) + number, told)
+                columns[len(columns) - len(self.decays) :] = self.decays[:, number, law, None] / len(self.motions)
                 found.setdefault(goes_with, []).append(columns)
                 yield f"hinge {hinge}", goes_with, columns
         if len(hinges) > 1:
@@ -141,7 +155,9 @@ def laws(ground: Ground, responses: Responses) -> Iterator[Law]:
 
     With position, speed, its square, or acceleration.
     """
-    pushed = _Pushed(tuple(_motion(model, ground.at) for model in ground.model.trials), responses)
+    motions = tuple(_motion(model, ground.at) for model in ground.model.trials)
+    slow_rad_s = np.maximum(_RUBS * np.sqrt(np.mean([np.mean(m.rates**2, axis=0) for m in motions], axis=0)), _STILL)
+    pushed = _Pushed(motions, responses, slow_rad_s, in_decays(ground, slow_rad_s))
     robot = ground.twin.robot
     wet = (*pushed.by_water(robot, ground.trials[0].markers), *pushed.along_tail())
     for of_water, told in ((False, pushed.in_hinges()), (True, wet)):
@@ -183,8 +199,3 @@ def _of_beat(crank: np.ndarray, value: np.ndarray) -> np.ndarray:
 
 def _squared(speed: np.ndarray) -> np.ndarray:
     return np.asarray(speed * np.abs(speed))
-
-
-def _rubbing(rate: np.ndarray) -> np.ndarray:
-    """Dry friction, smooth about rest."""
-    return np.tanh(rate / max(_RUBS * float(np.sqrt(np.mean(rate**2))), 1e-12))

@@ -129,7 +129,6 @@ class _Joint:
         self.effects = self.session.effects
         self.ground = ground
         parameters = [parameter for effect in self.effects for parameter in effect.parameters]
-        self._plain_hz = self.session.hertz(np.zeros((1, len(parameters))))
         own = np.array([parameter.sd for parameter in parameters])
         self.sd = np.append(PRIOR_SD, WIDER * own if width is None else width)
         self._step_sd = _STEP_SD * own
@@ -141,9 +140,9 @@ class _Joint:
     def rows(self, points: np.ndarray) -> np.ndarray:
         """(s, k) measured less simulated, of points (s, 5 + p)."""
         at, values = points[:, :5], points[:, 5:]
-        gaits, hertz = self.session.gaits(at, values), self.session.hertz(values)
-        off_command = self.ground.left[len(self.ground.model.measured) :]
-        return np.hstack([self.ground.model.measured - gaits, np.nan_to_num(off_command - (hertz - self._plain_hz))])
+        measured = self.ground.model.measured
+        beside = self.ground.left[len(measured) :] - self.session.beside(values)
+        return np.hstack([measured - self.session.gaits(at, values), beside])
 
     def count_as_disturbance(self, left: np.ndarray, point: np.ndarray) -> float:
         """Sets the size of a gap of no particular cause by what is left (k,) at a point; the misfit there with it."""

@@ -8,6 +8,7 @@ import numpy as np
 from diagnosis.forms import Shown
 from fitting.signatures import Whitened
 
+NONE = slice(0, 0)
 _LOOSE = 0.3  # share of the variance of something else that is like no effect
 
 
@@ -32,16 +33,16 @@ class Row:
         left: np.ndarray,
         generic: np.ndarray,
         effects: Sequence[Shown] = (),
-        frequencies: int = 0,
+        frequencies: slice = NONE,
     ) -> "Row":
         """Of what is left (k,).
 
         A gap of no particular cause has no structure but that of `generic` (k, k); where effects are given, it is like
-        any of these (each as likely), but for the share `_LOOSE` of its variance, and but for so many frequencies at
-        the end of the row: only clock and drive change these, whatever else is amiss with a fish.
+        any of these (each as likely), but for the share `_LOOSE` of its variance, and but for frequencies: only clock
+        and drive change these, whatever else is amiss with a fish.
         """
         touched = np.ones((len(generic) + len(space.precision), 1))
-        touched[len(generic) - frequencies : len(generic)] = 0.0
+        touched[frequencies] = 0.0
         values, vectors = np.linalg.eigh(generic)
         loose = space.freed((vectors * np.sqrt(np.maximum(values, 0.0))).T).T  # (q, k)
         tight = [touched * each.slopes / np.linalg.norm(each.slopes) for each in effects if each.ways]

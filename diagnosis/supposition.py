@@ -21,6 +21,8 @@ from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, HeldOut
 from diagnosis.pruning import log_evidence
 from diagnosis.refit import Refit
+from diagnosis.rings import rings_of
+from fitting.out_of_water import NOTHING, OutOfWater
 from fitting.signatures import Signature, signature_of
 from fitting.signatures.view_of import with_picture
 from fitting.trial import MeasuredTrial
@@ -59,7 +61,7 @@ def suppose(
     discrepancy: Discrepancy,
     settings: Settings | None = None,
     tell: Tell = lambda _message, _share: None,
-    dry: Sequence[MeasuredTrial] = (),
+    dry: OutOfWater = NOTHING,
 ) -> Supposition:
     """Refits the twin with effects.
 
@@ -73,13 +75,13 @@ def suppose(
         NotEnoughData: no fitted swim, or an effect that does nothing in these.
     """
     settings = settings or Settings()
-    trials, dry = ([trial.without_log for trial in each] for each in (trials, dry))
+    trials, runs = ([trial.without_log for trial in each] for each in (trials, dry.runs))
     fitted, held = ([trial for trial in trials if (trial.role == "fit") == own] for own in (True, False))
     if not fitted:
         raise NotEnoughData('no swim of role "fit"; a supposition needs at least one')
-    camera = with_picture(camera, (*trials, *dry))
+    camera = with_picture(camera, (*trials, *runs))
     tell("fitting the plain twin", 0.0)
-    ground = Ground.fitted(fitted, twin, camera, discrepancy, dry)
+    ground = Ground.fitted(fitted, twin, camera, discrepancy, runs, rings=rings_of(dry.decays, twin))
     tell("what the supposed effects would do", 0.4)
     signatures = [signature_of(effect, ground.model, camera, ground.at) for effect in effects]
     weighed = explained(ground, signatures, settings.belief)

@@ -21,6 +21,7 @@ from diagnosis.ground import Ground
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
 from diagnosis.ripples import rippled
 from diagnosis.strangers import Stranger
+from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.posterior.gait import (
     COURSE,
     HARMONICS,
@@ -34,12 +35,13 @@ from fitting.signatures import Signature
 from fitting.signatures.slopes import pieces
 
 STAGES = ("camera", "drive", "body", "tail", "floor")
-OF_NO_MARKER = ("speed", "course", "frequency")
-"""Keys of `by_marker`, `by_axis` and `by_band` that stand for a whole trial."""
+OF_NO_MARKER = ("speed", "course", "frequency", "ringing")
+"""Keys of `by_marker`, `by_axis` and `by_band` that stand for a whole trial; the last where there are free decays."""
 _SEEN_M, _SCALE = 1e-3, 0.01  # of a marker, of the picture
 _SLIDES_S = 10.0  # in which a marker slides as far
 _RIPPLE_RAD = 0.05
 _HERTZ = 0.01  # relative
+_RINGING = 0.05  # of the logarithms of stiffness and damping
 
 
 class Forces(NamedTuple):
@@ -146,6 +148,7 @@ def _ways(
     found[Way("camera", "scale")] = _in_each_trial(ground, lambda gait: _SCALE * gait[:, None])
     found[Way("drive", "ripple")] = _in_each_trial(ground, lambda gait: _RIPPLE_RAD * rippled(gait))
     found[Way("drive", "frequency")] = _other_frequencies(ground)
+    found[Way("tail", "free decays")] = _RINGING * np.eye(len(ground.left))[:, ground.model.places_of_rings]
     told = [_of_each_parameter(signature) for signature in signatures if signature.effect.stage == "drive"]
     found[Way("drive", "effects")] = np.hstack([np.zeros((len(ground.left), 0)), *told])
     for signature in signatures:
@@ -176,8 +179,8 @@ def _in_each_trial(ground: Ground, columns: Callable[[np.ndarray], np.ndarray]) 
 
 
 def _of_gaits(ground: Ground, columns: np.ndarray) -> np.ndarray:
-    """(k, q) of columns that change no frequency."""
-    return np.vstack([columns, np.zeros((ground.model.frequencies, columns.shape[1]))])
+    """(k, q) of columns that change gaits alone."""
+    return np.vstack([columns, np.zeros((ground.model.beside, columns.shape[1]))])
 
 
 def _misplaced(ground: Ground) -> np.ndarray:
@@ -209,7 +212,9 @@ def _other_frequencies(ground: Ground) -> np.ndarray:
     filmed, logged = np.diag([_HERTZ * trial.frequency.hz for trial in ground.trials]), list(ground.model.logged)
     clocks = np.vstack([filmed, np.zeros((len(logged), len(filmed)))])
     hertz = np.hstack([clocks, np.vstack([filmed[:, logged], filmed[np.ix_(logged, logged)]])])
-    return np.vstack([np.zeros((len(ground.left) - len(hertz), hertz.shape[1])), hertz])
+    columns = np.zeros((len(ground.left), hertz.shape[1]))
+    columns[len(ground.model.measured) :][: len(hertz)] = hertz
+    return columns
 
 
 def _sizes(target: np.ndarray, parts: list[np.ndarray]) -> np.ndarray:
@@ -272,7 +277,8 @@ def _split(ground: Ground, left: np.ndarray) -> dict[str, dict[str, float]]:
     squares = (vectors @ ((vectors.T @ (left / sd)) / np.sqrt(values))) ** 2
     squares /= squares.sum()
     trials, markers = ground.trials, ground.trials[0].markers
-    gaits, hertz = np.split(squares, [len(ground.model.measured)])
+    count = len(ground.model.measured)
+    gaits, hertz, ringing = np.split(squares, [count, count + ground.model.frequencies])
     gaits = gaits.reshape(len(trials), -1)
     of_trial = np.array(hertz[: len(trials)])
     of_trial[list(ground.model.logged)] += hertz[len(trials) :]
@@ -280,9 +286,13 @@ def _split(ground: Ground, left: np.ndarray) -> dict[str, dict[str, float]]:
     slides = gaits[:, places_of_slides(gaits.shape[1])].sum(axis=0)  # (s,)
     bands = {"mean": beats[..., 0].sum(), "drift": slides.sum()}
     bands |= {f"harmonic_{h}": beats[..., 2 * h - 1 : 2 * h + 1].sum() for h in range(1, HARMONICS + 1)}
-    alone = dict(zip(OF_NO_MARKER, (float(part.sum()) for part in (speed, course, hertz)), strict=True))
+    alone = dict(zip(OF_NO_MARKER, (float(part.sum()) for part in (speed, course, hertz, ringing)), strict=True))
+    rings = zip(ground.model.rings, ringing.reshape(-1, RING_NUMBERS), strict=True)
+    of_decay = {ring.name: float(part.sum()) for ring, part in rings}
+    if not of_decay:
+        del alone[OF_NO_MARKER[-1]]
     return {
-        "by_trial": {t.name: float(g.sum() + f) for t, g, f in zip(trials, gaits, of_trial, strict=True)},
+        "by_trial": {t.name: float(g.sum() + f) for t, g, f in zip(trials, gaits, of_trial, strict=True)} | of_decay,
         "by_marker": {name: float(beats[:, i].sum() + slides[i : i + 1].sum()) for i, name in enumerate(markers)}
         | alone,
         "by_axis": {"along": float(beats[:, :, 0].sum() + slides.sum()), "across": float(beats[:, :, 1].sum())} | alone,

@@ -6,6 +6,7 @@ from fitting.free_decay.decay_trial import DecayTrial, measure_decay_trial
 from fitting.free_decay.decay_twin import DecayTwin
 from fitting.free_decay.lasting_noise import LastingNoise
 from fitting.free_decay.release import Release, find_release
+from fitting.free_decay.ring import Ring
 from fitting.free_decay.several_decays import HingeEstimate, combine_decays
 from fitting.free_decay.spectrum import DecaySpectrum, measure_decay
 
@@ -18,6 +19,7 @@ __all__ = [
     "HingeEstimate",
     "LastingNoise",
     "Release",
+    "Ring",
     "combine_decays",
     "find_release",
     "fit_damped_sine",

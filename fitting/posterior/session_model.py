@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag
 
+from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
+from fitting.free_decay.ring import Ring
 from fitting.posterior.gait import SPEED, beat_phase
 from fitting.posterior.likelihood import Discrepancy, wave_discrepancy
 from fitting.posterior.robot_doubt import Doubt, doubted_twins, doubts_of
@@ -89,9 +91,11 @@ class SessionModel:
 
     Attributes:
         trials: each beside the twin.
+        rings: free decays of the same robot, of which a diagnosis reads more numbers.
     """
 
     trials: tuple[TrialModel, ...]
+    rings: tuple[Ring, ...] = ()
 
     @classmethod
     def of(cls, twin: Twin, trials: list[MeasuredTrial], doubts: Sequence[Doubt] | None = None) -> "SessionModel":
@@ -110,6 +114,44 @@ class SessionModel:
     def frequencies(self) -> int:
         """How many of them these trials tell: of each trial that of its tail, and of the logged ones the motor's."""
         return len(self.trials) + len(self.logged)
+
+    @property
+    def beside(self) -> int:
+        """How many numbers a diagnosis reads beside the gaits: frequencies, and then `Ring.measured` of each decay."""
+        return self.frequencies + self.of_rings
+
+    @property
+    def of_rings(self) -> int:
+        """How many of them decays tell."""
+        return RING_NUMBERS * len(self.rings)
+
+    @property
+    def places_of_rings(self) -> slice:
+        """Where a row holds these: at its end."""
+        end = len(self.measured) + self.beside
+        return slice(end - self.of_rings, end)
+
+    @cached_property
+    def rings_left(self) -> np.ndarray:
+        """(r,) measured of the decays, less what the plain twin says: no coefficient matters in air."""
+        twin = self.trials[0].twin
+        return np.concatenate([np.zeros(0), *(ring.measured - ring.of_twin(twin)[0] for ring in self.rings)])
+
+    @cached_property
+    def rings_doubted(self) -> np.ndarray:
+        """(r, q) of the decays what is doubted of the robot, by its standard deviations, as of the gaits."""
+        if not self.rings:
+            return np.zeros((0, len(self.trials[0].doubted)))
+        told = [
+            [each.per_sd * (ring.of_twin(each.more)[0] - ring.of_twin(each.less)[0]) for ring in self.rings]
+            for each in self.trials[0].doubted
+        ]
+        return np.reshape(told, (len(told), self.of_rings)).T
+
+    @property
+    def rings_sd(self) -> np.ndarray:
+        """(r,) of the decays by tracking noise."""
+        return np.concatenate([np.zeros(0), *(ring.sd for ring in self.rings)])
 
     @cached_property
     def phase_rad(self) -> np.ndarray:

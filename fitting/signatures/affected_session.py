@@ -9,6 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from fitting.free_decay import Ring
+from fitting.free_decay.ring import ring_changes
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures.affected_trial import AffectedTrial
 from fitting.signatures.view_of import picture_px, view_of
@@ -24,10 +26,12 @@ class AffectedSession:
     Attributes:
         trials: t of them, each beside a twin with the same effects; twins that are one object are simulated together.
         logged: numbers of those whose motor was logged.
+        rings: free decays of the same robot.
     """
 
     trials: tuple[AffectedTrial, ...]
     logged: tuple[int, ...] = ()
+    rings: tuple[Ring, ...] = ()
 
     @classmethod
     def of(
@@ -38,7 +42,7 @@ class AffectedSession:
         views = views_of(model, camera, tuple(map(float, coefficients)))
         trials = zip(model.trials, views, strict=True)
         affected = tuple(AffectedTrial(each, twins[id(each.twin)], view) for each, view in trials)
-        return cls(affected, model.logged)
+        return cls(affected, model.logged, model.rings)
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -58,6 +62,20 @@ class AffectedSession:
         """
         filmed = [trial.hertz(values) for trial in self.trials]
         return np.column_stack([*filmed, *(self.trials[number].logged_hz(values) for number in self.logged)])
+
+    def beside(self, values: np.ndarray) -> np.ndarray:
+        """(s, b) by how much values (s, p) change the numbers beside the gaits; 0 where nobody knows.
+
+        Of frequencies, and of free decays: there act only effects that can show in one.
+        """
+        twin = self.trials[0].twin.plain
+        hertz = self.hertz(np.vstack([np.zeros((1, values.shape[1])), values]))
+        return np.hstack(
+            [
+                np.nan_to_num(hertz[1:] - hertz[0]),
+                *(ring_changes(ring, twin, self.effects, values) for ring in self.rings),
+            ]
+        )
 
 
 @lru_cache(maxsize=8)

@@ -1,4 +1,7 @@
-"""A session as one row: gaits of its swims, then how far each beats from its command; and the nearest twin."""
+"""A session as one row, and the nearest twin.
+
+A row holds the gaits of all swims, then how far each beats from its command, and then how free decays ring.
+"""
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -20,15 +23,16 @@ LONG = 10.0
 
 
 def left_row(model: SessionModel, at: np.ndarray) -> np.ndarray:
-    """(k + f,) what the twin at coefficients (5,) leaves of the gaits, and frequencies less commanded ones, Hz.
+    """(k + b,) what the twin at coefficients (5,) leaves of the gaits, and of the numbers beside them.
 
-    First those of all tails, as filmed, then those of the motors that were logged.
+    Of frequencies what they are off their commands, Hz: first those of all tails, as filmed, then those of the motors
+    that were logged; and then of free decays.
     """
     left = model.measured - model.simulated(at[None])[0]
     trials = [each.trial for each in model.trials]
     hertz = [0.0 if trial.commanded_hz is None else trial.frequency.hz - trial.commanded_hz for trial in trials]
     logged = [_off_command(trials[number]) for number in model.logged]
-    return np.concatenate([left, hertz, logged])
+    return np.concatenate([left, hertz, logged, model.rings_left])
 
 
 def _off_command(trial: MeasuredTrial) -> float:
@@ -39,26 +43,40 @@ def _off_command(trial: MeasuredTrial) -> float:
 
 
 def row_slopes(model: SessionModel, at: np.ndarray) -> np.ndarray:
-    """(k + f, 5) of the row with the coefficients, on which no frequency depends; even steps in their roots."""
+    """(k + b, 5) of the row with the coefficients, on which only gaits depend; even steps in their roots."""
     roots = np.sqrt(np.maximum(at, _LEAST)) + _STEP * np.vstack([np.eye(5), -np.eye(5)])
     points = np.clip(roots, 0.0, np.sqrt(COEFFICIENT_BOUNDS[1])) ** 2
     gaits = model.simulated(points)
     slopes = (gaits[:5] - gaits[5:]) / np.diag(points[:5] - points[5:])[:, None]
-    return np.vstack([slopes.T, np.zeros((model.frequencies, 5))])
+    return np.vstack([slopes.T, np.zeros((model.beside, 5))])
 
 
 def with_trial(rows: np.ndarray, more: np.ndarray, model: SessionModel) -> np.ndarray:
-    """Rows (k + f, ...) of the trials of a model, and those (g + 1, ...) of one trial more, whose motor has no log."""
-    gaits, filmed = len(rows) - model.frequencies, len(rows) - len(model.logged)
+    """Rows (k + b, ...) of the trials of a model, and those (g + 1, ...) of one trial more, whose motor has no log."""
+    gaits = len(rows) - model.beside
+    filmed = gaits + len(model.trials)
     return np.concatenate([rows[:gaits], more[:-1], rows[gaits:filmed], more[-1:], rows[filmed:]])
 
 
-def row_covariance(model: SessionModel, gaits: np.ndarray) -> np.ndarray:
-    """(k + f, k + f) from that of the gaits (k, k): frequencies are as far off their commands as motors are."""
+def row_covariance(model: SessionModel, gaits: np.ndarray, robot: np.ndarray | None = None) -> np.ndarray:
+    """(k + b, k + b) from that of the gaits (k, k): frequencies are as far off their commands as motors are.
+
+    Args:
+        model: the swims.
+        gaits: covariance of all that disturbs them.
+        robot: (k, q) what is doubted of the robot does to gaits, which decays have in common with them; default: they
+            have nothing.
+    """
     whose = [*range(len(model.trials)), *model.logged]
     hertz = np.diag([TOLD_TO * model.trials[number].trial.frequency.hz for number in whose])
     alike = np.where(np.equal.outer(whose, whose), _ALIKE, 0.0) + (1 - _ALIKE) * np.eye(len(whose))
-    return block_diag(gaits, hertz @ alike @ hertz)
+    doubted = model.rings_doubted
+    apart = block_diag(gaits, hertz @ alike @ hertz, np.diag(model.rings_sd**2) + doubted @ doubted.T)
+    if robot is not None and robot.shape[1] == doubted.shape[1]:  # else it is not doubted yet
+        shared = robot @ doubted.T
+        apart[: len(gaits), len(apart) - len(doubted) :] = shared
+        apart[len(apart) - len(doubted) :, : len(gaits)] = shared.T
+    return np.asarray(apart)
 
 
 def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:
@@ -70,7 +88,7 @@ def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> n
     Args:
         model: the swims.
         start: (5,).
-        covariance: (k + f, k + f) of the row.
+        covariance: (k + b, k + b) of the row.
     """
     at = np.array(start, float)
     left, slopes = left_row(model, at), row_slopes(model, at)

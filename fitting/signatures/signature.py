@@ -15,24 +15,24 @@ STRENGTHS = (-3.0, -1.0, 1.0, 3.0)  # standard deviations of a parameter's prior
 
 @dataclass(frozen=True, eq=False)
 class Signature:
-    """Of one effect on trials whose gaits stand in one row of length k, and which tell f frequencies.
+    """Of one effect on trials whose gaits stand in one row of length k, and which tell b numbers beside.
 
     Attributes:
         effect: with the parameters that these trials' markers give it.
         values: (q, p) strengths that were tried.
         gaits: (q, k) change of the row of gaits; nan where the twin diverged.
-        hertz: (q, f) change of what the trials' commands lead to, as filmed and as logged; 0 where nobody knows them.
+        beside: (q, b) change of what the trials' commands lead to, as filmed and as logged, Hz, and of how decays ring.
     """
 
     effect: Effect
     values: np.ndarray
     gaits: np.ndarray
-    hertz: np.ndarray
+    beside: np.ndarray
 
     @property
     def rows(self) -> np.ndarray:
-        """(q, k + f) both, side by side."""
-        return np.hstack([self.gaits, self.hertz])
+        """(q, k + b) both, side by side."""
+        return np.hstack([self.gaits, self.beside])
 
 
 def signature_of(
@@ -60,8 +60,7 @@ def signature_of(
     values = strengths(suited, sizes) if values is None else values
     plain = plain_gaits(model, camera, tuple(map(float, coefficients)))
     rows = session.gaits(np.tile(coefficients, (len(values), 1)), values) if len(values) else np.zeros((0, len(plain)))
-    hertz = session.hertz(np.vstack([np.zeros((1, values.shape[1])), values]))
-    return Signature(suited, values, rows - plain, np.nan_to_num(hertz[1:] - hertz[0]))
+    return Signature(suited, values, rows - plain, session.beside(values))
 
 
 def strengths(effect: Effect, sizes: Sequence[float] = STRENGTHS) -> np.ndarray:

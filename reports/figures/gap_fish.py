@@ -121,6 +121,8 @@ def _draw_discs(axes: Axes, robot: RobotSpec, markers: tuple[str, ...], shares: 
         name: (x * MM, y * MM) for name, (x, y, _) in zip(markers, robot.marker_positions_m(markers), strict=True)
     }
     places |= {"course": (nose - 164, 0.0), "speed": (nose - 118, 0.0), "frequency": (nose - 72, 0.0)}
+    if "ringing" in shares:  # of free decays
+        places["ringing"] = (nose - 210, 0.0)
     arrow = {"arrowstyle": "-|>", "color": MUTED, "linewidth": 1.0}
     axes.annotate("", (nose - 208, 0), (nose - 30, 0), arrowprops=arrow, zorder=1)
     last = -np.inf

@@ -24,7 +24,7 @@ def pipeline(folder: Path) -> Pipeline:
 
 
 def test_a_dry_run_has_a_gait_whose_head_stands_still(folder: Path) -> None:
-    (run,) = pipeline(folder).recordings.dry_gaits
+    (run,) = pipeline(folder).recordings.out_of_water.runs
     assert run.name.startswith("dry")
     assert run.commanded_hz is not None
     assert run.frequency.hz == pytest.approx(run.commanded_hz, rel=0.01)
@@ -36,4 +36,4 @@ def test_a_dry_run_has_a_gait_whose_head_stands_still(folder: Path) -> None:
 
 def test_one_that_is_held_out_is_no_evidence(folder: Path) -> None:
     edit(folder / "session.toml", 'commanded_hz = 0.73\nrole = "fit"', 'commanded_hz = 0.73\nrole = "holdout"')
-    assert pipeline(folder).recordings.dry_gaits == []
+    assert pipeline(folder).recordings.out_of_water.runs == []

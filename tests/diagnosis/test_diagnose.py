@@ -44,7 +44,7 @@ def test_motor_logs_are_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     class Looked(Exception):
         pass
 
-    def fitted(swims: list[MeasuredTrial], *_: object) -> None:
+    def fitted(swims: list[MeasuredTrial], *_: object, **__: object) -> None:
         raise Looked([trial.turn for trial in swims])
 
     monkeypatch.setattr("diagnosis.diagnosis.Ground.fitted", fitted)
@@ -59,7 +59,7 @@ def test_small_matrices_wait_for_no_threads(monkeypatch: pytest.MonkeyPatch) -> 
     class Looked(Exception):
         pass
 
-    def fitted(*_: object) -> None:
+    def fitted(*_: object, **__: object) -> None:
         raise Looked([pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"])
 
     monkeypatch.setattr("diagnosis.diagnosis.Ground.fitted", fitted)

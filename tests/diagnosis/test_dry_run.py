@@ -10,6 +10,7 @@ import pytest
 from diagnosis import Diagnosis, Settings, diagnose, discrepancy_for
 from diagnosis.diagnosis_file import diagnosis_payload
 from diagnosis.ground import Ground
+from fitting.out_of_water import OutOfWater
 from fitting.signatures import Signature, signature_of
 from session import FISHSIM_MARKERS, plain_json
 from swimmer import Twin
@@ -26,7 +27,7 @@ def found() -> Diagnosis:
     swims, twin = [*trials(), trials()[0].with_role("holdout")], Twin(shorter(), FISHSIM_MARKERS, workers=1)
     effects = {name: catalogue()[name] for name in (*NAMES, "scale_error")}
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
-    return diagnose(swims, twin, CAMERA, effects, discrepancy, Settings("quick"), dry=[dry_run()])
+    return diagnose(swims, twin, CAMERA, effects, discrepancy, Settings("quick"), dry=OutOfWater([dry_run()]))
 
 
 @pytest.fixture(scope="module")

@@ -9,11 +9,13 @@ from scipy.special import expit
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
 from diagnosis.probabilities import Explanation, Probabilities
-from diagnosis.row import Row
+from diagnosis.row import NONE, Row
 from diagnosis.verdict import verdict_of
 from fitting.signatures import Signature
 from tests.cases import later
 from tests.diagnosis.rows import DIRECTIONS, SPACE, K, Made, catalogue, explanations, signature
+
+LAST = slice(K - 2, K)
 
 
 def noise(seed: int) -> np.ndarray:
@@ -93,7 +95,7 @@ def test_what_no_effect_looks_like_is_unexplained() -> None:
 
 def test_something_else_that_is_like_effects_touches_no_frequency() -> None:
     of_gaits = np.diag(np.append(np.ones(K - 2), np.zeros(2)))
-    touching, still = (Row.of(SPACE, noise(0), of_gaits, shown(catalogue(), SPACE), count) for count in (0, 2))
+    touching, still = (Row.of(SPACE, noise(0), of_gaits, shown(catalogue(), SPACE), but) for but in (NONE, LAST))
     assert np.abs(touching.turn[:, K - 2 : K]).max() > 0.01
     assert still.turn[:, K - 2 : K] == pytest.approx(0.0, abs=1e-9)
 
@@ -210,10 +212,11 @@ def test_what_changes_frequencies_alone_is_no_chance_likeness_whatever_gaits_hav
     strange[K - 2 :] = 0.0
     effects = shown([clock, *others], SPACE)
     left = noise(6) + 40 * np.eye(K)[K - 1] + 4 * strange
-    rows = tuple(Row.of(SPACE, left, np.eye(K), like, count) for like, count in ((effects, 0), (effects, 2), ((), 0)))
+    ways = ((effects, NONE), (effects, LAST), ((), NONE))
+    rows = tuple(Row.of(SPACE, left, np.eye(K), like, but) for like, but in ways)
     known, unknown = (
         Probabilities.after(Explanations(rows, effects, Belief(), frequencies)).marginal[0]
-        for frequencies in (slice(K - 2, K), slice(0, 0))
+        for frequencies in (LAST, NONE)
     )
     assert known > 0.9
     assert unknown < 0.8

@@ -125,7 +125,7 @@ def test_what_effects_do_to_one_more_swim_joins_what_they_do_to_the_others(name:
     assert np.allclose(joined.changes[name], anew.changes[name], rtol=0, atol=1e-12)
     assert np.array_equal(joined.signatures[name].values, anew.signatures[name].values)
     assert np.allclose(joined.signatures[name].gaits, anew.signatures[name].gaits, rtol=0, atol=1e-12)
-    assert np.allclose(joined.signatures[name].hertz, anew.signatures[name].hertz, rtol=0, atol=1e-12)
+    assert np.allclose(joined.signatures[name].beside, anew.signatures[name].beside, rtol=0, atol=1e-12)
 
 
 def test_where_nothing_is_confused_nothing_is_recommended() -> None:

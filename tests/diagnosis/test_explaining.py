@@ -33,7 +33,7 @@ class Row:
     error: float = 1.0
     alike: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
     generic: np.ndarray = field(default_factory=lambda: np.eye(K))
-    model: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(frequencies=0))
+    model: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(frequencies=0, of_rings=0, measured=()))
 
     def with_error(self, error: float, alike: np.ndarray) -> Row:
         return replace(self, error=error, alike=alike)

@@ -72,14 +72,14 @@ def test_a_log_tells_clock_from_gear(logged: float, name: str) -> None:
 def test_a_motor_that_warms_up_shows_in_film_and_log_alike() -> None:
     ground, _ = seen(1.0)
     sag = signature_of(catalogue()["motor_speed_sag"], ground.model, CAMERA, ground.at)
-    warming = sag.hertz[np.argmax(sag.values[:, 1])]
+    warming = sag.beside[np.argmax(sag.values[:, 1])]
     assert abs(warming[0]) > 1e-3
     assert warming[2] == pytest.approx(warming[0])
 
 
 def test_a_wrong_clock_shows_in_no_log_and_a_wrong_gear_in_both() -> None:
     ground, _ = seen(1.0)
-    clock, ratio = (signature.hertz[np.argmax(signature.values[:, 0])] for signature in signatures(ground)[:2])
+    clock, ratio = (signature.beside[np.argmax(signature.values[:, 0])] for signature in signatures(ground)[:2])
     assert clock[0] == pytest.approx(ratio[0], rel=0.2)
     assert clock[2] == pytest.approx(0.0, abs=1e-9)
     assert ratio[2] == pytest.approx(ratio[0])

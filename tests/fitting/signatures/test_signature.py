@@ -59,7 +59,7 @@ def test_with_a_wrong_scale_the_whole_fish_swims_slower_and_beats_less(model: Se
 
 def test_a_wrong_clock_is_seen_in_the_frequency_that_a_command_leads_to(model: SessionModel) -> None:
     signature = signature_of(TimeBaseError(), model, CAMERA, TRUTH, np.array([[0.02], [-0.01]]))
-    assert signature.hertz == pytest.approx(np.array([[0.014, 0.022], [-0.007, -0.011]]))
+    assert signature.beside == pytest.approx(np.array([[0.014, 0.022], [-0.007, -0.011]]))
 
 
 def test_each_parameter_is_tried_either_way_within_its_bounds() -> None:

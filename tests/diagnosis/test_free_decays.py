@@ -1,0 +1,134 @@
+"""A free decay is evidence beside the swims: of hinges and the clock, and of nothing that water or a motor does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from diagnosis.discrepancy import discrepancy_for
+from diagnosis.evidence import Belief
+from diagnosis.explaining import explained
+from diagnosis.ground import Ground
+from diagnosis.hinge_laws import LAWS, in_decays
+from diagnosis.probabilities import Probabilities
+from diagnosis.pushes import responses
+from diagnosis.rings import rings_of
+from diagnosis.strangers import strangers
+from diagnosis.where import OF_NO_MARKER, locate
+from fitting.free_decay import DecayTrial, measure_decay_trial
+from fitting.signatures import Signature, signature_of
+from session import FISHSIM_MARKERS
+from swimmer.effects import catalogue
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.diagnosis.grounds import CAMERA, trials
+from tests.fitting.exact_swims import ROBOT, exact_twin
+from tests.fitting.free_decay.decays import Truth, decay_tracks
+
+OFF = 1.05  # times as fast as filmed the motors were told to turn
+CLOCK, RATIO = "time_base_error", "drive_ratio_error"
+TRIED = (CLOCK, RATIO, "stiffness_error", "joint_damping", "background_current")
+TAIL = ROBOT.tail
+
+
+def decay(stiffer: float = 0.0, damped: float = 0.0, slower: float = 1.0) -> DecayTrial:
+    """Of a robot with other hinges, by a camera whose clock is wrong."""
+    stiffness, damping = TAIL.hinge_stiffness_n_m * (1 + stiffer), TAIL.hinge_damping_n_m_s * (1 + damped)
+    tracks = decay_tracks(Truth(stiffness_n_m=stiffness, damping_n_m_s=damping))
+    return measure_decay_trial("decay", replace(tracks, time_s=slower * tracks.time_s), CAMERA, ROBOT)
+
+
+@cache
+def ground(stiffer: float = 0.0, damped: float = 0.0) -> Ground:
+    """Swims of the robot as described, without commands, beside a decay of one that is not."""
+    told, twin = [replace(trial, commanded_hz=None) for trial in trials()], exact_twin(1)
+    rings = rings_of([decay(stiffer, damped)], twin)
+    discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
+    return Ground.fitted(told, twin, CAMERA, discrepancy, starts=(PLAUSIBLE_COEFFICIENTS,), rings=rings)
+
+
+def signatures(at: Ground) -> list[Signature]:
+    return [signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in TRIED]
+
+
+def seen(slower: float | None) -> Probabilities:
+    """Of swims that beat slower than commanded, beside a decay; None without one."""
+    known = ground()
+    told = (replace(each.trial, commanded_hz=OFF * each.trial.frequency.hz) for each in known.model.trials)
+    beside = tuple(replace(each, trial=trial) for each, trial in zip(known.model.trials, told, strict=True))
+    rings = () if slower is None else rings_of([decay(slower=slower)], exact_twin(1))
+    at = replace(known, model=type(known.model)(beside, rings))  # its slopes are found anew
+    return explained(at, signatures(at), Belief()).probabilities
+
+
+def test_its_numbers_end_the_row() -> None:
+    at = ground(0.1, 0.3)
+    assert at.model.of_rings == 2
+    assert len(at.left) == len(at.model.measured) + at.model.frequencies + 2
+    assert at.left[-2:] == pytest.approx(np.log([1.1, 1.3]), abs=0.04)
+    assert at.slopes[-2:] == pytest.approx(np.zeros((2, 5)))
+
+
+def test_robots_that_are_a_little_off_move_it_with_the_gaits() -> None:
+    """By 2 % in stiffness and in the tail's mass, and 5 % in damping; what else disturbs a gait is no matter of its."""
+    at = ground()
+    assert np.sqrt(np.diag(at.covariance)[-2:]) == pytest.approx([0.03, 0.055], abs=0.01)
+    shared = at.covariance[: len(at.model.measured), -2:]
+    robot = at.disturbances.robot @ at.model.rings_doubted.T
+    assert shared == pytest.approx(robot)
+    assert np.abs(robot).max() > 0
+    assert np.linalg.eigvalsh(at.covariance).min() > 0
+
+
+def test_water_and_motors_do_not_move_it() -> None:
+    moved = {each.effect.name: np.abs(each.rows[:, -2:]).max() for each in signatures(ground())}
+    assert moved[RATIO] == moved["background_current"] == 0.0
+    assert min(moved[name] for name in (CLOCK, "stiffness_error", "joint_damping")) > 0.01
+
+
+def test_hinges_within_what_is_doubted_of_them_are_no_effect() -> None:
+    at = ground(0.03, -0.05)
+    assert explained(at, signatures(at), Belief()).probabilities.null > 0.5
+
+
+def test_it_speaks_for_a_clock_or_for_a_gear() -> None:
+    """What rings as much too slow as the swims beat was filmed by a wrong clock; these swims themselves deny that."""
+    slow, none, right = (found.marginal[TRIED.index(CLOCK)] for found in (seen(OFF), seen(None), seen(1.0)))
+    assert slow > 1.5 * none
+    assert none > 3 * right
+
+
+def test_the_split_by_stage_and_by_trial_counts_it_and_adds_up() -> None:
+    at = ground(0.15, 0.5)
+    where = locate(at, responses(at), signatures(at))
+    assert where.by_stage["tail"] > 0.1
+    assert where.by_trial["decay"] > 0.1
+    for parts in (where.by_stage, where.by_trial, where.by_marker, where.by_axis, where.by_band):
+        assert sum(parts.values()) == pytest.approx(1.0)
+    assert where.by_band[OF_NO_MARKER[-1]] == pytest.approx(where.by_trial["decay"])
+
+
+def test_laws_of_all_hinges_together_are_hinges_that_are_not_as_described() -> None:
+    at = ground()
+    told = in_decays(at, np.full(len(ROBOT.hinges), 0.3)).sum(axis=1)  # (2, 4)
+    per_share = told[:, [LAWS.index("its angle"), LAWS.index("its rate")]] * [
+        TAIL.hinge_stiffness_n_m,
+        TAIL.hinge_damping_n_m_s,
+    ]
+    assert per_share == pytest.approx(-np.eye(2), abs=0.1)
+
+
+def test_a_law_in_a_hinge_moves_decay_and_swims() -> None:
+    at = ground()
+    springs = [each.columns for each in strangers(at, responses(at)) if each.same and each.goes_with == "its angle"]
+    assert len(springs) == len(ROBOT.hinges) + 1
+    assert all(np.abs(columns[-2]).max() > 1e-3 and np.abs(columns[:-2]).max() > 1e-5 for columns in springs)
+
+
+def test_one_that_must_not_be_believed_is_left_out() -> None:
+    seen = decay()
+    shaken = np.array(seen.position_m)
+    shaken[:, ::2, 1] += 0.02 * np.sin(9 * seen.time_s)[:, None]
+    assert rings_of([replace(seen, position_m=shaken)], exact_twin(1)) == ()

@@ -1,0 +1,100 @@
+"""A free decay in two numbers: they are those of the robot that was filmed, and as sure as they say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from fitting.free_decay import Ring, fit_decay, measure_decay_trial
+from fitting.free_decay.ring import shows_in_decays
+from session import Tracks
+from swimmer import RobotSpec, Twin
+from swimmer.effects import catalogue
+from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay_tracks
+
+TRUTH = Truth()
+
+
+def robot(stiffer: float = 0.0, damped: float = 0.0) -> RobotSpec:
+    """As it was let go, but for shares of its hinges."""
+    hinges = {
+        "hinge_stiffness_n_m": TRUTH.stiffness_n_m * (1 + stiffer),
+        "hinge_damping_n_m_s": TRUTH.damping_n_m_s * (1 + damped),
+    }
+    return ROBOT.model_copy(update={"tail": ROBOT.tail.model_copy(update=hinges)})
+
+
+def twin(described: RobotSpec) -> Twin:
+    return Twin(described, MARKERS, workers=1)
+
+
+def ring(seed: int = 0, tracks: Tracks | None = None) -> Ring:
+    trial = measure_decay_trial("decay", tracks or decay_tracks(TRUTH, seed), CAMERA, ROBOT)
+    return Ring.of(trial, fit_decay(trial, robot(), workers=1))
+
+
+@cache
+def first() -> Ring:
+    return ring()
+
+
+def left(seen: Ring, described: RobotSpec) -> np.ndarray:
+    return np.asarray(seen.measured - seen.of_twin(twin(described))[0])
+
+
+@pytest.mark.parametrize(("stiffer", "damped"), [(0.0, 0.0), (-0.1, 0.0), (0.0, -0.2), (0.2, 0.4)])
+def test_it_leaves_by_how_much_the_hinges_are_not_as_described(stiffer: float, damped: float) -> None:
+    expected = -np.log1p([stiffer, damped])
+    assert np.abs((left(first(), robot(stiffer, damped)) - expected) / first().sd).max() < 3.5
+
+
+@pytest.mark.long
+def test_it_is_as_sure_as_it_says() -> None:
+    described, seen = robot(), [ring(seed) for seed in range(16)]
+    scores = np.array([left(each, described) / each.sd for each in seen])
+    assert np.abs(scores.mean(axis=0)).max() < 1.0
+    assert (scores.std(axis=0) > 0.3).all()
+    assert (scores.std(axis=0) < 1.6).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("stiffness_error", 0.1, (np.log(1.1), 0.0)),
+        ("joint_damping", 0.3, (0.0, np.log(1.3))),
+        ("time_base_error", 0.02, (2 * np.log(1.02), np.log(1.02))),
+    ],
+)
+def test_effects_move_it_as_hinges_and_clocks_do(name: str, value: float, expected: tuple[float, float]) -> None:
+    effect, plain = catalogue()[name], twin(robot())
+    told = first().of_twin(plain, [effect], np.array([[0.0], [value]]))
+    assert told[0] == pytest.approx(first().of_twin(plain)[0], abs=1e-12)
+    assert told[1] - told[0] == pytest.approx(np.array(expected), abs=0.02)
+
+
+def test_it_tells_of_hinges_masses_and_the_clock_alone() -> None:
+    assert {name for name, effect in catalogue().items() if shows_in_decays(effect)} == {
+        "time_base_error",
+        "stiffness_error",
+        "stiffness_gradient",
+        "stiffness_hardening",
+        "joint_damping",
+        "joint_friction",
+        "bend_offset",
+        "mass_distribution",
+    }
+
+
+def test_the_twins_step_is_taken_off() -> None:
+    finer = replace(first(), timestep_s=first().timestep_s / 4)
+    described = twin(robot())
+    assert finer.of_twin(described)[0] == pytest.approx(first().of_twin(described)[0], abs=3e-3)
+
+
+def test_a_twin_that_does_not_stand_says_nothing() -> None:
+    wild = catalogue()["stiffness_error"]
+    told = first().of_twin(twin(robot(stiffer=3e4)), [wild], np.array([[0.0]]))
+    assert np.isnan(told).all()
