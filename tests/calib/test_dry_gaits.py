@@ -1,4 +1,4 @@
-"""Dry runs as a diagnosis takes them: measured as swims are, beside those that may be fitted."""
+"""Dry runs and free decays as a diagnosis takes them: those that may be fitted; runs measured as swims are."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from calib.pipeline import Options, Pipeline, open_session
 from tests.calib.door import ROOT, edit
 
 WITH_DRY_RUN = ROOT / "datasets" / "withheld" / "small" / "sessions" / "w5dee115d"
+
+WITH_DECAY = WITH_DRY_RUN.with_name("w1efa52ce")
 
 
 @pytest.fixture
@@ -37,3 +39,11 @@ def test_a_dry_run_has_a_gait_whose_head_stands_still(folder: Path) -> None:
 def test_one_that_is_held_out_is_no_evidence(folder: Path) -> None:
     edit(folder / "session.toml", 'commanded_hz = 0.73\nrole = "fit"', 'commanded_hz = 0.73\nrole = "holdout"')
     assert pipeline(folder).recordings.out_of_water.runs == []
+
+
+def test_a_free_decay_is_evidence_but_not_one_that_is_held_out(tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(WITH_DECAY, tmp_path / "pool", ignore=shutil.ignore_patterns("results")))
+    assert [decay.name for decay in pipeline(folder).recordings.out_of_water.decays] == ["decay"]
+    told = 'tracks = "trials/decay.csv.gz"\nrole = '
+    edit(folder / "session.toml", f'{told}"fit"', f'{told}"holdout"')
+    assert not pipeline(folder).recordings.out_of_water.decays

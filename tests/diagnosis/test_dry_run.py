@@ -1,4 +1,4 @@
-"""A dry run is evidence beside the swims: of the robot, and of nothing that water does."""
+"""A dry run and a free decay are evidence beside the swims: of the robot, and of nothing that water does."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from fitting.signatures import Signature, signature_of
 from session import FISHSIM_MARKERS, plain_json
 from swimmer import Twin
 from swimmer.effects import catalogue
+from tests.diagnosis.decays import decay
 from tests.diagnosis.grounds import CAMERA, ROBOT, dry_run, shorter, trials
 
 pytestmark = pytest.mark.long  # a minute
@@ -27,7 +28,9 @@ def found() -> Diagnosis:
     swims, twin = [*trials(), trials()[0].with_role("holdout")], Twin(shorter(), FISHSIM_MARKERS, workers=1)
     effects = {name: catalogue()[name] for name in (*NAMES, "scale_error")}
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
-    return diagnose(swims, twin, CAMERA, effects, discrepancy, Settings("quick"), dry=OutOfWater([dry_run()]))
+    return diagnose(
+        swims, twin, CAMERA, effects, discrepancy, Settings("quick"), dry=OutOfWater([dry_run()], [decay()])
+    )
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +42,7 @@ def signatures(found: Diagnosis) -> dict[str, Signature]:
 def dry_part(ground: Ground, rows: np.ndarray) -> np.ndarray:
     """The gait of the last trial."""
     count = len(ground.trials)
-    gaits = rows[..., : rows.shape[-1] - count]
+    gaits = rows[..., : len(ground.model.measured)]
     return np.asarray(np.split(gaits, count, axis=-1)[-1])
 
 
@@ -65,4 +68,11 @@ def test_the_arm_is_named_from_both(found: Diagnosis) -> None:
 def test_nothing_is_missing_on_a_clamped_head(found: Diagnosis) -> None:
     told = json.loads(json.dumps(plain_json(diagnosis_payload(found))))
     assert told["missing_forces"]["trials"] == ["f0.70", "f1.10"]
-    assert "dry0.90" in told["where"]["by_trial"]
+    assert {"dry0.90", "decay"} < set(told["where"]["by_trial"])
+
+
+def test_what_a_decay_says_of_the_hinges_is_told(found: Diagnosis) -> None:
+    (told,) = diagnosis_payload(found)["free_decays"]
+    assert told["trial"] == "decay"
+    for number in ("stiffness_over_mass", "damping_over_mass"):
+        assert abs(told[number]) < 4 * told[f"{number}_se"] < 0.1

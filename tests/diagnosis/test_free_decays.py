@@ -18,26 +18,18 @@ from diagnosis.pushes import responses
 from diagnosis.rings import rings_of
 from diagnosis.strangers import strangers
 from diagnosis.where import OF_NO_MARKER, locate
-from fitting.free_decay import DecayTrial, measure_decay_trial
 from fitting.signatures import Signature, signature_of
 from session import FISHSIM_MARKERS
 from swimmer.effects import catalogue
 from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.diagnosis.decays import decay
 from tests.diagnosis.grounds import CAMERA, trials
 from tests.fitting.exact_swims import ROBOT, exact_twin
-from tests.fitting.free_decay.decays import Truth, decay_tracks
 
 OFF = 1.05  # times as fast as filmed the motors were told to turn
 CLOCK, RATIO = "time_base_error", "drive_ratio_error"
 TRIED = (CLOCK, RATIO, "stiffness_error", "joint_damping", "background_current")
 TAIL = ROBOT.tail
-
-
-def decay(stiffer: float = 0.0, damped: float = 0.0, slower: float = 1.0) -> DecayTrial:
-    """Of a robot with other hinges, by a camera whose clock is wrong."""
-    stiffness, damping = TAIL.hinge_stiffness_n_m * (1 + stiffer), TAIL.hinge_damping_n_m_s * (1 + damped)
-    tracks = decay_tracks(Truth(stiffness_n_m=stiffness, damping_n_m_s=damping))
-    return measure_decay_trial("decay", replace(tracks, time_s=slower * tracks.time_s), CAMERA, ROBOT)
 
 
 @cache
