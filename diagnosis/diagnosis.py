@@ -96,6 +96,7 @@ class Diagnosis:
         everything: the twin with all effects at once, and its held-out gap; None where there is no gap, or the swims
             call for no more than is named, or with the effort "quick".
         experiments: what to measure next, the most telling first.
+        decays_left_out: names of free decays that do not count, and why.
     """
 
     ground: Ground
@@ -113,6 +114,7 @@ class Diagnosis:
     refutations: tuple[Refutation, ...]
     everything: tuple[Everything, Gap | None] | None
     experiments: tuple[Experiment, ...]
+    decays_left_out: Mapping[str, str]
 
     @property
     def separation(self) -> tuple[tuple[str, ...], np.ndarray]:
@@ -160,7 +162,9 @@ def diagnose(
     held = [trial for trial in trials if trial.role != "fit"]
     camera = with_picture(camera, (*trials, *runs))
     tell("fitting the plain twin", 0.0)
-    ground = Ground.fitted(fitted, twin, camera, discrepancy, runs, rings=rings_of(dry.decays, twin))
+    ground = Ground.fitted(
+        fitted, twin, camera, discrepancy, runs, rings=(rings := rings_of(dry.decays, twin)).believed
+    )
     signatures = []
     for number, effect in enumerate(effects.values()):
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))
@@ -226,6 +230,7 @@ def diagnose(
         refutations,
         together,
         experiments,
+        rings.left_out,
     )
 
 

@@ -7,11 +7,9 @@ import numpy as np
 from diagnosis.affected_swims import Swum
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.everything import Everything
-from diagnosis.ground import Ground
 from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
 from diagnosis.supposition import Supposition
-from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.posterior.gait import places_of_slides
 from swimmer import FluidCoefficients
 
@@ -54,7 +52,7 @@ def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
         | ({} if found.refit is None else {"with_effects": _named_coefficients(found.refit.at)}),
         "stage_alone": dict(where.alone),
         "missing_forces": _forces(found),
-        "free_decays": _decays(found.ground),
+        "free_decays": _decays(found),
         "evidence": _evidence(found),
     }
 
@@ -85,19 +83,20 @@ def _everything(every: Everything, gap: Gap | None) -> dict[str, Any]:
     }
 
 
-def _decays(ground: Ground) -> list[dict[str, Any]]:
-    """Of each that counted: relative to the robot as described, with standard errors of tracking noise."""
-    left = ground.model.rings_left.reshape(-1, RING_NUMBERS)
-    return [
+def _decays(found: Diagnosis) -> list[dict[str, Any]]:
+    """Of each, relative to the robot as described, with standard errors by tracking noise; or why it does not count."""
+    told = [
         {
             "trial": ring.name,
-            "stiffness_over_mass": float(np.expm1(own[0])),
-            "stiffness_over_mass_se": float(ring.sd[0]),
-            "damping_over_mass": float(np.expm1(own[1])),
-            "damping_over_mass_se": float(ring.sd[1]),
+            "stiffness_over_mass": float(np.expm1(ring.left[0])),
+            "stiffness_over_mass_se": float(np.exp(ring.left[0]) * ring.sd[0]),
+            "damping_over_mass": float(np.expm1(ring.left[1])),
+            "damping_over_mass_se": float(np.exp(ring.left[1]) * ring.sd[1]),
+            "not_used": None,
         }
-        for ring, own in zip(ground.model.rings, left, strict=True)
+        for ring in found.ground.model.rings
     ]
+    return [*told, *({"trial": name, "not_used": why} for name, why in found.decays_left_out.items())]
 
 
 def _gap(gap: Gap | None) -> dict[str, Any]:

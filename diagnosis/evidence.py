@@ -71,7 +71,7 @@ class Explanations:
             be; all as likely.
         effects: that may explain it.
         belief: before the row.
-        frequencies: where the whitened row holds frequencies.
+        numbers: where the whitened row holds what is beside the gaits: frequencies, and how free decays ring.
         places: where something else may be: how likely against each other, and (q, b) what it does to the whitened row.
         beside: by which the tracks speak for a motion beside the beat, and for beats that are late (log Bayes
             factors), see `diagnosis.beside_the_beat`.
@@ -81,7 +81,7 @@ class Explanations:
     rows: tuple[Row, ...]
     effects: Sequence[Shown]
     belief: Belief
-    frequencies: slice = field(default_factory=lambda: slice(0, 0))
+    numbers: slice = field(default_factory=lambda: slice(0, 0))
     places: tuple[tuple[float, np.ndarray], ...] = ()
     beside: tuple[float, ...] = (0.0,)
     lacking: Callable[[int], Row] | None = None
@@ -165,10 +165,10 @@ class Explanations:
         return float(np.clip(np.log(_SHOWS / max(least * length, _SILENT)) / -np.log(least), 0.0, 1.0))
 
     def of_gaits(self, effect: int) -> float:
-        """Share of the squared length of what an effect does that is in gaits, not in frequencies."""
+        """Share of the squared length of what an effect does that is in gaits, not in the numbers beside them."""
         moved = self._moved[effect]
-        in_frequencies = float((moved[self.frequencies] ** 2).sum())
-        return 1 - in_frequencies / max(float(moved @ moved), _SILENT)
+        beside = float((moved[self.numbers] ** 2).sum())
+        return 1 - beside / max(float(moved @ moved), _SILENT)
 
     @cached_property
     def _moved(self) -> tuple[np.ndarray, ...]:

@@ -1,8 +1,8 @@
 """What to measure next: experiments that would separate what is still confused, by how much and how surely.
 
 A swim at another speed or a dry run is simulated with either effect, as strong as the session has it, and with the
-noise of the session; a motor's log or a clock in view is one more number a trial. What is told is the two-way error
-Phi(-d / 2) afterwards, with d the whitened distance from the one to the other, refitted.
+noise of the session; a free decay is two numbers more, a motor's log or a clock in view one more a trial. What is told
+is the two-way error Phi(-d / 2) afterwards, with d the whitened distance from the one to the other, refitted.
 """
 
 from collections.abc import Mapping, Sequence
@@ -62,7 +62,7 @@ class Experiment:
         describe: what to do, in a sentence.
         separates: two names.
         expected_error: chance to still take one for the other afterwards; 0.5 is a coin.
-        trial: what would be added to the session; None where that is no trial as sessions hold them.
+        trial: what would be added to the session; None where the benchmark makes none: a clock in view, a free decay.
     """
 
     describe: str
@@ -215,15 +215,16 @@ def _with_a_number_more(
 
 
 def _with_a_decay(ground: Ground, pairs: Sequence[tuple[str, str]], now: _Looks) -> list[Experiment]:
-    """A free decay, where an effect shows in one: air tells hinges and clock from all that water does."""
-    if not any(shows_in_decays(now.signatures[name].effect) for pair in pairs for name in pair):
+    """A free decay, where an effect shows in one: air tells hinges and masses from all that water does."""
+    told = [pair for pair in pairs if any(shows_in_decays(now.signatures[name].effect) for name in pair)]
+    if not told:
         return []
     markers = tuple(ground.trials[0].markers[i] for i in ground.trials[0].tail)
     frame_s = float(np.median(np.diff(ground.trials[0].time_s)))
     with suppress(SimulationDiverged, np.linalg.LinAlgError, ValueError):
-        ring = Ring.to_come("free decay", ground.twin, markers, frame_s)
+        ring = Ring.to_come("free decay", ground.twin.robot, markers, frame_s)
         space, then = ground.with_ring(ring).space, now.with_ring(ring, ground.twin)
-        return [Experiment(_DECAY, pair, _error(then.apart(space, pair))) for pair in pairs]
+        return [Experiment(_DECAY, pair, _error(then.apart(space, pair))) for pair in told]
     return []
 
 

@@ -150,7 +150,8 @@ def _explanations(
         others = [each for number, each in enumerate(effects) if number != effect]
         return Row.of(ground.space, ground.left, ground.generic, others, frequencies)
 
-    return Explanations((wrong, like_any, loose), effects, belief, frequencies, places, lacking=lacking)
+    numbers = slice(gaits, gaits + ground.model.beside)
+    return Explanations((wrong, like_any, loose), effects, belief, numbers, places, lacking=lacking)
 
 
 def _gaits(ground: Ground) -> list[slice]:

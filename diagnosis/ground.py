@@ -173,8 +173,10 @@ class Ground:
     def with_ring(self, ring: Ring) -> "Ground":
         """The same swims and one more free decay."""
         model = SessionModel(self.model.trials, (*self.model.rings, ring))
-        found = replace(self, model=model, alike=None)
-        found.__dict__.update(slopes=np.vstack([self.slopes, np.zeros((len(ring.measured), 5))]))
+        numbers = len(ring.left)
+        alike = None if self.alike is None else np.vstack([self.alike, np.zeros((numbers, self.alike.shape[1]))])
+        found = replace(self, model=model, alike=alike)
+        found.__dict__.update(slopes=np.vstack([self.slopes, np.zeros((numbers, 5))]))
         return found
 
     @property

@@ -72,13 +72,11 @@ class _Pushed(NamedTuple):
     Attributes:
         motions: of each trial.
         responses: to forces.
-        slow_rad_s: (h,) rate of each hinge within which dry friction turns.
         decays: (r, h, 4) what `LAWS` in hinges do to free decays.
     """
 
     motions: tuple[_Motion, ...]
     responses: Responses
-    slow_rad_s: np.ndarray
     decays: np.ndarray
 
     def on(self, joint: int, values: Sequence[np.ndarray]) -> np.ndarray:
@@ -98,7 +96,7 @@ class _Pushed(NamedTuple):
             values = (
                 [motion.hinges[:, number] for motion in self.motions],
                 [motion.rates[:, number] for motion in self.motions],
-                [np.tanh(motion.rates[:, number] / self.slow_rad_s[number]) for motion in self.motions],
+                [_rubbing(motion.rates[:, number]) for motion in self.motions],
                 [motion.rates_faster[:, number] for motion in self.motions],
             )
             for law, (goes_with, told) in enumerate(zip(LAWS, values, strict=True)):
@@ -156,8 +154,8 @@ def laws(ground: Ground, responses: Responses) -> Iterator[Law]:
     With position, speed, its square, or acceleration.
     """
     motions = tuple(_motion(model, ground.at) for model in ground.model.trials)
-    slow_rad_s = np.maximum(_RUBS * np.sqrt(np.mean([np.mean(m.rates**2, axis=0) for m in motions], axis=0)), _STILL)
-    pushed = _Pushed(motions, responses, slow_rad_s, in_decays(ground, slow_rad_s))
+    rates = np.sqrt(np.mean([np.mean(motion.rates**2, axis=0) for motion in motions], axis=0))  # (h,)
+    pushed = _Pushed(motions, responses, in_decays(ground, np.maximum(_RUBS * rates, _STILL)))
     robot = ground.twin.robot
     wet = (*pushed.by_water(robot, ground.trials[0].markers), *pushed.along_tail())
     for of_water, told in ((False, pushed.in_hinges()), (True, wet)):
@@ -199,3 +197,8 @@ def _of_beat(crank: np.ndarray, value: np.ndarray) -> np.ndarray:
 
 def _squared(speed: np.ndarray) -> np.ndarray:
     return np.asarray(speed * np.abs(speed))
+
+
+def _rubbing(rate: np.ndarray) -> np.ndarray:
+    """Dry friction, smooth about rest."""
+    return np.tanh(rate / max(_RUBS * float(np.sqrt(np.mean(rate**2))), _STILL))

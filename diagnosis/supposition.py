@@ -81,7 +81,8 @@ def suppose(
         raise NotEnoughData('no swim of role "fit"; a supposition needs at least one')
     camera = with_picture(camera, (*trials, *runs))
     tell("fitting the plain twin", 0.0)
-    ground = Ground.fitted(fitted, twin, camera, discrepancy, runs, rings=rings_of(dry.decays, twin))
+    rings = rings_of(dry.decays, twin)
+    ground = Ground.fitted(fitted, twin, camera, discrepancy, runs, rings=rings.believed)
     tell("what the supposed effects would do", 0.4)
     signatures = [signature_of(effect, ground.model, camera, ground.at) for effect in effects]
     weighed = explained(ground, signatures, settings.belief)

@@ -1,76 +1,75 @@
-"""A free decay in two numbers that a diagnosis reads: how stiff and how damped its hinges are over what they carry.
+"""A free decay in two numbers that a diagnosis reads: how stiff and how damped its hinges are against the description.
 
 A released tail rings in air, beside no water and no tendons, so it tells of hinges, masses and the clock alone. The
-twin is released in the pose and with the rates that the decay was found to begin with, and read in the same way.
+numbers are those of the fit of the whole decay. What else would change them is seen on a twin with the fitted hinges,
+released in the fitted pose, which swings as the tail did, however far off the description is: they are those of the
+hinges with which the plain twin would swing as that one does.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from fitting.free_decay.damped_sine import fit_damped_sine
 from fitting.free_decay.decay_fit import DecayFit
 from fitting.free_decay.decay_trial import DecayTrial
-from fitting.free_decay.decay_twin import stable_scene
-from swimmer import FREE_DECAY, Runs, Twin
+from fitting.free_decay.decay_twin import DecayTwin, stable_scene
+from swimmer import RobotSpec, Runs, Scene, Twin
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect
 
 NUMBERS = 2
-"""Of a decay: ln of the squared natural frequency, and ln of the rate at which the envelope falls."""
+"""Of a decay: ln of stiffness over mass, and ln of damping over mass."""
+TO_COME_SD = (0.009, 0.011)
+"""Of the numbers of one that could be filmed: the median of 35 decays of the second simulator."""
 _MOVES = frozenset({"robot", "mjcf", "force", "damping", "clock"})  # ways in which an effect can change a decay
-_STEP_S = 0.001
-_LASTS_S, _BENT_RAD, _GUESS_HZ, _GUESS_1_S = 1.5, 0.2, 4.0, 10.0  # of one that could be filmed
-TO_COME_SD = (0.012, 0.011)
-"""Of its numbers: the median of 35 decays of the second simulator."""
 _NO_FLUID = 5  # coefficients, which nothing in air depends on
+_DIFFERENCE, _LONGEST, _ROUNDS, _SETTLED = 0.01, 0.7, 6, 2e-3  # of logarithms: in slopes, of a step, and the last one
+_MOST = 2.0  # that a decay tells: what swings quite otherwise is like no hinges
+_LASTS_S, _BENT_RAD = 1.5, 0.2  # of one that could be filmed
 
 
 @dataclass(frozen=True, eq=False)
 class Ring:
-    """How a released tail rings, beside twins that are released alike.
+    """How a released tail rings.
 
     Attributes:
-        trial: n frames of k tail markers.
+        trial: n frames of k tail markers, with those samples that the fit used.
         start_rad: (2, h) hinge angles (rad) and rates (rad/s) in the first frame.
-        measured: (2,) see `NUMBERS`; the first goes with stiffness over mass, the second with damping over mass.
+        robot: with hinges as fitted, else as described.
+        left: (2,) see `NUMBERS`, as fitted, less those of the description.
         sd: (2,) by tracking noise.
-        timestep_s: of twins that are sure to be stable; what it errs by is taken off (Richardson 1911).
     """
 
     trial: DecayTrial
     start_rad: np.ndarray
-    measured: np.ndarray
+    robot: RobotSpec
+    left: np.ndarray
     sd: np.ndarray
-    timestep_s: float
 
     @classmethod
-    def of(cls, trial: DecayTrial, fit: DecayFit) -> "Ring":
-        """Of a decay and what was fitted to it."""
-        spectrum, over = fit.spectrum, fit.damping_n_m_s / fit.stiffness_n_m
-        hz_sd, rate_sd = spectrum.frequency_se_hz / spectrum.frequency_hz, spectrum.decay_se_1_s / spectrum.decay_1_s
-        measured = np.array([2 * np.log(spectrum.natural_hz), np.log(spectrum.decay_1_s)])
-        step_s = min(stable_scene(over / 2).timestep_s, _STEP_S)
-        return cls(trial, fit.start_rad, measured, np.array([2 * hz_sd, rate_sd]), step_s)
+    def of(cls, trial: DecayTrial, fit: DecayFit, robot: RobotSpec) -> "Ring":
+        """Of a decay, what was fitted to it, and the robot as described."""
+        fitted = fit.applied_to(robot)
+        errors = np.array([fit.stiffness_se_n_m, fit.damping_se_n_m_s]) / _hinges(fitted)
+        used = replace(trial, weight=np.where(np.isfinite(fit.measured_m), trial.weight, 0.0))
+        return cls(used, fit.start_rad, fitted, np.log(_hinges(fitted) / _hinges(robot)), errors)
 
     @classmethod
-    def to_come(cls, name: str, twin: Twin, markers: tuple[str, ...], frame_s: float) -> "Ring":
-        """One that could be filmed of a robot's twin: all its hinges bent alike and let go.
+    def to_come(cls, name: str, robot: RobotSpec, markers: tuple[str, ...], frame_s: float) -> "Ring":
+        """One that could be filmed of a robot as described: all its hinges bent alike and let go.
 
         Args:
             name: of the trial.
-            twin: plain.
+            robot: as described.
             markers: k of the tail's.
             frame_s: between two frames.
         """
         time_s = np.arange(0.0, _LASTS_S, frame_s)
-        still, start = np.zeros((len(time_s), len(markers), 2)), np.zeros((2, len(twin.robot.hinges)))
+        still, start = np.zeros((len(time_s), len(markers), 2)), np.zeros((2, len(robot.hinges)))
         start[0] = _BENT_RAD
         trial = DecayTrial(name, markers, time_s, still, np.ones(still.shape[:2]), 0, 0.0, 1.0)
-        tail = twin.robot.tail
-        step_s = min(stable_scene(tail.hinge_damping_n_m_s / tail.hinge_stiffness_n_m / 2).timestep_s, _STEP_S)
-        guess = cls(trial, start, np.log([_GUESS_HZ**2, _GUESS_1_S]), np.array(TO_COME_SD), step_s)
-        return replace(guess, measured=guess.of_twin(twin)[0])
+        return cls(trial, start, robot, np.zeros(NUMBERS), np.array(TO_COME_SD))
 
     @property
     def name(self) -> str:
@@ -78,35 +77,70 @@ class Ring:
         return self.trial.name
 
     def of_twin(self, twin: Twin, effects: Sequence[Effect] = (), values: np.ndarray | None = None) -> np.ndarray:
-        """(s, 2) of twins with effects at values (s, p), one that has none by default; nan where one diverged.
+        """(s, 2) of twins with effects at values (s, p), one that has none by default, less those of the fitted twin.
+
+        Their hinges are as much stiffer and more damped than they are described as the robot's were fitted to be. It
+        is nan where a twin diverged.
 
         Args:
-            twin: any of the robot's, which tells the markers.
+            twin: any of the robot's, which tells the markers; it may have other masses.
             effects: with the parameters that its markers give them.
             values: of all of them.
         """
         values = np.zeros((1, sum(len(effect.parameters) for effect in effects))) if values is None else values
-        scenes = [replace(FREE_DECAY, timestep_s=step_s) for step_s in (self.timestep_s, self.timestep_s / 2)]
-        plain = [Twin(twin.robot, twin.markers, scene, twin.workers) for scene in scenes]
-        coarse, fine = (self._read(_Released(each, effects, self.start_rad), values) for each in plain)
-        return 2 * fine - coarse
+        robot = _with_hinges(twin.robot, _hinges(twin.robot) * np.exp(self.left))
+        scenes = [replace(self._scene, timestep_s=self._scene.timestep_s / share) for share in (1, 2)]
+        coarse, fine = (
+            self._swings(_Released(Twin(robot, twin.markers, scene, twin.workers), effects, self.start_rad), values)
+            for scene in scenes
+        )
+        return self._matched(2 * fine - coarse)
 
-    def _read(self, released: "_Released", values: np.ndarray) -> np.ndarray:
+    def _swings(self, released: "_Released", values: np.ndarray) -> np.ndarray:
+        """(s, n, k) across the body, m."""
         count, own = len(values), [released.markers.index(name) for name in self.trial.markers]
         runs = AffectedRuns(np.zeros((count, _NO_FLUID)), np.zeros(count), np.zeros(count), values=values)
-        told = released.simulate(runs, self.trial.time_s, allow_divergence=True)
-        return np.array([self._ringing(lateral) for lateral in told.marker_m[:, :, own, 1]]).reshape(-1, NUMBERS)
+        return released.simulate(runs, self.trial.time_s, allow_divergence=True).marker_m[:, :, own, 1]
 
-    def _ringing(self, lateral_m: np.ndarray) -> np.ndarray:
-        """(2,) of motions (n, k), seen in the frames in which the markers were."""
-        if not np.isfinite(lateral_m).all():
-            return np.full(NUMBERS, np.nan)
-        natural_hz, rate = float(np.exp(self.measured[0] / 2)), float(np.exp(self.measured[1]))
-        guess_hz = float(np.sqrt(max(natural_hz**2 - (rate / (2 * np.pi)) ** 2, (0.1 * natural_hz) ** 2)))
-        ring = fit_damped_sine(self.trial.time_s, lateral_m, (self.trial.weight > 0).astype(float), (guess_hz, rate))
-        if ring.decay_1_s <= 0:
-            return np.full(NUMBERS, np.nan)
-        return np.array([2 * np.log(ring.natural_hz), np.log(ring.decay_1_s)])
+    def _matched(self, lateral_m: np.ndarray) -> np.ndarray:
+        """(s, 2) numbers of the plain twins that come nearest to motions (s, n, k), by steps of Gauss and Newton.
+
+        However wide they swing.
+        """
+        told, seen = np.zeros((len(lateral_m), NUMBERS)), self._seen(lateral_m)
+        slopes = _DIFFERENCE * np.vstack([np.zeros(NUMBERS), np.eye(NUMBERS)])
+        for _ in range(_ROUNDS):
+            moved = self._seen(self._moved((told[:, None] + slopes).reshape(-1, NUMBERS)))
+            plain, *others = np.moveaxis(moved.reshape(len(told), 1 + NUMBERS, -1), 1, 0)
+            columns = np.stack([*((each - plain) / _DIFFERENCE for each in others), plain], axis=-1)  # (s, i, 3)
+            turned = np.swapaxes(columns, 1, 2)
+            step = np.linalg.solve(turned @ columns, turned @ (seen - plain)[..., None])[:, :NUMBERS, 0]
+            told = np.clip(told + np.clip(step, -_LONGEST, _LONGEST), -_MOST, _MOST)
+            if not (np.abs(step) > _SETTLED).any():
+                break
+        return np.where(np.isfinite(lateral_m).all(axis=(1, 2))[:, None], told, np.nan)
+
+    def _moved(self, numbers: np.ndarray) -> np.ndarray:
+        """(s, n, k) across the body, m, of plain twins whose hinges are off the fitted ones by (s, 2)."""
+        stiffness, damping = (_hinges(self.robot) * np.exp(numbers)).T
+        start = np.tile(self.start_rad, (len(numbers), 1, 1))
+        return self._plain(stiffness, damping, start, self.trial.time_s)[..., 1]
+
+    def _seen(self, lateral_m: np.ndarray) -> np.ndarray:
+        """(s, i) samples that count, less the mean of each marker, for nobody knows where it rests."""
+        weight = (self.trial.weight > 0).astype(float)
+        mean = (lateral_m * weight).sum(axis=1) / np.maximum(weight.sum(axis=0), 1.0)
+        return np.nan_to_num((lateral_m - mean[:, None])[:, weight > 0])
+
+    @property
+    def _scene(self) -> Scene:
+        """Whose step is stable with half the damping too."""
+        stiffness, damping = _hinges(self.robot)
+        return stable_scene(damping / stiffness / 2)
+
+    @cached_property
+    def _plain(self) -> DecayTwin:
+        return DecayTwin(self.robot, self.trial.markers, self._scene, workers=1)
 
 
 def shows_in_decays(effect: Effect) -> bool:
@@ -115,7 +149,7 @@ def shows_in_decays(effect: Effect) -> bool:
 
 
 def ring_changes(ring: Ring, twin: Twin, effects: Sequence[Effect], values: np.ndarray) -> np.ndarray:
-    """(s, 2) by how much effects at values (s, p) change a decay; nan where the twin diverged.
+    """(s, 2) by how much effects at values (s, p) change a decay; nan where a twin diverged.
 
     Only those that can show in one act.
     """
@@ -128,7 +162,7 @@ def ring_changes(ring: Ring, twin: Twin, effects: Sequence[Effect], values: np.n
 
 
 class _Released(AffectedTwin):
-    """A twin that is let go in air: each simulation begins in the same pose, with the same rates (2, h)."""
+    """A twin that is let go in air: each simulation begins as far from where it rests, with the same rates (2, h)."""
 
     def __init__(self, twin: Twin, effects: Sequence[Effect], start_rad: np.ndarray) -> None:
         super().__init__(twin, effects)
@@ -137,5 +171,19 @@ class _Released(AffectedTwin):
     def start(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
         """(n, q) positions and (n, v) velocities of the joints at time 0."""
         position, velocity = super().start(runs)
-        position[:, self._hinges], velocity[:, self._hinges] = self._start_rad
+        models = self._models(np.column_stack([runs.coefficients, self._values(runs)]))
+        rests = np.array([model.qpos_spring[self._hinges] for model in models])
+        position[:, self._hinges] = self._start_rad[0] + rests - self.model.qpos_spring[self._hinges]
+        velocity[:, self._hinges] = self._start_rad[1]
         return position, velocity
+
+
+def _hinges(robot: RobotSpec) -> np.ndarray:
+    """(2,) stiffness (N m/rad) and damping (N m s/rad)."""
+    return np.array([robot.tail.hinge_stiffness_n_m, robot.tail.hinge_damping_n_m_s])
+
+
+def _with_hinges(robot: RobotSpec, hinges: np.ndarray) -> RobotSpec:
+    stiffness, damping = map(float, hinges)
+    told = {"hinge_stiffness_n_m": stiffness, "hinge_damping_n_m_s": damping}
+    return robot.model_copy(update={"tail": robot.tail.model_copy(update=told)})

@@ -117,7 +117,7 @@ class SessionModel:
 
     @property
     def beside(self) -> int:
-        """How many numbers a diagnosis reads beside the gaits: frequencies, and then `Ring.measured` of each decay."""
+        """How many numbers a diagnosis reads beside the gaits: frequencies, and then `Ring.left` of each decay."""
         return self.frequencies + self.of_rings
 
     @property
@@ -133,9 +133,8 @@ class SessionModel:
 
     @cached_property
     def rings_left(self) -> np.ndarray:
-        """(r,) measured of the decays, less what the plain twin says: no coefficient matters in air."""
-        twin = self.trials[0].twin
-        return np.concatenate([np.zeros(0), *(ring.measured - ring.of_twin(twin)[0] for ring in self.rings)])
+        """(r,) of the decays, as fitted less as described: no coefficient matters in air."""
+        return np.concatenate([np.zeros(0), *(ring.left for ring in self.rings)])
 
     @cached_property
     def rings_doubted(self) -> np.ndarray:

@@ -24,6 +24,9 @@ from tests.diagnosis.rows import DIRECTIONS, K, catalogue
 ERROR = 2.0  # of the twin in a session like most, beside noise of one
 
 
+NO_NUMBERS = SimpleNamespace(frequencies=0, of_rings=0, beside=0, measured=())
+
+
 @dataclass(frozen=True, eq=False)
 class Row:
     """A ground without a simulation."""
@@ -33,7 +36,7 @@ class Row:
     error: float = 1.0
     alike: np.ndarray = field(default_factory=lambda: np.zeros((1, 0)))
     generic: np.ndarray = field(default_factory=lambda: np.eye(K))
-    model: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(frequencies=0, of_rings=0, measured=()))
+    model: SimpleNamespace = field(default_factory=lambda: NO_NUMBERS)
 
     def with_error(self, error: float, alike: np.ndarray) -> Row:
         return replace(self, error=error, alike=alike)

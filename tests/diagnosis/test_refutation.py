@@ -33,7 +33,7 @@ def weighed() -> Explanations:
     """Of two effects; the second changes but the last number of the row, which holds a frequency."""
     made = [signature("slack", DIRECTIONS[0]), signature("gear", np.eye(K)[K - 1])]
     found = explanations(9 * DIRECTIONS[0] + 9 * np.eye(K)[K - 1], made)
-    return replace(found, frequencies=slice(K - 1, K))
+    return replace(found, numbers=slice(K - 1, K))
 
 
 @pytest.mark.parametrize(

@@ -31,33 +31,42 @@ def twin(described: RobotSpec) -> Twin:
     return Twin(described, MARKERS, workers=1)
 
 
-def ring(seed: int = 0, tracks: Tracks | None = None) -> Ring:
+def ring(described: RobotSpec, seed: int = 0, tracks: Tracks | None = None) -> Ring:
     trial = measure_decay_trial("decay", tracks or decay_tracks(TRUTH, seed), CAMERA, ROBOT)
-    return Ring.of(trial, fit_decay(trial, robot(), workers=1))
+    return Ring.of(trial, fit_decay(trial, described, workers=1), described)
 
 
 @cache
 def first() -> Ring:
-    return ring()
+    return ring(robot())
 
 
-def left(seen: Ring, described: RobotSpec) -> np.ndarray:
-    return np.asarray(seen.measured - seen.of_twin(twin(described))[0])
-
-
-@pytest.mark.parametrize(("stiffer", "damped"), [(0.0, 0.0), (-0.1, 0.0), (0.0, -0.2), (0.2, 0.4)])
+@pytest.mark.parametrize(("stiffer", "damped"), [(0.0, 0.0), (-0.1, 0.0), (0.2, 0.4), (0.0, 2.0), (-0.8, 9.0)])
 def test_it_leaves_by_how_much_the_hinges_are_not_as_described(stiffer: float, damped: float) -> None:
-    expected = -np.log1p([stiffer, damped])
-    assert np.abs((left(first(), robot(stiffer, damped)) - expected) / first().sd).max() < 3.5
+    """However far off they are: a tail that is described as creeping may ring."""
+    seen = ring(robot(stiffer, damped))
+    assert np.abs((seen.left + np.log1p([stiffer, damped])) / seen.sd).max() < 3.5
+    told = seen.of_twin(twin(robot(stiffer, damped)), [catalogue()["joint_damping"]], np.array([[0.0], [0.5]]))
+    assert told == pytest.approx(np.array([[0.0, 0.0], [0.0, np.log(1.5)]]), abs=0.03)
 
 
 @pytest.mark.long
 def test_it_is_as_sure_as_it_says() -> None:
-    described, seen = robot(), [ring(seed) for seed in range(16)]
-    scores = np.array([left(each, described) / each.sd for each in seen])
+    seen = [ring(robot(), seed) for seed in range(16)]
+    scores = np.array([each.left / each.sd for each in seen])
     assert np.abs(scores.mean(axis=0)).max() < 1.0
     assert (scores.std(axis=0) > 0.3).all()
     assert (scores.std(axis=0) < 1.6).all()
+
+
+def test_a_sample_that_no_tracking_error_explains_moves_it_no_more_than_the_fit() -> None:
+    tracks = decay_tracks(TRUTH)
+    position = np.array(tracks.position_px)
+    position[45, MARKERS.index("tail_3")] += 66.0
+    seen = ring(robot(), tracks=replace(tracks, position_px=position))
+    assert np.abs(seen.left / seen.sd).max() < 3.5
+    assert (seen.sd < 1.5 * first().sd).all()
+    assert (seen.trial.weight == 0).sum() > (first().trial.weight == 0).sum()
 
 
 @pytest.mark.parametrize(
@@ -66,13 +75,14 @@ def test_it_is_as_sure_as_it_says() -> None:
         ("stiffness_error", 0.1, (np.log(1.1), 0.0)),
         ("joint_damping", 0.3, (0.0, np.log(1.3))),
         ("time_base_error", 0.02, (2 * np.log(1.02), np.log(1.02))),
+        ("bend_offset", 0.03, (0.0, 0.0)),
     ],
 )
 def test_effects_move_it_as_hinges_and_clocks_do(name: str, value: float, expected: tuple[float, float]) -> None:
     effect, plain = catalogue()[name], twin(robot())
     told = first().of_twin(plain, [effect], np.array([[0.0], [value]]))
-    assert told[0] == pytest.approx(first().of_twin(plain)[0], abs=1e-12)
-    assert told[1] - told[0] == pytest.approx(np.array(expected), abs=0.02)
+    assert told[0] == pytest.approx(np.zeros(2), abs=1e-4)
+    assert told[1] - told[0] == pytest.approx(np.array(expected), abs=0.03)
 
 
 def test_it_tells_of_hinges_masses_and_the_clock_alone() -> None:
@@ -88,13 +98,6 @@ def test_it_tells_of_hinges_masses_and_the_clock_alone() -> None:
     }
 
 
-def test_the_twins_step_is_taken_off() -> None:
-    finer = replace(first(), timestep_s=first().timestep_s / 4)
-    described = twin(robot())
-    assert finer.of_twin(described)[0] == pytest.approx(first().of_twin(described)[0], abs=3e-3)
-
-
 def test_a_twin_that_does_not_stand_says_nothing() -> None:
-    wild = catalogue()["stiffness_error"]
-    told = first().of_twin(twin(robot(stiffer=3e4)), [wild], np.array([[0.0]]))
+    told = first().of_twin(twin(robot(stiffer=3e4)))
     assert np.isnan(told).all()
