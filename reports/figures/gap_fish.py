@@ -115,14 +115,14 @@ def _name_stages(axes: Axes, robot: RobotSpec, stages: Mapping[str, float], ends
 
 
 def _draw_discs(axes: Axes, robot: RobotSpec, markers: tuple[str, ...], shares: Mapping[str, float]) -> None:
-    """A disc a marker; course, speed and frequency, which no marker has to itself, in front of the nose."""
+    """A disc a marker; what no marker has to itself before the nose, or, of free decays, below the tail."""
     nose = robot.markers["nose"].position_m[0] * MM
     places = {
         name: (x * MM, y * MM) for name, (x, y, _) in zip(markers, robot.marker_positions_m(markers), strict=True)
     }
     places |= {"course": (nose - 164, 0.0), "speed": (nose - 118, 0.0), "frequency": (nose - 72, 0.0)}
     if "ringing" in shares:  # of free decays
-        places["ringing"] = (nose - 210, 0.0)
+        places["ringing"] = (nose + robot.length_m * MM - 8, -74.0)
     arrow = {"arrowstyle": "-|>", "color": MUTED, "linewidth": 1.0}
     axes.annotate("", (nose - 208, 0), (nose - 30, 0), arrowprops=arrow, zorder=1)
     last = -np.inf
