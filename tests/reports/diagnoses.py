@@ -60,6 +60,17 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
         if verdict == "inseparable"
         else [],
         "missing_forces": made_forces(),
+        "free_decays": [
+            {
+                "trial": "let go",
+                "stiffness_over_mass": -0.0214,
+                "stiffness_over_mass_se": 0.0088,
+                "damping_over_mass": 0.104,
+                "damping_over_mass_se": 0.011,
+                "not_used": None,
+            },
+            {"trial": "let go again", "not_used": "the head moves"},
+        ],
         "evidence": {
             "squares": 512.0,
             "numbers": 256,
