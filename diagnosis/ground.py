@@ -66,6 +66,8 @@ class Ground:
     ) -> "Ground":
         """Of the swims that the coefficients are fitted to; the likeliest of what several starts lead to.
 
+        Where one leads to a twin that leaves no more than noise, no other is tried.
+
         Args:
             trials: the swims.
             twin: plain, in water.
@@ -83,6 +85,8 @@ class Ground:
         model = SessionModel((*model.trials, *clamped), tuple(rings))
         best: Ground | None = None
         for start in starts:
+            if best is not None and best.is_noise:
+                break
             found = cls._from(model, camera, np.array(start, float), discrepancy, best)
             if best is None or found is None:
                 best = best or found
@@ -245,6 +249,12 @@ class Ground:
     def space(self) -> Whitened:
         """In which all that disturbs the row has unit size and coefficients are free."""
         return Whitened.of(self.covariance, self.slopes, PRIOR_SD)
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether what is left is no longer than all that disturbs it would make it."""
+        white = self.space.freed(self.left)
+        return bool(white @ white <= len(self.left))
 
     @property
     def misfit(self) -> float:

@@ -16,9 +16,9 @@ CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)
 ARM = 0.03  # by which the arm of the robot that swims is longer than that of the twin
 
 
-def shorter() -> RobotSpec:
+def shorter(by: float = ARM) -> RobotSpec:
     """The robot as it is described to the diagnosis."""
-    crank = ROBOT.crank.model_copy(update={"arm_m": ROBOT.crank.arm_m / (1 + ARM)})
+    crank = ROBOT.crank.model_copy(update={"arm_m": ROBOT.crank.arm_m / (1 + by)})
     return ROBOT.model_copy(update={"crank": crank})
 
 
