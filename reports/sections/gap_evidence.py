@@ -25,7 +25,7 @@ DECAY = (
     Column("free decay", numeric=False),
     Column("stiffness over mass", "%"),
     Column("damping over mass", "%"),
-    Column("counts", numeric=False),
+    Column("used", numeric=False),
 )
 _PLACES = 5  # that are shown, the likeliest
 _LEAST_BESIDE = 0.01  # probability
@@ -127,7 +127,7 @@ def _decays(decays: Sequence[Mapping[str, Any]]) -> Table:
             else MISSING
             for name in ("stiffness_over_mass", "damping_over_mass")
         ]
-        rows.append((told["trial"], *off, told["not_used"] or "yes"))
+        rows.append((told["trial"], *off, f"no: {told['not_used']}" if told["not_used"] else "yes"))
     caption = (
         "What free decays say of the hinges, against the robot as described: in air, beside no water and no tendons. "
         "The errors are those of tracking; a robot counts as described within 3 % in stiffness and 5 % in damping."
