@@ -158,13 +158,11 @@ def diagnose(
     """
     settings = settings or Settings()
     trials, runs = ([trial.without_log for trial in each] for each in (trials, dry.runs))
-    fitted = [trial for trial in trials if trial.role == "fit"]
-    held = [trial for trial in trials if trial.role != "fit"]
+    fitted, held = ([trial for trial in trials if (trial.role == "fit") == own] for own in (True, False))
     camera = with_picture(camera, (*trials, *runs))
     tell("fitting the plain twin", 0.0)
-    ground = Ground.fitted(
-        fitted, twin, camera, discrepancy, runs, rings=(rings := rings_of(dry.decays, twin)).believed
-    )
+    rings = rings_of(dry.decays, twin)
+    ground = Ground.fitted(fitted, twin, camera, discrepancy, runs, rings=rings.believed)
     signatures = []
     for number, effect in enumerate(effects.values()):
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))

@@ -124,15 +124,12 @@ class Discrepancy:
         own = np.eye(len(hertz))[:, :, None] * (1 - everywhere - beside)
         return everywhere + nearness(hertz)[:, :, None] * beside + own
 
-    def alike(self, signatures: Iterable[Signature], far_more: str = "", rings: int = 0) -> np.ndarray:
+    def alike(self, signatures: Iterable[Signature], far_more: str = "") -> np.ndarray:
         """(k, c) columns of unit strength: what one standard deviation of each parameter of these effects does.
-
-        To swims: it is how the twin moves in water that is like these, and no hinge is another for it.
 
         Args:
             signatures: of the effects.
             far_more: one of `FAR_MORE`, of which it is that much more than usual; of none where it is empty.
-            rings: numbers of free decays at the end of the rows.
         """
         columns = []
         for signature in signatures:
@@ -141,9 +138,7 @@ class Discrepancy:
                 strength = more * usual
                 slope = little(signature, number)
                 if slope is not None and strength > 0:
-                    alike = strength * signature.effect.parameters[number].sd * slope
-                    alike[len(alike) - rings :] = 0.0
-                    columns.append(alike)
+                    columns.append(strength * signature.effect.parameters[number].sd * slope)
         return np.column_stack(columns) if columns else np.zeros((1, 0))
 
 

@@ -71,7 +71,7 @@ def explained(
     known = ground.discrepancy
 
     def weighed(scale: float, far_more: str = "") -> _Weighed:
-        here = ground.with_error(scale, known.alike(signatures, far_more, ground.model.of_rings))
+        here = ground.with_error(scale, known.alike(signatures, far_more))
         found = replace(_explanations(here, signatures, belief, elsewhere), beside=beside)
         return _Weighed(here, found, _simple(found))
 

@@ -43,7 +43,7 @@ class Shrinkage:
 
 
 def of_gaits(ground: Ground, left: np.ndarray) -> np.ndarray:
-    """(k - f,) of unit noise, without the frequencies, which are a datum of their own."""
+    """(k - b,) of unit noise, without the numbers beside the gaits, which are data of their own."""
     count = len(ground.model.measured)
     return np.asarray(solve_triangular(ground.space.root[:count, :count], left[:count], lower=True))
 

@@ -2,7 +2,7 @@
 
 Displacements of a marker are alike to those of its neighbours along the body, less so the further they are, and the
 higher a harmonic is the smaller they are; each trial has its own. How far frequencies are from their commands has a
-size of its own: a clock that is wrong says nothing of how the fish swims.
+size of its own, and so have free decays: a clock that is wrong says nothing of how the fish swims.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a session shows beside the nearest plain twin: a row of gaits and frequencies, and all that disturbs it."""
+"""What a session shows beside the nearest plain twin: gaits and numbers in one row, and all that disturbs it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -114,7 +114,7 @@ class Ground:
                     disturbances = look(at)
                     off = _places_off(model, at, disturbances)
                     covariance = row_covariance(model, disturbances.of(off) + error, disturbances.robot)
-                    gap = _gap(model, covariance, generic).covariance(left_row(model, at))
+                    gap = _gap_beside(model, covariance, generic).covariance(left_row(model, at))
                     at = nearest(model, at, covariance + gap)
             else:
                 disturbances = known.disturbances
@@ -144,7 +144,7 @@ class Ground:
 
     @cached_property
     def _gap(self) -> GenericGap:
-        return _gap(self.model, self.covariance, self.generic)
+        return _gap_beside(self.model, self.covariance, self.generic)
 
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
         """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
@@ -152,8 +152,13 @@ class Ground:
         return replace(self, model=model, disturbances=model.disturbances(self.at), alike=None)
 
     def with_error(self, error: float, alike: np.ndarray) -> "Ground":
-        """The same with what the twin leaves of it where nothing is wrong, see `error` and `alike`."""
-        found = replace(self, error=error, alike=alike)
+        """The same with what the twin leaves of it where nothing is wrong, see `error` and `alike`.
+
+        Of free decays nothing: it is how the twin moves in water that is like some effects, and no hinge is another.
+        """
+        of_swims = np.array(alike)
+        of_swims[self.model.places_of_rings] = 0.0
+        found = replace(self, error=error, alike=of_swims)
         known = {"left": self.left, "slopes": self.slopes, "generic": self.generic, "_of_twin": self._of_twin}
         found.__dict__.update(known)  # as they were, and not cheap
         return found
@@ -270,7 +275,7 @@ def _generic(model: SessionModel) -> np.ndarray:
     return generic_covariance(along_m, len(model.trials), model.frequencies, model.of_rings)
 
 
-def _gap(model: SessionModel, known: np.ndarray, generic: np.ndarray) -> GenericGap:
+def _gap_beside(model: SessionModel, known: np.ndarray, generic: np.ndarray) -> GenericGap:
     return GenericGap(known, generic, model.frequencies, model.of_rings)
 
 

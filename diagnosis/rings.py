@@ -19,8 +19,8 @@ class Rings(NamedTuple):
         left_out: by name, why others do not count.
     """
 
-    believed: tuple[Ring, ...] = ()
-    left_out: Mapping[str, str] = {}
+    believed: tuple[Ring, ...]
+    left_out: Mapping[str, str]
 
 
 def rings_of(decays: Sequence[DecayTrial], twin: Twin) -> Rings:

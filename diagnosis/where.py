@@ -286,11 +286,10 @@ def _split(ground: Ground, left: np.ndarray) -> dict[str, dict[str, float]]:
     slides = gaits[:, places_of_slides(gaits.shape[1])].sum(axis=0)  # (s,)
     bands = {"mean": beats[..., 0].sum(), "drift": slides.sum()}
     bands |= {f"harmonic_{h}": beats[..., 2 * h - 1 : 2 * h + 1].sum() for h in range(1, HARMONICS + 1)}
-    alone = dict(zip(OF_NO_MARKER, (float(part.sum()) for part in (speed, course, hertz, ringing)), strict=True))
     rings = zip(ground.model.rings, ringing.reshape(-1, RING_NUMBERS), strict=True)
     of_decay = {ring.name: float(part.sum()) for ring, part in rings}
-    if not of_decay:
-        del alone[OF_NO_MARKER[-1]]
+    no_markers = (speed, course, hertz, *([ringing] if of_decay else ()))
+    alone = {name: float(part.sum()) for name, part in zip(OF_NO_MARKER, no_markers, strict=False)}
     return {
         "by_trial": {t.name: float(g.sum() + f) for t, g, f in zip(trials, gaits, of_trial, strict=True)} | of_decay,
         "by_marker": {name: float(beats[:, i].sum() + slides[i : i + 1].sum()) for i, name in enumerate(markers)}

@@ -18,6 +18,7 @@ from fitting.free_decay.damped_sine import fit_damped_sine
 from fitting.free_decay.decay_flags import Match, decay_flags, rejected_flags
 from fitting.free_decay.decay_trial import DecayTrial
 from fitting.free_decay.decay_twin import DecayTwin, stable_scene
+from fitting.free_decay.hinges import with_hinges
 from fitting.free_decay.lasting_noise import LastingNoise, Linearised, Regression, descend, regress, whitened
 from fitting.free_decay.spectrum import DecaySpectrum, measure_decay
 from fitting.free_decay.start_pose import start_pose
@@ -94,8 +95,7 @@ class DecayFit:
 
     def applied_to(self, robot: RobotSpec) -> RobotSpec:
         """The robot with these hinges."""
-        hinges = {"hinge_stiffness_n_m": self.stiffness_n_m, "hinge_damping_n_m_s": self.damping_n_m_s}
-        return robot.model_copy(update={"tail": robot.tail.model_copy(update=hinges)})
+        return with_hinges(robot, self.stiffness_n_m, self.damping_n_m_s)
 
 
 def fit_decay(trial: DecayTrial, robot: RobotSpec, spectrum: DecaySpectrum | None = None, workers: int = 0) -> DecayFit:

@@ -15,6 +15,7 @@ import numpy as np
 from fitting.free_decay.decay_fit import DecayFit
 from fitting.free_decay.decay_trial import DecayTrial
 from fitting.free_decay.decay_twin import DecayTwin, stable_scene
+from fitting.free_decay.hinges import hinges_of, with_hinges
 from swimmer import RobotSpec, Runs, Scene, Twin
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect
 
@@ -51,9 +52,9 @@ class Ring:
     def of(cls, trial: DecayTrial, fit: DecayFit, robot: RobotSpec) -> "Ring":
         """Of a decay, what was fitted to it, and the robot as described."""
         fitted = fit.applied_to(robot)
-        errors = np.array([fit.stiffness_se_n_m, fit.damping_se_n_m_s]) / _hinges(fitted)
+        errors = np.array([fit.stiffness_se_n_m, fit.damping_se_n_m_s]) / hinges_of(fitted)
         used = replace(trial, weight=np.where(np.isfinite(fit.measured_m), trial.weight, 0.0))
-        return cls(used, fit.start_rad, fitted, np.log(_hinges(fitted) / _hinges(robot)), errors)
+        return cls(used, fit.start_rad, fitted, np.log(hinges_of(fitted) / hinges_of(robot)), errors)
 
     @classmethod
     def to_come(cls, name: str, robot: RobotSpec, markers: tuple[str, ...], frame_s: float) -> "Ring":
@@ -88,7 +89,7 @@ class Ring:
             values: of all of them.
         """
         values = np.zeros((1, sum(len(effect.parameters) for effect in effects))) if values is None else values
-        robot = _with_hinges(twin.robot, _hinges(twin.robot) * np.exp(self.left))
+        robot = with_hinges(twin.robot, *hinges_of(twin.robot) * np.exp(self.left))
         scenes = [replace(self._scene, timestep_s=self._scene.timestep_s / share) for share in (1, 2)]
         coarse, fine = (
             self._swings(_Released(Twin(robot, twin.markers, scene, twin.workers), effects, self.start_rad), values)
@@ -105,7 +106,7 @@ class Ring:
     def _matched(self, lateral_m: np.ndarray) -> np.ndarray:
         """(s, 2) numbers of the plain twins that come nearest to motions (s, n, k), by steps of Gauss and Newton.
 
-        However wide they swing.
+        However wide they swing. Of what swings like no hinges it is where the last of the steps led.
         """
         told, seen = np.zeros((len(lateral_m), NUMBERS)), self._seen(lateral_m)
         slopes = _DIFFERENCE * np.vstack([np.zeros(NUMBERS), np.eye(NUMBERS)])
@@ -114,7 +115,7 @@ class Ring:
             plain, *others = np.moveaxis(moved.reshape(len(told), 1 + NUMBERS, -1), 1, 0)
             columns = np.stack([*((each - plain) / _DIFFERENCE for each in others), plain], axis=-1)  # (s, i, 3)
             turned = np.swapaxes(columns, 1, 2)
-            step = np.linalg.solve(turned @ columns, turned @ (seen - plain)[..., None])[:, :NUMBERS, 0]
+            step = (np.linalg.pinv(turned @ columns) @ turned @ (seen - plain)[..., None])[:, :NUMBERS, 0]
             told = np.clip(told + np.clip(step, -_LONGEST, _LONGEST), -_MOST, _MOST)
             if not (np.abs(step) > _SETTLED).any():
                 break
@@ -122,7 +123,7 @@ class Ring:
 
     def _moved(self, numbers: np.ndarray) -> np.ndarray:
         """(s, n, k) across the body, m, of plain twins whose hinges are off the fitted ones by (s, 2)."""
-        stiffness, damping = (_hinges(self.robot) * np.exp(numbers)).T
+        stiffness, damping = (hinges_of(self.robot) * np.exp(numbers)).T
         start = np.tile(self.start_rad, (len(numbers), 1, 1))
         return self._plain(stiffness, damping, start, self.trial.time_s)[..., 1]
 
@@ -135,7 +136,7 @@ class Ring:
     @property
     def _scene(self) -> Scene:
         """Whose step is stable with half the damping too."""
-        stiffness, damping = _hinges(self.robot)
+        stiffness, damping = hinges_of(self.robot)
         return stable_scene(damping / stiffness / 2)
 
     @cached_property
@@ -176,14 +177,3 @@ class _Released(AffectedTwin):
         position[:, self._hinges] = self._start_rad[0] + rests - self.model.qpos_spring[self._hinges]
         velocity[:, self._hinges] = self._start_rad[1]
         return position, velocity
-
-
-def _hinges(robot: RobotSpec) -> np.ndarray:
-    """(2,) stiffness (N m/rad) and damping (N m s/rad)."""
-    return np.array([robot.tail.hinge_stiffness_n_m, robot.tail.hinge_damping_n_m_s])
-
-
-def _with_hinges(robot: RobotSpec, hinges: np.ndarray) -> RobotSpec:
-    stiffness, damping = map(float, hinges)
-    told = {"hinge_stiffness_n_m": stiffness, "hinge_damping_n_m_s": damping}
-    return robot.model_copy(update={"tail": robot.tail.model_copy(update=told)})
