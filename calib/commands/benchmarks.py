@@ -108,7 +108,11 @@ def effects(
         ),
     ] = "make",
     suite: Annotated[
-        str, typer.Option(help="small: 24 sessions; large: 700; large:2/10: its second tenth, which others may join")
+        str,
+        typer.Option(
+            help="small: 24 sessions; large: 700; many: 24, most with five small effects; "
+            "large:2/10: the second tenth of the large one, which others may join"
+        ),
     ] = "small",
     seed: Annotated[int, typer.Option(min=0, help="of the suite")] = 0,
     program: Annotated[

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from session import FaultCollector, plain_json, write_whole
 
-Kind = Literal["null", "single", "double", "outside"]
+Kind = Literal["null", "single", "double", "many", "outside"]
 _PER_LINE = 120
 _BLOCK = 1024  # bytes that every sealed file is filled up to: how long an answer is would tell how much there is to say
 
@@ -22,12 +22,12 @@ class Answer:
 
     Attributes:
         session: its name.
-        kind: no effect, one or two of the catalogue, or one that the catalogue does not hold.
+        kind: no effect, one, two or many of the catalogue, or one that the catalogue does not hold.
         effects: names of the catalogue that are present.
         outside: name of what is present and not in the catalogue; None where all is.
         alike: for each of the effects, those that these data cannot tell from it (two-way error above 5 %).
-        detectability: whitened distance from the nearest rival, each refitted; of the weaker effect of two, 0 of null.
-        stage: where the effect acts; None for null and for two effects at two stages.
+        detectability: whitened distance from the nearest rival, each refitted; of the weakest of several, 0 of null.
+        stage: where the effect acts; None for null and for effects at several stages.
         oracle_shrinkage: share by which the twin's own form of the true effects, refitted on the fit trials, shrinks
             the gap of the held-out ones, both without noise: what can be reached, and what an interval should hold;
             None for null and outside.

@@ -9,12 +9,14 @@ from calib.benchmarks.effects.goals import CLEAR_ALONE, GOALS, GOALS_FOLLOWED, G
 from calib.benchmarks.effects.score import Score
 from calib.benchmarks.effects.scoring import Outcome
 from calib.benchmarks.effects.shares import Estimate, Share
+from calib.benchmarks.effects.together import TogetherScore
 from calib.benchmarks.effects.without import WithoutScore
 
 _NOTES = """d: detectability; 95 % intervals, of shares by Wilson, of numbers by drawing sessions anew, of chance by
 drawing what comes true; reachable: of all d, by a matched filter that knows what to look for and gives one false alarm
 in a hundred"""
 _LABEL, _ASKED, _CELL = 36, 12, 26  # characters
+_PRESENT = {"null": "nothing there", "single": "one", "double": "two", "many": "five small", "outside": "outside"}
 
 
 def outcome_text(outcome: Outcome) -> str:
@@ -24,6 +26,8 @@ def outcome_text(outcome: Outcome) -> str:
         tables.append(without_text(outcome.without))
     if outcome.followed is not None:
         tables.append(followed_text(outcome.followed))
+    if outcome.together is not None:
+        tables.append(together_text(outcome.together))
     return "\n\n".join([*tables, _NOTES])
 
 
@@ -79,6 +83,26 @@ def followed_text(score: FollowedScore) -> str:
     if score.missing:
         rows.append(_row("not followed", "", [str(score.missing)]))
     return "\n".join(rows)
+
+
+def together_text(score: TogetherScore) -> str:
+    """One column; speeds in mm/s."""
+    rows = [_row("all effects at once", "", ["diagnosis"])]
+    return "\n".join(rows + [_row(label, "", [cell]) for label, cell in together_rows(score)])
+
+
+def together_rows(score: TogetherScore) -> list[tuple[str, str]]:
+    """What is told of all effects at once, for a terminal and a page."""
+    errors_mm_s = {what: error.times(1000.0) for what, error in score.speed_errors.items()}
+    return [
+        *((f"called for, {_PRESENT[kind]}", share_text(share)) for kind, share in score.called_for.items()),
+        ("held-out speeds: better than plain", share_text(score.nearer["than_plain"])),
+        ("better than with names alone", share_text(score.nearer["than_without"])),
+        ("speed error, plain, mm/s", estimate_text(errors_mm_s["plain"])),
+        ("with names alone", estimate_text(errors_mm_s["without"])),
+        ("with all at once", estimate_text(errors_mm_s["together"])),
+        ("shrinkage of the held-out gap", estimate_text(score.shrinkage)),
+    ]
 
 
 def share_text(share: Share | None, *, interval: bool = True) -> str:

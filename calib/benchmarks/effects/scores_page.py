@@ -10,7 +10,7 @@ from calib.benchmarks.effects.cases import write_cases
 from calib.benchmarks.effects.folder import SuiteFolder
 from calib.benchmarks.effects.followed import FollowedScore
 from calib.benchmarks.effects.goals import CLEAR_ALONE, GOALS, GOALS_FOLLOWED, GOALS_WITHOUT, Goal
-from calib.benchmarks.effects.report import estimate_text, percent_text, share_text
+from calib.benchmarks.effects.report import estimate_text, percent_text, share_text, together_rows
 from calib.benchmarks.effects.score import Score
 from calib.benchmarks.effects.score_figures import (
     by_detectability_figure,
@@ -21,6 +21,7 @@ from calib.benchmarks.effects.score_figures import (
 )
 from calib.benchmarks.effects.scoring import PROGRAM, Outcome
 from calib.benchmarks.effects.shares import Estimate, Share
+from calib.benchmarks.effects.together import TogetherScore
 from calib.benchmarks.effects.without import WithoutScore
 from reality.mechanisms import CATALOGUED
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
@@ -78,7 +79,7 @@ def render_scores(outcome: Outcome) -> str:
             (
                 Prose(_D),
                 Plots((plots["by_detectability"], plots["reliability"])),
-                Plots((plots["confusion"],)),
+                *([Plots((plots["confusion"],))] if "confusion" in plots else []),
                 _names_table(score),
             ),
         ),
@@ -91,6 +92,8 @@ def render_scores(outcome: Outcome) -> str:
     if outcome.followed is not None:
         table = _followed_table(outcome.followed)
         sections.append(Section("With the trial that was recommended", "followed", (table,)))
+    if outcome.together is not None:
+        sections.append(Section("All effects at once", "together", (_together_table(outcome.together),)))
     if score.look_alikes:
         sections.append(Section("What cannot be told apart", "alike", (_look_alikes_table(score),)))
     return render_page(
@@ -98,7 +101,8 @@ def render_scores(outcome: Outcome) -> str:
         title="Withheld effects – swimcal",
         session="Withheld effects",
         byline=f"{len(kinds)} sessions: {kinds.count('null')} with nothing in them, {kinds.count('single')} with one "
-        f"effect, {kinds.count('double')} with two, {kinds.count('outside')} with something that no catalogue holds",
+        f"effect, {kinds.count('double')} with two, {kinds.count('many')} with many, "
+        f"{kinds.count('outside')} with something that no catalogue holds",
         sections=sections,
     )
 
@@ -123,13 +127,10 @@ def _drawn(outcome: Outcome) -> list[_Drawn]:
             reliability_figure(score),
             f"Probabilities of the {who}: on the diagonal they come true as often as they say.",
         ),
-        _Drawn(
-            "confusion",
-            confusion_figure(score.confusion, _ORDER),
-            f"Sessions with one effect and d ≥ 5: what the {who} named first.",
-            wide=True,
-        ),
     ]
+    if score.confusion:
+        caption = f"Sessions with one effect and d ≥ 5: what the {who} named first."
+        found.append(_Drawn("confusion", confusion_figure(score.confusion, _ORDER), caption, wide=True))
     if any(case.told.shrinkage is not None for case in score.cases):
         caption = "Shrinkage of the gap on held-out swims: what was told, with its interval, over what can be reached."
         found.append(_Drawn("shrinkage", shrinkage_figure(score), caption))
@@ -220,6 +221,15 @@ def _followed_table(score: FollowedScore) -> Table:
         "trial that was recommended. Shares with their 95 % interval (Wilson)."
     )
     return _asked_table(caption, score.headline, GOALS_FOLLOWED)
+
+
+def _together_table(score: TogetherScore) -> Table:
+    caption = (
+        "How often all effects at once, each a little, are called for; and, where they are, how far held-out speeds "
+        "are off what was measured: medians, and shares with their 95 % interval."
+    )
+    columns = (Column("", numeric=False), Column(PROGRAM))
+    return Table(caption, columns, tuple(together_rows(score)))
 
 
 def _asked_table(caption: str, shares: Mapping[str, Share], goals: Mapping[str, Goal]) -> Table:

@@ -10,6 +10,7 @@ from calib.benchmarks.effects.followed import FollowedScore
 from calib.benchmarks.effects.following import wanted, was_followed
 from calib.benchmarks.effects.rules import RULES
 from calib.benchmarks.effects.score import Score, scored
+from calib.benchmarks.effects.together import TogetherScore
 from calib.benchmarks.effects.told import Told, read_told
 from calib.benchmarks.effects.without import WithoutScore
 from session import FaultCollector, InputError
@@ -31,10 +32,21 @@ class Outcome:
     without: WithoutScore | None = None
     followed: FollowedScore | None = None
 
+    @property
+    def together(self) -> TogetherScore | None:
+        """Of all effects at once; None where no diagnosis tells of them."""
+        score = self.scores.get(PROGRAM)
+        asked = score is not None and any(case.told.together is not None for case in score.cases)
+        return TogetherScore(score) if score is not None and asked else None
+
     def to_json(self) -> dict[str, Any]:
         """Plain numbers."""
         plain = {name: score.to_json() for name, score in self.scores.items()}
-        more = {"without_the_effect": self.without, "with_the_recommended_trial": self.followed}
+        more = {
+            "without_the_effect": self.without,
+            "with_the_recommended_trial": self.followed,
+            "all_effects_at_once": self.together,
+        }
         return plain | {name: score.to_json() for name, score in more.items() if score is not None}
 
 

@@ -41,6 +41,11 @@ class Estimate(NamedTuple):
     value: float
     interval: tuple[float, float]
 
+    def times(self, factor: float) -> "Estimate":
+        """In another unit."""
+        low, high = self.interval
+        return Estimate(factor * self.value, (factor * low, factor * high))
+
     def to_json(self) -> dict[str, Any]:
         """Plain numbers."""
         return {"value": self.value, "ci95": self.interval}

@@ -17,6 +17,8 @@ SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.4, 1.4, 0.08
 _SINGLE, _DOUBLE = 0.6, 0.2  # of the sessions with something in them; the rest is outside the catalogue
 BEATS = 3.0  # that the slowest swim makes after warm-up: its first half is what a held-out trial may be looked at
 WARMUP_S = 1.0
+_MANY, _SMALL = 5, 3.3
+"""Effects of a session that holds many, each at a detectability at which it can hardly be told by itself."""
 _DRY_SHARE, _DECAY_SHARE, _LOG_SHARE = 0.4, 0.4, 0.4
 
 
@@ -63,10 +65,11 @@ class SessionPlan:
 
 @dataclass(frozen=True)
 class SuiteSize:
-    """How many sessions, and how many of them have nothing in them."""
+    """How many sessions, how many of them have nothing in them, and how many have many small effects."""
 
     sessions: int
     null: int
+    many: int = 0
 
 
 @dataclass(frozen=True)
@@ -86,20 +89,21 @@ class Shard:
         return tuple(plans[self.number - 1 :: self.count])
 
 
-SMALL, LARGE, WHOLE = SuiteSize(24, 8), SuiteSize(700, 300), Shard()
+SIZES = {"small": SuiteSize(24, 8), "large": SuiteSize(700, 300), "many": SuiteSize(24, 6, 18)}
+SMALL, LARGE, WHOLE = SIZES["small"], SIZES["large"], Shard()
 
 
 def suite_named(text: str) -> tuple[SuiteSize, Shard]:
-    """A size, "small" or "large", and which part of it: all, or of "large:2/10" the second tenth.
+    """A size of `SIZES`, and which part of it: all, or of "large:2/10" the second tenth.
 
     Raises:
         ValueError: there is no such suite.
     """
-    found = fullmatch(r"(small|large)(?::(\d+)/(\d+))?", text)
+    found = fullmatch(rf"({'|'.join(SIZES)})(?::(\d+)/(\d+))?", text)
     number, count = (int(each or 1) for each in found.groups()[1:]) if found else (0, 0)
     if found is None or not 1 <= number <= count:
-        raise ValueError(f"found {text!r}, expected small, large, or a part such as large:2/10, its second tenth")
-    return SMALL if found[1] == "small" else LARGE, Shard(number, count)
+        raise ValueError(f"found {text!r}, expected {', '.join(SIZES)}, or a part such as large:2/10, its second tenth")
+    return SIZES[found[1]], Shard(number, count)
 
 
 def plan_suite(
@@ -155,7 +159,7 @@ def _present(
     size: SuiteSize, catalogued: Sequence[str], outside: Sequence[str], random: np.random.Generator
 ) -> list[tuple[Kind, tuple[str, ...], float]]:
     """What is in each session, in no order."""
-    something = size.sessions - size.null
+    something = size.sessions - size.null - size.many
     single, double = round(_SINGLE * something), round(_DOUBLE * something)
     levels = cycle(random.permutation(DETECTABILITIES))
     found: list[tuple[Kind, tuple[str, ...], float]] = [("null", (), 0.0)] * size.null
@@ -166,6 +170,9 @@ def _present(
     found += [
         ("outside", (name,), float(next(levels))) for name in _in_turn(outside, something - single - double, random)
     ]
+    for _ in range(size.many):
+        several = random.choice(len(catalogued), _MANY, replace=False)
+        found.append(("many", tuple(catalogued[i] for i in several), _SMALL))
     return found
 
 

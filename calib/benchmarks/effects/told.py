@@ -30,6 +30,25 @@ class Recommended(NamedTuple):
     logged: bool
 
 
+class Forecast(NamedTuple):
+    """Of held-out swims, by a twin that was fitted to others.
+
+    Attributes:
+        shrinkage: of the gap; None where it does not apply.
+        speed_before, speed_after: mean error of the speeds of the plain twin and of this one, m/s; None where no swim
+            counts.
+    """
+
+    shrinkage: float | None = None
+    speed_before: float | None = None
+    speed_after: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """By the contract."""
+        speeds = {"speed_mae_before": self.speed_before, "speed_mae_after": self.speed_after}
+        return {"shrinkage": self.shrinkage} | speeds
+
+
 @dataclass(frozen=True)
 class Told:
     """A diagnosis by the public contract.
@@ -43,6 +62,8 @@ class Told:
         interval: its 95 % interval.
         seconds: that it took; None where it is not told.
         recommended: trials that would separate what is confused, the most telling first.
+        named: what the twin with the named effects forecasts; None where nothing is.
+        together: what the one with all effects at once does; None where that is not called for, or was not asked.
     """
 
     verdict: str
@@ -53,6 +74,8 @@ class Told:
     interval: tuple[float, float] | None
     seconds: float | None
     recommended: tuple[Recommended, ...] = ()
+    named: Forecast | None = None
+    together: Forecast | None = None
 
     @property
     def names(self) -> frozenset[str]:
@@ -83,7 +106,9 @@ class Told:
             "effects": sorted(self.names),
             "probabilities": self.probabilities,
             "where": {"by_stage": self.by_stage} if self.by_stage else None,
-            "gap": {"shrinkage": self.shrinkage, "shrinkage_ci95": self.interval},
+            "gap": (self.named or Forecast()).to_json()
+            | {"shrinkage": self.shrinkage, "shrinkage_ci95": self.interval},
+            "everything": None if self.together is None else {"gap": self.together.to_json()},
             "seconds": self.seconds,
         }
 
@@ -160,6 +185,16 @@ class _Where(_Part):
 class _Gap(_Part):
     shrinkage: FiniteFloat | None = None
     shrinkage_ci95: tuple[FiniteFloat | None, FiniteFloat | None] | None = None
+    speed_mae_before: FiniteFloat | None = None
+    speed_mae_after: FiniteFloat | None = None
+
+    @property
+    def forecast(self) -> Forecast:
+        return Forecast(self.shrinkage, self.speed_mae_before, self.speed_mae_after)
+
+
+class _Everything(_Part):
+    gap: _Gap | None = None
 
 
 class _Trial(_Part):
@@ -179,6 +214,7 @@ class _Contract(_Part):
     probabilities: dict[str, Annotated[float, Field(ge=0, le=1)]]
     where: _Where | None
     gap: _Gap | None
+    everything: _Everything | None = None
     seconds: FiniteFloat | None = None
     withheld_from_catalogue: tuple[str, ...] | None = None
     next_experiments: tuple[_Experiment, ...] | None = None
@@ -188,9 +224,10 @@ class _Contract(_Part):
         gap, by_stage = self.gap or _Gap(), (self.where or _Where()).by_stage or {}
         low, high = gap.shrinkage_ci95 or (None, None)
         trials = ((each, each.trial) for each in self.next_experiments or ())
+        groups = self.groups if self.verdict in ("named", "inseparable") else ()
         return Told(
             verdict=self.verdict,
-            groups=self.groups if self.verdict in ("named", "inseparable") else (),
+            groups=groups,
             probabilities=self.probabilities,
             by_stage={stage: share for stage, share in by_stage.items() if share is not None},
             shrinkage=gap.shrinkage,
@@ -201,4 +238,6 @@ class _Contract(_Part):
                 for each, trial in trials
                 if trial is not None
             ),
+            named=gap.forecast if groups else None,
+            together=None if self.everything is None else (self.everything.gap or _Gap()).forecast,
         )

@@ -7,7 +7,7 @@ import pytest
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.model_selection import cross_val_score
 
-from calib.benchmarks.effects.suite import APART_HZ, DETECTABILITIES, LARGE, SMALL, SessionPlan, plan_suite
+from calib.benchmarks.effects.suite import APART_HZ, DETECTABILITIES, LARGE, SIZES, SMALL, SessionPlan, plan_suite
 
 CATALOGUED = tuple(f"effect_{i}" for i in range(33))
 OUTSIDE = tuple(f"other_{i}" for i in range(8))
@@ -35,6 +35,15 @@ def test_every_effect_and_every_detectability_comes_about_equally_often(large: t
 
 def test_the_two_of_a_double_differ(large: tuple[SessionPlan, ...]) -> None:
     assert all(len(set(plan.effects)) == 2 for plan in large if plan.kind == "double")
+
+
+def test_a_suite_of_many_has_several_small_effects_in_most_sessions() -> None:
+    plans = plan_suite(1, SIZES["many"], CATALOGUED, OUTSIDE)
+    assert Counter(plan.kind for plan in plans) == {"null": 6, "many": 18}
+    several = [plan for plan in plans if plan.kind == "many"]
+    assert {len(set(plan.effects)) for plan in several} == {5}
+    assert {plan.detectability for plan in several} == {3.3}
+    assert len({plan.effects for plan in several}) == len(several)
 
 
 def test_every_session_can_be_fitted_and_scored(large: tuple[SessionPlan, ...]) -> None:
