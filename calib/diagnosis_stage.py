@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from diagnosis import Diagnosis, Discrepancy
 
 Found = TypeVar("Found")
-FORM = 14  # of the files and of what they rest on
+FORM = 15  # of the files and of what they rest on
 
 
 class DiagnosisStage:

@@ -44,13 +44,13 @@ class MoreTrial(NamedTuple):
     """A trial that could be added to a session.
 
     Attributes:
-        kind: "swim" or "dry".
-        commanded_hz: that the motor is told.
+        kind: of experiment.
+        commanded_hz: that the motor is told; None of a free decay.
         logged: whether the motor is to be logged in it.
     """
 
-    kind: Literal["swim", "dry"]
-    commanded_hz: float
+    kind: Literal["swim", "dry", "free_decay"]
+    commanded_hz: float | None = None
     logged: bool = False
 
 
@@ -62,7 +62,7 @@ class Experiment:
         describe: what to do, in a sentence.
         separates: two names.
         expected_error: chance to still take one for the other afterwards; 0.5 is a coin.
-        trial: what would be added to the session; None where the benchmark makes none: a clock in view, a free decay.
+        trial: what would be added to the session; None of a clock in view, which no trial has.
     """
 
     describe: str
@@ -224,7 +224,8 @@ def _with_a_decay(ground: Ground, pairs: Sequence[tuple[str, str]], now: _Looks)
     with suppress(SimulationDiverged, np.linalg.LinAlgError, ValueError):
         ring = Ring.to_come("free decay", ground.twin.robot, markers, frame_s)
         space, then = ground.with_ring(ring).space, now.with_ring(ring, ground.twin)
-        return [Experiment(_DECAY, pair, _error(then.apart(space, pair))) for pair in told]
+        decay = MoreTrial("free_decay")
+        return [Experiment(_DECAY, pair, _error(then.apart(space, pair)), decay) for pair in told]
     return []
 
 

@@ -143,19 +143,25 @@ def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial
     if recorded.dry_hz is not None:
         others.append(DrawnTrial(_name("dry", recorded.dry_hz), "dry", "fit", _dry(recorded.dry_hz, random)))
     if recorded.free_decay:
-        bent = (float(random.choice([-1.0, 1.0]) * _TAIL_BENT_RAD),) * len(load_robot().hinges)
-        decay = Trial("free_decay", _DECAY_S, bent_rad=bent, release_s=_RELEASED_S)
-        others.append(DrawnTrial("decay", "free_decay", "fit", decay))
+        others.append(DrawnTrial("decay", "free_decay", "fit", _decay(random)))
     return (*swims, *others)
 
 
-def one_more(plan: SessionPlan, kind: TrialKind, hz: float, logged: bool) -> DrawnTrial:
-    """A fitted swim or dry run in the session of a plan, after all that was recorded."""
+def one_more(plan: SessionPlan, kind: TrialKind, hz: float | None, logged: bool) -> DrawnTrial:
+    """A fitted trial in the session of a plan, after all that was recorded; a free decay is one without a speed."""
     random = np.random.default_rng([plan.seed, 5])
+    if hz is None:
+        return DrawnTrial("more_decay", kind, "fit", _decay(random))
     seconds = max(plan.recorded.seconds, WARMUP_S + BEATS / hz)
     trial = _swim(hz, round(seconds, 1), random) if kind == "swim" else _dry(hz, random)
     name = _name("f" if kind == "swim" else "dry", hz)
     return DrawnTrial(f"more_{name}", kind, "fit", trial, logged)
+
+
+def _decay(random: np.random.Generator) -> Trial:
+    """All hinges bent alike, to either side, and let go."""
+    bent = (float(random.choice([-1.0, 1.0]) * _TAIL_BENT_RAD),) * len(load_robot().hinges)
+    return Trial("free_decay", _DECAY_S, bent_rad=bent, release_s=_RELEASED_S)
 
 
 def _dry(hz: float, random: np.random.Generator) -> Trial:

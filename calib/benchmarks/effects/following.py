@@ -18,7 +18,7 @@ from calib.benchmarks.effects.program import Program
 from calib.benchmarks.effects.run import clear_away, making_of
 from calib.benchmarks.effects.suite import SessionPlan, recorded_by
 from calib.benchmarks.effects.told import read_told
-from session import SwimcalError, TrialKind, load_session
+from session import SwimcalError, load_session
 
 
 class Wanted(NamedTuple):
@@ -77,8 +77,7 @@ def _has(folder: Path, each: Wanted) -> bool:
 
 def _more(each: Wanted) -> DrawnTrial:
     trial = each.confused.trial
-    kind: TrialKind = "dry" if trial.kind == "dry" else "swim"
-    return one_more(_plan(each.answer), kind, trial.commanded_hz, trial.logged)
+    return one_more(_plan(each.answer), trial.kind, trial.commanded_hz, trial.logged)
 
 
 def _followed(suite: SuiteFolder, program: Program, each: Wanted) -> Failure | None:

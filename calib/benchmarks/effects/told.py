@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
 from session import FaultCollector
 
@@ -19,14 +19,14 @@ class Recommended(NamedTuple):
 
     Attributes:
         separates: two names.
-        kind: "swim" or "dry".
-        commanded_hz: that the motor is told.
+        kind: "swim", "dry" or "free_decay".
+        commanded_hz: that the motor is told; None of a free decay.
         logged: whether the motor is to be logged.
     """
 
     separates: frozenset[str]
-    kind: str
-    commanded_hz: float
+    kind: Literal["swim", "dry", "free_decay"]
+    commanded_hz: float | None
     logged: bool
 
 
@@ -198,9 +198,15 @@ class _Everything(_Part):
 
 
 class _Trial(_Part):
-    kind: Literal["swim", "dry"]
-    commanded_hz: Annotated[FiniteFloat, Field(gt=0)]
+    kind: Literal["swim", "dry", "free_decay"]
+    commanded_hz: Annotated[FiniteFloat, Field(gt=0)] | None = None
     logged: bool = False
+
+    @model_validator(mode="after")
+    def _told_a_speed(self) -> "_Trial":
+        if (self.kind == "free_decay") != (self.commanded_hz is None):
+            raise ValueError("commanded_hz: a speed above 0 of a swim or a dry run, none of a free decay")
+        return self
 
 
 class _Experiment(_Part):

@@ -119,14 +119,15 @@ def test_all_that_was_recorded_before_stays_as_it_was(tmp_path: Path, monkeypatc
     plan = SessionPlan("w00000001", 3, SHORT, "double", ("drive_ratio_error", "bend_offset"))
     monkeypatch.setattr(making_module, "strength_for", as_strong_as_told)
     making = Making(catalogued(), Discrepancy.independent(np.eye(127)), {})
-    more = one_more(plan, "dry", 1.0, logged=False)
     (answer,) = film_together([making.make(plan, tmp_path / "before")])
     assert (answer.seed, answer.strengths) == (3, (STRENGTH, STRENGTH))
-    film_together([making.make_with(plan, answer.strengths, more, tmp_path / "after")])
-    before, after = (sorted((tmp_path / part / plan.name / "trials").iterdir()) for part in ("before", "after"))
-    assert {path.name for path in after} - {path.name for path in before} == {"more_dry1_00.csv.gz"}
-    for path in before:
-        assert (tmp_path / "after" / plan.name / "trials" / path.name).read_bytes() == path.read_bytes()
+    for kind, hz, file in (("dry", 1.0, "more_dry1_00.csv.gz"), ("free_decay", None, "more_decay.csv.gz")):
+        more = one_more(plan, kind, hz, logged=False)
+        film_together([making.make_with(plan, answer.strengths, more, tmp_path / kind)])
+        before, after = (sorted((tmp_path / part / plan.name / "trials").iterdir()) for part in ("before", kind))
+        assert {path.name for path in after} - {path.name for path in before} == {file}
+        for path in before:
+            assert (tmp_path / kind / plan.name / "trials" / path.name).read_bytes() == path.read_bytes()
 
 
 @pytest.mark.parametrize(("groups", "apart", "lost"), [([["a"]], 1, 0), ([["a", "b"]], 0, 0), ([["b"]], 0, 1)])

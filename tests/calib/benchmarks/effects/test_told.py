@@ -35,10 +35,11 @@ def test_it_is_read(tmp_path: Path) -> None:
 
 
 def test_trials_that_are_recommended_are_read(tmp_path: Path) -> None:
-    swim = {"kind": "swim", "commanded_hz": 0.8, "logged": True}
-    wanted = [{"separates": ["a", "b"], "trial": None}, {"separates": ["a", "b"], "trial": swim}]
-    (told,) = read_told(written(tmp_path, next_experiments=wanted)).recommended
-    assert told == (frozenset({"a", "b"}), "swim", 0.8, True)
+    trials = (None, {"kind": "swim", "commanded_hz": 0.8, "logged": True}, {"kind": "free_decay", "commanded_hz": None})
+    wanted = [{"separates": ["a", "b"], "trial": trial} for trial in trials]
+    swim, decay = read_told(written(tmp_path, next_experiments=wanted)).recommended
+    assert swim == (frozenset({"a", "b"}), "swim", 0.8, True)
+    assert decay == (frozenset({"a", "b"}), "free_decay", None, False)
 
 
 @pytest.mark.parametrize(
@@ -47,6 +48,8 @@ def test_trials_that_are_recommended_are_read(tmp_path: Path) -> None:
         {"trial": None},
         {"separates": ["a", "b"], "trial": {"kind": "flight", "commanded_hz": 1.0}},
         {"separates": ["a", "b"], "trial": {"kind": "swim", "commanded_hz": -1.0}},
+        {"separates": ["a", "b"], "trial": {"kind": "dry"}},
+        {"separates": ["a", "b"], "trial": {"kind": "free_decay", "commanded_hz": 1.0}},
     ],
 )
 def test_an_experiment_that_cannot_be_read_is_told(wanted: dict[str, Any], tmp_path: Path) -> None:
