@@ -16,7 +16,7 @@ _NOTES = """d: detectability; 95 % intervals, of shares by Wilson, of numbers by
 drawing what comes true; reachable: of all d, by a matched filter that knows what to look for and gives one false alarm
 in a hundred"""
 _LABEL, _ASKED, _CELL = 36, 12, 26  # characters
-_PRESENT = {"null": "nothing there", "single": "one", "double": "two", "many": "five small", "outside": "outside"}
+_PRESENT = {"null": "nothing there", "single": "one", "double": "two", "many": "many", "outside": "outside"}
 
 
 def outcome_text(outcome: Outcome) -> str:

@@ -17,8 +17,6 @@ SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.4, 1.4, 0.08
 _SINGLE, _DOUBLE = 0.6, 0.2  # of the sessions with something in them; the rest is outside the catalogue
 BEATS = 3.0  # that the slowest swim makes after warm-up: its first half is what a held-out trial may be looked at
 WARMUP_S = 1.0
-_MANY, _SMALL = 5, 3.3
-"""Effects of a session that holds many, each at a detectability at which it can hardly be told by itself."""
 _DRY_SHARE, _DECAY_SHARE, _LOG_SHARE = 0.4, 0.4, 0.4
 
 
@@ -65,11 +63,21 @@ class SessionPlan:
 
 @dataclass(frozen=True)
 class SuiteSize:
-    """How many sessions, how many of them have nothing in them, and how many have many small effects."""
+    """How many sessions, and what is in them.
+
+    Attributes:
+        sessions: in all.
+        null: of them, with nothing in them.
+        many: of them, with many effects.
+        at_once: how many these have.
+        asked: detectability that each of these has by itself.
+    """
 
     sessions: int
     null: int
     many: int = 0
+    at_once: int = 0
+    asked: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -89,7 +97,12 @@ class Shard:
         return tuple(plans[self.number - 1 :: self.count])
 
 
-SIZES = {"small": SuiteSize(24, 8), "large": SuiteSize(700, 300), "many": SuiteSize(24, 6, 18)}
+SIZES = {
+    "small": SuiteSize(24, 8),
+    "large": SuiteSize(700, 300),
+    "many": SuiteSize(24, 6, 18, 5, 3.3),
+    "crowded": SuiteSize(12, 2, 10, 8, 5.0),
+}
 SMALL, LARGE, WHOLE = SIZES["small"], SIZES["large"], Shard()
 
 
@@ -171,8 +184,8 @@ def _present(
         ("outside", (name,), float(next(levels))) for name in _in_turn(outside, something - single - double, random)
     ]
     for _ in range(size.many):
-        several = random.choice(len(catalogued), _MANY, replace=False)
-        found.append(("many", tuple(catalogued[i] for i in several), _SMALL))
+        several = random.choice(len(catalogued), size.at_once, replace=False)
+        found.append(("many", tuple(catalogued[i] for i in several), size.asked))
     return found
 
 

@@ -57,7 +57,7 @@ def test_it_counts_where_they_are_called_for_and_against_what_there_is_without_t
 def test_it_is_told_in_every_place_where_scores_are(score: Score, tmp_path: Path) -> None:
     outcome = Outcome({PROGRAM: score})
     text = outcome_text(outcome)
-    assert "75 % (30 % to 95 %)" in next(line for line in text.splitlines() if line.startswith("called for, five"))
+    assert "75 % (30 % to 95 %)" in next(line for line in text.splitlines() if line.startswith("called for, many"))
     assert 'id="together"' in render_scores(outcome)
     write_cases(tmp_path / "cases.jsonl", score)
     again = Outcome({PROGRAM: read_cases(tmp_path / "cases.jsonl")})
