@@ -54,6 +54,7 @@ def score_text(scores: Mapping[str, Score]) -> str:
     ]
     said = [share_text(each.wrong_said) for each in scores.values()]
     rows.append(_row("only wrong names said, however sure", "", said))
+    rows.append(_row("names said that are there", "", [share_text(each.said_right) for each in scores.values()]))
     for what, label in CLEAR_ALONE.items():
         rows.append(_row(f"{label}, d ≥ 5", "", [share_text(score.clear_alone[what]) for score in scores.values()]))
     first = next(iter(scores.values()))

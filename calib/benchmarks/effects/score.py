@@ -207,6 +207,12 @@ class Score:
         return self.share(lambda c: bool(c.told.names) and not any(map(c.answer.present, c.told.names)))
 
     @property
+    def said_right(self) -> Share:
+        """Of all groups that are said, in any session, those that hold an effect which is present."""
+        groups = [(case.answer, group) for case in self.cases for group in case.told.groups]
+        return Share(sum(any(map(answer.present, group)) for answer, group in groups), len(groups))
+
+    @property
     def seconds(self) -> Estimate:
         """Median a session; nan where none tells."""
         return median([case.told.seconds for case in self.cases if case.told.seconds is not None])
@@ -231,6 +237,7 @@ class Score:
             "calibration_error_of_suspects": self.calibration_error_of_suspects.to_json(),
             "calibration_error_by_chance": self.calibration_error_by_chance.to_json(),
             "wrong_name_said": self.wrong_said.to_json(),
+            "said_right": self.said_right.to_json(),
             "share_on_stage": self.share_on_stage.to_json(),
             "shrinkage_of_oracle": self.shrinkage_of_oracle.to_json(),
             "seconds": self.seconds.to_json(),

@@ -176,6 +176,10 @@ def _goals_table(scores: Mapping[str, Score]) -> Table:
         ("share of the gap on its stage", "", *_numbers([s.share_on_stage for s in scores.values()])),
         ("seconds a session", "≤ 60", *_numbers([score.seconds for score in scores.values()])),
     ]
+    said = [score.said_right for score in scores.values()]
+    rows.append(
+        ("names said that are there", "", share_text(said[0]), *(share_text(s, interval=False) for s in said[1:]))
+    )
     alone = [score.clear_alone for score in scores.values()]
     rows += [
         (

@@ -52,6 +52,13 @@ def test_the_right_name_counts_first_and_in_a_set_where_it_is_clear() -> None:
     assert counted["confident_wrong"] == (1, 4)
 
 
+def test_every_group_that_is_said_is_right_or_wrong() -> None:
+    either = told("inseparable", ("tendon_friction", "tendon_slack"), ("wave_drag",))
+    alone, nothing = told("named", ("scale_error",)), told("unexplained")
+    answers, diagnoses = (SLACK, NULL, BOTH, SLACK), (either, alone, alone, nothing)
+    assert scored(answers, diagnoses).said_right == (2, 4)
+
+
 def test_a_set_of_four_is_no_answer() -> None:
     wide = told("named", ("tendon_slack", "a", "b"), ("c",), tendon_slack=0.9)
     assert headline((SLACK, wide))["right_in_three"] == (0, 1)
