@@ -6,6 +6,7 @@ The diagnosis takes a second to load: it is imported where it is needed.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -15,6 +16,7 @@ from fitting import MeasuredTrial
 from fitting.out_of_water import NOTHING, OutOfWater
 from session import (
     FaultCollector,
+    InputError,
     NotEnoughData,
     Provenance,
     Session,
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
     from diagnosis import Diagnosis, Discrepancy
 
 Found = TypeVar("Found")
-FORM = 15  # of the files and of what they rest on
+FORM = 16  # of the files and of what they rest on
 
 
 class DiagnosisStage:
@@ -87,6 +89,13 @@ class DiagnosisStage:
         effects = {name: [list(parameter) for parameter in effect.parameters] for name, effect in self.effects.items()}
         told = {"form": FORM, "effort": self._options.effort, "effects": effects, "seed": self._session.seed}
         return fingerprint_of({}, told, [self._recordings])
+
+    @property
+    def withheld(self) -> frozenset[str]:
+        """What the catalogue lacked of the diagnosis that stands; nothing where that cannot be read."""
+        with suppress(InputError):
+            return frozenset(self.read().get("withheld_from_catalogue") or ()) & set(catalogue())
+        return frozenset()
 
     @property
     def is_current(self) -> bool:

@@ -255,10 +255,11 @@ class Pipeline:
         return stage.suppose(names, self.trials, self.recordings.out_of_water)
 
     def standing_diagnosis(self) -> DiagnosisStage | None:
-        """The diagnosis that stands, whatever its effort; None where there is none of these recordings."""
+        """The diagnosis that stands, whatever its effort and what its catalogue lacked; None of these recordings."""
         options = [replace(self.options, effort=effort) for effort in get_args(EffortName)]
         told = self.provenance, self.recordings.fingerprint
-        stages = (DiagnosisStage(self.session, self.robot, each, *told) for each in options)
+        lacking = self.diagnoses().withheld
+        stages = (DiagnosisStage(self.session, self.robot, each, *told, lacking) for each in options)
         return next((stage for stage in stages if stage.is_current), None)
 
     def evidence(self, calibration: Calibration) -> Evidence:

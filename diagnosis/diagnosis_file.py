@@ -53,6 +53,10 @@ def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
         "stage_alone": dict(where.alone),
         "missing_forces": _forces(found),
         "free_decays": _decays(found),
+        "frequencies": {
+            trial.name: {"commanded_hz": trial.commanded_hz, "measured_hz": float(trial.frequency.hz)}
+            for trial in found.ground.trials
+        },
         "evidence": _evidence(found),
     }
 
@@ -150,7 +154,7 @@ def _speed_error(swims: tuple[Swum, ...]) -> float:
 
 
 def _parameters(best: Refit) -> dict[str, Any]:
-    """By effect; one with several parameters has each under its name."""
+    """By effect; one with several parameters has each under its name. At a bound is what its interval reaches."""
     sd = np.sqrt(np.diag(best.covariance))[5:]
     told: dict[str, Any] = {}
     number = 0
@@ -159,7 +163,8 @@ def _parameters(best: Refit) -> dict[str, Any]:
         for parameter in effect.parameters:
             value, half = float(best.values[number]), 1.96 * float(sd[number])
             bounds = [max(value - half, parameter.low), min(value + half, parameter.high)]
-            own[parameter.name] = {"value": value, "ci95": bounds, "unit": parameter.unit}
+            at_bound = bool({*bounds} & {parameter.low, parameter.high} - {0.0})
+            own[parameter.name] = {"value": value, "ci95": bounds, "unit": parameter.unit, "at_bound": at_bound}
             number += 1
         told[effect.name] = next(iter(own.values())) | {"parameter": next(iter(own))} if len(own) == 1 else own
     return told

@@ -2,10 +2,16 @@
 
 A swim at another speed or a dry run is simulated with either effect, as strong as the session has it, and with the
 noise of the session; a free decay is two numbers more, a motor's log or a clock in view one more a trial. What is told
-is the two-way error Phi(-d / 2) afterwards, with d the whitened distance from the one to the other, refitted.
+is the two-way error Phi(-d / 2) afterwards, with d the whitened distance from the one to the other, refitted, that the
+new trial adds: what these trials could tell of the two they have told, and it was not enough.
+
+Of more swims that is believed only as far as these swims bear it out. Two effects that they should tell apart by a
+distance of a and do not, because forms of effects are rough and much else is amiss, will hardly be told apart by one
+swim more: it counts by the share that the odds of the two have of those expected, a^2 / 2, within one standard
+deviation a (of a log likelihood ratio between two normal hypotheses).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -98,6 +104,7 @@ def next_experiments(
     if not pairs:
         return ()
     now = _Looks.of(ground, ground.model, strengths, effects)
+    apart = {pair: now.apart(ground.space, pair) for pair in pairs}
     found = []
     for pair in pairs:
         found += _with_a_number_more(ground, pair, strengths, now)
@@ -106,12 +113,25 @@ def next_experiments(
             wider = ground.with_trial(trial.twin, trial.measured)
             own = _Looks.of(wider, SessionModel(wider.model.trials[-1:]), strengths, effects)
             then = now.with_trial(own, ground.model)
-            found += [
-                Experiment(trial.describe, pair, _error(then.apart(wider.space, pair)), trial.more) for pair in pairs
-            ]
+            for pair, known in apart.items():
+                more = _more(then.apart(wider.space, pair), known)
+                if trial.more.kind == "swim":
+                    more *= np.sqrt(borne_out(known, probabilities.log_odds(*pair)))
+                found.append(Experiment(trial.describe, pair, _error(more), trial.more))
     if not ground.model.rings:
-        found += _with_a_decay(ground, pairs, now)
+        found += _with_a_decay(ground, apart, now)
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
+
+
+def borne_out(apart: float, log_odds: float) -> float:
+    """Share of what swims should have told of two effects that they have told.
+
+    Args:
+        apart: whitened distance by which they should be told apart.
+        log_odds: of the one against the other, of either sign.
+    """
+    told, expected = abs(log_odds) + apart, apart**2 / 2
+    return 1.0 if told >= expected else told / expected
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,11 +214,7 @@ def _with_a_number_more(
     strengths: Mapping[str, np.ndarray],
     now: _Looks,
 ) -> list[Experiment]:
-    """A clock in view, or a motor's log: each gives a frequency that an effect of the clock leaves as it is.
-
-    Beside what already holds the two apart.
-    """
-    apart = now.apart(ground.space, pair)
+    """A clock in view, or a motor's log: each gives a frequency that an effect of the clock leaves as it is."""
     hertz = {name: _hertz(ground, now.signatures[name], strengths[name]) for name in pair}
     clocks = {name: change if name == _CLOCK else 0.0 for name, change in hertz.items()}
     turned = {name: 0.0 if name == _CLOCK else change for name, change in hertz.items()}
@@ -208,15 +224,15 @@ def _with_a_number_more(
         again = MoreTrial("swim", float(ground.swims[0].commanded_hz or ground.swims[0].frequency.hz), logged=True)
         ways.append(("Log the motor in one more swim", turned, _LOGGED_TO, again))
     return [
-        Experiment(describe, pair, _error(float(np.hypot(apart, (told[pair[0]] - told[pair[1]]) / to))), trial)
+        Experiment(describe, pair, _error(abs(told[pair[0]] - told[pair[1]]) / to), trial)
         for describe, told, to, trial in ways
         if told[pair[0]] != told[pair[1]]
     ]
 
 
-def _with_a_decay(ground: Ground, pairs: Sequence[tuple[str, str]], now: _Looks) -> list[Experiment]:
+def _with_a_decay(ground: Ground, apart: Mapping[tuple[str, str], float], now: _Looks) -> list[Experiment]:
     """A free decay, where an effect shows in one: air tells hinges and masses from all that water does."""
-    told = [pair for pair in pairs if any(shows_in_decays(now.signatures[name].effect) for name in pair)]
+    told = [pair for pair in apart if any(shows_in_decays(now.signatures[name].effect) for name in pair)]
     if not told:
         return []
     markers = tuple(ground.trials[0].markers[i] for i in ground.trials[0].tail)
@@ -225,7 +241,7 @@ def _with_a_decay(ground: Ground, pairs: Sequence[tuple[str, str]], now: _Looks)
         ring = Ring.to_come("free decay", ground.twin.robot, markers, frame_s)
         space, then = ground.with_ring(ring).space, now.with_ring(ring, ground.twin)
         decay = MoreTrial("free_decay")
-        return [Experiment(_DECAY, pair, _error(then.apart(space, pair)), decay) for pair in told]
+        return [Experiment(_DECAY, pair, _error(_more(then.apart(space, pair), apart[pair])), decay) for pair in told]
     return []
 
 
@@ -271,6 +287,11 @@ def _measured(ground: Ground, twin: Twin, hz: float, kind: str, seed: int) -> Me
     camera = CameraSpec(1 / frame_s, twin.robot.scale_length_m)
     later = tracks.since(int(np.searchsorted(time_s, run_in_s)))
     return measure_trial(spec, later, camera, twin.robot, like.warmup_s)
+
+
+def _more(then: float, now: float) -> float:
+    """By how much two effects are farther apart than now: squares of distances of independent data add up."""
+    return float(np.sqrt(max(then**2 - now**2, 0.0)))
 
 
 def _error(distance: float) -> float:

@@ -127,6 +127,11 @@ class Probabilities:
                 found[key] = found.get(key, 0.0) + share * chance
         return Probabilities(self.names, found, self.at_place)
 
+    def log_odds(self, one: str, other: str) -> float:
+        """That an effect is there against another."""
+        chances = (max(float(self.marginal[self.names.index(name)]), 1e-300) for name in (one, other))
+        return float(np.subtract(*np.log(list(chances))))
+
     @property
     def null(self) -> float:
         """That there is nothing."""

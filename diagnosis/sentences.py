@@ -4,9 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from diagnosis.strangers import PLACED
-from diagnosis.verdict import HELD
+from diagnosis.verdict import ENOUGH, HELD
 from diagnosis.where import OF_NO_MARKER
 
+_SHOWS_IN = ("in how fast it swims", "in its course", "in how often it beats", "in how its tail rings")
+_OF_NO_MARKER = dict(zip(OF_NO_MARKER, _SHOWS_IN, strict=True))
 _OF_STAGE = {
     "camera": "in what camera and tracker see",
     "drive": "in clock and drive",
@@ -38,11 +40,11 @@ def _where(data: Mapping[str, Any]) -> str:
             "Where: in nothing that repeats with the beat; "
             f"{floor:.0%} of what the nearest twin leaves of that is noise."
         )
-    markers = {name: p for name, p in data["where"]["by_marker"].items() if name not in OF_NO_MARKER}
-    marker = max(markers, key=lambda name: markers[name])
+    shows = data["where"]["by_marker"]
+    place = max(shows, key=lambda name: shows[name])
     return (
         f"Where: mostly {_OF_STAGE[stage]} ({shares[stage]:.0%} of what the nearest twin leaves; {floor:.0%} is "
-        f"noise), most of all at {plain(marker)}."
+        f"noise), most of all {_OF_NO_MARKER.get(place, f'at {plain(place)}')}."
     )
 
 
@@ -65,11 +67,11 @@ def _which(data: Mapping[str, Any]) -> str:
             "see the missing forces."
         )
     if verdict == "unexplained" and chances["none_of_these"] < 0.5:
-        several = [plain(name) for name, chance in chances.items() if name != "none_of_these"][:4]
-        return (
-            f"Which: no effect stands out; among the likeliest are {', '.join(several)}{_elsewhere(data)}. "
-            "See the missing forces."
-        )
+        several = [name for name in chances if name != "none_of_these"]
+        sure = sum(chances[name] >= ENOUGH for name in several)
+        told = ", ".join(f"{plain(name)} ({chances[name]:.2f})" for name in several[: max(sure, 4)])
+        what = "many at once, too many to name" if sure > 1 else "no effect stands out"
+        return f"Which: {what}; the likeliest are {told}{_elsewhere(data)}. See the missing forces."
     if verdict == "unexplained":
         return (
             "Which: no effect of the catalogue explains it "
@@ -78,7 +80,7 @@ def _which(data: Mapping[str, Any]) -> str:
         )
     told = " together with ".join(_group(group, chances) for group in data["groups"])
     rest = data["remainder"]
-    left = "" if rest is None or rest["share"] < 0.05 else f"; {rest['share']:.0%} of the gap remains"
+    left = "" if rest is None or rest["share"] < 0.05 else f"; {rest['share']:.0%} of the fitted gap remains"
     against = _refuted(data)
     return f"Which: {told}{left}{_elsewhere(data)}{'; not ' if against else ''}{against}."
 
@@ -164,6 +166,11 @@ def _how_far(data: Mapping[str, Any]) -> str:
     )
     if gap["shrinkage"] is None:
         return f"How far: on {trials} the plain twin leaves no more than noise; {change}{every}."
+    return f"How far: on {trials} the gap {by_how_much(gap)}; {change}{every}."
+
+
+def by_how_much(gap: Mapping[str, Any]) -> str:
+    """What became of a held-out gap of which a shrinkage is told, with its interval."""
     interval = gap["shrinkage_ci95"]
     grows = round(gap["shrinkage"], 2) < 0
     sure = "how surely is not known"
@@ -171,7 +178,7 @@ def _how_far(data: Mapping[str, Any]) -> str:
         low, high = (-interval[1], -interval[0]) if grows else interval
         sure = f"{low:.0%} to {high:.0%}"
     how = f"grows by {-gap['shrinkage']:.0%}" if grows else f"shrinks by {max(gap['shrinkage'], 0.0):.0%}"
-    return f"How far: on {trials} the gap {how} ({sure}); {change}{every}."
+    return f"{how} ({sure})"
 
 
 def _with_everything(data: Mapping[str, Any]) -> str:

@@ -12,6 +12,7 @@ from swimmer import RobotSpec
 HEAD = ("head_along", "head_across", "head_moment")
 FORCES = HEAD[:2]  # N; all others N m
 LEAST_LIKE = 0.7  # correlation from which a force goes with a motion
+LEAST_CLEAR = 0.1  # share of the beat in which it is clear of zero, from which it is asked what it goes with
 _LEVEL = 0.03  # correlations as near as this are level
 _ON_MIDDLE_M, _BESIDE_M = 0.005, 0.02  # off the middle plane; from the outer hinges to where their links are read
 

@@ -152,7 +152,8 @@ def _told_apart(found: Diagnosed) -> tuple[Plot, ...]:
         "gap-separation",
         "How far the effect of a row, as strong as these swims would have it, is from the nearest that the effect "
         f"of a column can do, coefficients refitted, in standard deviations. Below {APART} one is taken for the other "
-        "in more than one of twenty sessions. Bold: named.",
+        "in more than one of twenty sessions. That counts with right forms and with nothing else amiss: names of one "
+        "group, which stay confused although these swims should tell them apart, say that it is not so. Bold: named.",
         tall=True,
     )
     return (matrix,)
@@ -205,7 +206,7 @@ def _how_far(found: Diagnosed) -> tuple[Block, ...]:
             "Each held-out swim before and after",
         ),
         "gap-held-out",
-        "The same swims in millimetres and mm/s, run ahead by the twin alone; the numbers are those after. The dashed "
+        "The same swims in millimetres and mm/s, run ahead by the twin alone, before and after. The dashed "
         "line is the distance that tracking noise alone would make.",
     )
     return Prose(_shrinkage(found)), Plots((waterfall, swims)), *_everything(found)

@@ -7,7 +7,7 @@ from reports.blocks import Block, Column, Plot, Plots, Prose, Table
 from reports.context import ReportContext
 from reports.diagnosed import Diagnosed
 from reports.figures.gap_forces import MILLI, gap_forces_figure
-from reports.missing_forces import FORCES, LEAST_LIKE, Likeness, MissingForces, force_name, likenesses
+from reports.missing_forces import FORCES, LEAST_CLEAR, LEAST_LIKE, Likeness, MissingForces, force_name, likenesses
 from reports.numbers import MISSING, in_words, of_its_size, shown, significant, whole_percent
 from reports.svg import inline_svg
 from swimmer.effects import catalogue
@@ -57,7 +57,8 @@ def missing(found: Diagnosed, context: ReportContext) -> tuple[Block, ...]:
     caption = (
         "Size of each missing force over all fitted swims, and the motion of that joint in the calibrated twin that it "
         "goes with: deflection (as a spring), speed (a damper), speed squared (drag) or acceleration (mass). A "
-        f"correlation below {LEAST_LIKE} names none; motions within 0.03 of the best are both told."
+        f"correlation below {LEAST_LIKE} names none, nor does a force that is clear of zero in less than "
+        f"{100 * LEAST_CLEAR:.0f} % of the beat; motions within 0.03 of the best are both told."
     )
     return Prose(_loudest(found, forces, like)), Plots((figure,)), Table(caption, FORCE, rows)
 
@@ -91,13 +92,15 @@ def _sized(forces: MissingForces, place: int) -> str:
 def _force_row(forces: MissingForces, place: int, like: Mapping[str, Likeness]) -> tuple[str, ...]:
     joint = forces.joints[place]
     own = like.get(joint)
-    goes = MISSING if own is None or abs(own.correlation) < LEAST_LIKE else " or ".join(own.motions)
+    clear = float(forces.clear[place])
+    told = own is not None and clear >= LEAST_CLEAR
+    goes = " or ".join(own.motions) if own and told and abs(own.correlation) >= LEAST_LIKE else MISSING
     return (
         force_name(joint),
         _sized(forces, place),
-        shown(100 * float(forces.clear[place]), 0),
+        shown(100 * clear, 0),
         goes,
-        MISSING if own is None else shown(own.correlation, 2, signed=True),
+        shown(own.correlation, 2, signed=True) if own and told else MISSING,
     )
 
 
@@ -182,7 +185,8 @@ def _parameters(found: Diagnosed) -> Table:
 def _fitted(own: Mapping[str, Any]) -> tuple[str, str, str]:
     low, high = own["ci95"]
     unit = {"1": "–"}.get(own["unit"], own["unit"])
-    return significant(own["value"], 3), f"{significant(low, 3)} to {significant(high, 3)}", unit
+    bound = ", at its bound" if own.get("at_bound") else ""
+    return significant(own["value"], 3), f"{significant(low, 3)} to {significant(high, 3)}{bound}", unit
 
 
 def _physics(name: str) -> str:
@@ -201,6 +205,7 @@ def next_experiments(found: Diagnosed) -> tuple[Block, ...]:
     )
     caption = (
         "Experiments by how well they separate what these trials confuse. “Error left” is the chance to still take one "
-        "for the other afterwards, were there nothing else: where much stays unexplained it is more."
+        "for the other afterwards, by what the new trial adds. Of swims that is less where those that were fitted "
+        "should have told the two apart and did not."
     )
     return (Table(caption, NEXT, rows),)

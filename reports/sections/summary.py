@@ -6,8 +6,9 @@ from fitting import EBT_RATIO_ONLY, CalibratedTrial, Comparison, Summary
 from reports.blocks import Block, Plot, Plots, Points, Prose, Section, Tile, Tiles
 from reports.caveats import beats_compared, whole_trial_flags
 from reports.context import ReportContext
+from reports.diagnosed import Diagnosed
 from reports.figures import planform_figure
-from reports.numbers import counted, in_mm, listed, percent, sentence, shown
+from reports.numbers import counted, in_mm, in_words, listed, percent, sentence, shown
 from reports.objectives import OBJECTIVES
 from reports.svg import inline_svg
 from session import FLAG_KINDS
@@ -140,7 +141,18 @@ def _doubts(context: ReportContext) -> tuple[str, ...]:
         where = "every trial" if len(trials) == everywhere else listed(trials)
         size = _off_command(context) if kind == "frequency_off_command" else ""
         doubts.append(sentence(f"{where}: {FLAG_KINDS.get(kind, kind.replace('_', ' '))}{size}"))
-    return tuple(doubts)
+    return (*doubts, *_of_the_gap(context.diagnosed))
+
+
+def _of_the_gap(found: Diagnosed | None) -> tuple[str, ...]:
+    """What a diagnosis says that this fit leaves out."""
+    if found is None or found.verdict == "no_gap":
+        return ()
+    named = listed([" or ".join(map(in_words, group)) for group in found.data["groups"]])
+    what = (
+        f"names {named}, which this fit leaves out" if named else "finds a gap that no effect of its catalogue explains"
+    )
+    return (f"The diagnosis {what}: see the sim-to-real gap.",)
 
 
 def _other_objective(objective: Comparison) -> str:

@@ -14,6 +14,7 @@ import pytest
 from calib import pipeline, viewing
 from diagnosis import Verdict, diagnosis
 from diagnosis.everything import Everything
+from reports import ReportContext
 from session import read_result_json
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in
 
@@ -87,8 +88,18 @@ def test_json_tells_the_whole_diagnosis(calib: Front, diagnosed: Path) -> None:
 
 
 @pytest.mark.long
-def test_another_catalogue_is_another_diagnosis(calib: Front, diagnosed: Path) -> None:
-    assert calib("diagnose", diagnosed, *QUICK, "--without", "scale_error").code == 0
+def test_another_catalogue_is_another_diagnosis_which_says_so_everywhere(
+    calib: Front, diagnosed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: dict[str, ReportContext] = {}
+    monkeypatch.setattr(pipeline, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
+    outcome = calib("diagnose", diagnosed, *QUICK, "--without", "scale_error")
+    assert outcome.code == 0
+    assert "made without scale error" in outcome.out
+    assert calib("report", diagnosed, *QUICK).code == 0
+    found = seen["context"].diagnosed
+    assert found is not None
+    assert found.data["withheld_from_catalogue"] == ["scale_error"]
     data = read_result_json(diagnosed / "results" / "diagnosis.json")
     assert data["withheld_from_catalogue"] == ["scale_error"]
     assert "scale_error" not in data["probabilities"]

@@ -10,7 +10,7 @@ import pytest
 from diagnosis import experiments
 from diagnosis.described import robot_doubts
 from diagnosis.evidence import Belief
-from diagnosis.experiments import Experiment, _Looks, next_experiments
+from diagnosis.experiments import Experiment, _Looks, borne_out, next_experiments
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
 from diagnosis.verdict import Verdict
@@ -65,6 +65,16 @@ def test_no_swim_does_so_as_surely(found: tuple[Experiment, ...]) -> None:
     assert swim.expected_error > 100 * by_text(found, "Log the motor").expected_error
     assert swim.trial is not None
     assert (swim.trial.kind, swim.trial.commanded_hz, swim.trial.logged) == ("swim", 1.4, False)
+
+
+@pytest.mark.parametrize(("apart", "log_odds"), [(9.0, 40.0), (9.0, -32.0), (1.5, 0.0), (0.0, 0.0)])
+def test_swims_that_told_what_they_should_are_believed(apart: float, log_odds: float) -> None:
+    assert borne_out(apart, log_odds) == 1.0
+
+
+def test_swims_that_should_have_told_two_apart_and_did_not_promise_little() -> None:
+    assert borne_out(9.0, 0.0) == pytest.approx(2 / 9)
+    assert borne_out(9.0, 0.0) < borne_out(9.0, 10.0) < borne_out(9.0, 20.0) < 1.0
 
 
 def test_the_most_telling_comes_first_and_what_was_swum_is_not_swum_again(found: tuple[Experiment, ...]) -> None:

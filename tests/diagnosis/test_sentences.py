@@ -13,11 +13,19 @@ from tests.reports.diagnoses import made_data, made_everything
     [
         ({"background_current": 0.54, "scale_error": 0.02, "none_of_these": 0.38}, "looks most like"),
         ({"background_current": 0.2, "scale_error": 0.19, "none_of_these": 0.3}, "no effect stands out"),
+        ({"background_current": 0.96, "scale_error": 0.95, "none_of_these": 0.1}, "many at once"),
         ({"background_current": 0.1, "none_of_these": 0.8}, "no effect of the catalogue explains it"),
     ],
 )
 def test_an_unexplained_gap_is_told_by_what_it_looks_like(chances: dict[str, float], said: str) -> None:
     assert said in sentences(made_data("unexplained") | {"probabilities": chances})[1]
+
+
+@pytest.mark.parametrize(("place", "said"), [("caudal_fin", "at caudal fin"), ("frequency", "in how often it beats")])
+def test_where_it_shows_most_may_be_no_marker(place: str, said: str) -> None:
+    data = made_data("named")
+    data["where"]["by_marker"][place] = 0.7
+    assert f"most of all {said}." in sentences(data)[0]
 
 
 @pytest.mark.parametrize("chance", [0.4, 0.6])

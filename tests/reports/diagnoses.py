@@ -71,6 +71,10 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
             },
             {"trial": "let go again", "not_used": "the head moves"},
         ],
+        "frequencies": {
+            "medium": {"commanded_hz": 1.0, "measured_hz": 0.99},
+            "fast": {"commanded_hz": 1.5, "measured_hz": 1.5},
+        },
         "evidence": {
             "squares": 512.0,
             "numbers": 256,
@@ -115,10 +119,10 @@ def _sliding(named: bool) -> dict[str, Any]:
 
 
 _PARAMETERS: dict[str, Any] = {
-    "tendon_slack": {"value": 0.0021, "ci95": [0.0018, 0.0024], "unit": "m", "parameter": "length"},
+    "tendon_slack": {"value": 0.0021, "ci95": [0.0018, 0.0024], "unit": "m", "at_bound": False, "parameter": "length"},
     "wave_drag": {
-        "low": {"value": 0.4, "ci95": [0.1, 0.7], "unit": "1"},
-        "high": {"value": -1.5, "ci95": [-2.0, -1.0], "unit": "s"},
+        "low": {"value": 0.4, "ci95": [0.1, 0.7], "unit": "1", "at_bound": False},
+        "high": {"value": -1.5, "ci95": [-2.0, -1.0], "unit": "s", "at_bound": True},
     },
 }
 

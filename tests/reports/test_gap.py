@@ -63,6 +63,22 @@ def test_it_is_a_section_of_the_report() -> None:
     assert whole.targets.count("#gap-which") == 1
 
 
+@pytest.mark.usefixtures("words_alone")
+@pytest.mark.parametrize(
+    ("verdict", "said"),
+    [
+        ("named", "The diagnosis names tendon slack and wave drag, which this fit leaves out"),
+        ("inseparable", "The diagnosis names tendon slack or tendon friction, which this fit leaves out"),
+        ("unexplained", "The diagnosis finds a gap that no effect of its catalogue explains"),
+        ("no_gap", ""),
+    ],
+)
+def test_the_summary_says_what_a_fit_leaves_out(verdict: str, said: str) -> None:
+    whole = Page(render_report(replace(made_context(), diagnosed=made_diagnosed(verdict))))
+    assert said in whole.text.split("Speed Forward", 1)[0]
+    assert ("The diagnosis" in whole.text.split("Speed Forward", 1)[0]) == bool(said)
+
+
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_three_sentences_answer_the_three_questions(pages: dict[str, Page], verdict: str) -> None:
     asked = [pages[verdict].text.index(question) for question in ("Where?", "Which?", "How far?")]
@@ -216,7 +232,7 @@ def test_forces_that_noise_could_feign_are_called_that() -> None:
 
 def test_parameters_have_intervals_units_and_their_physics(page: Page) -> None:
     assert "tendon slack length 0.0021 0.0018 to 0.0024 m" in page.text
-    assert "wave drag high −1.5 −2 to −1 s" in page.text
+    assert "wave drag high −1.5 −2 to −1, at its bound s" in page.text
     assert "tendon slack: " in page.text
 
 

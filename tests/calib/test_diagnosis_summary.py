@@ -1,0 +1,93 @@
+"""A diagnosis on the terminal: what is doubtful is said, and each experiment once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from calib.diagnosis_summary import diagnosis_lines, supposition_lines
+from tests.reports.diagnoses import made_data
+
+CLOCK = "time_base_error"
+
+
+def checks(data: dict[str, Any]) -> list[str]:
+    return [line for line in diagnosis_lines(data) if line.startswith("check: ")]
+
+
+def beating(at: float) -> dict[str, Any]:
+    """A clock is named of tails that beat at so much of their command."""
+    frequencies = {"medium": {"commanded_hz": 1.0, "measured_hz": at}, "fast": {"commanded_hz": None, "measured_hz": 1}}
+    named = {"groups": [[CLOCK]], "effects": [CLOCK], "effect_parameters": {}}
+    return made_data("named") | named | {"frequencies": frequencies}
+
+
+def test_an_effect_that_is_as_strong_as_it_may_be_is_to_be_checked() -> None:
+    (said,) = checks(made_data("named"))
+    assert "wave drag (high)" in said
+    assert "low" not in said
+
+
+@pytest.mark.parametrize(("at", "said"), [(0.5, "50% slower"), (1.2, "20% faster")])
+def test_a_clock_or_gear_that_is_far_off_may_be_a_number_of_the_session(at: float, said: str) -> None:
+    (told,) = checks(beating(at))
+    assert said in told
+    assert "fps" in told
+    assert checks(beating(0.97)) == []
+
+
+def test_what_the_catalogue_lacked_is_said() -> None:
+    assert any(
+        "without scale error" in line for line in checks(made_data() | {"withheld_from_catalogue": ["scale_error"]})
+    )
+
+
+def test_a_single_fitted_swim_is_said_to_be_little() -> None:
+    data = made_data("unexplained")
+    data["missing_forces"] = data["missing_forces"] | {"trials": ["fast"]}
+    assert any("one swim was fitted" in line for line in checks(data))
+
+
+def test_an_experiment_is_told_once_with_all_that_it_tells_apart() -> None:
+    swim = {"describe": "Film a swim at 0.8 Hz", "expected_error": 0.1, "trial": None}
+    pairs = (["tendon_slack", "tendon_friction"], ["wave_drag", CLOCK])
+    data = made_data("inseparable") | {"next_experiments": [swim | {"separates": pair} for pair in pairs]}
+    told = [line for line in diagnosis_lines(data) if line.startswith("next: ")]
+    assert told == [
+        "next: Film a swim at 0.8 Hz (tells tendon slack from tendon friction, wave drag from time base error)"
+    ]
+
+
+def test_all_names_of_a_verdict_stand_in_the_table_however_many_are_likelier() -> None:
+    likelier = {f"effect_{i}": 0.9 - 0.01 * i for i in range(8)}
+    data = made_data("named") | {"probabilities": likelier | {"wave_drag": 0.3, "none_of_these": 0.0}}
+    lines = diagnosis_lines(data)
+    assert any(line.startswith("wave_drag ") for line in lines)
+    assert not any(line.startswith("effect_7 ") for line in lines)
+
+
+def test_numbers_have_the_digits_of_their_interval_and_ratios_no_unit() -> None:
+    data = made_data("named")
+    data["effect_parameters"]["wave_drag"] = {
+        "value": -0.25051, "ci95": [-0.2526, -0.2484], "unit": "1", "at_bound": False, "parameter": "relative"
+    }  # fmt: skip
+    (line,) = (line for line in diagnosis_lines(data) if line.startswith("wave_drag "))
+    assert line.endswith("relative -0.2505 (-0.2526 to -0.2484)")
+
+
+def test_of_alternatives_the_model_says_which_it_holds() -> None:
+    data = made_data("inseparable") | {"models": ["calibrated+tendon_slack.xml", "calibrated+everything.xml"]}
+    one, every = (line for line in diagnosis_lines(data) if line.startswith("model: "))
+    assert "with tendon slack" in one
+    assert every == "model: calibrated+everything.xml"
+
+
+def test_a_supposed_gap_that_grows_is_said_to_grow() -> None:
+    gap = made_data("named")["gap"] | {"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}
+    gap |= {"baseline_placed_mm": 9.0, "with_effects_placed_mm": 9.0}
+    told = {
+        "effects": ["wave_drag"], "log_bayes_factor": 1.4, "log_bayes_factor_of_each": {"wave_drag": 1.4},
+        "effect_parameters": {}, "fitted": gap, "gap": gap,
+    }  # fmt: skip
+    assert supposition_lines(told)[-1] == "The held-out gap grows by 4% (-20% to 25%)."
