@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from calib.benchmarks.effects.rows import SessionRows, told_by
+from diagnosis.gap import of_gaits
 from diagnosis.refit import left_with, refit
 from reality import Recording
 from swimmer.effects import Effect
@@ -19,8 +19,8 @@ def oracle_shrinkage(
 ) -> float | None:
     """S = 1 - L_with / L_plain of gaits of held-out swims, both twins refitted on the fitted ones with the simulation.
 
-    Nothing has noise, and what is left of the base state is taken off, so there is no floor. None where a twin
-    diverges, or the effects leave held-out gaits as they are.
+    Of all that a diagnosis counts, course and sliding too. Nothing has noise, and what is left of the base state is
+    taken off, so there is no floor. None where a twin diverges, or the effects leave held-out gaits as they are.
 
     Args:
         effects: that are present, in the twin's own form.
@@ -33,13 +33,7 @@ def oracle_shrinkage(
         _, told = told_by(fitted.changes(recordings), fitted.signatures({effect.name: effect for effect in effects}))
         best = refit(fitted.ground(recordings, at), effects, np.concatenate(told.values), _ROUNDS)
         beside = held_out.ground(recordings, at)
-        trials, length = held_out.left_of_gaits.shape
-        gaits = np.add.outer(np.arange(trials) * (len(beside.model.measured) // trials), np.arange(length)).ravel()
-        root = np.linalg.cholesky(beside.covariance[np.ix_(gaits, gaits)])
-        plain, left = (
-            float((solve_triangular(root, row[gaits], lower=True) ** 2).sum())
-            for row in (beside.left, left_with(beside, best))
-        )
+        plain, left = (float((of_gaits(beside, row) ** 2).sum()) for row in (beside.left, left_with(beside, best)))
     except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
         return None
     return 1 - left / plain if plain > _SHOWS else None

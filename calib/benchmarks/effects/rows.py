@@ -167,10 +167,16 @@ class SessionRows:
 
     def _changed(self, others: SessionModel, *, with_course: bool) -> SessionModel:
         """Other recordings without what is left of the gaits of the base state, at their own phases of the beat."""
-        turned = self._turns(others).T @ self.left
-        base = turned[: -len(others.trials)].reshape(self.left_of_gaits.shape)
+        left = self._left_with_course if with_course else self.left_of_gaits
+        base = [advanced(own, ahead) for own, ahead in zip(left, self._ahead(others), strict=True)]
         pairs = zip(others.trials, base, strict=True)
         return SessionModel(tuple(_Changed.of(each, own, with_course=with_course) for each, own in pairs))
+
+    @cached_property
+    def _left_with_course(self) -> np.ndarray:
+        """(t, k) what the refitted twin leaves of the base state, of gaits with their course and their sliding."""
+        trials = tuple(replace(each, with_course=True) for each in self.model.trials)
+        return left_row(SessionModel(trials), self.coefficients)[: -len(trials)].reshape(len(trials), -1)
 
     def _change(self, others: SessionModel, at: np.ndarray) -> Change:
         """The twin beats at the frequency of either; how far that is from the base state stands behind the gaits.
@@ -191,11 +197,14 @@ class SessionRows:
 
     def _turns(self, others: SessionModel) -> np.ndarray:
         """(k, k) brings gaits of other recordings to the phase of the base state."""
-        turns = []
-        for base, other in zip(self.model.trials, others.trials, strict=True):
-            ahead = float(phase_between(base.measured, other.measured, list(base.trial.tail)))
-            turns.append(advanced(np.eye(len(base.measured)), -ahead).T)
+        pairs = zip(self.model.trials, self._ahead(others), strict=True)
+        turns = [advanced(np.eye(len(base.measured)), -ahead).T for base, ahead in pairs]
         return np.asarray(block_diag(*turns, np.eye(len(turns))))
+
+    def _ahead(self, others: SessionModel) -> list[float]:
+        """By how much the beat of other recordings is ahead of that of the base state, rad."""
+        pairs = zip(self.model.trials, others.trials, strict=True)
+        return [float(phase_between(base.measured, other.measured, list(base.trial.tail))) for base, other in pairs]
 
     def signatures(self, effects: Mapping[str, Effect]) -> list[Signature]:
         """What every effect does to the refitted twin; asked again, an effect of the same name is not simulated."""
@@ -228,7 +237,7 @@ class _Changed(TrialModel):
     """A swim without what is left of it in the base state.
 
     Attributes:
-        base: (127,) that, at the phase of this swim.
+        base: (k,) that, at the phase of this swim.
     """
 
     base: np.ndarray = field(kw_only=True)
@@ -240,10 +249,8 @@ class _Changed(TrialModel):
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """(127,) the gait less that; (129,) with its course, which stays as it is."""
-        found = np.array(super().measured)
-        found[: len(self.base)] -= self.base
-        return found
+        """(k,) the gait less that."""
+        return np.asarray(super().measured - self.base)
 
 
 def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) -> list[MeasuredTrial]:
