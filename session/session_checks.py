@@ -95,7 +95,7 @@ def check_scale(source: TomlSource, robot: DescribedRobot | None, faults: FaultC
     scale = _table(source.data, "camera").get("scale_length_m")
     if robot is None or not isinstance(scale, (int, float)) or not 0 < scale < float("inf"):
         return
-    if not 1 / OTHER_UNIT < scale / robot.scale_length_m < OTHER_UNIT:
+    if not robot.scale_length_m / OTHER_UNIT < scale < robot.scale_length_m * OTHER_UNIT:
         faults.add(
             source.where(("camera", "scale_length_m")),
             "not the scale length of the robot",
@@ -117,13 +117,12 @@ def check_rates(
             those with frames left out in the median.
         faults: where faults go.
     """
-    off = {
-        name: 1 / median_s
-        for name, (median_s, mean_s) in stamps.items()
-        if min(abs(median_s * fps - 1), abs(mean_s * fps - 1)) > RATE_OFF
-    }
+    off: dict[str, list[str]] = {}
+    for name, (median_s, mean_s) in stamps.items():
+        if min(abs(median_s * fps - 1), abs(mean_s * fps - 1)) > RATE_OFF:
+            off.setdefault(f"{1 / mean_s:.4g}", []).append(name)
     if off:
-        told = ", ".join(f"{rate:.4g} in trial {name}" for name, rate in off.items())
+        told = "; ".join(f"{rate} in {', '.join(names)}" for rate, names in off.items())
         faults.add(
             source.where(("camera", "fps")),
             "the time stamps of tracks tell another frame rate",

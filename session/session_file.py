@@ -18,7 +18,7 @@ HEAD_MARKERS = ("nose", "neck")
 
 FEWEST_MARKERS = 3
 FASTEST_HZ = 15.0
-"""Crank turns a second; more are turns a minute. No robot fish beats faster (Zhu et al., Sci. Robot. 4, 2019)."""
+"""Crank turns a second, as fast as Tunabot beats (Zhu et al., Sci. Robot. 4, 2019); more are turns a minute."""
 
 
 def _safe_name(name: str) -> str:

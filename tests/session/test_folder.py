@@ -207,7 +207,7 @@ def test_stamps_of_another_frame_rate_are_refused_once(tmp_path: Path, spacing_s
     (folder / "fast.csv").write_bytes((folder / "slow.csv").read_bytes())
     assert faults_of(folder).endswith(
         "session.toml: line 5, camera.fps: the time stamps of tracks tell another frame rate; found 60; by their "
-        f"time_s {rate} in trial slow, {rate} in trial fast; expected 1 / the spacing of time_s in seconds, within "
+        f"time_s {rate} in slow, fast; expected 1 / the spacing of time_s in seconds, within "
         "5 %. Correct fps or time_s; what was filmed at another rate goes into a session of its own."
     )
 
