@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Container, Iterable
 from importlib.metadata import EntryPoint
+from numbers import Real
 from typing import Any, get_args
 
 from session import FaultCollector, InputError, TrialKind, shown
@@ -125,7 +126,7 @@ def _check_form(point: EntryPoint, effect: Effect) -> None:
 def _check_parameter(parameter: Parameter, faults: FaultCollector) -> None:
     """Adds a fault where zero is not within the bounds, or the prior is none."""
     numbers = (parameter.low, parameter.high, parameter.sd)
-    are_numbers = all(isinstance(number, (int, float)) and math.isfinite(number) for number in numbers)
+    are_numbers = all(isinstance(number, Real) and math.isfinite(number) for number in numbers)
     if not (are_numbers and parameter.low <= 0 < parameter.high and parameter.sd > 0):
         faults.add(
             f"parameters, {parameter.name}",
