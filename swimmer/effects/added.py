@@ -14,7 +14,7 @@ from swimmer.effects.effect import WAYS, Effect, Family, Parameter, Stage
 GROUP = "swimcal.effects"
 REQUIRED = ("name", "family", "stage", "physics", "source", "seen_in", "parameters")
 """What every effect says of itself, in class attributes."""
-_EXAMPLE = "docs/effects.md has a whole example."
+_EXAMPLE = "docs/effects.md has a whole example, with all attributes."
 
 
 def added_effects(points: Iterable[EntryPoint], taken: Container[str]) -> dict[str, Effect]:
@@ -62,7 +62,7 @@ def _loaded(point: EntryPoint) -> Effect:
             "it cannot be loaded",
             found=_told(error),
             expected='"module:name" of a class derived from swimmer.effects.Effect, in a module that can be imported',
-            next_step="Mend the entry point or the module, install the package again, or remove it.",
+            next_step=f"Mend the entry point or the module and install the package again, or remove it. {_EXAMPLE}",
         ) from error
     if told is Effect or not (isinstance(told, Effect) or (isinstance(told, type) and issubclass(told, Effect))):
         raise _fault(

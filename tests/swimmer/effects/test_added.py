@@ -63,7 +63,15 @@ def test_a_user_adds_one_through_an_entry_point(catalogue_with: Catalogue) -> No
 @pytest.mark.parametrize(
     ("value", "parts"),
     [
-        (":Nobody", ("it cannot be loaded", "AttributeError", "'Nobody'", "install the package again")),
+        (
+            ":Nobody",
+            (
+                "it cannot be loaded",
+                "AttributeError",
+                "'Nobody'",
+                "install the package again, or remove it. docs/effects.md",
+            ),
+        ),
         ("no_such_module:Mine", ("it cannot be loaded", "ModuleNotFoundError: No module named 'no_such_module'")),
         ("tests.swimmer.effects.without_sd:Mine", ("it cannot be loaded", "TypeError", "'sd'")),
         (":ROBOT", ("not an effect", "a class derived from swimmer.effects.Effect")),
