@@ -7,6 +7,7 @@ import typer
 
 from calib.capture.lost_terminal import let_go_of_a_lost_terminal
 from calib.commands import benchmarks, cameras, hardware, results, sessions, tracks, videos
+from calib.entry import INTERRUPTED
 from session import SwimcalError
 
 app = typer.Typer(
@@ -40,8 +41,6 @@ benchmark.command()(benchmarks.search)
 benchmark.command()(benchmarks.tracking)
 benchmark.command()(benchmarks.posterior)
 benchmark.command()(benchmarks.effects)
-
-INTERRUPTED = 130  # what typer makes of Ctrl-C
 
 
 def main() -> None:

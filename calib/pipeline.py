@@ -61,7 +61,7 @@ def open_session(folder: Path) -> Session:
     Raises:
         InputError: all faults at once.
     """
-    return load_session(folder, lambda file: tuple(load_robot(file).markers))
+    return load_session(folder, load_robot)
 
 
 class Pipeline:

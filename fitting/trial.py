@@ -12,6 +12,7 @@ from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.harmonics import design, weighted_fit
 from fitting.speed import forward_speed
 from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
+from session.session_checks import OTHER_UNIT
 from swimmer import CrankTurn, RobotSpec
 from tracking import HeadFrame, check_tracks, to_head_frame, to_pool
 
@@ -23,7 +24,6 @@ Beat = Callable[[np.ndarray], SwimFrequency]
 
 FIRST_BEATS = 1.2  # of the command, in which a held-out trial is first asked for its frequency
 KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
-OTHER_UNIT = 2.5  # a frame rate or scale off by this factor is a mistake of unit
 SCALE_OFF = 0.05  # relative difference of the scale that is worth a flag
 SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
 

@@ -161,7 +161,8 @@ class FaultCollector:
         self.faults.extend(faults[:limit])
         if (rest := len(faults) - limit) > 0:
             last = faults[-1]
-            more = f"and {rest} more like the last, up to {last.where}"
+            more = f"and {rest} more like the last"
+            more += f", up to {last.where}" if last.where != faults[limit - 1].where else ""
             self.faults.append(Fault(last.file, "", more, "", ""))
 
     @contextmanager

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from session.camera import CameraSpec, load_camera
 from session.commands import load_commands
 from session.errors import FaultCollector, InputError, did_you_mean
@@ -14,8 +16,11 @@ from session.motor import load_motor
 from session.results import sha256_of
 from session.session_checks import (
     TRIAL_FILES,
+    DescribedRobot,
     check_files,
     check_markers,
+    check_rates,
+    check_scale,
     check_trials,
     is_file,
     markers_in,
@@ -28,8 +33,8 @@ from session.tracks import Tracks, load_tracks
 SESSION_FILE = "session.toml"
 MOTOR_SUFFIX, COMMANDS_SUFFIX = ".motor.csv", ".commands.csv"
 
-RobotMarkers = Callable[[Path | None], tuple[str, ...]]
-"""The markers of the robot in a file; of the built-in robot for None. May raise `InputError`."""
+RobotOf = Callable[[Path | None], DescribedRobot]
+"""The robot in a file; the built-in robot for None. May raise `InputError`."""
 
 
 @dataclass(frozen=True)
@@ -134,12 +139,12 @@ class Session:
         return tuple(dict.fromkeys(file for file in files if file is not None))
 
 
-def load_session(folder: Path, robot_markers: RobotMarkers | None = None, *, check_tracks: bool = True) -> Session:
+def load_session(folder: Path, robot_of: RobotOf | None = None, *, check_tracks: bool = True) -> Session:
     """Reads and checks a session folder; nothing is written.
 
     Args:
         folder: the session folder.
-        robot_markers: gives the markers of the session's robot, to be compared with those of the session.
+        robot_of: reads the session's robot, whose markers and scale length are compared with those of the session.
             Faults of the robot file that it raises are reported with the others.
         check_tracks: also reads every track file and motor log.
 
@@ -151,7 +156,9 @@ def load_session(folder: Path, robot_markers: RobotMarkers | None = None, *, che
     content = source.validate(SessionFile, faults)
     check_files(source, folder, faults)
     check_trials(source, faults)
-    check_markers(source, _markers_of_robot(source, folder, robot_markers, faults), faults)
+    robot = _robot(source, folder, robot_of, faults)
+    check_markers(source, None if robot is None else tuple(robot.markers), faults)
+    check_scale(source, robot, faults)
     camera = _camera(content, folder, faults) if content else None
     if check_tracks:
         _check_recordings(source, content, folder, faults)
@@ -180,17 +187,15 @@ def _read_session_file(folder: Path) -> TomlSource:
     return read_toml(path)
 
 
-def _markers_of_robot(
-    source: TomlSource, folder: Path, robot_markers: RobotMarkers | None, faults: FaultCollector
-) -> tuple[str, ...] | None:
-    """The markers of the session's robot; None where they cannot be told."""
+def _robot(source: TomlSource, folder: Path, robot_of: RobotOf | None, faults: FaultCollector) -> DescribedRobot | None:
+    """The session's robot; None where it cannot be told."""
     robot = source.data.get("robot", {})
     named = "robot" in source.data
     file = _present(folder, robot.get("file")) if isinstance(robot, dict) else None
-    if robot_markers is None or (named and file is None):
+    if robot_of is None or (named and file is None):
         return None
     with faults.nested():
-        return robot_markers(file)
+        return robot_of(file)
     return None
 
 
@@ -206,7 +211,7 @@ def _camera(content: SessionFile, folder: Path, faults: FaultCollector) -> Camer
 
 def _check_recordings(source: TomlSource, content: SessionFile | None, folder: Path, faults: FaultCollector) -> None:
     """Reads the tracks and motor logs that are there, also when `session.toml` has faults of its own."""
-    markers = markers_in(source)
+    markers, stamps = markers_in(source), {}
     for key, trial in trials_in(source):
         if path := _present(folder, trial.get("motor")):
             with faults.nested():
@@ -220,6 +225,11 @@ def _check_recordings(source: TomlSource, content: SessionFile | None, folder: P
                 tracks = load_tracks(path, markers, content.camera.fps if content else 1.0)
                 if content:
                     _check_length(source, key, tracks, content, faults)
+                    if trial.get("kind") != "free_decay":  # one may be filmed in slow motion
+                        spacing_s = np.diff(tracks.time_s)
+                        stamps[trial["name"]] = float(np.median(spacing_s)), float(np.mean(spacing_s))
+    if content:
+        check_rates(source, content.camera.fps, stamps, faults)
 
 
 def _present(folder: Path, name: object) -> Path | None:

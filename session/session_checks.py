@@ -6,9 +6,9 @@ together with those of `session_file`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from session.errors import FaultCollector, did_you_mean, shown
 from session.session_file import HEAD_MARKERS
@@ -16,6 +16,24 @@ from session.toml_source import Key, TomlSource
 
 RECORDINGS = ("tracks", "video", "motor")
 TRIAL_FILES = (*RECORDINGS, "boxes")
+OTHER_UNIT = 2.5  # a frame rate or scale off by this factor is a mistake of unit
+RATE_OFF = 0.05  # relative; clocks of cameras agree far better, and 30 beside 60 frames a second is far worse
+
+
+class DescribedRobot(Protocol):
+    """What a session is held against of its robot."""
+
+    @property
+    def name(self) -> str:
+        """As described."""
+
+    @property
+    def markers(self) -> Collection[str]:
+        """Names of all it has."""
+
+    @property
+    def scale_length_m(self) -> float:
+        """Nose to neck, m."""
 
 
 def markers_in(source: TomlSource) -> tuple[str, ...]:
@@ -72,7 +90,49 @@ def check_trials(source: TomlSource, faults: FaultCollector) -> None:
             )
 
 
-def check_markers(source: TomlSource, robot: Sequence[str] | None, faults: FaultCollector) -> None:
+def check_scale(source: TomlSource, robot: DescribedRobot | None, faults: FaultCollector) -> None:
+    """The scale length is about that of the robot; a flag of the trials says where it is only somewhat off."""
+    scale = _table(source.data, "camera").get("scale_length_m")
+    if robot is None or not isinstance(scale, (int, float)) or not 0 < scale < float("inf"):
+        return
+    if not robot.scale_length_m / OTHER_UNIT < scale < robot.scale_length_m * OTHER_UNIT:
+        faults.add(
+            source.where(("camera", "scale_length_m")),
+            "not the scale length of the robot",
+            found=f"{scale:g}",
+            expected=f"about {robot.scale_length_m:.4g} m, from nose to neck of {robot.name}",
+            next_step="Is it in metres, and is the robot right?",
+        )
+
+
+def check_rates(
+    source: TomlSource, fps: float, stamps: Mapping[str, tuple[float, float]], faults: FaultCollector
+) -> None:
+    """The time stamps of tracks are of the camera's frame rate.
+
+    Args:
+        source: the file.
+        fps: that it says.
+        stamps: median and mean spacing of the time stamps, s, by trial. Those of a coarse clock show in the mean,
+            those with frames left out in the median.
+        faults: where faults go.
+    """
+    off: dict[str, list[str]] = {}
+    for name, (median_s, mean_s) in stamps.items():
+        if min(abs(median_s * fps - 1), abs(mean_s * fps - 1)) > RATE_OFF:
+            off.setdefault(f"{1 / mean_s:.4g}", []).append(name)
+    if off:
+        told = "; ".join(f"{rate} in {', '.join(names)}" for rate, names in off.items())
+        faults.add(
+            source.where(("camera", "fps")),
+            "the time stamps of tracks tell another frame rate",
+            found=f"{fps:g}; by their time_s {told}",
+            expected=f"1 / the spacing of time_s in seconds, within {100 * RATE_OFF:g} %",
+            next_step="Correct fps or time_s; what was filmed at another rate goes into a session of its own.",
+        )
+
+
+def check_markers(source: TomlSource, robot: Collection[str] | None, faults: FaultCollector) -> None:
     """Marker names differ, the head markers are among them, and the robot has them all.
 
     Args:

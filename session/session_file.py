@@ -17,6 +17,8 @@ HEAD_MARKERS = ("nose", "neck")
 """The markers that make the head frame; every session needs them."""
 
 FEWEST_MARKERS = 3
+FASTEST_HZ = 15.0
+"""Crank turns a second, as fast as Tunabot beats (Zhu et al., Sci. Robot. 4, 2019); more are turns a minute."""
 
 
 def _safe_name(name: str) -> str:
@@ -24,6 +26,17 @@ def _safe_name(name: str) -> str:
     if len(name) > 100 or not re.fullmatch(r"[A-Za-z0-9_]([A-Za-z0-9_.-]*[A-Za-z0-9_-])?", name):
         raise key_error("not a usable name", expected="up to 100 letters, digits, _, - and . within, such as f1_00")
     return name
+
+
+def _turns_a_second(hz: float) -> float:
+    """The speed, if a crank that moves a tail can have it."""
+    if hz > FASTEST_HZ:
+        raise key_error(
+            "faster than a tail is driven",
+            expected=f"crank turns a second, at most {FASTEST_HZ:g}",
+            next_step=f"Turns a minute? Divide by 60: {hz / 60:.4g}.",
+        )
+    return hz
 
 
 FileName = Annotated[str, StringConstraints(min_length=1)]
@@ -73,7 +86,7 @@ class TrialTable(Table):
     boxes: FileName | None = None
     motor: FileName | None = None
     motor_offset_s: float = 0.0
-    commanded_hz: Positive | None = None
+    commanded_hz: Annotated[Positive, AfterValidator(_turns_a_second)] | None = None
     role: TrialRole = "fit"
 
 

@@ -61,7 +61,7 @@ class TomlSource:
         try:
             return model.model_validate(_as_tuples(self.data))
         except ValidationError as error:
-            faults.extend(self._fault(model, details) for details in error.errors())
+            faults.extend(self._fault(model, details) for details in error.errors() if not _only_follows(details))
         except RecursionError:
             faults.add("", "nested too deeply", expected="the few levels of the documented form")
         return None
@@ -91,6 +91,11 @@ class TomlSource:
                 expected = "one of the choices" if choices else re.sub(r"^\w+ should (be|have) ", "", details["msg"])
                 next_step = did_you_mean(str(details["input"]), choices)
         return Fault(self.file, self.where(key), what, found, expected, choices, next_step)
+
+
+def _only_follows(details: ErrorDetails) -> bool:
+    """Whether a list is called too short only because what it holds is faulty, which is said item by item."""
+    return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
 def _found(value: Any) -> str:

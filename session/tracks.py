@@ -111,6 +111,14 @@ def _check_columns(table: RawTable, columns: tuple[str, ...], markers: tuple[str
         _check_width(table, markers, faults)
         return
     needed = [TIME, *(f"{marker}{axis}" for marker in markers for axis in ("_x", "_y"))]
+    if set(columns).isdisjoint(needed):
+        faults.add(
+            "line 1",
+            "not a header of tracks",
+            found=shown(",".join(columns)),
+            expected=f"the columns {', '.join(needed[:3])} … of {', '.join(markers)}, or rows of numbers alone",
+        )
+        return
     known = [*needed, *(f"{marker}_confidence" for marker in markers)]
     unknown = [
         Fault(

@@ -67,10 +67,10 @@ def diagnose(
     session: SessionFolder,
     effort: Effort = "full",
     workers: Workers = 0,
-    without: Annotated[str, typer.Option(help="effects that the catalogue is to lack, comma-separated")] = "",
+    without: Annotated[str | None, typer.Option(help="effects that the catalogue is to lack, comma-separated")] = None,
     suppose: Annotated[
-        str, typer.Option(help="instead: ask what the swims say of these effects together, comma-separated")
-    ] = "",
+        str | None, typer.Option(help="instead: ask what the swims say of these effects together, comma-separated")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Tells where the sim-to-real gap lies, which unmodelled effect makes it, and how far it shrinks with that effect.
@@ -81,9 +81,7 @@ def diagnose(
     from calib.options import Options
     from calib.working import tell_diagnosis, tell_supposition, working
 
-    lacking, supposed = (tuple(name.strip() for name in told.split(",") if name.strip()) for told in (without, suppose))
-    if suppose and not supposed:
-        raise typer.BadParameter("names no effect; docs/effects.md has the table", param_hint="--suppose")
+    lacking, supposed = _effects_named("--without", without), _effects_named("--suppose", suppose)
     if supposed and lacking:
         raise typer.BadParameter("takes effects of the whole catalogue; leave --without out", param_hint="--suppose")
     if supposed:
@@ -94,6 +92,30 @@ def diagnose(
     with working(session, as_json, Options(effort, workers)) as pipeline:
         result = pipeline.diagnosis(frozenset(lacking))
     tell_diagnosis(pipeline, result, as_json)
+
+
+def _effects_named(option: str, told: str | None) -> tuple[str, ...]:
+    """The names in a comma-separated list.
+
+    Raises:
+        InputError: the option was given and holds none.
+    """
+    names = tuple(name.strip() for name in (told or "").split(",") if name.strip())
+    if told is not None and not names:
+        from session import FaultCollector
+        from swimmer.effects import catalogue
+
+        faults = FaultCollector(option)
+        faults.add(
+            "",
+            "names no effect",
+            found=repr(told),
+            expected="names of the catalogue, comma-separated",
+            choices=tuple(catalogue()),
+            next_step="Name some, or leave the option out; docs/effects.md has the table.",
+        )
+        faults.raise_if_any()
+    return names
 
 
 def report(

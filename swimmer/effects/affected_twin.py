@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from swimmer.effects.effect import MODEL_WAYS, MOVING_WAYS, Drive, Effect, StepDamper, StepForce, StepState
 from swimmer.effects.seen import Seen, View
+from swimmer.effects.shapes import of_shape
 from swimmer.engine_log import quiet_engine
 from swimmer.fluid import FluidCoefficients
 from swimmer.mjcf import DRY, Scene, build_mjcf
@@ -82,10 +83,11 @@ class AffectedTwin(Twin):
 
         Raises:
             ValueError: the values are not those of the effects.
+            InputError: an effect gives an array of another shape than it should.
         """
         values = self._values(runs)
         stamped = np.broadcast_to(time_s, (len(runs), time_s.shape[-1]))
-        true_s = np.array([self._folded("clock", t, v) for t, v in zip(stamped, values, strict=True)])
+        true_s = np.array([self._true_s(t, v) for t, v in zip(stamped, values, strict=True)])
         told = super().simulate(self._driven(runs, values), np.maximum(true_s, 0.0), allow_divergence=allow_divergence)
         return replace(told, time_s=time_s)
 
@@ -96,6 +98,9 @@ class AffectedTwin(Twin):
             runs: the simulations.
             told: what they gave.
             views: n, one a simulation.
+
+        Raises:
+            InputError: an effect gives an array of another shape than it should.
         """
         robot, markers = self.robot, self.markers
         heights = robot.marker_positions_m(markers)[:, 2]
@@ -107,7 +112,7 @@ class AffectedTwin(Twin):
             seen[i] = told.marker_m[i]
             for effect, columns in self._own:
                 one = Seen(times[i], seen[i], axes[i], told.crank_rad[i], markers, above, view)
-                seen[i] = effect.observe(one, values[columns])
+                seen[i] = of_shape(seen[i].shape, effect, "observe", effect.observe(one, values[columns]))
         return seen
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
@@ -129,7 +134,7 @@ class AffectedTwin(Twin):
         driven = self._driven(runs, values)
         turns = driven.turns or (None,) * len(runs)
         for hz, turn, own in zip(driven.frequency_hz, turns, values, strict=True):
-            true_s = np.maximum(self._folded("clock", time_s, own), 0.0)
+            true_s = np.maximum(self._true_s(time_s, own), 0.0)
             angle = 2 * np.pi * hz * true_s if turn is None else turn.angle(true_s)
             found.append(np.polyfit(time_s - time_s.mean(), angle, 1)[0] / (2 * np.pi))
         return np.array(found)
@@ -215,7 +220,10 @@ class AffectedTwin(Twin):
         for k in range(most):
             state = StepState(k * dt, position, velocity, acceleration, fluid)
             if forces:
-                applied[:] = sum(force(state) for force in forces)
+                pushed = [force(state) for _, force in forces]
+                if k == 0:
+                    _ = [of_shape(applied.shape, e, "force", p) for (e, _), p in zip(forces, pushed, strict=True)]
+                applied[:] = sum(pushed)
             if dampers:
                 added = [damper(state) for damper in dampers]
                 _write(joints, joint_base + sum(a.joints for a in added))
@@ -239,10 +247,10 @@ class AffectedTwin(Twin):
                 moves[:, columns] = runs.values[:, columns]
         return replace(runs, values=moves).alike()
 
-    def _forces(self, runs: Runs) -> list[StepForce]:
+    def _forces(self, runs: Runs) -> list[tuple[Effect, StepForce]]:
         values = self._values(runs)
-        made = (effect.force(self.robot, self.scene, values[:, columns]) for effect, columns in self._own)
-        return [force for force in made if force is not None]
+        made = ((effect, effect.force(self.robot, self.scene, values[:, own])) for effect, own in self._own)
+        return [(effect, force) for effect, force in made if force is not None]
 
     def _dampers(self, runs: Runs, models: Sequence[mujoco.MjModel]) -> list[StepDamper]:
         values = self._values(runs)
@@ -261,6 +269,12 @@ class AffectedTwin(Twin):
             phase_rad=np.array(phase_rad),
             turns=turned if any(turned) else None,
         )
+
+    def _true_s(self, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """(f,) times of frames that the camera stamps with times (f,), s."""
+        for effect, columns in self._own:
+            time_s = of_shape(time_s.shape, effect, "clock", effect.clock(time_s, values[columns]))
+        return time_s
 
     def _folded(self, way: str, told: T, values: np.ndarray) -> T:
         """Through all effects, one after the other."""

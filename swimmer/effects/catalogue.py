@@ -6,9 +6,9 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from types import MappingProxyType
 
+from swimmer.effects.added import GROUP, added_effects
 from swimmer.effects.effect import Effect
 
-GROUP = "swimcal.effects"
 BUILT_IN: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "measurement": (
@@ -53,19 +53,11 @@ def catalogue() -> Mapping[str, Effect]:
     """Every effect by its name, built-in ones first.
 
     Raises:
-        ValueError: an effect of a user has a name that is taken, or is none.
+        InputError: what is wrong with effects of users, all of it at once.
     """
     found = {
         name: import_module(f"swimmer.effects.{family}.{name}").EFFECT
         for family, names in BUILT_IN.items()
         for name in names
     }
-    for point in entry_points(group=GROUP):
-        effect = point.load()
-        effect = effect() if isinstance(effect, type) else effect
-        if not isinstance(effect, Effect):
-            raise ValueError(f"entry point {point.name} of {GROUP}: found {effect!r}, expected an Effect")
-        if effect.name in found:
-            raise ValueError(f"entry point {point.name} of {GROUP}: an effect named {effect.name} is there already")
-        found[effect.name] = effect
-    return MappingProxyType(found)
+    return MappingProxyType(found | added_effects(entry_points(group=GROUP), found))

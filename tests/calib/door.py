@@ -81,7 +81,7 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
 
 def process(*arguments: str | Path) -> subprocess.Popen[str]:
     """`calib` as a process of its own."""
-    command = [sys.executable, "-c", "from calib.cli import main; main()", *map(str, arguments)]
+    command = [sys.executable, "-c", "from calib.entry import main; main()", *map(str, arguments)]
     return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

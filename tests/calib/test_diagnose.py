@@ -111,6 +111,16 @@ def test_an_effect_that_there_is_not_is_refused_with_the_choices(calib: Front, f
     assert not (fresh / "results" / "diagnosis.json").exists()
 
 
+@pytest.mark.parametrize("option", ["--without", "--suppose"])
+@pytest.mark.parametrize("told", ["", " , "])
+def test_an_option_that_names_no_effect_is_refused_with_the_choices(
+    calib: Front, fresh: Path, option: str, told: str
+) -> None:
+    before = files_in(fresh)
+    assert_told(calib("diagnose", fresh, option, told), f"{option}: names no effect; found {told!r}", "wave_drag")
+    assert files_in(fresh) == before
+
+
 def test_a_session_without_fitted_swims_is_refused(calib: Front, fresh: Path) -> None:
     text = (fresh / "session.toml").read_text()
     if 'role = "fit"' in text:

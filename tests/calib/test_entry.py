@@ -41,6 +41,23 @@ def test_the_command_line_waits_for_nothing_that_it_does_not_use() -> None:
     assert shown.stdout.strip() == ""
 
 
+def test_ctrl_c_while_it_is_still_loading_ends_as_at_any_other_time() -> None:
+    code = """
+import sys
+class Interrupted:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupted())
+from calib.entry import main
+main()
+"""
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+    assert shown.returncode == 130
+    assert shown.stderr.strip() == "calib: stopped before anything was begun."
+
+
 def test_what_its_options_offer_is_what_there_is() -> None:
     assert get_args(arguments.EffortOption) == tuple(EFFORTS)
     assert get_args(arguments.MethodOption) == tuple(METHODS)

@@ -47,7 +47,7 @@ def test_the_card_tells(part: str) -> None:
 
 
 def test_the_sample_is_small_and_has_what_a_sample_needs() -> None:
-    session = load_session(SAMPLE, lambda _: tuple(load_robot().markers))
+    session = load_session(SAMPLE, load_robot)
     plan = read_truth(SAMPLE).plan
 
     assert sum((SAMPLE / name).stat().st_size for name in checksums(SAMPLE)) < 1_600_000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -41,6 +42,14 @@ tracks = "fast.csv"
 commanded_hz = 1.5
 role = "holdout"
 """
+
+
+class Robot(NamedTuple):
+    """What a session is held against of its robot."""
+
+    markers: tuple[str, ...]
+    scale_length_m: float = 0.142
+    name: str = "fish"
 
 
 def tracks_text(frames: int = 90) -> str:

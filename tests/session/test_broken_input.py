@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from session import InputError, load_camera, load_motor, load_session, load_tracks
 from session.motor import MOTOR_COLUMNS
 from session.toml_lines import lines_of_keys
-from tests.session.sample import MARKERS, SESSION_TOML, make_session, tracks_text
+from tests.session.sample import MARKERS, SESSION_TOML, Robot, make_session, tracks_text
 
 HEADER = "time_s,nose_x,nose_y,nose_confidence,neck_x,neck_y,tail_1_x,tail_1_y"
 WITH_HEADER = HEADER + "\n" + "".join(f"{k / 60},1,2,0.5,3,4,5,{k}\n" for k in range(6))
@@ -100,7 +100,7 @@ def read_tracks(path: Path) -> None:
 def read_session(path: Path) -> None:
     make_session(path.parent, path.read_bytes().decode("utf-8", "replace"))
     path.parent.joinpath("session.toml").write_bytes(path.read_bytes())
-    load_session(path.parent, lambda _: MARKERS)
+    load_session(path.parent, lambda _: Robot(MARKERS))
     assert not (path.parent / "results").exists()
 
 

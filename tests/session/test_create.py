@@ -10,7 +10,7 @@ from session import (
     new_from_fishsim,
     write_session_toml,
 )
-from tests.session.sample import FISHSIM, needs_fishsim
+from tests.session.sample import FISHSIM, Robot, needs_fishsim
 
 
 def public_tracks(folder: Path, *names: str) -> Path:
@@ -29,7 +29,7 @@ def test_a_checkout_and_a_folder_of_files_make_the_same_session(tmp_path: Path) 
     for source in ("checkout", "plain"):
         folder = new_from_fishsim(tmp_path / f"of_{source}" / "pool", tmp_path / source)
         texts.add((folder / "session.toml").read_text())
-        session = load_session(folder, lambda _: FISHSIM_MARKERS)
+        session = load_session(folder, lambda _: Robot(FISHSIM_MARKERS))
         assert [(t.name, t.commanded_hz, t.role) for t in session.trials] == [
             ("f1_00", 1.0, "fit"),
             ("f2_25", 2.25, "holdout"),
@@ -120,7 +120,7 @@ def test_a_written_description_loads_back(tmp_path: Path) -> None:
 
 @needs_fishsim
 def test_the_public_tracks_make_a_session(tmp_path: Path) -> None:
-    session = load_session(new_from_fishsim(tmp_path / "pool", FISHSIM), lambda _: FISHSIM_MARKERS)
+    session = load_session(new_from_fishsim(tmp_path / "pool", FISHSIM), lambda _: Robot(FISHSIM_MARKERS))
     roles = {trial.name: trial.role for trial in session.trials}
     assert roles == {
         "f0_50": "holdout",

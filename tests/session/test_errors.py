@@ -52,6 +52,12 @@ def test_many_faults_of_a_kind_are_counted() -> None:
     assert faults.faults[-1].what == "and 27 more like the last, up to line 37"
 
 
+def test_many_faults_of_one_place_are_counted_without_naming_it_again() -> None:
+    faults = FaultCollector("a.csv")
+    faults.extend_capped([Fault("a.csv", "line 1", f"column {k} is missing", "", "") for k in range(37)])
+    assert faults.faults[-1].what == "and 27 more like the last"
+
+
 def test_exactly_the_shown_number_of_faults_adds_no_count() -> None:
     faults = FaultCollector("a.csv")
     faults.extend_capped([Fault("a.csv", f"line {k}", "ragged", "", "") for k in range(SHOWN_PER_KIND)])

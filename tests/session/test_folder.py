@@ -1,11 +1,12 @@
 import hashlib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from session import Fault, InputError, file_hashes, load_session
 from session.motor import MOTOR_COLUMNS
-from tests.session.sample import MARKERS, SESSION_TOML, faults_of, make_session, tracks_text
+from tests.session.sample import MARKERS, SESSION_TOML, Robot, faults_of, make_session, tracks_text
 
 CAMERA = """\
 [camera]
@@ -21,7 +22,7 @@ distortion = [0.1, 0.0, 0.0, 0.0, 0.0]
 
 def test_a_session_loads_with_its_defaults(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "pool")
-    session = load_session(folder, lambda _: MARKERS)
+    session = load_session(folder, lambda _: Robot(MARKERS))
     assert (session.name, session.warmup_s, session.seed, session.robot_file) == ("pool", 1.0, 0, None)
     assert (session.camera.fps, session.camera.scale_length_m, session.camera.calibration) == (
         60.0,
@@ -44,11 +45,11 @@ def test_robot_and_camera_files_are_read(tmp_path: Path) -> None:
     (folder / "robot.toml").write_text("")
     asked: list[Path | None] = []
 
-    def robot_markers(file: Path | None) -> tuple[str, ...]:
+    def robot_of(file: Path | None) -> Robot:
         asked.append(file)
-        return MARKERS
+        return Robot(MARKERS)
 
-    session = load_session(folder, robot_markers)
+    session = load_session(folder, robot_of)
     assert asked == [folder / "robot.toml"]
     assert session.camera.calibration is not None
     assert session.camera.calibration.distortion == (0.1, 0.0, 0.0, 0.0, 0.0)
@@ -135,6 +136,12 @@ def test_an_unknown_trial_is_told_with_the_choices(tmp_path: Path) -> None:
             "",
             "line 17, trial[1].commanded_hz: key is missing; expected crank turns a second, for a trial of kind 'swim'",
         ),
+        (
+            "commanded_hz = 1.5",
+            "commanded_hz = 90",
+            "line 21, trial[1].commanded_hz: faster than a tail is driven; found 90; "
+            "expected crank turns a second, at most 15. Turns a minute? Divide by 60: 1.5.",
+        ),
         ("commanded_hz = 1.5", "commanded_hz = -1.5", "trial[1].commanded_hz: wrong value; found -1.5"),
         (
             'role = "holdout"',
@@ -168,18 +175,77 @@ def test_no_trials_at_all_is_a_fault(tmp_path: Path) -> None:
 
 
 def test_a_marker_the_robot_lacks_is_told_with_those_it_has(tmp_path: Path) -> None:
-    message = faults_of(make_session(tmp_path / "pool"), robot_markers=lambda _: ("nose", "neck", "tail_2"))
+    message = faults_of(make_session(tmp_path / "pool"), robot_of=lambda _: Robot(("nose", "neck", "tail_2")))
     assert "line 9, markers.names[2]: a marker that the robot does not have; found 'tail_1'" in message
     assert "choices: nose, neck, tail_2. Did you mean 'tail_2'?" in message
+
+
+@pytest.mark.parametrize("scale", ["14.2", "0.05"])
+def test_a_scale_length_in_another_unit_is_one_fault_of_the_file(tmp_path: Path, scale: str) -> None:
+    message = faults_of(
+        make_session(tmp_path / "pool", SESSION_TOML.replace("0.142", scale)), robot_of=lambda _: Robot(MARKERS)
+    )
+    assert message.endswith(
+        f"session.toml: line 6, camera.scale_length_m: not the scale length of the robot; found {scale}; expected "
+        "about 0.142 m, from nose to neck of fish. Is it in metres, and is the robot right?"
+    )
+
+
+def stamped(folder: Path, spacing_s: np.ndarray) -> None:
+    """The tracks of the trial "slow" with stamps that are so far apart."""
+    rows = tracks_text(len(spacing_s) + 1).splitlines()
+    time_s = np.concatenate([[0.0], np.cumsum(spacing_s)])
+    head = "time_s," + ",".join(f"{marker}_{axis}" for marker in MARKERS for axis in "xy")
+    lines = (f"{stamp:.6f},{row}" for stamp, row in zip(time_s, rows, strict=True))
+    (folder / "slow.csv").write_text("\n".join([head, *lines, ""]))
+
+
+@pytest.mark.parametrize(("spacing_s", "rate"), [(1 / 30, "30"), (1000 / 60, "0.06")])
+def test_stamps_of_another_frame_rate_are_refused_once(tmp_path: Path, spacing_s: float, rate: str) -> None:
+    folder = make_session(tmp_path / "pool")
+    stamped(folder, np.full(89, spacing_s))
+    (folder / "fast.csv").write_bytes((folder / "slow.csv").read_bytes())
+    assert faults_of(folder).endswith(
+        "session.toml: line 5, camera.fps: the time stamps of tracks tell another frame rate; found 60; by their "
+        f"time_s {rate} in slow, fast; expected 1 / the spacing of time_s in seconds, within "
+        "5 %. Correct fps or time_s; what was filmed at another rate goes into a session of its own."
+    )
+
+
+@pytest.mark.parametrize(
+    "spacing_s",
+    [
+        np.full(89, 1001 / 60000),
+        np.where(np.arange(89) % 10, 1, 6) / 60,  # every tenth time five frames are left out
+        np.diff(np.round(np.arange(90) / 60, 2)),  # of a clock that counts hundredths
+    ],
+    ids=["59.94", "frames left out", "coarse clock"],
+)
+def test_stamps_of_about_that_frame_rate_are_taken(tmp_path: Path, spacing_s: np.ndarray) -> None:
+    folder = make_session(tmp_path / "pool")
+    stamped(folder, spacing_s)
+    load_session(folder)
+
+
+def test_a_free_decay_may_be_filmed_in_slow_motion(tmp_path: Path) -> None:
+    folder = make_session(tmp_path / "pool", SESSION_TOML.replace('"swim"', '"free_decay"', 1))
+    stamped(folder, np.full(89, 1 / 240))
+    load_session(folder)
+
+
+def test_where_every_trial_is_faulty_nothing_is_said_of_their_number(tmp_path: Path) -> None:
+    message = faults_of(make_session(tmp_path / "pool", SESSION_TOML.replace('"swim"', '"swimm"')))
+    assert "session.toml: 2 faults" in message
+    assert "at least 1" not in message
 
 
 def test_faults_of_the_robot_file_come_with_the_others(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "pool", SESSION_TOML.replace("60.0", "0.0"))
 
-    def robot_markers(_: Path | None) -> tuple[str, ...]:
+    def robot_of(_: Path | None) -> Robot:
         raise InputError([Fault("robot.toml", "line 1", "no mass", "", "")])
 
-    message = faults_of(folder, robot_markers=robot_markers)
+    message = faults_of(folder, robot_of=robot_of)
     assert "camera.fps" in message
     assert "robot.toml: line 1: no mass" in message
 

@@ -106,6 +106,11 @@ def test_arrays_that_do_not_fit_each_other_are_refused() -> None:
         (f"{HEADER},neck_y\n", "column 'neck_y' is repeated; found 2 of it"),
         ("time_s,nose_x,nose_y,neck_x,neck_y,tail_1_x\n", "line 1: column 'tail_1_y' is missing"),
         (
+            "hello\n",
+            "t.csv: line 1: not a header of tracks; found 'hello'; expected the columns time_s, nose_x, nose_y … of "
+            "nose, neck, tail_1, or rows of numbers alone",
+        ),
+        (
             f"{HEADER},nose_confidence\n0,1,2,3,4,5,6,1\n1,1,2,3,4,5,6,1.5\n",
             "line 3, column 8 (nose_confidence): confidence out of range; found 1.5; expected a number",
         ),

@@ -23,7 +23,7 @@ def short_tailed_robot() -> RobotSpec:
 
 def test_a_session_loads_without_a_fault_and_says_what_was_planned(tmp_path: Path) -> None:
     plan = small_plan(name="two swims")
-    session = load_session(make_session(tmp_path / "s", plan), lambda _: tuple(load_robot().markers))
+    session = load_session(make_session(tmp_path / "s", plan), load_robot)
 
     assert (session.name, session.markers, session.warmup_s) == ("two swims", plan.markers, plan.warmup_s)
     for trial, planned in zip(session.trials, plan.trials, strict=True):
@@ -94,7 +94,7 @@ def test_another_robot_comes_with_its_description(tmp_path: Path) -> None:
     robot = short_tailed_robot()
     markers = ("nose", "neck", "pectoral_left", "tail_2", "tail_4", "fin")
     folder = make_session(tmp_path / "s", small_plan(robot=robot, markers=markers))
-    session = load_session(folder, lambda file: tuple(load_robot(file).markers))
+    session = load_session(folder, load_robot)
 
     assert load_robot(session.robot_file) == robot
     assert session.camera.scale_length_m == pytest.approx(0.155)

@@ -10,7 +10,8 @@ import pytest
 from calib.capture import COMMANDS_HEADER, START_CODE, Interrupted, Limits, MotorFault, UserError
 from calib.capture import run as run_module
 from calib.motor import Fault, Faults, FaultyEmulator, HardwareError
-from session import FISHSIM_MARKERS, load_motor, load_session
+from session import load_motor, load_session
+from swimmer import load_robot
 from tests.calib.capture.virtual import bench
 
 
@@ -21,7 +22,7 @@ def logged(out: Path, name: str = "f0_60") -> Path:
 def test_a_capture_is_a_session_with_its_speeds_driven_and_logged(tmp_path: Path) -> None:
     one, out = bench(), tmp_path / "pool"
     results = one.capture(out, 0.6, 0.8, 0.6, seconds=4.0, coded=True)
-    session = load_session(out, lambda _: FISHSIM_MARKERS)
+    session = load_session(out, load_robot)
     assert [(t.name, t.commanded_hz) for t in session.trials] == [("f0_60", 0.6), ("f0_80", 0.8), ("f0_60_2", 0.6)]
     for trial, result in zip(session.trials, results, strict=True):
         assert trial.motor is not None

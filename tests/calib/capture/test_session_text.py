@@ -5,7 +5,8 @@ import pytest
 
 from calib.capture import MOTOR_HEADER, UserError
 from calib.capture.session_text import SessionText
-from session import FISHSIM_MARKERS, MOTOR_COLUMNS, load_session
+from session import MOTOR_COLUMNS, load_session
+from swimmer import load_robot
 
 
 def a_log(folder: Path, name: str) -> None:
@@ -22,7 +23,7 @@ def test_a_session_that_is_not_there_is_made_and_is_valid(tmp_path: Path) -> Non
     for name, kind, hz, role in (("f0_60", "swim", 0.6, "holdout"), ("f0_80", "dry", 0.8, "fit")):
         a_log(text.folder, name)
         text.add_trial(name, kind, hz, role)
-    session = load_session(text.folder, lambda _: FISHSIM_MARKERS)
+    session = load_session(text.folder, load_robot)
     assert session.name == 'pool "ü" 1'
     assert [(t.name, t.kind, t.commanded_hz) for t in session.trials] == [("f0_60", "swim", 0.6), ("f0_80", "dry", 0.8)]
     assert [t.role for t in session.trials] == ["holdout", "fit"]

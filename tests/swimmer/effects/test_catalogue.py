@@ -1,7 +1,5 @@
 """What holds for every effect, whatever it is."""
 
-import sys
-from importlib.metadata import EntryPoint
 from typing import get_args
 
 import numpy as np
@@ -11,10 +9,8 @@ from scipy.stats import qmc
 from session import TrialKind
 from swimmer import FluidCoefficients
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect, Family, Stage, catalogue
-from swimmer.effects import catalogue as catalogue_function
 from swimmer.effects.catalogue import BUILT_IN
-from swimmer.effects.tendons.crank_arm_error import CrankArmError
-from tests.swimmer.effects.swims import EVEN, PLAIN, ROBOT, TIME_S, plain_runs, runs_with, with_effect
+from tests.swimmer.effects.swims import EVEN, PLAIN, TIME_S, plain_runs, runs_with, with_effect
 
 EFFECTS = list(catalogue().values())
 
@@ -122,29 +118,3 @@ def test_effects_act_together() -> None:
 def test_values_that_are_not_those_of_the_effects_are_refused() -> None:
     with pytest.raises(ValueError, match="values"):
         AffectedTwin(PLAIN, [catalogue()["joint_friction"]]).simulate(runs_with(np.zeros(2)), TIME_S)
-
-
-class Mine(CrankArmError):
-    name = "my_own"
-
-
-@pytest.mark.parametrize(
-    ("added", "message"), [("Mine", None), ("CrankArmError", "is there already"), ("ROBOT", "expected an Effect")]
-)
-def test_a_user_adds_one_through_an_entry_point(
-    monkeypatch: pytest.MonkeyPatch, added: str, message: str | None
-) -> None:
-    point = EntryPoint(name="added", value=f"{__name__}:{added}", group="swimcal.effects")
-    monkeypatch.setattr(sys.modules["swimmer.effects.catalogue"], "entry_points", lambda **_: [point])
-    catalogue_function.cache_clear()
-    try:
-        if message is None:
-            assert isinstance(catalogue()["my_own"], Mine)
-        else:
-            with pytest.raises(ValueError, match=message):
-                catalogue()
-    finally:
-        catalogue_function.cache_clear()
-
-
-assert ROBOT.hinges  # loaded above: what an entry point that is no effect points at

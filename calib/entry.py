@@ -1,0 +1,16 @@
+"""The command `calib`: a door in front of the command line, whose imports take a second that Ctrl-C may fall into."""
+
+import sys
+
+INTERRUPTED = 130
+"""The exit code after Ctrl-C, 128 + SIGINT as shells have it; what typer makes of it too."""
+
+
+def main() -> None:
+    """Entry point: Ctrl-C ends with one line and exit code 130 from the first import on."""
+    try:
+        from calib.cli import main as command_line
+    except KeyboardInterrupt:
+        print("\ncalib: stopped before anything was begun.", file=sys.stderr)
+        sys.exit(INTERRUPTED)
+    command_line()
