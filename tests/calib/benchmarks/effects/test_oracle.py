@@ -46,6 +46,18 @@ def test_the_true_effect_shrinks_most_of_the_gap_and_another_next_to_nothing() -
 
 
 @pytest.mark.long
+def test_what_shows_in_how_markers_slide_counts_as_a_diagnosis_counts_it() -> None:
+    """A bent lens makes markers slide, which its form follows; of beats alone it would make the gap larger."""
+    ((drawn, base, bent),) = film_together([filming("lens_distortion", 1.0)])
+    known = discrepancy_for(FISHSIM_MARKERS, load_robot())
+    fitted = SessionRows.of(drawn, base, known)
+    held = SessionRows.of(drawn, base, known, "holdout", fitted.coefficients)
+    told = oracle_shrinkage([catalogue()["lens_distortion"]], fitted, held, bent)
+    assert told is not None
+    assert told > 0.5
+
+
+@pytest.mark.long
 def test_how_markers_are_glued_in_every_session_is_not_what_a_form_that_moves_markers_is_asked_for() -> None:
     """Less than they are off in the base state: what is fitted to both would be worse than nothing."""
     ((drawn, base, moved),) = film_together([filming("marker_offset", 0.15)])
