@@ -7,6 +7,7 @@ from typing import Any
 from diagnosis.sentences import by_how_much, plain, sentences
 
 _ROWS, _NEXT = 6, 3  # effects and experiments that are shown, at least
+_TELLS = 0.2  # error below which an experiment tells two effects apart
 _OFF = 0.1  # share by which tails beat beside their commands, from which numbers of the session are to be checked
 _OF_FREQUENCY = frozenset({"time_base_error", "drive_ratio_error", "motor_speed_sag"})
 
@@ -24,8 +25,10 @@ def diagnosis_lines(data: Mapping[str, Any]) -> list[str]:
     lines += [f"check: {each}" for each in _checks(data)]
     told: dict[str, list[str]] = {}
     for each in data["next_experiments"]:
-        told.setdefault(each["describe"], []).append(" from ".join(map(plain, each["separates"])))
-    lines += [f"next: {what} (tells {', '.join(pairs)})" for what, pairs in list(told.items())[:_NEXT]]
+        if each["expected_error"] < _TELLS:
+            pair = " from ".join(map(plain, each["separates"]))
+            told.setdefault(each["describe"], []).append(f"{pair}, {each['expected_error']:.0%} error left")
+    lines += [f"next: {what} (tells {'; '.join(pairs)})" for what, pairs in list(told.items())[:_NEXT]]
     either = [group for group in data["groups"] if len(group) > 1]
     of = f"; with {' and '.join(plain(group[0]) for group in either)}, the likeliest of those told" if either else ""
     everything = "calibrated+everything."
@@ -39,7 +42,7 @@ def _checks(data: Mapping[str, Any]) -> list[str]:
         told.append(f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again for the whole")
     known = [f["measured_hz"] / f["commanded_hz"] - 1 for f in data["frequencies"].values() if f["commanded_hz"]]
     off = sum(known) / len(known) if known else 0.0
-    if abs(off) > _OFF and _OF_FREQUENCY & set(data["effects"]):
+    if abs(off) > _OFF and (data["verdict"] == "unexplained" or _OF_FREQUENCY & set(data["effects"])):
         told.append(
             f"tails beat {abs(off):.0%} {'slower' if off < 0 else 'faster'} than commanded; fps of the camera, and "
             "commanded_hz in turns a second, should be sure before clock, gear or motor are blamed"

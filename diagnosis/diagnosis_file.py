@@ -14,6 +14,7 @@ from fitting.posterior.gait import places_of_slides
 from swimmer import FluidCoefficients
 
 NONE = "none_of_these"
+_AT_BOUND = 0.01  # share of what a parameter may be, from a bound
 _LEAST, _LEAST_OF_PLACE = 1e-4, 0.01  # probability that is told, of an effect and of a place
 
 
@@ -154,7 +155,7 @@ def _speed_error(swims: tuple[Swum, ...]) -> float:
 
 
 def _parameters(best: Refit) -> dict[str, Any]:
-    """By effect; one with several parameters has each under its name. At a bound is what its interval reaches."""
+    """By effect; one with several parameters has each under its name."""
     sd = np.sqrt(np.diag(best.covariance))[5:]
     told: dict[str, Any] = {}
     number = 0
@@ -163,7 +164,8 @@ def _parameters(best: Refit) -> dict[str, Any]:
         for parameter in effect.parameters:
             value, half = float(best.values[number]), 1.96 * float(sd[number])
             bounds = [max(value - half, parameter.low), min(value + half, parameter.high)]
-            at_bound = bool({*bounds} & {parameter.low, parameter.high} - {0.0})
+            near = _AT_BOUND * (parameter.high - parameter.low)
+            at_bound = any(end and abs(value - end) < near for end in (parameter.low, parameter.high))
             own[parameter.name] = {"value": value, "ci95": bounds, "unit": parameter.unit, "at_bound": at_bound}
             number += 1
         told[effect.name] = next(iter(own.values())) | {"parameter": next(iter(own))} if len(own) == 1 else own

@@ -2,12 +2,13 @@
 
 A swim at another speed or a dry run is simulated with either effect, as strong as the session has it, and with the
 noise of the session; a free decay is two numbers more, a motor's log or a clock in view one more a trial. What is told
-is the two-way error Phi(-d / 2) afterwards, with d the whitened distance from the one to the other, refitted, that the
-new trial adds: what these trials could tell of the two they have told, and it was not enough.
+is the chance to still take one for the other afterwards, if one of the two is there: that of the likelier of two normal
+hypotheses, at the odds that the session leaves and at the whitened distance d, refitted, that the new trial adds. What
+these trials could tell of the two they have told: it is in the odds, and not in d. At even odds that is Phi(-d / 2).
 
 Of more swims that is believed only as far as these swims bear it out. Two effects that they should tell apart by a
 distance of a and do not, because forms of effects are rough and much else is amiss, will hardly be told apart by one
-swim more: it counts by the share that the odds of the two have of those expected, a^2 / 2, within one standard
+swim more: it counts by the share that the log odds of the two have of those expected, a^2 / 2, within one standard
 deviation a (of a log likelihood ratio between two normal hypotheses).
 """
 
@@ -18,6 +19,7 @@ from itertools import combinations
 from typing import Literal, NamedTuple
 
 import numpy as np
+from scipy.special import expit
 from scipy.stats import norm
 
 from diagnosis.evidence import Explanations
@@ -43,6 +45,7 @@ _NEW_HZ = 0.12  # that a speed must differ by from those that were swum
 _SECONDS, _RUN_IN_BEATS, _START_M_S = 6.0, 4.0, 0.1
 _LOGGED_TO, _CLOCKED_TO = 0.001, 0.001  # relative standard deviations of a motor's speed and of a clock in view
 _CLOCK = "time_base_error"
+_LEAST = 1e-9  # probability, and distance, below which there is none
 _DECAY = "Film a free decay: the head clamped in air, tendons off, the tail bent and let go"
 
 
@@ -100,14 +103,15 @@ def next_experiments(
     """
     confused = [_likeliest(explanations, probabilities)] if verdict.name == "unexplained" else verdict.groups
     strengths = _strengths(explanations, {name for group in confused for name in group}, ground, effects)
-    pairs = [pair for group in confused for pair in combinations((name for name in group if name in strengths), 2)]
+    tried = [pair for group in confused for pair in combinations((name for name in group if name in strengths), 2)]
+    pairs = {pair: odds for pair in tried if (odds := _odds(probabilities, pair)) is not None}
     if not pairs:
         return ()
     now = _Looks.of(ground, ground.model, strengths, effects)
     apart = {pair: now.apart(ground.space, pair) for pair in pairs}
     found = []
-    for pair in pairs:
-        found += _with_a_number_more(ground, pair, strengths, now)
+    for pair, odds in pairs.items():
+        found += _with_a_number_more(ground, pair, odds, strengths, now)
     for trial in _trials(ground, seed):
         with suppress(NotEnoughData, SimulationDiverged, np.linalg.LinAlgError, ValueError):  # nan where one diverged
             wider = ground.with_trial(trial.twin, trial.measured)
@@ -116,11 +120,19 @@ def next_experiments(
             for pair, known in apart.items():
                 more = _more(then.apart(wider.space, pair), known)
                 if trial.more.kind == "swim":
-                    more *= np.sqrt(borne_out(known, probabilities.log_odds(*pair)))
-                found.append(Experiment(trial.describe, pair, _error(more), trial.more))
+                    more *= np.sqrt(borne_out(known, pairs[pair]))
+                found.append(Experiment(trial.describe, pair, error_left(more, pairs[pair]), trial.more))
     if not ground.model.rings:
-        found += _with_a_decay(ground, apart, now)
+        found += _with_a_decay(ground, pairs, apart, now)
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
+
+
+def _odds(found: Probabilities, pair: tuple[str, str]) -> float | None:
+    """Log odds of the one against the other where one of the two is there; None where both probably are."""
+    one, other, both = found.either_or(*pair)
+    if both > one + other:
+        return None
+    return float(np.log(max(one, _LEAST)) - np.log(max(other, _LEAST)))
 
 
 def borne_out(apart: float, log_odds: float) -> float:
@@ -211,6 +223,7 @@ def _strengths(
 def _with_a_number_more(
     ground: Ground,
     pair: tuple[str, str],
+    odds: float,
     strengths: Mapping[str, np.ndarray],
     now: _Looks,
 ) -> list[Experiment]:
@@ -224,13 +237,15 @@ def _with_a_number_more(
         again = MoreTrial("swim", float(ground.swims[0].commanded_hz or ground.swims[0].frequency.hz), logged=True)
         ways.append(("Log the motor in one more swim", turned, _LOGGED_TO, again))
     return [
-        Experiment(describe, pair, _error(abs(told[pair[0]] - told[pair[1]]) / to), trial)
+        Experiment(describe, pair, error_left(abs(told[pair[0]] - told[pair[1]]) / to, odds), trial)
         for describe, told, to, trial in ways
         if told[pair[0]] != told[pair[1]]
     ]
 
 
-def _with_a_decay(ground: Ground, apart: Mapping[tuple[str, str], float], now: _Looks) -> list[Experiment]:
+def _with_a_decay(
+    ground: Ground, odds: Mapping[tuple[str, str], float], apart: Mapping[tuple[str, str], float], now: _Looks
+) -> list[Experiment]:
     """A free decay, where an effect shows in one: air tells hinges and masses from all that water does."""
     told = [pair for pair in apart if any(shows_in_decays(now.signatures[name].effect) for name in pair)]
     if not told:
@@ -241,7 +256,8 @@ def _with_a_decay(ground: Ground, apart: Mapping[tuple[str, str], float], now: _
         ring = Ring.to_come("free decay", ground.twin.robot, markers, frame_s)
         space, then = ground.with_ring(ring).space, now.with_ring(ring, ground.twin)
         decay = MoreTrial("free_decay")
-        return [Experiment(_DECAY, pair, _error(_more(then.apart(space, pair), apart[pair])), decay) for pair in told]
+        more = {pair: _more(then.apart(space, pair), apart[pair]) for pair in told}
+        return [Experiment(_DECAY, pair, error_left(more[pair], odds[pair]), decay) for pair in told]
     return []
 
 
@@ -294,5 +310,10 @@ def _more(then: float, now: float) -> float:
     return float(np.sqrt(max(then**2 - now**2, 0.0)))
 
 
-def _error(distance: float) -> float:
-    return float(norm.cdf(-distance / 2))
+def error_left(distance: float, log_odds: float) -> float:
+    """Chance to take one of two normal hypotheses so far apart for the other, choosing the likelier (0.5: a coin)."""
+    chance = float(expit(log_odds))
+    if distance < _LEAST:
+        return min(chance, 1 - chance)
+    shift = log_odds / distance
+    return float(chance * norm.cdf(-distance / 2 - shift) + (1 - chance) * norm.cdf(-distance / 2 + shift))

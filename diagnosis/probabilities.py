@@ -127,10 +127,12 @@ class Probabilities:
                 found[key] = found.get(key, 0.0) + share * chance
         return Probabilities(self.names, found, self.at_place)
 
-    def log_odds(self, one: str, other: str) -> float:
-        """That an effect is there against another."""
-        chances = (max(float(self.marginal[self.names.index(name)]), 1e-300) for name in (one, other))
-        return float(np.subtract(*np.log(list(chances))))
+    def either_or(self, one: str, other: str) -> tuple[float, float, float]:
+        """That the one of two effects is there and not the other, the other and not the one, and both."""
+        first, second = self.names.index(one), self.names.index(other)
+        there = [(first in each.present, second in each.present, chance) for each, chance in self.of.items()]
+        alone = sum(p for a, b, p in there if a and not b), sum(p for a, b, p in there if b and not a)
+        return *alone, sum(p for a, b, p in there if a and b)
 
     @property
     def null(self) -> float:

@@ -25,6 +25,7 @@ Beat = Callable[[np.ndarray], SwimFrequency]
 FIRST_BEATS = 1.2  # of the command, in which a held-out trial is first asked for its frequency
 KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
 SCALE_OFF = 0.05  # relative difference of the scale that is worth a flag
+RATE_OFF = 0.05  # the same of a frame rate; dropped frames move the mean alone, a coarse clock the median
 SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
 
 
@@ -203,18 +204,25 @@ def _clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSpec) -
             f"its time stamps say {fps:.3g} frames a second, [camera] fps says {camera.fps:g}; expected about the "
             "same. Is time_s in seconds?"
         )
+    flags = []
+    if min(abs(fps / camera.fps - 1), abs(1 / float(np.mean(np.diff(time_s))) / camera.fps - 1)) > RATE_OFF:
+        message = (
+            f"its time stamps say {fps:.3g} frames a second, [camera] fps says {camera.fps:g}: the stamps are "
+            "believed; were fps right, frequencies and speeds would be off by as much"
+        )
+        flags.append(Flag("frame_rate_off", message=message))
     if not 1 / OTHER_UNIT < scale < OTHER_UNIT:
         raise NotEnoughData(
             f"[camera] scale_length_m is {camera.scale_length_m:g}, but nose and neck of {robot.name} are "
             f"{robot.scale_length_m:.4g} m apart; expected about the same. Is it in metres, and is the robot right?"
         )
-    if abs(scale - 1) <= SCALE_OFF:
-        return ()
-    message = (
-        f"[camera] scale_length_m is {camera.scale_length_m:g} m, {100 * (scale - 1):+.0f} % off the "
-        f"{robot.scale_length_m:.4g} m between nose and neck of {robot.name}: all lengths and speeds scale with it"
-    )
-    return (Flag("scale_off_robot", message=message),)
+    if abs(scale - 1) > SCALE_OFF:
+        message = (
+            f"[camera] scale_length_m is {camera.scale_length_m:g} m, {100 * (scale - 1):+.0f} % off the "
+            f"{robot.scale_length_m:.4g} m between nose and neck of {robot.name}: all lengths and speeds scale with it"
+        )
+        flags.append(Flag("scale_off_robot", message=message))
+    return tuple(flags)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,6 @@ from session.toml_source import Key, TomlSource
 RECORDINGS = ("tracks", "video", "motor")
 TRIAL_FILES = (*RECORDINGS, "boxes")
 OTHER_UNIT = 2.5  # a frame rate or scale off by this factor is a mistake of unit
-RATE_OFF = 0.05  # relative; clocks of cameras agree far better, and 30 beside 60 frames a second is far worse
 
 
 class DescribedRobot(Protocol):
@@ -108,7 +107,7 @@ def check_scale(source: TomlSource, robot: DescribedRobot | None, faults: FaultC
 def check_rates(
     source: TomlSource, fps: float, stamps: Mapping[str, tuple[float, float]], faults: FaultCollector
 ) -> None:
-    """The time stamps of tracks are of the camera's frame rate.
+    """The time stamps of tracks are in seconds: of about the camera's frame rate. A flag says where somewhat off.
 
     Args:
         source: the file.
@@ -119,16 +118,16 @@ def check_rates(
     """
     off: dict[str, list[str]] = {}
     for name, (median_s, mean_s) in stamps.items():
-        if min(abs(median_s * fps - 1), abs(mean_s * fps - 1)) > RATE_OFF:
+        if not any(1 / OTHER_UNIT < each * fps < OTHER_UNIT for each in (median_s, mean_s)):
             off.setdefault(f"{1 / mean_s:.4g}", []).append(name)
     if off:
         told = "; ".join(f"{rate} in {', '.join(names)}" for rate, names in off.items())
         faults.add(
             source.where(("camera", "fps")),
-            "the time stamps of tracks tell another frame rate",
+            "the time stamps of tracks tell quite another frame rate",
             found=f"{fps:g}; by their time_s {told}",
-            expected=f"1 / the spacing of time_s in seconds, within {100 * RATE_OFF:g} %",
-            next_step="Correct fps or time_s; what was filmed at another rate goes into a session of its own.",
+            expected="about 1 / the spacing of time_s",
+            next_step="Is time_s in seconds? Correct it, or fps.",
         )
 
 

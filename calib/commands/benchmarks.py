@@ -110,8 +110,8 @@ def effects(
     suite: Annotated[
         str,
         typer.Option(
-            help="small: 24 sessions; large: 700; many: 24, most with five small effects; crowded: 12, most with eight "
-            "larger ones; large:2/10: the second tenth of the large one, which others may join"
+            help="small: 24 sessions; large: 700; many: 24, most with five small effects; "
+            "large:2/10: the second tenth of the large one, which others may join"
         ),
     ] = "small",
     seed: Annotated[int, typer.Option(min=0, help="of the suite")] = 0,

@@ -205,7 +205,7 @@ def next_experiments(found: Diagnosed) -> tuple[Block, ...]:
     )
     caption = (
         "Experiments by how well they separate what these trials confuse. “Error left” is the chance to still take one "
-        "for the other afterwards, by what the new trial adds. Of swims that is less where those that were fitted "
-        "should have told the two apart and did not."
+        "for the other afterwards, at today’s odds and by what the new trial adds. More swims add less where those "
+        "that were fitted should have told the two apart and did not."
     )
     return (Table(caption, NEXT, rows),)

@@ -221,8 +221,8 @@ class AffectedTwin(Twin):
             state = StepState(k * dt, position, velocity, acceleration, fluid)
             if forces:
                 pushed = [force(state) for _, force in forces]
-                if k == 0:
-                    _ = [of_shape(applied.shape, e, "force", p) for (e, _), p in zip(forces, pushed, strict=True)]
+                for (effect, _), own in zip(forces, pushed, strict=True) if k == 0 else ():
+                    of_shape(applied.shape, effect, "force", own)
                 applied[:] = sum(pushed)
             if dampers:
                 added = [damper(state) for damper in dampers]

@@ -35,6 +35,8 @@ def test_a_clock_or_gear_that_is_far_off_may_be_a_number_of_the_session(at: floa
     assert said in told
     assert "fps" in told
     assert checks(beating(0.97)) == []
+    (told,) = checks(beating(at) | {"verdict": "unexplained", "groups": [], "effects": []})
+    assert said in told
 
 
 def test_what_the_catalogue_lacked_is_said() -> None:
@@ -50,13 +52,20 @@ def test_a_single_fitted_swim_is_said_to_be_little() -> None:
 
 
 def test_an_experiment_is_told_once_with_all_that_it_tells_apart() -> None:
-    swim = {"describe": "Film a swim at 0.8 Hz", "expected_error": 0.1, "trial": None}
-    pairs = (["tendon_slack", "tendon_friction"], ["wave_drag", CLOCK])
-    data = made_data("inseparable") | {"next_experiments": [swim | {"separates": pair} for pair in pairs]}
+    swim = {"describe": "Film a swim at 0.8 Hz", "trial": None}
+    pairs = {("tendon_slack", "tendon_friction"): 0.1, ("wave_drag", CLOCK): 0.04, ("wave_drag", "tendon_slack"): 0.3}
+    experiments = [swim | {"separates": list(pair), "expected_error": error} for pair, error in pairs.items()]
+    data = made_data("inseparable") | {"next_experiments": experiments}
     told = [line for line in diagnosis_lines(data) if line.startswith("next: ")]
     assert told == [
-        "next: Film a swim at 0.8 Hz (tells tendon slack from tendon friction, wave drag from time base error)"
+        "next: Film a swim at 0.8 Hz (tells tendon slack from tendon friction, 10% error left; "
+        "wave drag from time base error, 4% error left)"
     ]
+
+
+def test_what_tells_nothing_is_not_recommended() -> None:
+    swim = {"describe": "Film a swim", "trial": None, "separates": ["tendon_slack", CLOCK], "expected_error": 0.4}
+    assert not [x for x in diagnosis_lines(made_data() | {"next_experiments": [swim]}) if x.startswith("next: ")]
 
 
 def test_all_names_of_a_verdict_stand_in_the_table_however_many_are_likelier() -> None:

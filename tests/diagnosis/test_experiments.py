@@ -6,13 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from diagnosis import experiments
 from diagnosis.described import robot_doubts
 from diagnosis.evidence import Belief
-from diagnosis.experiments import Experiment, _Looks, borne_out, next_experiments
+from diagnosis.experiments import Experiment, _Looks, _odds, borne_out, error_left, next_experiments
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
+from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.verdict import Verdict
 from fitting.posterior.session_model import SessionModel
 from fitting.posterior.trial_model import TrialModel
@@ -75,6 +77,37 @@ def test_swims_that_told_what_they_should_are_believed(apart: float, log_odds: f
 def test_swims_that_should_have_told_two_apart_and_did_not_promise_little() -> None:
     assert borne_out(9.0, 0.0) == pytest.approx(2 / 9)
     assert borne_out(9.0, 0.0) < borne_out(9.0, 10.0) < borne_out(9.0, 20.0) < 1.0
+
+
+def test_only_what_a_trial_adds_counts_and_of_swims_only_what_those_bear_out() -> None:
+    """As far apart as 9 and as likely as each other: what makes it 15 adds 12, a swim two ninths of its square."""
+    seen = iter([9.0])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(experiments, "SPEEDS_HZ", (1.4,))
+        patch.setattr(_Looks, "apart", lambda *_: next(seen, 15.0))
+        patch.setattr(experiments, "_odds", lambda *_: 0.0)
+        told = recommended((CLOCK, RATIO))
+    assert by_text(told, "swim at 1.4 Hz").expected_error == pytest.approx(norm.cdf(-12 * np.sqrt(2 / 9) / 2))
+    assert by_text(told, "dry run").expected_error == pytest.approx(norm.cdf(-6.0))
+
+
+@pytest.mark.parametrize(("distance", "log_odds"), [(0.0, 2.0), (1.0, 2.2), (3.0, -1.0), (4.0, 0.0)])
+def test_the_error_left_is_that_of_choosing_the_likelier(distance: float, log_odds: float) -> None:
+    """Against draws of the log likelihood ratio: normal about half the square of the distance, either way."""
+    random, chance = np.random.default_rng(3), 1 / (1 + np.exp(-log_odds))
+    ratio = distance * random.standard_normal(200_000)
+    wrong = chance * np.mean(log_odds + distance**2 / 2 + ratio < 0)
+    wrong += (1 - chance) * np.mean(log_odds - distance**2 / 2 + ratio > 0)
+    assert error_left(distance, log_odds) == pytest.approx(wrong, abs=0.004)
+
+
+def test_two_that_are_probably_both_there_are_not_to_be_told_apart() -> None:
+    both, one, other = Explanation((0, 1)), Explanation((0,)), Explanation((1,), other=True)
+    found = Probabilities(("a", "b"), {both: 0.6, one: 0.25, other: 0.15})
+    assert found.either_or("a", "b") == pytest.approx((0.25, 0.15, 0.6))
+    assert _odds(found, ("a", "b")) is None
+    fewer = Probabilities(("a", "b"), {both: 0.2, one: 0.6, other: 0.2})
+    assert _odds(fewer, ("a", "b")) == pytest.approx(np.log(3.0))
 
 
 def test_the_most_telling_comes_first_and_what_was_swum_is_not_swum_again(found: tuple[Experiment, ...]) -> None:

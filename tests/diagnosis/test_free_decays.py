@@ -169,6 +169,6 @@ def test_joining_one_to_come_is_looking_anew() -> None:
 
 def test_it_is_recommended_where_it_would_tell_something() -> None:
     pairs = [("stiffness_error", "background_current"), (RATIO, "background_current")]
-    (told,) = _with_a_decay(without(), dict.fromkeys(pairs, 0.0), looks())
+    (told,) = _with_a_decay(without(), dict.fromkeys(pairs, 0.0), dict.fromkeys(pairs, 0.0), looks())
     assert told.separates == pairs[0]
     assert told.expected_error < 0.5

@@ -167,3 +167,14 @@ def test_the_camera_sets_the_scale(session: Session) -> None:
 
     assert double.speed == pytest.approx(2 * near.speed)
     assert double.metres_per_px == pytest.approx(2 * near.metres_per_px)
+
+
+@pytest.mark.parametrize(("fps", "flagged"), [(60.0, False), (59.94, False), (30.0, True), (120.0, True)])
+def test_stamps_that_are_somewhat_beside_the_frame_rate_are_believed_and_flagged(
+    session: Session, fps: float, flagged: bool
+) -> None:
+    """The stamps are 60 a second."""
+    plain = measured(session, "slow")
+    found = measured(replace(session, camera=replace(session.camera, fps=fps)), "slow", tracks_of(session, "slow"))
+    assert ("frame_rate_off" in {flag.kind for flag in found.flags}) == flagged
+    assert found.frequency.hz == plain.frequency.hz

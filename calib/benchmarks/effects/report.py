@@ -16,7 +16,7 @@ _NOTES = """d: detectability; 95 % intervals, of shares by Wilson, of numbers by
 drawing what comes true; reachable: of all d, by a matched filter that knows what to look for and gives one false alarm
 in a hundred"""
 _LABEL, _ASKED, _CELL = 36, 12, 26  # characters
-_PRESENT = {"null": "nothing there", "single": "one", "double": "two", "many": "many", "outside": "outside"}
+_PRESENT = {"null": "nothing there", "single": "one", "double": "two", "many": "many small", "outside": "outside"}
 
 
 def outcome_text(outcome: Outcome) -> str:
@@ -54,7 +54,7 @@ def score_text(scores: Mapping[str, Score]) -> str:
     ]
     said = [share_text(each.wrong_said) for each in scores.values()]
     rows.append(_row("only wrong names said, however sure", "", said))
-    rows.append(_row("names said that are there", "", [share_text(each.said_right) for each in scores.values()]))
+    rows.append(_row("what is said holds what is there", "", [share_text(each.said_right) for each in scores.values()]))
     for what, label in CLEAR_ALONE.items():
         rows.append(_row(f"{label}, d ≥ 5", "", [share_text(score.clear_alone[what]) for score in scores.values()]))
     first = next(iter(scores.values()))

@@ -178,7 +178,12 @@ def _goals_table(scores: Mapping[str, Score]) -> Table:
     ]
     said = [score.said_right for score in scores.values()]
     rows.append(
-        ("names said that are there", "", share_text(said[0]), *(share_text(s, interval=False) for s in said[1:]))
+        (
+            "what is said holds what is there",
+            "",
+            share_text(said[0]),
+            *(share_text(s, interval=False) for s in said[1:]),
+        )
     )
     alone = [score.clear_alone for score in scores.values()]
     rows += [

@@ -10,7 +10,7 @@ from calib.benchmarks.effects.followed import FollowedScore
 from calib.benchmarks.effects.following import wanted, was_followed
 from calib.benchmarks.effects.rules import RULES
 from calib.benchmarks.effects.score import Score, scored
-from calib.benchmarks.effects.together import TogetherScore
+from calib.benchmarks.effects.together import ASKING, TogetherScore
 from calib.benchmarks.effects.told import Told, read_told
 from calib.benchmarks.effects.without import WithoutScore
 from session import FaultCollector, InputError
@@ -34,10 +34,10 @@ class Outcome:
 
     @property
     def together(self) -> TogetherScore | None:
-        """Of all effects at once; None where no diagnosis tells of them."""
+        """Of all effects at once; None where no diagnosis was asked for them."""
         score = self.scores.get(PROGRAM)
-        asked = score is not None and any(case.told.together is not None for case in score.cases)
-        return TogetherScore(score) if score is not None and asked else None
+        asked = [] if score is None else [case for case in score.cases if case.told.effort == ASKING]
+        return TogetherScore(Score(tuple(asked))) if asked else None
 
     def to_json(self) -> dict[str, Any]:
         """Plain numbers."""

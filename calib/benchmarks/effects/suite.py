@@ -101,7 +101,6 @@ SIZES = {
     "small": SuiteSize(24, 8),
     "large": SuiteSize(700, 300),
     "many": SuiteSize(24, 6, 18, 5, 3.3),
-    "crowded": SuiteSize(12, 2, 10, 8, 5.0),
 }
 SMALL, LARGE, WHOLE = SIZES["small"], SIZES["large"], Shard()
 

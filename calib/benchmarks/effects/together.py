@@ -3,18 +3,20 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, get_args
 
+from calib.benchmarks.effects.answer import Kind
 from calib.benchmarks.effects.score import Case, Score
 from calib.benchmarks.effects.shares import Estimate, Share, median
 from calib.benchmarks.effects.told import Forecast
 
-_KINDS = ("null", "single", "double", "many", "outside")
+ASKING = "full"
+"""The effort with which a diagnosis asks for all effects at once."""
 
 
 @dataclass(frozen=True)
 class TogetherScore:
-    """Of sessions whose diagnosis may ask for all effects at once (``--effort full``).
+    """Of sessions whose diagnosis may ask for all effects at once (effort `ASKING`).
 
     Speeds are held against what was measured of held-out swims, which no twin was fitted to; but for how often all at
     once are called for, sessions count in which they are.
@@ -28,7 +30,7 @@ class TogetherScore:
     @property
     def called_for(self) -> dict[str, Share]:
         """How often they are called for, by what is present."""
-        kinds = {kind: lambda case, kind=kind: case.answer.kind == kind for kind in _KINDS}
+        kinds = {kind: lambda case, kind=kind: case.answer.kind == kind for kind in get_args(Kind)}
         shares = {kind: self.score.share(lambda c: c.told.together is not None, of) for kind, of in kinds.items()}
         return {kind: share for kind, share in shares.items() if share.of}
 

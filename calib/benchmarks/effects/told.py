@@ -64,6 +64,7 @@ class Told:
         recommended: trials that would separate what is confused, the most telling first.
         named: what the twin with the named effects forecasts; None where nothing is.
         together: what the one with all effects at once does; None where that is not called for, or was not asked.
+        effort: with which it was made; None where that is not told.
     """
 
     verdict: str
@@ -76,6 +77,7 @@ class Told:
     recommended: tuple[Recommended, ...] = ()
     named: Forecast | None = None
     together: Forecast | None = None
+    effort: str | None = None
 
     @property
     def names(self) -> frozenset[str]:
@@ -110,6 +112,7 @@ class Told:
             | {"shrinkage": self.shrinkage, "shrinkage_ci95": self.interval},
             "everything": None if self.together is None else {"gap": self.together.to_json()},
             "seconds": self.seconds,
+            "effort": self.effort,
         }
 
 
@@ -222,6 +225,7 @@ class _Contract(_Part):
     gap: _Gap | None
     everything: _Everything | None = None
     seconds: FiniteFloat | None = None
+    effort: str | None = None
     withheld_from_catalogue: tuple[str, ...] | None = None
     next_experiments: tuple[_Experiment, ...] | None = None
 
@@ -245,5 +249,6 @@ class _Contract(_Part):
                 if trial is not None
             ),
             named=gap.forecast if groups else None,
+            effort=self.effort,
             together=None if self.everything is None else (self.everything.gap or _Gap()).forecast,
         )

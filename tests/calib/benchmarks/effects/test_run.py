@@ -122,7 +122,7 @@ def test_a_suite_goes_by_its_name() -> None:
 
 @pytest.mark.parametrize("text", ["", "2/10", "large:0/3", "large:4/3", "small:1/-1", "large:"])
 def test_what_is_no_suite_is_told(text: str) -> None:
-    with pytest.raises(ValueError, match="expected small, large, many, crowded, or a part such as large:2/10"):
+    with pytest.raises(ValueError, match="expected small, large, many, or a part such as large:2/10"):
         suite_named(text)
 
 

@@ -1,6 +1,7 @@
 """What all effects at once are worth is counted where they are called for, against what one would use without them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from calib.benchmarks.effects.together import TogetherScore
 from calib.benchmarks.effects.told import Forecast, Told
 
 MANY = ("tendon_slack", "wave_drag", "bend_offset", "scale_error", "lens_distortion")
-NOTHING = Told("no_gap", (), {"none_of_these": 0.1}, {}, None, None, 9.0)
+NOTHING = Told("no_gap", (), {"none_of_these": 0.1}, {}, None, None, 9.0, effort="full")
 
 
 def told(*, named: float | None, together: float | None, plain: float = 0.010) -> Told:
@@ -28,6 +29,7 @@ def told(*, named: float | None, together: float | None, plain: float = 0.010) -
         None,
         None,
         9.0,
+        effort="full",
         named=None if named is None else Forecast(0.1, plain, named),
         together=None if together is None else Forecast(0.3, plain, together),
     )
@@ -57,7 +59,9 @@ def test_it_counts_where_they_are_called_for_and_against_what_there_is_without_t
 def test_it_is_told_in_every_place_where_scores_are(score: Score, tmp_path: Path) -> None:
     outcome = Outcome({PROGRAM: score})
     text = outcome_text(outcome)
-    assert "75 % (30 % to 95 %)" in next(line for line in text.splitlines() if line.startswith("called for, many"))
+    assert "75 % (30 % to 95 %)" in next(
+        line for line in text.splitlines() if line.startswith("called for, many small")
+    )
     assert 'id="together"' in render_scores(outcome)
     write_cases(tmp_path / "cases.jsonl", score)
     again = Outcome({PROGRAM: read_cases(tmp_path / "cases.jsonl")})
@@ -65,10 +69,17 @@ def test_it_is_told_in_every_place_where_scores_are(score: Score, tmp_path: Path
 
 
 def test_a_suite_that_was_not_asked_tells_nothing_of_it() -> None:
-    outcome = Outcome({PROGRAM: scored([Answer("n", "null")], [NOTHING])})
+    outcome = Outcome({PROGRAM: scored([Answer("n", "null")], [replace(NOTHING, effort="quick")])})
     assert outcome.together is None
     assert "all effects at once" not in outcome_text(outcome)
     assert 'id="together"' not in render_scores(outcome)
+
+
+def test_a_suite_that_was_asked_tells_also_that_nothing_calls_for_it() -> None:
+    outcome = Outcome({PROGRAM: scored([Answer("n", "null")], [NOTHING])})
+    assert outcome.together is not None
+    assert outcome.together.called_for == {"null": (0, 1)}
+    assert "called for, nothing there" in outcome_text(outcome)
 
 
 def test_a_session_in_which_no_held_out_swim_counts_is_no_comparison() -> None:
