@@ -166,9 +166,10 @@ class Explanations:
 
     def of_gaits(self, effect: int) -> float:
         """Share of the squared length of what an effect does that is in gaits, not in the numbers beside them."""
-        moved = self._moved[effect]
-        beside = float((moved[self.numbers] ** 2).sum())
-        return 1 - beside / max(float(moved @ moved), _SILENT)
+        squares = self._moved[effect] ** 2
+        if squares.sum() < _SILENT:
+            return 1.0
+        return float(np.delete(squares, self.numbers).sum() / squares.sum())
 
     @cached_property
     def _moved(self) -> tuple[np.ndarray, ...]:

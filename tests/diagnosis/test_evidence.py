@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.special import expit
@@ -220,3 +222,13 @@ def test_what_changes_frequencies_alone_is_no_chance_likeness_whatever_gaits_hav
     )
     assert known > 0.9
     assert unknown < 0.8
+
+
+def test_what_changes_numbers_beside_the_gaits_alone_has_no_share_in_gaits() -> None:
+    """Nothing at all: a share of less than none, by rounding, has no logarithm."""
+    random = np.random.default_rng(8)
+    for _ in range(200):
+        moved = np.concatenate([np.zeros(40), random.standard_normal(9)])
+        told = SimpleNamespace(_moved=(moved,), numbers=slice(40, 49))
+        assert Explanations.of_gaits(told, 0) == 0.0  # type: ignore[arg-type]
+    assert Explanations.of_gaits(SimpleNamespace(_moved=(np.zeros(49),), numbers=slice(40, 49)), 0) == 1.0  # type: ignore[arg-type]
