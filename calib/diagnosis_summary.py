@@ -6,7 +6,7 @@ from typing import Any
 
 from diagnosis.sentences import by_how_much, plain, sentences
 
-_ROWS, _NEXT = 6, 3  # effects and experiments that are shown, at least
+_ROWS, _NEXT = 6, 3  # effects, at least, and experiments that are shown
 _TELLS = 0.2  # error below which an experiment tells two effects apart
 _OFF = 0.1  # share by which tails beat beside their commands, from which numbers of the session are to be checked
 _OF_FREQUENCY = frozenset({"time_base_error", "drive_ratio_error", "motor_speed_sag"})
@@ -22,17 +22,25 @@ def diagnosis_lines(data: Mapping[str, Any]) -> list[str]:
             lines.append(f"{name:28} {chance:11.3f}  {_fitted(data['effect_parameters'].get(name))}".rstrip())
     lines.append(f"{'none of these':28} {data['probabilities']['none_of_these']:11.3f}")
     lines.append(f"{'nothing at all':28} {data['no_gap_probability']:11.3f}")
-    lines += [f"check: {each}" for each in _checks(data)]
+    return [*lines, *(f"check: {each}" for each in _checks(data)), *_next(data), *_models(data)]
+
+
+def _next(data: Mapping[str, Any]) -> list[str]:
+    """Experiments that tell something apart, each once."""
     told: dict[str, list[str]] = {}
     for each in data["next_experiments"]:
         if each["expected_error"] < _TELLS:
             pair = " from ".join(map(plain, each["separates"]))
             told.setdefault(each["describe"], []).append(f"{pair}, {each['expected_error']:.0%} error left")
-    lines += [f"next: {what} (tells {'; '.join(pairs)})" for what, pairs in list(told.items())[:_NEXT]]
-    either = [group for group in data["groups"] if len(group) > 1]
-    of = f"; with {' and '.join(plain(group[0]) for group in either)}, the likeliest of those told" if either else ""
-    everything = "calibrated+everything."
-    return [*lines, *(f"model: {m}{'' if m.startswith(everything) else of}" for m in data.get("models", ()))]
+    return [f"next: {what} (tells {'; '.join(pairs)})" for what, pairs in list(told.items())[:_NEXT]]
+
+
+def _models(data: Mapping[str, Any]) -> list[str]:
+    """Files of twins with effects, and which of several alternatives stands in them."""
+    either = [plain(group[0]) for group in data["groups"] if len(group) > 1]
+    chosen = f"; with {' and '.join(either)}, the likeliest of those told" if either else ""
+    names = data.get("models", ())
+    return [f"model: {name}{'' if name.startswith('calibrated+everything.') else chosen}" for name in names]
 
 
 def _checks(data: Mapping[str, Any]) -> list[str]:
@@ -56,7 +64,7 @@ def _checks(data: Mapping[str, Any]) -> list[str]:
 
 
 def _at_bound(parameters: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Effects and those of their parameters whose interval reaches a bound."""
+    """Effects and those of their parameters that are at a bound."""
     return [
         (effect, name)
         for effect, own in parameters.items()

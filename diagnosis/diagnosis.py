@@ -42,7 +42,8 @@ Tell = Callable[[str, float | None], None]
 _UNEXPLAINED = 0.5  # share of a gap that may remain beside a name
 _COMPARED = 12  # effects in the table of separations
 _ROUNDS = {"quick": 2, "full": 5}
-_ALL_AT_ONCE = ("full",)  # efforts with which all effects at once are asked for
+ALL_AT_ONCE = ("full",)
+"""Efforts with which all effects at once are asked for."""
 
 
 @dataclass(frozen=True)
@@ -207,7 +208,7 @@ def diagnose(
         if refutations:
             remainder = None if best is None else _remainder(ground, best, forces, signatures, placed)
     where = locate(ground, forces, signatures, verdict.effects, placed)
-    asked = settings.effort in _ALL_AT_ONCE and verdict.name != "no_gap"
+    asked = settings.effort in ALL_AT_ONCE and verdict.name != "no_gap"
     tell("all effects at once" if asked else "what to measure next", 0.9)
     together = _everything(ground, signatures, effects, best, rounds, swims) if asked else None
     tell("what to measure next", 0.95)

@@ -12,7 +12,7 @@ swim more: it counts by the share that the log odds of the two have of those exp
 deviation a (of a log likelihood ratio between two normal hypotheses).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -89,6 +89,28 @@ class _Trial(NamedTuple):
     measured: MeasuredTrial
 
 
+class _Confused(NamedTuple):
+    """Two effects that a session does not tell apart.
+
+    Attributes:
+        names: of the two.
+        log_odds: of the one against the other where one of the two is there.
+        apart: whitened distance by which its trials should tell them apart.
+    """
+
+    names: tuple[str, str]
+    log_odds: float
+    apart: float
+
+    def added(self, then: float) -> float:
+        """The distance that a trial adds with which it is that far: squares of independent data add up."""
+        return float(np.sqrt(max(then**2 - self.apart**2, 0.0)))
+
+    def experiment(self, describe: str, added: float, trial: MoreTrial | None) -> Experiment:
+        """One that adds a distance."""
+        return Experiment(describe, self.names, error_left(added, self.log_odds), trial)
+
+
 def next_experiments(
     ground: Ground,
     explanations: Explanations,
@@ -104,26 +126,24 @@ def next_experiments(
     confused = [_likeliest(explanations, probabilities)] if verdict.name == "unexplained" else verdict.groups
     strengths = _strengths(explanations, {name for group in confused for name in group}, ground, effects)
     tried = [pair for group in confused for pair in combinations((name for name in group if name in strengths), 2)]
-    pairs = {pair: odds for pair in tried if (odds := _odds(probabilities, pair)) is not None}
-    if not pairs:
+    odds = {pair: log_odds for pair in tried if (log_odds := _odds(probabilities, pair)) is not None}
+    if not odds:
         return ()
     now = _Looks.of(ground, ground.model, strengths, effects)
-    apart = {pair: now.apart(ground.space, pair) for pair in pairs}
-    found = []
-    for pair, odds in pairs.items():
-        found += _with_a_number_more(ground, pair, odds, strengths, now)
+    pairs = [_Confused(pair, log_odds, now.apart(ground.space, pair)) for pair, log_odds in odds.items()]
+    found = [experiment for pair in pairs for experiment in _with_a_number_more(ground, pair, now)]
     for trial in _trials(ground, seed):
         with suppress(NotEnoughData, SimulationDiverged, np.linalg.LinAlgError, ValueError):  # nan where one diverged
             wider = ground.with_trial(trial.twin, trial.measured)
             own = _Looks.of(wider, SessionModel(wider.model.trials[-1:]), strengths, effects)
             then = now.with_trial(own, ground.model)
-            for pair, known in apart.items():
-                more = _more(then.apart(wider.space, pair), known)
+            for pair in pairs:
+                more = pair.added(then.apart(wider.space, pair.names))
                 if trial.more.kind == "swim":
-                    more *= np.sqrt(borne_out(known, pairs[pair]))
-                found.append(Experiment(trial.describe, pair, error_left(more, pairs[pair]), trial.more))
+                    more *= np.sqrt(borne_out(pair.apart, pair.log_odds))
+                found.append(pair.experiment(trial.describe, more, trial.more))
     if not ground.model.rings:
-        found += _with_a_decay(ground, pairs, apart, now)
+        found += _with_a_decay(ground, pairs, now)
     return tuple(sorted(found, key=lambda experiment: experiment.expected_error))
 
 
@@ -220,15 +240,9 @@ def _strengths(
     return found
 
 
-def _with_a_number_more(
-    ground: Ground,
-    pair: tuple[str, str],
-    odds: float,
-    strengths: Mapping[str, np.ndarray],
-    now: _Looks,
-) -> list[Experiment]:
+def _with_a_number_more(ground: Ground, pair: _Confused, now: _Looks) -> list[Experiment]:
     """A clock in view, or a motor's log: each gives a frequency that an effect of the clock leaves as it is."""
-    hertz = {name: _hertz(ground, now.signatures[name], strengths[name]) for name in pair}
+    hertz = {name: _hertz(ground, now.signatures[name], now.strengths[name]) for name in pair.names}
     clocks = {name: change if name == _CLOCK else 0.0 for name, change in hertz.items()}
     turned = {name: 0.0 if name == _CLOCK else change for name, change in hertz.items()}
     ways: list[tuple[str, dict[str, float], float, MoreTrial | None]]
@@ -236,18 +250,17 @@ def _with_a_number_more(
     if not ground.model.logged:
         again = MoreTrial("swim", float(ground.swims[0].commanded_hz or ground.swims[0].frequency.hz), logged=True)
         ways.append(("Log the motor in one more swim", turned, _LOGGED_TO, again))
+    one, other = pair.names
     return [
-        Experiment(describe, pair, error_left(abs(told[pair[0]] - told[pair[1]]) / to, odds), trial)
+        pair.experiment(describe, abs(told[one] - told[other]) / to, trial)
         for describe, told, to, trial in ways
-        if told[pair[0]] != told[pair[1]]
+        if told[one] != told[other]
     ]
 
 
-def _with_a_decay(
-    ground: Ground, odds: Mapping[tuple[str, str], float], apart: Mapping[tuple[str, str], float], now: _Looks
-) -> list[Experiment]:
+def _with_a_decay(ground: Ground, pairs: Sequence[_Confused], now: _Looks) -> list[Experiment]:
     """A free decay, where an effect shows in one: air tells hinges and masses from all that water does."""
-    told = [pair for pair in apart if any(shows_in_decays(now.signatures[name].effect) for name in pair)]
+    told = [pair for pair in pairs if any(shows_in_decays(now.signatures[name].effect) for name in pair.names)]
     if not told:
         return []
     markers = tuple(ground.trials[0].markers[i] for i in ground.trials[0].tail)
@@ -256,8 +269,7 @@ def _with_a_decay(
         ring = Ring.to_come("free decay", ground.twin.robot, markers, frame_s)
         space, then = ground.with_ring(ring).space, now.with_ring(ring, ground.twin)
         decay = MoreTrial("free_decay")
-        more = {pair: _more(then.apart(space, pair), apart[pair]) for pair in told}
-        return [Experiment(_DECAY, pair, error_left(more[pair], odds[pair]), decay) for pair in told]
+        return [pair.experiment(_DECAY, pair.added(then.apart(space, pair.names)), decay) for pair in told]
     return []
 
 
@@ -303,11 +315,6 @@ def _measured(ground: Ground, twin: Twin, hz: float, kind: str, seed: int) -> Me
     camera = CameraSpec(1 / frame_s, twin.robot.scale_length_m)
     later = tracks.since(int(np.searchsorted(time_s, run_in_s)))
     return measure_trial(spec, later, camera, twin.robot, like.warmup_s)
-
-
-def _more(then: float, now: float) -> float:
-    """By how much two effects are farther apart than now: squares of distances of independent data add up."""
-    return float(np.sqrt(max(then**2 - now**2, 0.0)))
 
 
 def error_left(distance: float, log_odds: float) -> float:

@@ -33,7 +33,7 @@ def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFact
         with_little_effort(patch)
         patch.setattr(diagnosis, "_UNEXPLAINED", 2.0)
         patch.setattr(diagnosis, "verdict_of", lambda _found: Verdict("named", (("scale_error",),)))
-        patch.setattr(diagnosis, "_ALL_AT_ONCE", ("quick",))
+        patch.setattr(diagnosis, "ALL_AT_ONCE", ("quick",))
         patch.setattr(diagnosis, "everything", lambda *told: Everything(0.5, 20.0, told[3]))
         Pipeline(open_session(folder), Options("quick", workers=1)).diagnosis()
     return folder

@@ -10,7 +10,7 @@ import pytest
 
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Belief
-from diagnosis.experiments import _Looks, _with_a_decay
+from diagnosis.experiments import _Confused, _Looks, _with_a_decay
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
 from diagnosis.hinge_laws import LAWS, in_decays
@@ -169,6 +169,6 @@ def test_joining_one_to_come_is_looking_anew() -> None:
 
 def test_it_is_recommended_where_it_would_tell_something() -> None:
     pairs = [("stiffness_error", "background_current"), (RATIO, "background_current")]
-    (told,) = _with_a_decay(without(), dict.fromkeys(pairs, 0.0), dict.fromkeys(pairs, 0.0), looks())
+    (told,) = _with_a_decay(without(), [_Confused(pair, 0.0, 0.0) for pair in pairs], looks())
     assert told.separates == pairs[0]
     assert told.expected_error < 0.5

@@ -10,9 +10,10 @@ from calib.benchmarks.effects.followed import FollowedScore
 from calib.benchmarks.effects.following import wanted, was_followed
 from calib.benchmarks.effects.rules import RULES
 from calib.benchmarks.effects.score import Score, scored
-from calib.benchmarks.effects.together import ASKING, TogetherScore
+from calib.benchmarks.effects.together import TogetherScore
 from calib.benchmarks.effects.told import Told, read_told
 from calib.benchmarks.effects.without import WithoutScore
+from diagnosis.diagnosis import ALL_AT_ONCE
 from session import FaultCollector, InputError
 
 PROGRAM = "diagnosis"
@@ -36,7 +37,7 @@ class Outcome:
     def together(self) -> TogetherScore | None:
         """Of all effects at once; None where no diagnosis was asked for them."""
         score = self.scores.get(PROGRAM)
-        asked = [] if score is None else [case for case in score.cases if case.told.effort == ASKING]
+        asked = [] if score is None else [case for case in score.cases if case.told.effort in ALL_AT_ONCE]
         return TogetherScore(Score(tuple(asked))) if asked else None
 
     def to_json(self) -> dict[str, Any]:

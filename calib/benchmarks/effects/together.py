@@ -10,13 +10,10 @@ from calib.benchmarks.effects.score import Case, Score
 from calib.benchmarks.effects.shares import Estimate, Share, median
 from calib.benchmarks.effects.told import Forecast
 
-ASKING = "full"
-"""The effort with which a diagnosis asks for all effects at once."""
-
 
 @dataclass(frozen=True)
 class TogetherScore:
-    """Of sessions whose diagnosis may ask for all effects at once (effort `ASKING`).
+    """Of sessions whose diagnosis may ask for all effects at once (`diagnosis.diagnosis.ALL_AT_ONCE`).
 
     Speeds are held against what was measured of held-out swims, which no twin was fitted to; but for how often all at
     once are called for, sessions count in which they are.
