@@ -17,7 +17,6 @@ app = typer.Typer(
     help="From videos or tracks of a tendon-driven robot fish to a calibrated MuJoCo twin and a report.",
 )
 camera = typer.Typer(no_args_is_help=True, help="The lens and the scale, from a printed board.")
-benchmark = typer.Typer(no_args_is_help=True, help="Measures what is claimed of speed and accuracy.")
 
 app.command()(results.run)
 app.command()(sessions.new)
@@ -35,12 +34,7 @@ app.add_typer(camera, name="camera")
 camera.command()(cameras.board)
 camera.command()(cameras.lens)
 camera.command()(cameras.scale)
-app.add_typer(benchmark, name="benchmark")
-benchmark.command()(benchmarks.speed)
-benchmark.command()(benchmarks.search)
-benchmark.command()(benchmarks.tracking)
-benchmark.command()(benchmarks.posterior)
-benchmark.command()(benchmarks.effects)
+app.add_typer(benchmarks.benchmark, name="benchmark")
 
 
 def main() -> None:

@@ -28,10 +28,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from IPython.display import Image
 
+from benchmarks.video import ClipPlan, Occlusion, Swim, render_clip
 from reports.recording import RecordedTrial, make_proxy, read_recording, write_recording
 from session import InputError, load_session, load_tracks
 from swimmer import load_robot
-from synthetic.video import ClipPlan, Occlusion, Swim, render_clip
 from tracking import check_tracks
 from tracking.boxes import ClickBoxes, StartBoxes, find_boxes, write_preview
 from tracking.boxes.preview import marker_colour

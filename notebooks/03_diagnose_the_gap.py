@@ -30,8 +30,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from benchmarks.effects.answer import unseal
 from calib import Options, Pipeline, open_session
-from calib.benchmarks.effects.answer import unseal
 from diagnosis.sentences import sentences
 from session import read_result_json
 

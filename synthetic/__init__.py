@@ -5,7 +5,6 @@ from synthetic.decays import TrueDecay, simulate_decays
 from synthetic.default import default_plan
 from synthetic.driven import TrueMotor
 from synthetic.faults import Freeze, Gap, Jump, Merge, TrackFault, with_faults
-from synthetic.filmed import SessionVideo
 from synthetic.motor import SyntheticMotor
 from synthetic.noise import NOISELESS, TrackingNoise
 from synthetic.plan import PLAUSIBLE_COEFFICIENTS, SyntheticPlan
@@ -24,7 +23,6 @@ __all__ = [
     "Gap",
     "Jump",
     "Merge",
-    "SessionVideo",
     "StructureTruth",
     "SyntheticCamera",
     "SyntheticDecay",

@@ -1,14 +1,15 @@
 """Writes down what camera, tracker and motor record of the trials of a synthetic session."""
 
 import gzip
+from collections.abc import Callable
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
-from session import Tracks, save_tracks, write_whole
+from session import CameraCalibration, Tracks, save_tracks, write_whole
 from synthetic.decays import TrueDecay
 from synthetic.faults import Pixels
-from synthetic.filmed import Progress, SessionVideo, film_scene, true_tracks
 from synthetic.motor_log import save_commands, save_motor_log
 from synthetic.plan import SyntheticPlan
 from synthetic.streams import Stream
@@ -16,7 +17,22 @@ from synthetic.swims import TrueRun
 from synthetic.tracker import tracked
 from synthetic.trials import PlannedTrial, SyntheticTrial
 from synthetic.truth import DecayTruth, DryTruth, TrialTruth
-from synthetic.video import boxes_file, save_boxes, write_scene
+
+Progress = Callable[[str, int, int], None]
+"""Called with a trial's name, how many of its frames are done, and of how many."""
+
+
+class Filming(Protocol):
+    """What films swims instead of tracking them; a renderer stands in `benchmarks.video`."""
+
+    def films(self, trial: str) -> bool:
+        """Whether a trial is filmed."""
+
+    def calibration(self, plan: SyntheticPlan) -> CameraCalibration | None:
+        """The lens that the session's camera file describes; None where it needs none."""
+
+    def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, told: Progress) -> dict[str, str]:
+        """Writes the video of the swim of this number; the keys of its ``[[trial]]``, files relative to the folder."""
 
 
 class Recorder:
@@ -25,17 +41,19 @@ class Recorder:
     Args:
         folder: of the session.
         plan: what to make.
-        video: how to film, and which swims; None for tracks alone.
+        video: what films, and which swims; None for tracks alone.
         told: of the progress of the videos.
     """
 
-    def __init__(self, folder: Path, plan: SyntheticPlan, video: SessionVideo | None, told: Progress) -> None:
+    def __init__(self, folder: Path, plan: SyntheticPlan, video: Filming | None, told: Progress) -> None:
         self._folder, self._plan, self._video, self._told = folder, plan, video, told
+        self.recordings: dict[str, dict[str, str]] = {}
 
     def swim(self, number: int, swim: TrueRun) -> TrialTruth:
         """Records the swim of this number."""
-        if films(self._video, swim.trial):
-            self._film(number, swim)
+        if self._video is not None and self._video.films(swim.trial.name):
+            recording = self._video.film(self._folder, number, swim, self._plan, self._told)
+            self.recordings[swim.trial.name] = recording
             placement = _by_marker(self._plan, np.zeros((len(self._plan.markers), 2)))
         else:
             placement = self._track(swim.trial, swim.position_px, Stream.SWIM_TRACKER.of(self._plan.seed, number))
@@ -65,31 +83,13 @@ class Recorder:
     def _track(self, trial: PlannedTrial, position_px: np.ndarray, random: np.random.Generator) -> dict[str, Pixels]:
         tracks, offsets_px = tracked(trial, position_px, self._plan, random)
         _save_packed(self._folder / track_file(trial), tracks)
+        self.recordings[trial.name] = {"tracks": track_file(trial)}
         return _by_marker(self._plan, offsets_px)
-
-    def _film(self, number: int, swim: TrueRun) -> None:
-        name, frames = swim.trial.name, len(swim.time_s)
-        path = self._folder / video_file(swim.trial)
-        assert self._video is not None
-        scene = film_scene(swim, self._plan, self._video, number)
-        save_tracks(self._folder / "truth" / f"{name}.csv", true_tracks(scene.truth))
-        save_boxes(boxes_file(path), scene.truth)
-        write_scene(scene, {path: self._video.encoding}, lambda done: self._told(name, done, frames))
-
-
-def films(video: SessionVideo | None, trial: PlannedTrial) -> bool:
-    """Whether a swim is filmed."""
-    return video is not None and video.films(trial.name)
 
 
 def track_file(trial: PlannedTrial) -> str:
     """The name of the tracks in the session folder."""
     return f"trials/{trial.name}.csv.gz"
-
-
-def video_file(trial: PlannedTrial) -> str:
-    """The name of the video in the session folder."""
-    return f"trials/{trial.name}.mp4"
 
 
 def motor_file(trial: SyntheticTrial) -> str:

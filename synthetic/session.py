@@ -1,28 +1,26 @@
 """A synthetic session: the twin moves, a camera and a faulty tracker look on, the truth is kept beside it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import tomlkit
 
-from session import load_session, new_folder, write_session_toml, write_whole
+from session import CameraCalibration, load_session, new_folder, write_session_toml, write_whole
 from synthetic.decays import simulate_decays
-from synthetic.filmed import Progress, SessionVideo
 from synthetic.noise import NOISELESS
 from synthetic.plan import SyntheticPlan
-from synthetic.recorder import Recorder, films, motor_file, track_file, video_file
+from synthetic.recorder import Filming, Progress, Recorder, motor_file
 from synthetic.swims import simulate_dry_runs, simulate_swims
 from synthetic.trials import SyntheticTrial
 from synthetic.truth import Truth, structure_of, write_truth
-from synthetic.video import boxes_file
 
 ROBOT_FILE, CAMERA_FILE = "robot.toml", "camera.toml"
 
 
 def make_session(
-    folder: Path, plan: SyntheticPlan, video: SessionVideo | None = None, told: Progress = lambda *_: None
+    folder: Path, plan: SyntheticPlan, video: Filming | None = None, told: Progress = lambda *_: None
 ) -> Path:
     """Makes a session folder with known truth: `session.toml`, packed tracks or videos, motor logs, `truth.json`.
 
@@ -39,7 +37,7 @@ def make_session(
     Args:
         folder: new or empty.
         plan: what to make.
-        video: how to film, and which swims; None for tracks alone.
+        video: what films swims, and which; None for tracks alone. A renderer stands in `benchmarks.video`.
         told: of the progress of the videos.
 
     Returns:
@@ -49,7 +47,6 @@ def make_session(
         session.InputError: the folder is not empty, or a trial leaves the image.
         session.ResultsNotWritable: the folder cannot be written.
         session.SimulationDiverged: the planned motion is unstable.
-        ValueError: a swim to be filmed is not in the plan.
     """
     if video is not None:
         plan = _without_tracker(plan, video)
@@ -63,26 +60,25 @@ def make_session(
             dry_runs={true.trial.name: recorder.dry_run(i, true) for i, true in enumerate(simulate_dry_runs(plan))},
             free_decays={true.trial.name: recorder.free_decay(i, true) for i, true in enumerate(simulate_decays(plan))},
         )
-        _write_description(part, plan, video)
+        _write_description(part, plan, recorder.recordings, None if video is None else video.calibration(plan))
         write_truth(part, truth)
         load_session(part)
     return folder
 
 
-def _without_tracker(plan: SyntheticPlan, video: SessionVideo) -> SyntheticPlan:
+def _without_tracker(plan: SyntheticPlan, video: Filming) -> SyntheticPlan:
     """The plan without the errors of a tracker in the swims that are filmed."""
     names = [trial.name for trial in plan.trials]
-    if unknown := sorted(set(video.trials or ()) - set(names)):
-        raise ValueError(f"trials to film: found {', '.join(unknown)}, expected some of {', '.join(names)}")
     trials = tuple(t.model_copy(update={"faults": ()}) if video.films(t.name) else t for t in plan.trials)
     tracked = plan.dry_runs or plan.free_decays or not all(map(video.films, names))
     return plan.model_copy(update={"trials": trials, "noise": plan.noise if tracked else NOISELESS})
 
 
-def _write_description(folder: Path, plan: SyntheticPlan, video: SessionVideo | None) -> None:
+def _write_description(
+    folder: Path, plan: SyntheticPlan, recordings: Mapping[str, Mapping[str, str]], lens: CameraCalibration | None
+) -> None:
     if plan.robot is not None:
         write_whole(folder / ROBOT_FILE, tomlkit.dumps(plan.robot.model_dump()))
-    lens = video.optics(plan).camera.lens if video is not None and video.calibrated else None
     if lens is not None:
         write_whole(folder / CAMERA_FILE, tomlkit.dumps({"camera": lens.model_dump(exclude_none=True)}))
     write_session_toml(
@@ -94,25 +90,22 @@ def _write_description(folder: Path, plan: SyntheticPlan, video: SessionVideo | 
             "calibration": None if lens is None else CAMERA_FILE,
         },
         markers=plan.markers,
-        trials=list(_trial_tables(plan, video)),
+        trials=list(_trial_tables(plan, recordings)),
         fit={"warmup_s": plan.warmup_s},
         robot_file=None if plan.robot is None else ROBOT_FILE,
     )
 
 
-def _trial_tables(plan: SyntheticPlan, video: SessionVideo | None) -> Iterator[dict[str, Any]]:
+def _trial_tables(plan: SyntheticPlan, recordings: Mapping[str, Mapping[str, str]]) -> Iterator[dict[str, Any]]:
     """The keys of each `[[trial]]`; None leaves a key out."""
-    for swim in plan.trials:
-        path = Path(video_file(swim))
-        filmed = {"video": path.as_posix(), "boxes": boxes_file(path).as_posix()}
-        yield _driven_table(swim, "swim", filmed if films(video, swim) else {"tracks": track_file(swim)})
-    for run in plan.dry_runs:
-        yield _driven_table(run, "dry", {"tracks": track_file(run)})
+    for kind, trials in (("swim", plan.trials), ("dry", plan.dry_runs)):
+        for trial in trials:
+            yield _driven_table(trial, kind, recordings[trial.name])
     for decay in plan.free_decays:
-        yield {"name": decay.name, "kind": "free_decay", "tracks": track_file(decay), "role": decay.role}
+        yield {"name": decay.name, "kind": "free_decay", **recordings[decay.name], "role": decay.role}
 
 
-def _driven_table(trial: SyntheticTrial, kind: str, recording: dict[str, str]) -> dict[str, Any]:
+def _driven_table(trial: SyntheticTrial, kind: str, recording: Mapping[str, str]) -> dict[str, Any]:
     return {
         "name": trial.name,
         "kind": kind,

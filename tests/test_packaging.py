@@ -19,7 +19,7 @@ PACKAGES = PROJECT["tool"]["setuptools"]["packages"]
 LOCK = ROOT / "requirements.lock"
 PAGES = ("README.md", "CONTRIBUTING.md")
 DATA = re.compile(r"swimmer/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|(reports|tracking/boxes)/templates/[^/]+$")
-NOT_SHIPPED = ("tests", "datasets", "notebooks", "docs")
+NOT_SHIPPED = {"tests", "benchmarks"}
 
 HOST_OR_INDEX = re.compile(r"https?://|file:|git\+|^\s*--(?!hash=)|pypi\.org|pythonhosted\.org", re.MULTILINE)
 REGISTRY_HOST = re.compile(r"pypi\.org|pythonhosted\.org")

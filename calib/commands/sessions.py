@@ -13,7 +13,6 @@ def new(
         typer.Option(help="a checkout of the authors' repository, or a folder of its marker CSVs"),
     ] = None,
     synthetic: Annotated[bool, typer.Option("--synthetic", help="a session made with the twin, truth known")] = False,
-    video: Annotated[bool, typer.Option("--video", help="synthetic: rendered videos instead of tracks")] = False,
     fit: Annotated[str, typer.Option(help="trials to fit on, comma-separated; the others are held out")] = "",
     seed: Annotated[int, typer.Option(min=0, help="of a synthetic session")] = 0,
 ) -> None:
@@ -22,16 +21,13 @@ def new(
 
     if (from_fishsim is None) == (not synthetic):
         raise typer.BadParameter("give either --from-fishsim DIR or --synthetic")
-    if video and not synthetic:
-        raise typer.BadParameter("--video goes with --synthetic")
     if from_fishsim is not None:
         print(new_from_fishsim(session, from_fishsim, tuple(name.strip() for name in fit.split(",") if name.strip())))
         return
     from calib.working import progress_bar
-    from synthetic import SessionVideo, default_plan, make_session
+    from synthetic import default_plan, make_session
 
     with progress_bar(quiet=False) as tell:
         tell("simulating the swims", None)
-        plan, filmed = default_plan(seed), SessionVideo() if video else None
-        made = make_session(session, plan, filmed, lambda name, done, of: tell(f"filming {name}", done / of))
+        made = make_session(session, default_plan(seed))
     print(made)

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.video.filmed import SessionVideo
 from calib.pipeline import Options, Pipeline, open_session
-from synthetic import SessionVideo, make_session
+from synthetic import make_session
 from tests.calib import filmed as of_video
 from tests.calib.door import PLAN, Front, front_door, with_little_effort
 from tests.once import made_once

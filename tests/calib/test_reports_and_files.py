@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from calib.benchmarks import speed
+from calib import speed_benchmark as speed
 from calib.pipeline import Options, Pipeline, open_session
 from session import ModelMismatch
 from swimmer import PUBLISHED_COEFFICIENTS

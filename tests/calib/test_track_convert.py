@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.pipeline import open_session
+from benchmarks.video.filmed import SessionVideo, film_scene
 from session import FISHSIM_MARKERS, load_tracks, save_tracks
-from synthetic import SessionVideo, default_plan
-from synthetic.filmed import film_scene
+from synthetic import default_plan
 from synthetic.swims import simulate_swims
 from tests.calib.door import Front, assert_told
-from tests.calib.filmed import PLAN, read
+from tests.calib.filmed import read
 from tracking.records import FORMATS, TrackedTrial, export_tracks
 
 
@@ -92,28 +91,8 @@ def test_a_file_may_be_converted_in_place(calib: Front, filmed_session: Path, tm
     np.testing.assert_allclose(again.position_px, true.position_px, atol=1e-6)
 
 
-def test_a_filmed_session_is_made_and_can_be_tracked(
-    calib: Front, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    one = PLAN.model_copy(update={"trials": PLAN.trials[:1]})
-    monkeypatch.setattr("synthetic.default_plan", lambda seed: one.model_copy(update={"seed": seed}))
-    outcome = calib("new", tmp_path / "s", "--synthetic", "--video", "--seed", "3")
-
-    assert outcome == (0, f"{tmp_path / 's'}\n", "")
-    trials = open_session(tmp_path / "s").trials
-    assert all(trial.video is not None and trial.boxes is not None and trial.tracks is None for trial in trials)
-    assert calib("track", tmp_path / "s").code == 0
-
-
 @pytest.mark.long
 def test_the_default_plan_stays_within_its_videos() -> None:
     plan = default_plan()
     for number, swim in enumerate(simulate_swims(plan)):
         assert film_scene(swim, plan, SessionVideo(), number).truth.visible.all()
-
-
-def test_videos_go_with_synthetic_sessions_only(calib: Front, tmp_path: Path) -> None:
-    outcome = calib("new", tmp_path / "s", "--from-fishsim", tmp_path, "--video")
-
-    assert outcome.code == 2
-    assert "--video goes with --synthetic" in outcome.err

@@ -4,11 +4,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.sample import make_sample, sample_plan
 from session import Session, load_motor, load_session, load_tracks
 from swimmer import load_robot
 from synthetic.card import checksums
 from synthetic.motor_log import PULSE_RAD
-from synthetic.sample import make_sample, sample_plan
 from synthetic.truth import Truth, read_truth
 from tests.synthetic.plans import measured
 from tracking.boxes import load_boxes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from calib.benchmarks.posterior_truth import DrawnSession, draw_session
+from benchmarks.posterior.truth import DrawnSession, draw_session
 from fitting.posterior import Posterior, sample_posterior
 
 HELD_OUT_HZ = 1.1

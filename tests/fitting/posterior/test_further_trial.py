@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.benchmarks.posterior_truth import DrawnSession
+from benchmarks.posterior.truth import DrawnSession
 from fitting.posterior import Posterior, further_trial, sample_posterior
 from fitting.posterior.further_trial import further_trials
 from tests.fitting.posterior.conftest import HELD_OUT_HZ

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from calib.benchmarks.posterior_truth import DrawnSession
+from benchmarks.posterior.truth import DrawnSession
 from fitting.posterior import Gait, Posterior, naive
 from fitting.posterior.emulator import Emulator, fit_emulator
 from fitting.posterior.naive import naive_posterior

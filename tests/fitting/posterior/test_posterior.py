@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.benchmarks.posterior_truth import DrawnSession
+from benchmarks.posterior.truth import DrawnSession
 from fitting.posterior import Posterior, sample_posterior
 
 pytestmark = pytest.mark.long

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.benchmarks.posterior_truth import STEP, DrawnSession, draw_session
+from benchmarks.posterior.truth import STEP, DrawnSession, draw_session
 from fitting.posterior import Posterior, sample_posterior
 from fitting.posterior.predictive import PredictedTrial, predict_sweep, predict_trials, steady_speed
 

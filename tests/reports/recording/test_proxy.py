@@ -11,9 +11,9 @@ import av
 import numpy as np
 import pytest
 
+from benchmarks.video import VideoWriter
 from reports.recording import make_proxy
 from session import InputError
-from synthetic.video import VideoWriter
 from tests.reports.recording.trials import BODY, FRAMES, HEIGHT_PX, WIDTH_PX, frame_times_s, positions_px, write_video
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.video import VideoWriter
 from reports.recording import RecordedTrial, make_proxy
 from session import Flag, Tracks
-from synthetic.video import VideoWriter
 from tracking.records import SampleState, TrackedTrial
 
 MARKERS = ("nose", "neck", "tail_1", "caudal_fin")

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from scipy.special import erfc
 
+from benchmarks.video import VideoWriter
 from swimmer import load_robot
-from synthetic.video import VideoWriter
 from tracking.boxes import Box, StartBoxes
 from tracking.tracker import MarkerTracker, Sighting
 

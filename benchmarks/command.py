@@ -1,0 +1,147 @@
+"""What `calib benchmark` can do in a checkout: `search`, `tracking`, `posterior`, `effects`."""
+
+import json
+from contextlib import nullcontext
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, Literal
+
+import typer
+
+from benchmarks.posterior.effect_names import Effect
+from calib.commands.arguments import AsJson, SessionFolder, Workers
+
+
+def search(
+    session: SessionFolder,
+    seeds: Annotated[int, typer.Option(min=1, help="of each search")] = 3,
+    budget: Annotated[float, typer.Option(min=100.0, help="simulated seconds of each search")] = 18_000.0,
+    workers: Workers = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Compares the searches on a session's fit trials: same budget, both objectives; the report then shows them."""
+    from calib.options import Options
+    from calib.working import working
+    from fitting import comparison_payload, comparison_table
+
+    with working(session, as_json, Options(workers=workers)) as pipeline:
+        runs = pipeline.compare_searches(seeds, budget)
+    print(json.dumps(comparison_payload(runs), indent=1) if as_json else "\n".join(comparison_table(runs)))
+
+
+def tracking(
+    part: Annotated[
+        Literal["all", "accuracy", "speed", "fit"],
+        typer.Option(help="accuracy on every clip; speed at 4K; what the error costs in the fitted coefficients"),
+    ] = "all",
+    clips: Annotated[str, typer.Option(help="only these clips, comma-separated")] = "",
+    folder: Annotated[
+        Path | None, typer.Option(help="where rendered videos are kept for the next time; default: nowhere")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Tracks rendered videos with known truth: the tracker, without CSRT, plain CSRT, threshold and nearest."""
+    from benchmarks.tracking.report import measure_all
+    from calib.working import progress_bar
+    from session import plain_json
+
+    chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
+    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
+        outcome = measure_all(Path(place), part, chosen, tell)
+    print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome.text())
+
+
+def posterior(
+    folder: Annotated[
+        Path | None,
+        typer.Option(help="for scores, a file a session; a .jsonl file of scores: only its table; default: nowhere"),
+    ] = None,
+    first: Annotated[int, typer.Option(min=0, help="first session of this shard")] = 0,
+    count: Annotated[int, typer.Option(min=0, help="sessions of this shard; 0: only the table of what is there")] = 300,
+    effect: Annotated[Effect, typer.Option(help="what the robot does and the twin leaves out")] = "none",
+    strength: Annotated[float, typer.Option(min=0, help="of that, in shares of its full strength")] = 1.0,
+    workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
+    scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Draws sessions from the prior; tells how often the posterior holds the truth (simulation-based calibration)."""
+    from benchmarks.posterior.report import Asked, measure_posterior
+    from calib.working import progress_bar
+    from session import plain_json
+
+    asked = Asked(first, count, effect, strength, workers, scheduler)
+    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
+        outcome = measure_posterior(Path(place), asked, tell)
+    print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome.text())
+
+
+def effects(
+    folder: Annotated[
+        Path, typer.Argument(help="of the suite; to score, also a cases.jsonl, of one shard or of several")
+    ],
+    part: Annotated[
+        Literal["make", "rules", "diagnose", "withhold", "follow", "score"],
+        typer.Option(
+            help="make the sessions; judge them by trivial rules; diagnose them; diagnose those with one effect by a "
+            "catalogue that lacks it; make the trial that is recommended where an effect stays one of several, and "
+            "diagnose with it; score all that was said, into scores.json and scores.html"
+        ),
+    ] = "make",
+    suite: Annotated[
+        str,
+        typer.Option(
+            help="small: 24 sessions; large: 700; many: 24, most with five small effects; "
+            "large:2/10: the second tenth of the large one, which others may join"
+        ),
+    ] = "small",
+    seed: Annotated[int, typer.Option(min=0, help="of the suite")] = 0,
+    program: Annotated[
+        str, typer.Option(help="command that diagnoses, given SESSION [--without EFFECT]; default: the toolkit's own")
+    ] = "",
+    workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
+    scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Makes sessions whose effect is withheld from what diagnoses them, has them diagnosed, and scores that."""
+    from benchmarks.effects.cases import read_cases
+    from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
+    from benchmarks.effects.folder import SuiteFolder
+    from benchmarks.effects.following import follow_suite
+    from benchmarks.effects.program import program_of
+    from benchmarks.effects.report import outcome_text
+    from benchmarks.effects.ruling import judge_suite
+    from benchmarks.effects.run import make_suite
+    from benchmarks.effects.scores_page import write_scores
+    from benchmarks.effects.scoring import PROGRAM, Outcome, score_all
+    from benchmarks.effects.suite import suite_named
+    from calib.working import progress_bar
+    from session import plain_json
+
+    where = SuiteFolder(folder)
+    try:
+        size, shard = suite_named(suite)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--suite") from error
+    if part == "score":
+        if folder.suffix == ".jsonl":
+            outcome = Outcome({PROGRAM: read_cases(folder)})
+        else:
+            outcome = score_all(where)
+            write_scores(where, outcome)
+        print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome_text(outcome))
+        return
+    with progress_bar(as_json) as tell:
+        if part == "make":
+            failures = make_suite(where, seed, size, workers, scheduler, tell, shard)
+        elif part == "rules":
+            failures = judge_suite(where, workers, scheduler, tell)
+        else:
+            run = {"diagnose": diagnose_suite, "withhold": diagnose_without, "follow": follow_suite}[part]
+            failures = run(where, program_of(program), workers, scheduler, tell)
+    told = {"failed": [failure._asdict() for failure in failures]}
+    print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
+    for failure in [] if as_json else failures:
+        print(f"{failure.name}: {failure.message}")
+
+
+COMMANDS = (search, tracking, posterior, effects)

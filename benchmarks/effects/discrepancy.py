@@ -1,0 +1,259 @@
+"""What remains between reality in its base state and the refitted twin, which every diagnosis may know.
+
+`python -m benchmarks.effects.discrepancy diagnosis/discrepancy.npz` measures it anew, on all cores.
+"""
+
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import minimize, nnls
+from scipy.special import logsumexp
+from sklearn.covariance import ledoit_wolf
+
+from benchmarks.effects.drawn import draw_world
+from benchmarks.effects.filming import Filming, film_together
+from benchmarks.effects.rows import SessionRows
+from benchmarks.effects.suite import SessionPlan, recorded_by
+from benchmarks.reality import Nuisances
+from benchmarks.spread import spread
+from diagnosis.discrepancy import Discrepancy, nearness
+from diagnosis.explaining import SCALES
+from fitting.posterior.gait import advanced, beat_phase, harmonics_of
+from fitting.signatures.session_row import PRIOR_SD, row_slopes
+from fitting.signatures.slopes import little
+from fitting.trial import tail_markers
+from session import FISHSIM_MARKERS
+from swimmer import load_robot
+from swimmer.effects import catalogue
+
+LENGTH = 127  # of a gait of nine markers
+SEEDS, WITH_EFFECTS = range(9000, 9200), 25  # of sessions; how many of them are asked what effects would do
+_STARTED_M = 2e-4  # standard deviation that refits start from, m and m/s
+_TOGETHER = 5  # sessions that are simulated at a time
+_SIZES = np.geomspace(0.35, 1.4, 9)  # of a twin's error against its mean square over sessions
+_ROBUST = 6  # rounds
+_GAIN = 0.2  # of log likelihood, from which a strength counts: one session of 25 that calls for it is a false alarm
+_LITTLE = 0.5  # of an effect at most: what is more is no twin's error that only looks like it
+_FIRST = 0.1  # strength that is tried first
+_HELD_BACK = 5.0  # pairs of swims that have nothing in common, for all that is known before
+_MOST = 0.97  # of a direction's variance that two swims have in common
+_TAIL = tail_markers(load_robot(), FISHSIM_MARKERS)
+_NEVER = "measurement"  # family of effects of which a twin's error shows nothing: reality sees as it is
+
+
+@dataclass(frozen=True, eq=False)
+class BaseSession:
+    """A robot that is as described, in water of some kind, beside the twin refitted to it; without noise.
+
+    Attributes:
+        seed: of the session.
+        frequency_hz: (t,) of each swim.
+        measured: (t, 127) their gaits, m and m/s.
+        left: (t, 127) what the twin leaves of them.
+        slopes: (k, 5) of these with the coefficients.
+        noise: (k, k) that a tracker would add.
+        columns: by effect and parameter, (k,) what one standard deviation of its prior does; empty where not asked.
+    """
+
+    seed: int
+    frequency_hz: np.ndarray
+    measured: np.ndarray
+    left: np.ndarray
+    slopes: np.ndarray
+    noise: np.ndarray
+    columns: Mapping[tuple[str, int], np.ndarray]
+
+    @property
+    def phase_rad(self) -> np.ndarray:
+        """(t,) at which their tails begin."""
+        return beat_phase(self.measured, _TAIL)
+
+    @property
+    def in_phase(self) -> np.ndarray:
+        """(t, 127) what is left when all tails begin at phase 0."""
+        return advanced(self.left, -self.phase_rad)
+
+    @property
+    def noise_in_phase(self) -> np.ndarray:
+        """(127, 127) mean of the noise of one gait, at that phase."""
+        own = [slice(LENGTH * i, LENGTH * (i + 1)) for i in range(len(self.left))]
+        turns = [advanced(np.eye(LENGTH), -phase) for phase in self.phase_rad]
+        return np.mean([turn.T @ self.noise[i, i] @ turn for turn, i in zip(turns, own, strict=True)], axis=0)
+
+
+def base_sessions(seeds: Sequence[int], with_effects: bool) -> list[BaseSession]:
+    """Simulated together, in this order."""
+    return film_together([_session(seed, with_effects) for seed in seeds])
+
+
+def _session(seed: int, with_effects: bool) -> Filming[BaseSession]:
+    plan = SessionPlan(f"base-{seed}", seed, recorded_by(np.random.default_rng([seed, 1])), "null")
+    drawn = yield from draw_world(plan)
+    drawn = replace(drawn, world=replace(drawn.world, nuisances=Nuisances()))
+    plain = Discrepancy.independent(_STARTED_M**2 * np.eye(LENGTH))
+    rows = SessionRows.of(drawn, (yield from drawn.recorded()), plain)
+    left = rows.left_of_gaits
+    columns: dict[tuple[str, int], np.ndarray] = {}
+    if with_effects:
+        every = {name: effect for name, effect in catalogue().items() if effect.family != _NEVER}
+        for signature in rows.signatures(every):
+            for number, parameter in enumerate(signature.effect.parameters):
+                slope = little(signature, number)
+                if slope is not None:
+                    columns[signature.effect.name, number] = parameter.sd * slope[: left.size]
+    slopes = row_slopes(rows.model, rows.coefficients)[: left.size]
+    hertz = np.array([each.trial.frequency.hz for each in rows.model.trials])
+    return BaseSession(seed, hertz, rows.model.measured.reshape(left.shape), left, slopes, rows.tracking, columns)
+
+
+def discrepancy_of(sessions: Sequence[BaseSession]) -> Discrepancy:
+    """Of many sessions: what a twin leaves of each gait, how alike that is in two, and in all gaits of a session.
+
+    What it leaves of each gait is as large as makes all sessions likeliest, each with a size of its own beside; of
+    effects it looks like as much as those sessions that were asked call for, of each by itself.
+    """
+    found = in_common(sessions, robust_covariance([session.in_phase for session in sessions]))
+    sizes = {size * scale for size in _SIZES for scale in SCALES}
+    rows = {size: [_Row.of(session, found, size) for session in sessions] for size in sizes}
+    by_size = [_unlikely(_sized(rows, size)) for size in _SIZES]
+    size = _SIZES[int(np.argmin(by_size))]
+    asked = [number for number, session in enumerate(sessions) if session.columns]
+    rows = {each: [own[number] for number in asked] for each, own in rows.items()}
+    strengths = _strengths(_sized(rows, size))
+    names = dict.fromkeys(name for name, _ in strengths)
+    counts = {name: len(catalogue()[name].parameters) for name in names}
+    by_name = {name: tuple(strengths.get((name, i), 0.0) for i in range(counts[name])) for name in names}
+    return replace(found, directions=size * found.directions, strengths=by_name)
+
+
+def in_common(sessions: Sequence[BaseSession], covariance: np.ndarray) -> Discrepancy:
+    """What swims of one session have in common, by directions in which what is left of a gait is independent.
+
+    Directions are those of a covariance (127, 127) against the noise of the tracks. In each of them products of what is
+    left of two swims tell both shares, by least squares that are held back by some pairs that have nothing in common.
+    """
+    noise = np.mean([session.noise_in_phase for session in sessions], axis=0)
+    root = np.linalg.cholesky(noise)
+    half = solve_triangular(root, covariance, lower=True)
+    variances, vectors = np.linalg.eigh(solve_triangular(root, half.T, lower=True))
+    directions = root @ vectors * np.sqrt(variances)  # (127, 127)
+    near, products, squares = [], [], []
+    for session in sessions:
+        along = np.linalg.solve(directions, session.in_phase.T)  # (127, t)
+        along /= np.sqrt((along**2).mean())
+        one, other = np.triu_indices(along.shape[1], 1)
+        near += list(nearness(session.frequency_hz)[one, other])
+        products += list((along[:, one] * along[:, other]).T)
+        squares.append((along**2).mean(axis=1))
+    variance = np.mean(squares, axis=0)  # shrinking has made the large ones too small
+    told = np.vstack([np.column_stack([np.ones(len(near)), near]), np.sqrt(_HELD_BACK) * np.eye(2)])
+    common = np.array([nnls(told, np.append(own, [0.0, 0.0]))[0] for own in np.transpose(products / variance)])
+    common *= np.minimum(1.0, _MOST / np.maximum(common.sum(axis=1), _MOST))[:, None]
+    beats = [advanced(session.measured, -session.phase_rad) for session in sessions]
+    beat = np.mean(np.concatenate([harmonics_of(gaits)[:, :, 1, 0] for gaits in beats]), axis=0)
+    return Discrepancy(directions * np.sqrt(variance), common, beat=beat)
+
+
+def robust_covariance(left: Sequence[np.ndarray]) -> np.ndarray:
+    """(127, 127) second moments of what is left (t, 127) in many sessions, shrunk (Ledoit and Wolf 2004).
+
+    About zero, not about their mean: what the twin leaves of every swim alike is its error too. A session counts by its
+    directions, not by its size (Tyler 1987), so that a few in which the twin is far off do not say how all are.
+    """
+    found = _shrunk(left)
+    for _ in range(_ROBUST):
+        root = np.linalg.cholesky(found)
+        sizes = np.array([np.sqrt((solve_triangular(root, own.T, lower=True) ** 2).mean()) for own in left])
+        sizes /= np.exp(np.log(sizes).mean())
+        found = _shrunk([own / size for own, size in zip(left, sizes, strict=True)])
+    return found
+
+
+def _shrunk(left: Sequence[np.ndarray]) -> np.ndarray:
+    pooled = np.vstack(left)
+    scale = np.sqrt((pooled**2).mean(axis=0))
+    shrunk, _ = ledoit_wolf(pooled / scale, assume_centered=True)
+    return np.asarray(shrunk * np.outer(scale, scale))
+
+
+def _strengths(rows: Mapping[float, Sequence["_Row"]]) -> dict[tuple[str, int], float]:
+    """Of each parameter the likeliest when there is no other: so much of it these sessions look like by themselves.
+
+    Of those that make what is left likelier.
+    """
+    every = sorted(set.intersection(*(set(row.across) for own in rows.values() for row in own)))
+    without = _unlikely(rows)
+    found = {
+        one: minimize(lambda log, one=one: _unlikely(rows, one, np.exp(log[0])), [np.log(_FIRST)], method="Nelder-Mead")
+        for one in every
+    }
+    return {
+        one: float(np.exp(best.x[0]))
+        for one, best in found.items()
+        if without - best.fun > _GAIN and np.exp(best.x[0]) < _LITTLE
+    }
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """A session, whitened: squares of what is left and of columns, their products, and the rest of its log density."""
+
+    square: float
+    squares: Mapping[tuple[str, int], float]
+    across: Mapping[tuple[str, int], float]
+    volume: float
+
+    @classmethod
+    def of(cls, session: BaseSession, discrepancy: Discrepancy, size: float) -> "_Row":
+        of_gaits = size**2 * discrepancy.of_gaits(session.frequency_hz, session.phase_rad) + session.noise
+        root = np.linalg.cholesky(of_gaits + session.slopes @ np.diag(PRIOR_SD**2) @ session.slopes.T)
+        noise = np.linalg.cholesky(session.noise) @ np.random.default_rng([session.seed, 7]).standard_normal(len(root))
+        left = solve_triangular(root, session.left.ravel() + noise, lower=True)
+        white = {key: solve_triangular(root, column, lower=True) for key, column in session.columns.items()}
+        return cls(
+            float(left @ left),
+            {key: float(column @ column) for key, column in white.items()},
+            {key: float(column @ left) for key, column in white.items()},
+            -float(np.log(np.diag(root)).sum()),
+        )
+
+    def log_density(self, one: tuple[str, int] | None, strength: float) -> float:
+        """With so much of one parameter's column, or with none, but for a constant."""
+        alone = self.volume - 0.5 * self.square
+        if one is None:
+            return alone
+        freed = 1 + strength**2 * self.squares[one]
+        return float(alone + 0.5 * (strength * self.across[one]) ** 2 / freed - 0.5 * np.log(freed))
+
+
+def _sized(rows: Mapping[float, Sequence[_Row]], size: float) -> dict[float, Sequence[_Row]]:
+    """Rows by the size that sessions may have beside that of most."""
+    return {scale: rows[size * scale] for scale in SCALES}
+
+
+def _unlikely(rows: Mapping[float, Sequence[_Row]], one: tuple[str, int] | None = None, strength: float = 0.0) -> float:
+    """-ln of the likelihood of so much of one parameter, or of none; each session has one of the sizes."""
+    of_sizes = [[row.log_density(one, strength) + np.log(SCALES[scale]) for row in own] for scale, own in rows.items()]
+    return -float(logsumexp(of_sizes, axis=0).sum())
+
+
+def measure(path: Path, workers: int = 0) -> None:
+    """Simulates the sessions, and writes what is found."""
+    asked, others = SEEDS[:WITH_EFFECTS], SEEDS[WITH_EFFECTS:]
+    found: list[BaseSession] = []
+    for seeds, with_effects in ((asked, True), (others, False)):
+        batches = [list(seeds[first : first + _TOGETHER]) for first in range(0, len(seeds), _TOGETHER)]
+        for done in spread(partial(base_sessions, with_effects=with_effects), batches, workers, None):
+            found += done
+            print(f"{len(found)} of {len(SEEDS)} sessions", file=sys.stderr)
+    found.sort(key=lambda session: session.seed)
+    discrepancy_of(found).save(path, list(SEEDS))
+
+
+if __name__ == "__main__":
+    measure(Path(sys.argv[1]))

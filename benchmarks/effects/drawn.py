@@ -1,0 +1,197 @@
+"""A withheld session before anything acts in it: a robot, its water, a camera, and the trials that were made."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from benchmarks.effects.filming import Filming
+from benchmarks.effects.suite import BEATS, WARMUP_S, Recorded, SessionPlan
+from benchmarks.reality import Mechanism, Nuisances, Recording, Trial, World
+from benchmarks.reality.mechanisms.wear import worn
+from session import FISHSIM_MARKERS, TrialKind
+from swimmer import load_robot
+
+KNOWN_TO = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "mass": 0.02}
+"""Relative standard deviation by which a robot departs from its description: as well as dry experiments tell it."""
+GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
+FLOATS_SD_M = 0.002
+"""Of how deep a robot floats, as it was trimmed that day; of its tail 8 to 10 cm are under water."""
+_COEFFICIENTS = ((0.2, 1.5), (1.0, 6.0), (3.0, 9.0), (2.5, 6.0), (0.2, 3.0))  # robots that swim forward, mostly
+_HEADING_RAD = 0.35  # off the picture's long side, so that no swim leaves the picture
+_TRIES = 12
+_SLOWEST_M_S = 0.01  # that a swim of the base state must make
+_TAIL_BENT_RAD = 0.2  # at each hinge, in which a free decay is held
+_RELEASED_S = 0.4
+_DRY_S, _DECAY_S = 5.0, 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnTrial:
+    """One trial of a session.
+
+    Attributes:
+        name: of the trial.
+        kind: of experiment.
+        role: "fit" or "holdout".
+        trial: as reality makes it.
+        logged: whether the motor is logged, even where that of the session's other trials is not.
+    """
+
+    name: str
+    kind: TrialKind
+    role: str
+    trial: Trial
+    logged: bool = False
+
+    @property
+    def commanded_hz(self) -> float | None:
+        """What the crank was told; None where it does not turn."""
+        return self.trial.frequency_hz or None
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnWorld:
+    """A session before anything acts in it.
+
+    Attributes:
+        plan: what it is to hold.
+        world: in its base state.
+        trials: that are made in it.
+    """
+
+    plan: SessionPlan
+    world: World
+    trials: tuple[DrawnTrial, ...]
+
+    def with_mechanisms(self, mechanisms: tuple[Mechanism, ...]) -> World:
+        """The world with something in it."""
+        return replace(self.world, mechanisms=mechanisms)
+
+    def with_trial(self, more: DrawnTrial) -> "DrawnWorld":
+        """The same with a trial that is made after all others."""
+        return replace(self, trials=(*self.trials, more))
+
+    def swims(self, role: str) -> tuple[DrawnTrial, ...]:
+        """Those that are fitted, or held out."""
+        return tuple(each for each in self.trials if each.kind == "swim" and each.role == role)
+
+    def recorded(
+        self, mechanisms: tuple[Mechanism, ...] = (), trials: Sequence[DrawnTrial] | None = None
+    ) -> Filming[dict[str, Recording]]:
+        """Films trials, and ends with them by name, without any error of a tracker.
+
+        Args:
+            mechanisms: that act.
+            trials: some of them; default all.
+
+        Raises:
+            SimulationDiverged: the mechanisms are too strong.
+        """
+        trials = self.trials if trials is None else trials
+        worlds = [self.with_mechanisms(worn(mechanisms, self._before_s(each))) for each in trials]
+        recordings = yield [(world, each.trial) for world, each in zip(worlds, trials, strict=True)]
+        return {each.name: recording for each, recording in zip(trials, recordings, strict=True)}
+
+    def _before_s(self, trial: DrawnTrial) -> float:
+        """That the robot was in use before a trial, s."""
+        return float(sum(each.trial.duration_s for each in self.trials[: self.trials.index(trial)]))
+
+
+def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
+    """Draws robot, water and trials until every swim of the base state goes forward.
+
+    Raises:
+        ValueError: no draw swims forward.
+    """
+    random = np.random.default_rng([plan.seed, 2])
+    sunk_m = FLOATS_SD_M * float(np.random.default_rng([plan.seed, 6]).standard_normal())
+    for _ in range(_TRIES):
+        drawn = DrawnWorld(plan, _world(random, sunk_m), _trials(plan.recorded, random))
+        recordings = yield [(drawn.world, each.trial) for each in drawn.trials if each.kind == "swim"]
+        if all(_forward_m_s(recording) > _SLOWEST_M_S for recording in recordings):
+            return drawn
+    raise ValueError(f"session {plan.name}: found no robot that swims forward in {_TRIES} draws, expected one in two")
+
+
+def _world(random: np.random.Generator, sunk_m: float) -> World:
+    def about_one(quantity: str) -> float:
+        return float(1 + KNOWN_TO[quantity] * random.standard_normal())
+
+    low, high = np.transpose(_COEFFICIENTS)
+    shift = GLUED_SD_M * random.standard_normal((len(FISHSIM_MARKERS), 2))
+    nuisances = Nuisances(
+        head_mass=about_one("mass"),
+        tail_mass=about_one("mass"),
+        hinge_stiffness=about_one("hinge_stiffness"),
+        hinge_damping=about_one("hinge_damping"),
+        sunk_m=sunk_m,
+        marker_shift_m={name: (float(x), float(y)) for name, (x, y) in zip(FISHSIM_MARKERS, shift, strict=True)},
+    )
+    blunt, slender, angular, kutta, magnus = map(float, random.uniform(low, high))
+    return World(coefficients=(blunt, slender, angular, kutta, magnus), nuisances=nuisances)
+
+
+def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
+    swims = [
+        DrawnTrial(_name("f", hz), "swim", role, _swim(hz, recorded.seconds, random))
+        for hz, role in sorted(
+            [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
+        )
+    ]
+    others = []
+    if recorded.dry_hz is not None:
+        others.append(DrawnTrial(_name("dry", recorded.dry_hz), "dry", "fit", _dry(recorded.dry_hz, random)))
+    if recorded.free_decay:
+        others.append(DrawnTrial("decay", "free_decay", "fit", _decay(random)))
+    return (*swims, *others)
+
+
+def one_more(plan: SessionPlan, kind: TrialKind, hz: float | None, logged: bool) -> DrawnTrial:
+    """A fitted trial in the session of a plan, after all that was recorded; a free decay is one without a speed."""
+    random = np.random.default_rng([plan.seed, 5])
+    if hz is None:
+        return DrawnTrial("more_decay", kind, "fit", _decay(random))
+    seconds = max(plan.recorded.seconds, WARMUP_S + BEATS / hz)
+    trial = _swim(hz, round(seconds, 1), random) if kind == "swim" else _dry(hz, random)
+    name = _name("f" if kind == "swim" else "dry", hz)
+    return DrawnTrial(f"more_{name}", kind, "fit", trial, logged)
+
+
+def _decay(random: np.random.Generator) -> Trial:
+    """All hinges bent alike, to either side, and let go."""
+    bent = (float(random.choice([-1.0, 1.0]) * _TAIL_BENT_RAD),) * len(load_robot().hinges)
+    return Trial("free_decay", _DECAY_S, bent_rad=bent, release_s=_RELEASED_S)
+
+
+def _dry(hz: float, random: np.random.Generator) -> Trial:
+    return Trial("dry", _DRY_S, hz, phase_rad=float(random.uniform(0, 2 * np.pi)))
+
+
+def _swim(hz: float, seconds: float, random: np.random.Generator) -> Trial:
+    """Along the picture, begun so that its middle lies in the middle."""
+    heading = float(random.uniform(-_HEADING_RAD, _HEADING_RAD) + np.pi * random.integers(2))
+    start_speed = 0.1 * hz
+    way = start_speed * (seconds + 1.0) / 2 + 0.2  # and half a fish
+    place = -way * np.exp(1j * heading) + complex(*random.uniform(-0.1, 0.1, 2))
+    return Trial(
+        "swim",
+        seconds,
+        hz,
+        phase_rad=float(random.uniform(0, 2 * np.pi)),
+        start_speed_m_s=start_speed,
+        place_m=complex(place),
+        heading_rad=heading,
+    )
+
+
+def _name(kind: str, hz: float) -> str:
+    return f"{kind}{hz:.2f}".replace(".", "_")
+
+
+def _forward_m_s(recording: Recording) -> float:
+    """Mean speed of the second half, in the direction in which the swim began."""
+    half = recording.head[len(recording.head) // 2 :]
+    way = np.exp(1j * recording.trial.heading_rad)
+    moved = complex(*(half[-1, :2] - half[0, :2]))
+    return float((moved * np.conj(way)).real / (recording.time_s[-1] - recording.time_s[len(recording.head) // 2]))

@@ -1,0 +1,70 @@
+"""Reality for many sessions at once: one of its steps takes hardly longer for a hundred trials than for eight.
+
+Work on a session is a generator: it yields the trials that it wants to see and is sent their recordings.
+"""
+
+from collections.abc import Generator, Iterable, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from benchmarks.reality import Recording, Trial, World, divergence, simulate
+from session import FISHSIM_MARKERS
+
+T = TypeVar("T")
+Wanted = Sequence[tuple[World, Trial]]
+Filming = Generator[Wanted, list[Recording], T]
+
+
+def film_together(works: Iterable[Filming[T]], at_once: int | None = None) -> list[T]:
+    """What pieces of work end with, in their order; whatever they want to see is simulated in common.
+
+    A recording does not depend on its company (to some 1e-7 px). What cannot be simulated is raised within the work
+    that asked for it: `SimulationDiverged`, or the `ValueError` of a trial that is impossible.
+
+    Args:
+        works: begun as there is room for them.
+        at_once: pieces that are under way, at least one; where one ends, the next begins. Default: all.
+    """
+    assert at_once is None or at_once > 0
+    begun = iter(enumerate(works))
+    under_way: dict[int, Filming[T]] = {}
+    waiting: dict[int, Wanted] = {}
+    ended: dict[int, T] = {}
+
+    def go_on(number: int, sent: list[Recording] | Exception | None) -> None:
+        work = under_way[number]
+        waiting.pop(number, None)
+        try:
+            waiting[number] = work.throw(sent) if isinstance(sent, Exception) else work.send(sent)  # type: ignore[arg-type]
+        except StopIteration as stop:
+            ended[number] = stop.value
+            del under_way[number]
+
+    while True:
+        while at_once is None or len(under_way) < at_once:
+            if (one := next(begun, None)) is None:
+                break
+            number, under_way[number] = one
+            go_on(number, None)
+        if not waiting:
+            return [ended[number] for number in sorted(ended)]
+        for number, filmed in _filmed(dict(waiting)).items():
+            go_on(number, filmed)
+
+
+def _filmed(wanted: dict[int, Wanted]) -> dict[int, list[Recording] | Exception]:
+    trials = [trial for each in wanted.values() for trial in each]
+    try:
+        recordings = iter(simulate(trials, FISHSIM_MARKERS, allow_divergence=True))
+    except ValueError as error:
+        if len(wanted) == 1:
+            return dict.fromkeys(wanted, error)
+        return {number: filmed for own in wanted.items() for number, filmed in _filmed(dict([own])).items()}
+    of_each = {number: [next(recordings) for _ in each] for number, each in wanted.items()}
+    return {number: _or_lost(own) for number, own in of_each.items()}
+
+
+def _or_lost(recordings: list[Recording]) -> list[Recording] | Exception:
+    lost = np.array([not np.isfinite(recording.head).all() for recording in recordings])
+    return divergence([recording.trial for recording in recordings], lost) if lost.any() else recordings

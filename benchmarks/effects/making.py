@@ -1,0 +1,209 @@
+"""Withheld sessions as folders like any user's, and the answers that are kept apart from them."""
+
+import gzip
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from benchmarks.effects.answer import Answer
+from benchmarks.effects.drawn import DrawnTrial, DrawnWorld, draw_world
+from benchmarks.effects.filming import Filming
+from benchmarks.effects.oracle import oracle_shrinkage
+from benchmarks.effects.rows import SessionRows, camera_of, tracks_of
+from benchmarks.effects.severity import Strength, Strong, strength_for
+from benchmarks.effects.suite import WARMUP_S, SessionPlan
+from benchmarks.reality import Drive, Mechanism, Recording
+from diagnosis import Discrepancy
+from fitting.signatures import Signature
+from session import FISHSIM_MARKERS, MotorLog, load_session, new_folder, save_tracks, write_session_toml, write_whole
+from swimmer.effects import Effect
+from synthetic.motor_log import CURRENT_A, PULSE_RAD, SPEED_RAD_S, VOLTAGE_V, save_motor_log
+
+Maker = Callable[[np.random.Generator], Strong]
+_READING_S, _CLOCK_S = 0.02, 1000.0  # between readings of the motor; where its clock may stand
+_FILED = 946_684_800  # seconds since 1970: every file has the time stamp of 2000-01-01
+_TRACKS_BYTES = 32_768  # that every file of tracks is filled up to: how well it packs would tell how it moves
+_CURRENT_A, _AMPERE_PER_N_M, _VOLT, _WARM_C = 0.25, 0.6, 12.1, 31.0
+
+
+@dataclass(frozen=True, eq=False)
+class Making:
+    """What sessions are made from.
+
+    Attributes:
+        mechanisms: by name, what reality can do; of the catalogue and beside it.
+        discrepancy: what the refitted twin leaves in the base state.
+        effects: the catalogue's own forms.
+    """
+
+    mechanisms: Mapping[str, Maker]
+    discrepancy: Discrepancy
+    effects: Mapping[str, Effect]
+
+    def make(self, plan: SessionPlan, folder: Path) -> Filming[Answer]:
+        """Makes `folder/<name>` and ends with what is in it.
+
+        Raises:
+            InputError: the folder of the session is there and not empty.
+            ResultsNotWritable: the folder cannot be written.
+            ValueError: no robot was drawn that swims forward.
+        """
+        drawn = yield from draw_world(plan)
+        present, answer = yield from self._present(drawn)
+        write_session(folder / plan.name, drawn, (yield from drawn.recorded(present)), present)
+        return answer
+
+    def _present(self, drawn: DrawnWorld) -> Filming[tuple[tuple[Mechanism, ...], Answer]]:
+        plan = drawn.plan
+        if plan.kind == "null":
+            return (), Answer(plan.name, "null", seed=plan.seed)
+        base = yield from drawn.recorded()
+        fitted = SessionRows.of(drawn, base, self.discrepancy)
+        signatures = fitted.signatures(self.effects)
+        random = np.random.default_rng([plan.seed, 3])
+        strengths = []
+        for name in plan.effects:
+            strengths.append((yield from self._strength(name, random, drawn, fitted, signatures)))
+        present = tuple(mechanism for strength in strengths for mechanism in strength.mechanisms)
+        known = [self.effects[name] for name in plan.effects if name in self.effects]
+        shrinkage = None
+        if known:
+            held = SessionRows.of(drawn, base, self.discrepancy, "holdout", fitted.coefficients)
+            recordings = yield from drawn.recorded(present)
+            shrinkage = oracle_shrinkage(known, fitted, held, recordings)
+        stages = {effect.stage for effect in known}
+        outside = plan.effects[0] if plan.kind == "outside" else None
+        return present, Answer(
+            session=plan.name,
+            kind=plan.kind,
+            effects=tuple(effect.name for effect in known),
+            outside=outside,
+            alike=tuple(strength.alike for strength in strengths),
+            detectability=round(min(strength.detectability for strength in strengths), 2),
+            stage=stages.pop() if len(stages) == 1 else None,
+            oracle_shrinkage=shrinkage,
+            seed=plan.seed,
+            strengths=tuple(strength.value for strength in strengths),
+        )
+
+    def make_with(self, plan: SessionPlan, strengths: Sequence[float], more: DrawnTrial, folder: Path) -> Filming[None]:
+        """Makes `folder/<name>` as it was made, with one more trial.
+
+        Args:
+            plan: of the session.
+            strengths: of what is present.
+            more: the trial.
+            folder: in which the session is made.
+
+        Raises:
+            SimulationDiverged: the trial cannot be simulated.
+            InputError, ResultsNotWritable, ValueError: as of `make`.
+        """
+        drawn = (yield from draw_world(plan)).with_trial(more)
+        random = np.random.default_rng([plan.seed, 3])
+        makers = [self.mechanisms[name](random) for name in plan.effects]
+        present = tuple(each for make, strength in zip(makers, strengths, strict=True) for each in make(strength))
+        write_session(folder / plan.name, drawn, (yield from drawn.recorded(present)), present)
+
+    def _strength(
+        self,
+        name: str,
+        random: np.random.Generator,
+        drawn: DrawnWorld,
+        rows: SessionRows,
+        signatures: Sequence[Signature],
+    ) -> Filming[Strength]:
+        strong = self.mechanisms[name](random)
+        own = name if name in self.effects else None
+        return (yield from strength_for(drawn.plan.detectability, strong, own, drawn, rows, signatures))
+
+
+def write_session(
+    folder: Path, drawn: DrawnWorld, recordings: Mapping[str, Recording], present: tuple[Mechanism, ...]
+) -> None:
+    """Writes what a user would have of these recordings: tracks with a tracker's errors, motor logs, the description.
+
+    Raises:
+        InputError: the folder is there and not empty.
+        ResultsNotWritable: it cannot be written.
+    """
+    world = drawn.with_mechanisms(present)
+    with new_folder(folder) as part:
+        tables = []
+        for number, each in enumerate(drawn.trials):
+            recording = recordings[each.name]
+            random = np.random.default_rng([drawn.plan.seed, 4, number])
+            tracks = tracks_of(recording, recording.tracked_px(world, random))
+            plain = part / "trials" / f"{each.name}.csv"
+            save_tracks(plain, tracks)
+            write_whole(plain.with_suffix(".csv.gz"), _packed(plain.read_bytes()))
+            plain.unlink()
+            tables.append(_table(each) | _logged(part, drawn, each, recording, random))
+        camera = camera_of(drawn)
+        write_session_toml(
+            part,
+            name=drawn.plan.name,
+            camera={"fps": camera.fps, "scale_length_m": round(camera.scale_length_m, 9)},
+            markers=FISHSIM_MARKERS,
+            trials=tables,
+            fit={"warmup_s": WARMUP_S},
+        )
+        load_session(part)
+    for path in [*folder.rglob("*"), folder]:
+        undated(path)
+
+
+def undated(path: Path) -> None:
+    """Gives a file or folder the time stamp that all have: how long it took to make would tell what is in it."""
+    os.utime(path, (_FILED, _FILED))
+
+
+def _packed(plain: bytes) -> bytes:
+    """Compressed, then filled up with the zeros that readers of the format skip (gzip, RFC 1952)."""
+    packed = gzip.compress(plain, mtime=0)
+    return packed + bytes(-len(packed) % _TRACKS_BYTES)
+
+
+def _table(each: DrawnTrial) -> dict[str, Any]:
+    return {
+        "name": each.name,
+        "kind": each.kind,
+        "tracks": f"trials/{each.name}.csv.gz",
+        "commanded_hz": each.commanded_hz,
+        "role": each.role,
+    }
+
+
+def _logged(
+    folder: Path, drawn: DrawnWorld, each: DrawnTrial, recording: Recording, random: np.random.Generator
+) -> dict[str, Any]:
+    """Writes the log of a motor, where there is one; its clock is told by hand."""
+    if not (drawn.plan.recorded.logged or each.logged) or each.kind == "free_decay":
+        return {}
+    offset_s = float(np.round(random.uniform(0.0, _CLOCK_S), 3))
+    file = f"trials/{each.name}.motor.csv"
+    save_motor_log(folder / file, _log(recording.drive, each.trial.duration_s, offset_s, random))
+    return {"motor": file, "motor_offset_s": offset_s}
+
+
+def _log(drive: Drive, duration_s: float, offset_s: float, random: np.random.Generator) -> MotorLog:
+    """What the motor says at even times on a clock of its own, in its own steps, while its trial is filmed."""
+    time_s = np.arange(0.0, duration_s + 1e-9, _READING_S)
+    crank = CubicSpline(drive.time_s, drive.angle_rad)
+    load_a = _AMPERE_PER_N_M * np.interp(time_s, drive.time_s, drive.torque_n_m)
+    current_a = _CURRENT_A + load_a + CURRENT_A * random.standard_normal(len(time_s))
+    zero_rad = 2 * np.pi * random.random()
+    return MotorLog(
+        time_s=time_s + offset_s,
+        position_rad=PULSE_RAD * np.floor((crank(time_s) + zero_rad) / PULSE_RAD),
+        velocity_rad_s=SPEED_RAD_S * np.round(crank(time_s, 1) / SPEED_RAD_S),
+        current_a=CURRENT_A * np.round(current_a / CURRENT_A),
+        voltage_v=np.full(len(time_s), VOLTAGE_V * round(_VOLT / VOLTAGE_V)),
+        temperature_c=np.full(len(time_s), _WARM_C),
+        error=np.zeros(len(time_s)),
+    )

@@ -1,0 +1,284 @@
+"""A withheld session without noise, as a diagnosis would see it: rows of gaits, and all that disturbs them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
+from benchmarks.effects.suite import WARMUP_S
+from benchmarks.reality import PixelNoise, Recording
+from diagnosis.described import robot_doubts
+from diagnosis.discrepancy import Discrepancy
+from diagnosis.ground import Ground
+from fitting.posterior.gait import advanced, phase_between
+from fitting.posterior.noise import GaitNoise
+from fitting.posterior.session_model import START_PHASE_RAD, PlacesOff, SessionModel
+from fitting.posterior.trial_model import TrialModel
+from fitting.signatures import Signature, Together, Whitened, signature_of
+from fitting.signatures.session_row import LONG, PRIOR_SD, left_row, nearest, row_covariance, row_slopes
+from fitting.trial import MeasuredTrial, measure_trial
+from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
+from swimmer import Twin, load_robot
+from swimmer.effects import Effect, catalogue
+
+
+class Change(NamedTuple):
+    """What something in the water changes of a session's row, seen from some coefficients.
+
+    Attributes:
+        row: (k,) what is left there, less what is left of the base state, brought back along the slopes of `space` to
+            the coefficients of the base state.
+        space: with slopes there; all that disturbs the row has unit size.
+        step: (5,) from the coefficients of the base state to these.
+    """
+
+    row: np.ndarray
+    space: Whitened
+    step: np.ndarray
+
+    def strays(self, row: np.ndarray) -> float:
+        """How far from these coefficients, whitened, those are that best make up for a row (k,)."""
+        return self.space.moved(self.space.coefficients(row) - self.step)
+
+
+def told_by(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple[int, Together]:
+    """The nearest that some effects, or none, come to what is changed, and the number of the change that tells it.
+
+    Seen from where coefficients end nearest to those that they are seen from: farther off the twin is not linear.
+    """
+    found = [change.space.together(change.row, signatures) for change in changes]
+    number = min(range(len(changes)), key=lambda i: changes[i].strays(found[i].left))
+    return number, found[number]
+
+
+@dataclass(frozen=True, eq=False)
+class SessionRows:
+    """The swims of one role of a session in its base state beside the twin.
+
+    Attributes:
+        drawn: the session.
+        role: of the swims that are in the rows.
+        model: these swims, without noise, beside the plain twin.
+        discrepancy: what the refitted twin leaves in the base state.
+        given: (5,) coefficients that other swims gave; None where these give them.
+    """
+
+    drawn: DrawnWorld
+    role: str
+    model: SessionModel
+    discrepancy: Discrepancy
+    given: np.ndarray | None = None
+
+    @classmethod
+    def of(
+        cls,
+        drawn: DrawnWorld,
+        base: Mapping[str, Recording],
+        discrepancy: Discrepancy,
+        role: str = "fit",
+        given: np.ndarray | None = None,
+    ) -> "SessionRows":
+        """From recordings of the base state of all trials, without noise."""
+        twin = Twin(load_robot(), FISHSIM_MARKERS, workers=1)
+        doubted = robot_doubts(twin)
+        trials = (TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in measured(drawn, base, role))
+        return cls(drawn, role, SessionModel(tuple(trials)), discrepancy, given)
+
+    @cached_property
+    def coefficients(self) -> np.ndarray:
+        """(5,) of the twin that comes nearest to the base state, by Gauss and Newton."""
+        if self.given is not None:
+            return self.given
+        start = np.array(self.drawn.world.coefficients, float)
+        covariance = self._covariance(start)
+        return nearest(self.model, start, covariance)
+
+    @cached_property
+    def left(self) -> np.ndarray:
+        """(k,) what the refitted twin leaves of the base state."""
+        return left_row(self.model, self.coefficients)
+
+    @property
+    def left_of_gaits(self) -> np.ndarray:
+        """(t, 127) what it leaves of each swim's gait."""
+        count = len(self.model.trials)
+        return self.left[:-count].reshape(count, -1)
+
+    @cached_property
+    def tracking(self) -> np.ndarray:
+        """(k, k) covariance of the gaits with the noise of the tracker as it is."""
+        return block_diag(*[_noise(model, self.drawn.world.noise) for model in self.model.trials])
+
+    @cached_property
+    def space(self) -> Whitened:
+        """In which all that disturbs the row has unit size."""
+        looks_like = {name: effect for name, effect in catalogue().items() if name in self.discrepancy.strengths}
+        alike = self.discrepancy.alike(self.signatures(looks_like))
+        return Whitened.of(self._disturbing + alike @ alike.T, row_slopes(self.model, self.coefficients), PRIOR_SD)
+
+    def changes(self, recordings: Mapping[str, Recording]) -> tuple[Change, ...]:
+        """What other recordings of the same trials change, seen from the coefficients of the base state.
+
+        Where coefficients would have to go far to follow it, which they do not in a straight line, also from those of
+        the twin that is refitted to these recordings in truth.
+        """
+        others = self._beside(recordings)
+        from_base = self._change(others, self.coefficients)
+        if not np.isfinite(from_base.row).all() or from_base.strays(from_base.row) <= LONG:
+            return (from_base,)
+        try:
+            refitted = self._change(others, self._nearest(others, self._turns(others)))
+        except (np.linalg.LinAlgError, ValueError):  # a twin diverged on the way, and what it leaves is not finite
+            return (from_base,)
+        return (from_base, refitted) if np.isfinite(refitted.row).all() else (from_base,)
+
+    def refitted(self, recordings: Mapping[str, Recording]) -> np.ndarray:
+        """(5,) coefficients of the plain twin that comes nearest to other recordings of the same trials.
+
+        What is left of the gaits of the base state is taken off them first.
+
+        Raises:
+            ValueError, LinAlgError: a twin diverged on the way.
+        """
+        others = self._beside(recordings)
+        return self._nearest(self._changed(others, with_course=False), self._turns(others))
+
+    def _nearest(self, others: SessionModel, turns: np.ndarray) -> np.ndarray:
+        return nearest(others, self.coefficients, turns.T @ self._disturbing @ turns)
+
+    def ground(self, recordings: Mapping[str, Recording], at: np.ndarray) -> Ground:
+        """Other recordings of the same trials, without noise, as a diagnosis stands before its swims.
+
+        What is left of the gaits of the base state is taken off them: where markers are glued, a form that moves
+        markers would follow that too.
+
+        Args:
+            recordings: by name.
+            at: (5,) coefficients of the plain twin beside them.
+        """
+        model = self._changed(self._beside(recordings), with_course=True)
+        noise = block_diag(*[_noise(each, self.drawn.world.noise) for each in model.trials])
+        camera = camera_of(self.drawn)
+        return Ground(model, camera, at, self.discrepancy, self._off, model.disturbances(at, noise))
+
+    def _changed(self, others: SessionModel, *, with_course: bool) -> SessionModel:
+        """Other recordings without what is left of the gaits of the base state, at their own phases of the beat."""
+        left = self._left_with_course if with_course else self.left_of_gaits
+        base = [advanced(own, ahead) for own, ahead in zip(left, self._ahead(others), strict=True)]
+        pairs = zip(others.trials, base, strict=True)
+        return SessionModel(tuple(_Changed.of(each, own, with_course=with_course) for each, own in pairs))
+
+    @cached_property
+    def _left_with_course(self) -> np.ndarray:
+        """(t, k) what the refitted twin leaves of the base state, of gaits with their course and their sliding."""
+        trials = tuple(replace(each, with_course=True) for each in self.model.trials)
+        return left_row(SessionModel(trials), self.coefficients)[: -len(trials)].reshape(len(trials), -1)
+
+    def _change(self, others: SessionModel, at: np.ndarray) -> Change:
+        """The twin beats at the frequency of either; how far that is from the base state stands behind the gaits.
+
+        Rows are compared at one phase of the beat: what the twin leaves turns with it, and that is no effect.
+        """
+        step = at - self.coefficients
+        space = self.space if not step.any() else replace(self.space, slopes=row_slopes(self.model, at))
+        left = self._turns(others) @ left_row(others, at)
+        return Change(left - self.left + space.slopes @ step, space, step)
+
+    def _beside(self, recordings: Mapping[str, Recording]) -> SessionModel:
+        """Other recordings of the same trials beside the same twin."""
+        others = measured(self.drawn, recordings, self.role)
+        return SessionModel(
+            tuple(replace(model, trial=trial) for model, trial in zip(self.model.trials, others, strict=True))
+        )
+
+    def _turns(self, others: SessionModel) -> np.ndarray:
+        """(k, k) brings gaits of other recordings to the phase of the base state."""
+        pairs = zip(self.model.trials, self._ahead(others), strict=True)
+        turns = [advanced(np.eye(len(base.measured)), -ahead).T for base, ahead in pairs]
+        return np.asarray(block_diag(*turns, np.eye(len(turns))))
+
+    def _ahead(self, others: SessionModel) -> list[float]:
+        """By how much the beat of other recordings is ahead of that of the base state, rad."""
+        pairs = zip(self.model.trials, others.trials, strict=True)
+        return [float(phase_between(base.measured, other.measured, list(base.trial.tail))) for base, other in pairs]
+
+    def signatures(self, effects: Mapping[str, Effect]) -> list[Signature]:
+        """What every effect does to the refitted twin; asked again, an effect of the same name is not simulated."""
+        camera = camera_of(self.drawn)
+        for name in effects.keys() - self._signatures.keys():
+            self._signatures[name] = signature_of(effects[name], self.model, camera, self.coefficients)
+        return [self._signatures[name] for name in effects]
+
+    @cached_property
+    def _signatures(self) -> dict[str, Signature]:
+        return {}
+
+    @property
+    def _off(self) -> PlacesOff:
+        scale = float(np.mean([model.trial.metres_per_px for model in self.model.trials]))
+        return PlacesOff(self.drawn.world.noise.placement_sd_px * scale, GLUED_SD_M)
+
+    @cached_property
+    def _disturbing(self) -> np.ndarray:
+        return self._covariance(self.coefficients)
+
+    def _covariance(self, at: np.ndarray) -> np.ndarray:
+        """(k, k) of tracking noise, boxes, nuisances and the discrepancy of the base state."""
+        disturbed = self.model.disturbances(at, self.tracking).of(self._off)
+        return row_covariance(self.model, disturbed + self.discrepancy.over(self.model))
+
+
+@dataclass(frozen=True, eq=False)
+class _Changed(TrialModel):
+    """A swim without what is left of it in the base state.
+
+    Attributes:
+        base: (k,) that, at the phase of this swim.
+    """
+
+    base: np.ndarray = field(kw_only=True)
+
+    @classmethod
+    def of(cls, model: TrialModel, base: np.ndarray, *, with_course: bool) -> "_Changed":
+        """With or without its course."""
+        return cls(model.twin, model.trial, model.phase_rad, model.doubted, with_course=with_course, base=base)
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """(k,) the gait less that."""
+        return np.asarray(super().measured - self.base)
+
+
+def measured(drawn: DrawnWorld, recordings: Mapping[str, Recording], role: str) -> list[MeasuredTrial]:
+    """The swims of a role, from recordings by name, as they are, without noise."""
+    camera, measured_trials = camera_of(drawn), []
+    for each in drawn.swims(role):
+        spec = TrialSpec(name=each.name, kind="swim", commanded_hz=each.commanded_hz, role=each.role)  # type: ignore[arg-type]
+        tracks = tracks_of(recordings[each.name], recordings[each.name].position_px)
+        measured_trials.append(measure_trial(spec, tracks, camera, load_robot(), WARMUP_S))
+    return measured_trials
+
+
+def tracks_of(recording: Recording, position_px: np.ndarray) -> Tracks:
+    """Tracks with every marker seen."""
+    return Tracks(recording.markers, recording.time_s, position_px, np.ones(position_px.shape[:2]))
+
+
+def camera_of(drawn: DrawnWorld) -> CameraSpec:
+    """What the session says of its camera."""
+    fps = drawn.trials[0].trial.fps
+    return CameraSpec(fps=fps, scale_length_m=load_robot().scale_length_m)
+
+
+def _noise(model: TrialModel, noise: PixelNoise) -> np.ndarray:
+    """(127, 127) covariance of a gait with the noise of the tracker as it is; rounding counts as white."""
+    lasting, rounding = noise.sd_px**2, noise.grid_px**2 / 12
+    white = rounding / (lasting + rounding)
+    lag_s = np.abs(model.gait.time_s[:, None] - model.gait.time_s)
+    correlation = (1 - white) * np.exp(-lag_s / noise.correlation_s) + white * np.eye(len(lag_s))
+    sd_m = np.full(model.gait.usable.shape[1], np.sqrt(lasting + rounding) * model.trial.metres_per_px)
+    return GaitNoise(sd_m, noise.correlation_s, white, correlation).covariance(model.gait)

@@ -1,0 +1,103 @@
+"""Rules that a diagnosis has to beat.
+
+Four are trivial: where one of them does well, the benchmark is too easy. (Two of these know when to say nothing: by all
+that is known to disturb a session.) The fifth weighs effects in the diagnosis' own space, and lacks only what a
+diagnosis makes of that.
+"""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from scipy.stats import chi2
+
+from benchmarks.effects.evidence import Evidence
+from benchmarks.effects.told import NONE, Told
+from fitting.signatures import Whitened
+
+_ALARM_P = 0.01  # of the squares that the refitted twin leaves, below which a rule names something
+_TINY = 1e-12
+Rule = Callable[[Evidence, np.random.Generator], Told]
+
+
+def largest_residual(evidence: Evidence, _random: np.random.Generator) -> Told:
+    """Names the effect that has the largest part of its own change where the largest part of the residual is."""
+    left = evidence.space.freed(evidence.left) ** 2
+    part = int(np.argmax(left))
+    shares = {
+        signature.effect.name: float(max(_share(row**2, part) for row in evidence.space.freed(signature.rows)))
+        for signature in evidence.signatures
+    }
+    return _named(evidence, shares)
+
+
+def raw_correlation(evidence: Evidence, _random: np.random.Generator) -> Told:
+    """Names the effect whose change, coefficients not refitted, goes best with the residual."""
+    found = {}
+    for signature in evidence.signatures:
+        rows = signature.rows[np.isfinite(signature.rows).all(axis=1)]
+        cosines = np.abs(rows @ evidence.left) / (np.linalg.norm(rows, axis=1) * np.linalg.norm(evidence.left) + 1e-300)
+        found[signature.effect.name] = float(cosines.max(initial=0.0))
+    return _named(evidence, found)
+
+
+def lowest_bic(evidence: Evidence, _random: np.random.Generator) -> Told:
+    """The Bayesian information criterion (Schwarz 1978) over null and single effects.
+
+    As whoever fits models to data has it at once: numbers are weighted by the noise of the tracks, and of what size
+    the errors are the residual tells.
+    """
+    count = len(evidence.left)
+    return _lowest_bic(evidence, evidence.noise, lambda squares: count * float(np.log(max(squares, _TINY) / count)))
+
+
+def informed_bic(evidence: Evidence, _random: np.random.Generator) -> Told:
+    """The same in the diagnosis' own space: boxes, robot, starts and the twin's own error are known to disturb."""
+    return _lowest_bic(evidence, evidence.space, lambda squares: squares)
+
+
+def _lowest_bic(evidence: Evidence, space: Whitened, deviance: Callable[[float], float]) -> Told:
+    count = len(evidence.left)
+    bic = {NONE: deviance(space.length(evidence.left) ** 2)}
+    for signature in evidence.signatures:
+        rival = space.rival(evidence.left, signature)
+        bic[signature.effect.name] = deviance(rival.distance**2) + len(rival.values) * np.log(count)
+    least = min(bic.values())
+    weight = {name: float(np.exp(-(value - least) / 2)) for name, value in bic.items()}
+    total = sum(weight.values())
+    chances = {name: value / total for name, value in weight.items()}
+    best = max(chances, key=lambda name: chances[name])
+    return _told("no_gap" if best == NONE else "named", best, chances)
+
+
+def chance(evidence: Evidence, random: np.random.Generator) -> Told:
+    """Any name."""
+    names = [signature.effect.name for signature in evidence.signatures]
+    return _told("named", str(random.choice(names)), dict.fromkeys(names, 1 / len(names)))
+
+
+RULES: Mapping[str, Rule] = {
+    "largest residual": largest_residual,
+    "BIC alone": lowest_bic,
+    "raw correlation": raw_correlation,
+    "chance": chance,
+    "informed BIC": informed_bic,
+}
+
+
+def _named(evidence: Evidence, marks: Mapping[str, float]) -> Told:
+    """The highest mark, where the residual is more than noise."""
+    freedom = len(evidence.left) - len(evidence.space.precision)
+    if chi2.sf(evidence.space.length(evidence.left) ** 2, freedom) > _ALARM_P:
+        return _told("no_gap", NONE, {NONE: 1.0})
+    best = max(marks, key=lambda name: marks[name])
+    total = sum(marks.values()) or 1.0
+    return _told("named", best, {name: mark / total for name, mark in marks.items()})
+
+
+def _told(verdict: str, best: str, chances: Mapping[str, float]) -> Told:
+    groups = () if verdict == "no_gap" else ((best,),)
+    return Told(verdict, groups, {NONE: 0.0, **chances}, {}, None, None, None)
+
+
+def _share(squares: np.ndarray, part: int) -> float:
+    return float(squares[part] / squares.sum()) if np.isfinite(squares).all() and squares.sum() > 0 else 0.0

@@ -1,0 +1,140 @@
+"""How strong an effect must be to be as detectable as is asked, every rival refitted, the plain twin first of all.
+
+The effect's own form in the catalogue is refitted too, and does not follow it exactly either: a form that stays o away
+from the truth is told from a rival that stays r away as if they were sqrt(r^2 - o^2) apart (their expected log
+likelihood ratio is half the square of that).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.effects.drawn import DrawnWorld
+from benchmarks.effects.filming import Filming
+from benchmarks.effects.rows import SessionRows, told_by
+from benchmarks.reality import Mechanism
+from fitting.signatures import Signature
+from session import NotEnoughData, SimulationDiverged
+
+SEPARATE = 3.3  # distance from which two effects are confused in at most 5 % of cases
+_CLEARLY = 0.9  # share of it below which they cannot be told apart: 3.3 itself is asked, and reached to 5 %
+Strong = Callable[[float], tuple[Mechanism, ...]]
+_FIRST, _MOST, _ROUNDS = 1.0, 30.0, 6
+_GROWTH = 4.0  # of a strength from one try to the next
+_CLOSE = 0.05  # relative, of the distance that is asked
+_FALLEN = 1.1  # times as far with less strength
+
+
+class Other(NamedTuple):
+    """A rival, and by how much an effect's own form is nearer than it."""
+
+    name: str
+    distance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Strength:
+    """An effect in a session.
+
+    Attributes:
+        value: that its mechanism is made with.
+        mechanisms: at that strength.
+        detectability: by how much its own form is nearer than the nearest rival, the plain twin among them.
+        rivals: all others, the nearest first.
+    """
+
+    value: float
+    mechanisms: tuple[Mechanism, ...]
+    detectability: float
+    rivals: tuple[Other, ...]
+
+    @property
+    def alike(self) -> tuple[str, ...]:
+        """Rivals that these data cannot tell from it."""
+        return tuple(rival.name for rival in self.rivals if rival.distance < _CLEARLY * SEPARATE)
+
+
+def strength_for(
+    asked: float, strong: Strong, own: str | None, drawn: DrawnWorld, rows: SessionRows, signatures: Sequence[Signature]
+) -> Filming[Strength]:
+    """The strength at which the nearest rival is as far as asked, as near as it gets; of several alike the least.
+
+    Some effects never get there: a rival follows them however strong they are, or the effect's own form fails first.
+
+    Args:
+        asked: distance.
+        strong: makes the mechanisms at a strength.
+        own: name of the effect, which is no rival of itself; None for one outside the catalogue.
+        drawn: the session.
+        rows: of its base state.
+        signatures: of the whole catalogue.
+
+    Raises:
+        SimulationDiverged: at every strength that was tried.
+    """
+    rivals = [signature for signature in signatures if signature.effect.name != own]
+    itself = next((signature for signature in signatures if signature.effect.name == own), None)
+    tries: dict[float, Strength] = {}
+    value = _FIRST
+    for _ in range(_ROUNDS):
+        found = yield from _tried(value, strong(value), drawn, rows, rivals, itself)
+        if found is not None:
+            tries[value] = found
+        if found is not None and abs(found.detectability / asked - 1) < _CLOSE:
+            break
+        following = _next(asked, value, tries)
+        if following in tries:
+            break
+        value = following
+    if not tries:
+        raise SimulationDiverged(f"{own or 'an effect'}: no strength could be simulated, down to {value:g}")
+    return min(tries.values(), key=lambda found: (abs(found.detectability - asked), found.value))
+
+
+def _next(asked: float, value: float, tries: Mapping[float, Strength]) -> float:
+    """The strength to try after one that was tried last, which was not to be simulated if it is not among the tries.
+
+    Up to some strength the distance grows. Beyond, where there is such a strength, the effect's own form fails before
+    a rival does, and the distance falls, down to 0.
+    """
+    if value not in tries:
+        return value / 2
+    found = tries[value].detectability
+    weaker = [each for each in tries if each < value]
+    fallen = found == 0.0 or any(tries[each].detectability > _FALLEN * found for each in weaker)
+    if found < asked and fallen:
+        return float(np.sqrt(value * max(weaker))) if weaker else value / _GROWTH
+    grown = float(np.clip(value * asked / max(found, asked / _GROWTH), value / 10, _MOST))
+    beyond = [each for each in tries if each > value]
+    return min(grown, float(np.sqrt(value * min(beyond)))) if beyond and grown > value else grown
+
+
+def _tried(
+    value: float,
+    mechanisms: tuple[Mechanism, ...],
+    drawn: DrawnWorld,
+    rows: SessionRows,
+    rivals: Sequence[Signature],
+    itself: Signature | None,
+) -> Filming[Strength | None]:
+    """What the mechanisms do to the fitted swims; None where they cannot be simulated or measured."""
+    try:
+        changes = rows.changes((yield from drawn.recorded(mechanisms, drawn.swims(rows.role))))
+    except (SimulationDiverged, NotEnoughData):
+        return None
+    if not np.isfinite(changes[0].row).all():
+        return None
+
+    own = 0.0 if itself is None else told_by(changes, [itself])[1].distance
+    found = {each.effect.name: told_by(changes, [each])[1].distance for each in rivals}
+    apart = sorted((_apart(distance, own), name) for name, distance in found.items())
+    plain = _apart(told_by(changes, [])[1].distance, own)
+    nearer = tuple(Other(name, distance) for distance, name in apart)
+    return Strength(value, mechanisms, min([plain, *(other.distance for other in nearer)]), nearer)
+
+
+def _apart(rival: float, own: float) -> float:
+    """How far a rival at one distance is told from a form at another; 0 where it is nearer."""
+    return float(np.sqrt(max(rival**2 - own**2, 0.0)))

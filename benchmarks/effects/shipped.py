@@ -1,0 +1,48 @@
+"""The small suite that is shipped: `python -m benchmarks.effects.shipped datasets/withheld` makes it.
+
+Sessions that stand there stay; to make all anew, remove `small/sessions` and `small/answers` first.
+"""
+
+import re
+import sys
+from hashlib import sha256
+from pathlib import Path
+
+from benchmarks.effects.answer import checksum
+from benchmarks.effects.folder import SuiteFolder
+from benchmarks.effects.run import make_suite
+from benchmarks.effects.suite import SMALL
+from diagnosis import shipped_discrepancy
+from session import write_whole
+
+SEED = 1
+
+
+def ship(folder: Path, workers: int = 0) -> None:
+    """Makes `small/` in a folder, and writes its checksums into the card beside it.
+
+    Raises:
+        InputError: `small/` holds another suite.
+        RuntimeError: a session could not be made.
+    """
+    suite = SuiteFolder(folder / "small")
+    write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())  # it may have been measured anew
+    if failures := make_suite(suite, SEED, SMALL, workers, tell=lambda said, _: print(said, file=sys.stderr)):
+        raise RuntimeError(f"small suite: {len(failures)} sessions failed, the first: {failures[0].message}")
+    card = folder / "CARD.md"
+    sums = {"small/checksums.json": checksum(suite.checksums), "small/sessions": checksum_of_sessions(suite)}
+    text = card.read_text()
+    for name, found in sums.items():
+        text = re.sub(rf"(\| `{name}` \| `)[^`]*`", rf"\g<1>{found}`", text)
+    write_whole(card, text)
+
+
+def checksum_of_sessions(suite: SuiteFolder) -> str:
+    """Of the lines `<sha256>  sessions/<file>` of all files, but for results, in the order of the paths."""
+    files = sorted(path for path in suite.sessions.rglob("*") if path.is_file() and "results" not in path.parts)
+    lines = [f"{checksum(path)}  {path.relative_to(suite.folder).as_posix()}\n" for path in files]
+    return sha256("".join(lines).encode()).hexdigest()
+
+
+if __name__ == "__main__":
+    ship(Path(sys.argv[1]))

@@ -1,0 +1,200 @@
+"""Which sessions a suite holds: what is present in each, how strong, and what was recorded; nothing is simulated here.
+
+What was recorded is drawn before, and independently of, what is present: nothing but the tracks can tell.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import cycle, islice
+from re import fullmatch
+
+import numpy as np
+
+from benchmarks.effects.answer import Kind
+
+DETECTABILITIES = (1.0, 2.0, 3.3, 5.0, 10.0)
+SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.4, 1.4, 0.08
+_SINGLE, _DOUBLE = 0.6, 0.2  # of the sessions with something in them; the rest is outside the catalogue
+BEATS = 3.0  # that the slowest swim makes after warm-up: its first half is what a held-out trial may be looked at
+WARMUP_S = 1.0
+_DRY_SHARE, _DECAY_SHARE, _LOG_SHARE = 0.4, 0.4, 0.4
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What a session recorded.
+
+    Attributes:
+        fit_hz, holdout_hz: commanded speeds of its swims, turns a second.
+        seconds: of each swim.
+        dry_hz: of its dry run; None without one.
+        free_decay: whether there is one.
+        logged: whether the motor's log is there.
+    """
+
+    fit_hz: tuple[float, ...]
+    holdout_hz: tuple[float, ...]
+    seconds: float
+    dry_hz: float | None
+    free_decay: bool
+    logged: bool
+
+
+@dataclass(frozen=True)
+class SessionPlan:
+    """One session of a suite.
+
+    Attributes:
+        name: says nothing.
+        seed: of all that is drawn for it: robot, water, markers, camera, noise.
+        recorded: what it holds.
+        kind: what is present.
+        effects: names, of the catalogue or, for kind "outside", of something else.
+        detectability: that each effect is made as strong for; 0 of null.
+    """
+
+    name: str
+    seed: int
+    recorded: Recorded
+    kind: Kind
+    effects: tuple[str, ...] = ()
+    detectability: float = 0.0
+
+
+@dataclass(frozen=True)
+class SuiteSize:
+    """How many sessions, and what is in them.
+
+    Attributes:
+        sessions: in all.
+        null: of them, with nothing in them.
+        many: of them, with many effects.
+        at_once: how many these have.
+        asked: detectability that each of these has by itself.
+    """
+
+    sessions: int
+    null: int
+    many: int = 0
+    at_once: int = 0
+    asked: float = 0.0
+
+
+@dataclass(frozen=True)
+class Shard:
+    """A part of a suite: as good a sample of it as any other, since its order is drawn.
+
+    Attributes:
+        number: from 1.
+        count: of parts.
+    """
+
+    number: int = 1
+    count: int = 1
+
+    def of(self, plans: Sequence[SessionPlan]) -> tuple[SessionPlan, ...]:
+        """The sessions in it."""
+        return tuple(plans[self.number - 1 :: self.count])
+
+
+SIZES = {
+    "small": SuiteSize(24, 8),
+    "large": SuiteSize(700, 300),
+    "many": SuiteSize(24, 6, 18, 5, 3.3),
+}
+SMALL, LARGE, WHOLE = SIZES["small"], SIZES["large"], Shard()
+
+
+def suite_named(text: str) -> tuple[SuiteSize, Shard]:
+    """A size of `SIZES`, and which part of it: all, or of "large:2/10" the second tenth.
+
+    Raises:
+        ValueError: there is no such suite.
+    """
+    found = fullmatch(rf"({'|'.join(SIZES)})(?::(\d+)/(\d+))?", text)
+    number, count = (int(each or 1) for each in found.groups()[1:]) if found else (0, 0)
+    if found is None or not 1 <= number <= count:
+        raise ValueError(f"found {text!r}, expected {', '.join(SIZES)}, or a part such as large:2/10, its second tenth")
+    return SIZES[found[1]], Shard(number, count)
+
+
+def plan_suite(
+    seed: int, size: SuiteSize, catalogued: Sequence[str], outside: Sequence[str]
+) -> tuple[SessionPlan, ...]:
+    """The sessions of a suite, in the order of their names.
+
+    Each effect, and each detectability, comes about equally often; the two of a double are drawn at random.
+
+    Args:
+        seed: of everything.
+        size: of the suite.
+        catalogued: names of effects of the catalogue that reality can make.
+        outside: names of what it can make beside them.
+    """
+    random = np.random.default_rng([seed, 7])
+    present = _present(size, catalogued, outside, random)
+    names = _names(len(present), random)
+    seeds = random.integers(2**31, size=len(present))
+    plans = [
+        SessionPlan(name, int(own), recorded_by(np.random.default_rng([int(own), 1])), *what)
+        for name, own, what in zip(names, seeds, present, strict=True)
+    ]
+    return tuple(sorted(plans, key=lambda plan: plan.name))
+
+
+def recorded_by(random: np.random.Generator) -> Recorded:
+    """What somebody with this robot recorded."""
+    swims = int(random.integers(4, 9))
+    speeds = _apart(swims, random)
+    fit = sorted(random.choice(swims, max(2, swims // 2), replace=False))
+    held_out = [i for i in range(swims) if i not in fit]
+    dry = float(random.uniform(0.5, 1.2)) if random.random() < _DRY_SHARE else None
+    return Recorded(
+        fit_hz=tuple(float(speeds[i]) for i in fit),
+        holdout_hz=tuple(float(speeds[i]) for i in held_out),
+        seconds=float(np.round(max(random.uniform(5.0, 8.0), WARMUP_S + BEATS / speeds[0]), 1)),
+        dry_hz=None if dry is None else round(dry, 2),
+        free_decay=bool(random.random() < _DECAY_SHARE),
+        logged=bool(random.random() < _LOG_SHARE),
+    )
+
+
+def _apart(count: int, random: np.random.Generator) -> np.ndarray:
+    """(count,) speeds to a hundredth of a turn a second, each some way from the next."""
+    while True:
+        speeds = np.sort(np.round(random.uniform(SLOWEST_HZ, FASTEST_HZ, count), 2))
+        if (np.diff(speeds) >= APART_HZ).all():
+            return speeds
+
+
+def _present(
+    size: SuiteSize, catalogued: Sequence[str], outside: Sequence[str], random: np.random.Generator
+) -> list[tuple[Kind, tuple[str, ...], float]]:
+    """What is in each session, in no order."""
+    something = size.sessions - size.null - size.many
+    single, double = round(_SINGLE * something), round(_DOUBLE * something)
+    levels = cycle(random.permutation(DETECTABILITIES))
+    found: list[tuple[Kind, tuple[str, ...], float]] = [("null", (), 0.0)] * size.null
+    found += [("single", (name,), float(next(levels))) for name in _in_turn(catalogued, single, random)]
+    for _ in range(double):
+        first, second = random.choice(len(catalogued), 2, replace=False)
+        found.append(("double", (catalogued[first], catalogued[second]), float(next(levels))))
+    found += [
+        ("outside", (name,), float(next(levels))) for name in _in_turn(outside, something - single - double, random)
+    ]
+    for _ in range(size.many):
+        several = random.choice(len(catalogued), size.at_once, replace=False)
+        found.append(("many", tuple(catalogued[i] for i in several), size.asked))
+    return found
+
+
+def _in_turn(names: Sequence[str], count: int, random: np.random.Generator) -> list[str]:
+    """Each about equally often; which ones come once more is drawn."""
+    return list(islice(cycle([names[i] for i in random.permutation(len(names))]), count))
+
+
+def _names(count: int, random: np.random.Generator) -> list[str]:
+    drawn: set[str] = set()
+    while len(drawn) < count:
+        drawn.add(f"w{random.integers(16**8):08x}")
+    return [sorted(drawn)[i] for i in random.permutation(count)]

@@ -1,0 +1,1 @@
+"""How often the posterior holds the truth, over sessions drawn from the prior."""

@@ -1,0 +1,155 @@
+"""Simulation-based calibration of the posterior (Talts et al. 2018): is what it says of drawn sessions true of them?
+
+Truths are drawn from the prior, sessions are made from them, and the posterior of each is sampled. The rank of the
+truth among the draws is uniform when the posterior is right.
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from benchmarks.posterior.effect_names import Effect
+from benchmarks.posterior.effects import effect_of
+from benchmarks.posterior.exact import exact_widths
+from benchmarks.posterior.truth import DrawnSession, draw_session
+from fitting.posterior import Posterior, sample_posterior
+from fitting.posterior.posterior import MISFIT_P
+from fitting.signatures.score_tests import score_tests
+from session import Flag
+from swimmer.effects import catalogue
+
+RANKED = 99  # draws among which the truth has a rank: 100 ranks, ten to a bin
+EFFECTIVE = 100
+WARNINGS = ("model_discrepancy", "effect_left_out", "robot_off", "emulator_off", "not_converged", "noise_not_white")
+"""Flags that tell a reader not to believe the intervals."""
+Five = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class PosteriorScore:
+    """What the posterior said of one drawn session; fives are in the order of `swimmer.FluidCoefficients`.
+
+    Attributes:
+        seed, effect, strength: that it was drawn with.
+        frequency_hz: of its two trials.
+        tried: sets of coefficients drawn until one swam forward.
+        truth: the coefficients.
+        rank: of the truth among 99 draws, from 0 to 99.
+        below: share of all draws below the truth.
+        q05, q50, q95, mean, sd: of the draws.
+        exact_width: of the 90 % interval by the exact likelihood.
+        r_hat, ess_bulk: of the draws.
+        box_sd_m: how far boxes were found to sit off their markers.
+        discrepancy: posterior median of the twin's relative error in wave and speed.
+        misfit_p: how often noise and nuisances alone would misfit as much.
+        flags: kinds.
+        simulations: of each trial.
+        seconds: that the posterior took, beside whatever else ran.
+    """
+
+    seed: int
+    effect: Effect
+    strength: float
+    frequency_hz: tuple[float, ...]
+    tried: int
+    truth: Five
+    rank: tuple[int, ...]
+    below: Five
+    q05: Five
+    q50: Five
+    q95: Five
+    mean: Five
+    sd: Five
+    exact_width: Five
+    r_hat: Five
+    ess_bulk: Five
+    box_sd_m: float
+    discrepancy: tuple[float, ...]
+    misfit_p: float
+    flags: tuple[str, ...]
+    simulations: int
+    seconds: float
+
+    @property
+    def warnings(self) -> frozenset[str]:
+        """Kinds of flags by which a reader was told not to believe the intervals."""
+        misfit = {"model_discrepancy"} if self.misfit_p < MISFIT_P else set()
+        return frozenset(misfit | (set(WARNINGS) & set(self.flags)))
+
+    @property
+    def warned(self) -> bool:
+        """Whether there is any."""
+        return bool(self.warnings)
+
+    @property
+    def covered(self) -> np.ndarray:
+        """(5,) whether the 90 % interval holds the truth."""
+        truth = np.array(self.truth)
+        return (np.array(self.q05) <= truth) & (truth <= np.array(self.q95))
+
+    @property
+    def off_sd(self) -> np.ndarray:
+        """(5,) truth less posterior mean, in standard deviations."""
+        return (np.array(self.truth) - np.array(self.mean)) / np.array(self.sd)
+
+    @property
+    def width_ratio(self) -> np.ndarray:
+        """(5,) width of the 90 % interval over that of the exact likelihood."""
+        return (np.array(self.q95) - np.array(self.q05)) / np.array(self.exact_width, float)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain numbers."""
+        return asdict(self)
+
+
+def score_session(seed: int, effect: Effect = "none", strength: float = 1.0, workers: int = 0) -> PosteriorScore:
+    """Draws a session, samples its posterior and compares it with the truth.
+
+    Args:
+        seed: of the session and of the sampler.
+        effect: that the twin leaves out; "any" is one of them in turn.
+        strength: of that, in shares of its full strength.
+        workers: threads; 0 for all cores.
+    """
+    drawn = draw_session(seed, effect_of(effect, seed), strength, workers)
+    began = time.perf_counter()
+    posterior = sample_posterior(drawn.trials, drawn.twin, effective=EFFECTIVE, seed=seed)
+    flags = (*posterior.flags, *score_tests(posterior, drawn.camera, catalogue().values()).flags)
+    return _score(drawn, posterior, flags, time.perf_counter() - began)
+
+
+def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], seconds: float) -> PosteriorScore:
+    truth, draws = np.array(drawn.truth), posterior.coefficients
+    ranked = np.random.default_rng([drawn.seed, 8]).choice(draws, min(RANKED, len(draws)), replace=False)
+    q05, q50, q95 = np.quantile(draws, [0.05, 0.5, 0.95], axis=0)
+    return PosteriorScore(
+        seed=drawn.seed,
+        effect=drawn.effect,
+        strength=drawn.strength,
+        frequency_hz=tuple(trial.frequency.hz for trial in drawn.trials),
+        tried=drawn.tried,
+        truth=_five(truth),
+        rank=tuple(int(r) for r in (ranked < truth).sum(axis=0)),
+        below=_five((draws < truth).mean(axis=0)),
+        q05=_five(q05),
+        q50=_five(q50),
+        q95=_five(q95),
+        mean=_five(draws.mean(axis=0)),
+        sd=_five(draws.std(axis=0, ddof=1)),
+        exact_width=_five(exact_widths(posterior, drawn.noise, drawn.seed)),
+        r_hat=_five(posterior.draws.r_hat[:5]),
+        ess_bulk=_five(posterior.draws.ess_bulk[:5]),
+        box_sd_m=posterior.found.off.box_m,
+        discrepancy=_five(np.median(posterior.discrepancy, axis=0)),
+        misfit_p=posterior.misfit_p,
+        flags=tuple(flag.kind for flag in flags),
+        simulations=posterior.found.simulations,
+        seconds=seconds,
+    )
+
+
+def _five(values: np.ndarray) -> Five:
+    return tuple(float(value) for value in values)

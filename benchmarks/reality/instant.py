@@ -1,0 +1,87 @@
+"""One instant of n simulations, as mechanisms see it, and the forces they may answer with."""
+
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
+from typing import Any, TypeVar
+
+import numpy as np
+
+from benchmarks.reality.body import Chain, Pose
+from benchmarks.reality.fluid import Flow, StripForces
+from benchmarks.reality.layout import Layout
+from benchmarks.reality.parameters import Parameters
+from benchmarks.reality.tendons import Pull, Turn
+
+_Rows = TypeVar("_Rows")
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """What is known before the mechanisms add their part.
+
+    Attributes:
+        time_s: (n, 1) since the first frame, s; negative in the run-in.
+        pose: of the links, and how they move.
+        turn: of the crank.
+        pull: of the tendons.
+        flow: how the strips move through the water.
+        water: quasi-steady forces on the strips.
+        parameters: of these simulations.
+        layout: of the fish, common to all.
+    """
+
+    time_s: np.ndarray
+    pose: Pose
+    turn: Turn
+    pull: Pull
+    flow: Flow
+    water: StripForces
+    layout: Layout
+    chain: Chain
+    parameters: Parameters
+
+    def bend(self, torque_n_m: np.ndarray) -> np.ndarray:
+        """(n, N) generalised force of torques (n, h) that bend the hinges."""
+        torque = np.zeros_like(self.pose.angle_rad)
+        torque[:, 1:] += torque_n_m
+        torque[:, :-1] -= torque_n_m
+        return np.concatenate([np.zeros((len(torque), 2)), torque], axis=1)
+
+    def tighten(self, tension_n: np.ndarray) -> np.ndarray:
+        """(n, N) generalised force of tension (n, 2) added to that of the tendons."""
+        return -(tension_n[:, None] @ self.pull.gradient_m)[:, 0]
+
+    def push(self, link: int, place: complex | np.ndarray, force_n: np.ndarray) -> np.ndarray:
+        """(n, N) generalised force of a force (n,) in pool axes, complex, on a link at a place in its axes, m."""
+        force_n = np.reshape(force_n, (-1, 1))
+        force, torque = np.zeros(self.pose.direction.shape, complex), np.zeros(self.pose.direction.shape)
+        force[:, [link]] = force_n
+        torque[:, [link]] = (np.conj(place * self.pose.direction[:, [link]]) * force_n).imag
+        return self.chain.generalised(self.pose, force, torque)
+
+
+def rows_of(record: _Rows, index: np.ndarray | slice, **known: Any) -> _Rows:
+    """Some rows of a dataclass of arrays, and of the dataclasses in it, but for fields known; what has none stays.
+
+    Asked for at every step, so without the constructor, which would look at each field once more. Of rows side by side
+    it is a view: nobody writes into what is shown.
+    """
+    kind: Any = type(record)
+    taken = object.__new__(kind)
+    for name in _field_names(kind):
+        value = known[name] if name in known else _rows_of_field(getattr(record, name), index)
+        object.__setattr__(taken, name, value)
+    return taken
+
+
+def _rows_of_field(value: Any, index: np.ndarray | slice) -> Any:
+    if isinstance(value, np.ndarray):
+        return value[index]
+    kind: Any = type(value)
+    return rows_of(value, index) if _field_names(kind) and not isinstance(value, Layout) else value
+
+
+@cache
+def _field_names(kind: type) -> tuple[str, ...]:
+    """Of a dataclass; none of anything else."""
+    return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()

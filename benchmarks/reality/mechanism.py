@@ -1,0 +1,132 @@
+"""Where a mechanism enters: the five places at which reality can be made to differ from its base state.
+
+A mechanism is a frozen dataclass of numbers whose class overrides what it needs of `Mechanism`. All simulations of a
+batch with the same mechanism are handled together: in the hooks of a running simulation (start, advance, force, turn,
+water) each number is an array (n, 1). Fields that are no numbers stay what they are; where they differ, mechanisms are
+handled apart.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from numbers import Number
+
+import numpy as np
+
+from benchmarks.reality.camera import Picture, Sight
+from benchmarks.reality.fluid import StripForces
+from benchmarks.reality.instant import Instant, rows_of
+from benchmarks.reality.layout import Layout
+from benchmarks.reality.parameters import Parameters
+from benchmarks.reality.tendons import Turn
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Does nothing: the base of all mechanisms. Its own state is an array (n, k), here with k = 0.
+
+    What the hooks of a running simulation are shown is that of all: they answer with arrays of their own.
+    """
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+        """(1) Changes the parameters (one row) of a simulation before it starts."""
+        return parameters
+
+    def start(self, now: Instant) -> np.ndarray:
+        """(n, k) own state at the start."""
+        return np.zeros((len(now.time_s), 0))
+
+    def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:  # noqa: ARG002
+        """(n, k) own state a step later; in between it stands still."""
+        return state
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
+        """(2) (n, N) generalised force that comes on top."""
+        raise NotImplementedError
+
+    def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:
+        """(3) How the crank turns at times (n, 1), in place of what was asked of it."""
+        raise NotImplementedError
+
+    def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
+        """(4) Forces of the water on the strips, in place of the quasi-steady ones."""
+        raise NotImplementedError
+
+    def expose(self, time_s: np.ndarray) -> np.ndarray:
+        """(5a) (f,) when light fell on the frames that are said to be of times (f,), s; not before the start."""
+        return time_s
+
+    def place(self, sight: Sight) -> Sight:
+        """(5b) Moves the markers of one simulation in the pool before they are seen."""
+        return sight
+
+    def picture(self, picture: Picture) -> Picture:
+        """(5c) Changes what the camera made of them: times and pixels."""
+        return picture
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """One class of mechanism in the rows of a batch that have it.
+
+    Attributes:
+        mechanism: with a field (r, 1) for each of its numbers.
+        rows: (r,) of the batch; a slice where they stand side by side, whose part of an array costs nothing.
+        parameters: of these rows.
+    """
+
+    mechanism: Mechanism
+    rows: np.ndarray | slice
+    parameters: Parameters
+
+    def overrides(self, hook: str) -> bool:
+        """Whether this class does anything there."""
+        return getattr(type(self.mechanism), hook) is not getattr(Mechanism, hook)
+
+    @cached_property
+    def acts(self) -> bool:
+        """Whether this class does anything between two steps that calls for the instant."""
+        return any(map(self.overrides, ("force", "water", "advance")))
+
+    def seen(self, now: Instant) -> Instant:
+        """The instant, its own rows alone."""
+        whole = len(self.parameters) == len(now.time_s)
+        return now if whole else rows_of(now, self.rows, parameters=self.parameters)
+
+
+def grouped(mechanisms: Sequence[Sequence[Mechanism]], parameters: Parameters) -> list[Group]:
+    """Mechanisms of n simulations by class and what is no number in them; a second alike in a group of its own."""
+    members: dict[tuple[str, ...], list[tuple[int, Mechanism]]] = {}
+    for row, each in enumerate(mechanisms):
+        count: Counter[tuple[str, ...]] = Counter()
+        for mechanism in each:
+            kind = _kind(mechanism)
+            members.setdefault((*kind, str(count[kind])), []).append((row, mechanism))
+            count[kind] += 1
+    groups = []
+    for listed in members.values():
+        rows = _side_by_side([row for row, _ in listed])
+        groups.append(Group(_together([mechanism for _, mechanism in listed]), rows, rows_of(parameters, rows)))
+    return groups
+
+
+def _side_by_side(rows: list[int]) -> np.ndarray | slice:
+    """Rows in rising order, as a slice where none is left out."""
+    first, beyond = rows[0], rows[-1] + 1
+    return slice(first, beyond) if beyond - first == len(rows) else np.array(rows)
+
+
+def _kind(mechanism: Mechanism) -> tuple[str, ...]:
+    others = [getattr(mechanism, f.name) for f in fields(mechanism) if not _is_number(getattr(mechanism, f.name))]
+    return (type(mechanism).__module__, type(mechanism).__qualname__, *map(repr, others))
+
+
+def _together(alike: list[Mechanism]) -> Mechanism:
+    numbers = [f.name for f in fields(alike[0]) if _is_number(getattr(alike[0], f.name))]
+    columns = {name: np.array([getattr(mechanism, name) for mechanism in alike])[:, None] for name in numbers}
+    return replace(alike[0], **columns)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Number | np.bool_)

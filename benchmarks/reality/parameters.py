@@ -1,0 +1,102 @@
+"""The numbers that differ between simulations: one row each, made from the layout, then changed by whoever likes."""
+
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+
+from benchmarks.reality.layout import Layout
+
+
+@dataclass(frozen=True, eq=False)
+class Parameters:
+    """Body, drive, water and markers of n simulations (l links, h hinges, s strips, m markers).
+
+    Attributes:
+        link_mass_kg, link_moment_kg_m, link_inertia_kg_m2: (n, l); moments about the link's origin.
+        hinge_stiffness_n_m: (n, h) per rad.
+        hinge_damping_n_m_s: (n, h) per rad.
+        hinge_rest_rad: (n, h) angle at which a hinge's spring is at rest.
+        tendon_stiffness_n_m, tendon_damping_n_s_m: (n, 2), left and right.
+        tendon_extra_m: (n, 2) free length beyond that of the straight fish.
+        anchor_radius_m: (n, 2) from the shaft to each tendon's anchor.
+        coefficients: (n, 5, s) blunt, slender and angular drag, Kutta and Magnus lift, on each strip.
+        density_kg_m3: (n, 1) of the fluid; 0 in air.
+        sunk_m: (n, 1) by how much more of the height of every strip is wet; mechanisms with heights in them keep to
+            the described ones, as their strengths do.
+        added_mass_reaction: (n, s) share at each strip, 0 to 1, of elongated body theory's reactive force; see
+            `reality.fluid`.
+        current_m_s: (n, 1) velocity of the water in the pool, complex.
+        head_clamped: (n, 1) whether the head is held where it is.
+        marker_m: (n, m) places from the origin of their link, in its axes, complex.
+        marker_height_m: (n, m) above the plane of the picture's scale.
+        extra_implicit_stiffness_n_m, extra_implicit_damping_n_m_s: (n, h) what a mechanism's own torques add at
+            the hinges at most, so that the integrator stays stable; they exert nothing themselves.
+    """
+
+    link_mass_kg: np.ndarray
+    link_moment_kg_m: np.ndarray
+    link_inertia_kg_m2: np.ndarray
+    hinge_stiffness_n_m: np.ndarray
+    hinge_damping_n_m_s: np.ndarray
+    hinge_rest_rad: np.ndarray
+    tendon_stiffness_n_m: np.ndarray
+    tendon_damping_n_s_m: np.ndarray
+    tendon_extra_m: np.ndarray
+    anchor_radius_m: np.ndarray
+    coefficients: np.ndarray
+    density_kg_m3: np.ndarray
+    sunk_m: np.ndarray
+    added_mass_reaction: np.ndarray
+    current_m_s: np.ndarray
+    head_clamped: np.ndarray
+    marker_m: np.ndarray
+    marker_height_m: np.ndarray
+    extra_implicit_stiffness_n_m: np.ndarray
+    extra_implicit_damping_n_m_s: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.link_mass_kg)
+
+    @classmethod
+    def stacked(cls, parts: list[Self]) -> Self:
+        """All rows of all parts, in order."""
+        return cls(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)})
+
+    def rows(self, index: np.ndarray) -> Self:
+        """These rows alone."""
+        return type(self)(**{f.name: getattr(self, f.name)[index] for f in fields(self)})
+
+
+def nominal_parameters(layout: Layout, markers: tuple[str, ...], coefficients: tuple[float, ...]) -> Parameters:
+    """One row: the robot as its description says, swimming in still water, its markers in the plane of the scale."""
+    robot, hinges = layout.robot, layout.hinges
+    each = layout.hinges_per_gap  # hinges in series: each stiffer by their number
+    link = np.array([layout.link_of(robot.markers[name].body) for name in markers])
+    place = robot.marker_positions_m(markers)
+
+    def row(values: np.ndarray | complex, count: int) -> np.ndarray:
+        return np.broadcast_to(np.asarray(values), (1, count)).copy()
+
+    return Parameters(
+        link_mass_kg=layout.mass_kg[None].copy(),
+        link_moment_kg_m=layout.moment_kg_m[None].copy(),
+        link_inertia_kg_m2=layout.inertia_kg_m2[None].copy(),
+        hinge_stiffness_n_m=row(each * robot.tail.hinge_stiffness_n_m, hinges),
+        hinge_damping_n_m_s=row(each * robot.tail.hinge_damping_n_m_s, hinges),
+        hinge_rest_rad=row(0.0, hinges),
+        tendon_stiffness_n_m=row(robot.tendons.stiffness_n_m, 2),
+        tendon_damping_n_s_m=row(robot.tendons.damping_n_s_m, 2),
+        tendon_extra_m=row(0.0, 2),
+        anchor_radius_m=row(robot.crank.anchor_radius_m, 2),
+        coefficients=np.repeat(np.array(coefficients, float)[None, :, None], len(layout.strips.link), axis=2),
+        density_kg_m3=row(robot.water.density_kg_m3, 1),
+        sunk_m=row(0.0, 1),
+        added_mass_reaction=row(0.0, len(layout.strips.link)),
+        current_m_s=row(0.0 + 0.0j, 1),
+        head_clamped=row(False, 1),
+        marker_m=(place[:, 0] - layout.origin_m[link] + 1j * place[:, 1])[None],
+        marker_height_m=row(0.0, len(markers)),
+        extra_implicit_stiffness_n_m=row(0.0, hinges),
+        extra_implicit_damping_n_m_s=row(0.0, hinges),
+    )

@@ -1,0 +1,103 @@
+"""What is kept of a running batch, and read off between the kept instants."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.reality.instant import Instant
+
+_KEEP_S = 0.004  # between kept instants
+_PLAUSIBLE_RAD, _PLAUSIBLE_M = np.pi, 20.0  # of a hinge, of the head's way: beyond, a simulation has blown up
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """The crank as a motor's log might tell it, every 4 ms from the run-in to the end of its trial.
+
+    Attributes:
+        time_s: (k,) since the first frame, s.
+        angle_rad: (k,).
+        torque_n_m: (k,) that the tendons ask of the motor.
+    """
+
+    time_s: np.ndarray
+    angle_rad: np.ndarray
+    torque_n_m: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """n simulations at k instants, evenly apart.
+
+    Attributes:
+        start_s: (n, 1) time of the first instant.
+        step_s: between instants.
+        position, velocity: (n, k, N) coordinates and their rates.
+        crank_rad, crank_torque_n_m: (n, k).
+    """
+
+    start_s: np.ndarray
+    step_s: float
+    position: np.ndarray
+    velocity: np.ndarray
+    crank_rad: np.ndarray
+    crank_torque_n_m: np.ndarray
+
+    @property
+    def lost(self) -> np.ndarray:
+        """(n,) whether a simulation blew up."""
+        with np.errstate(invalid="ignore"):
+            bounded = (np.abs(np.diff(self.position[:, :, 2:])) < _PLAUSIBLE_RAD).all(axis=(1, 2))
+            bounded &= (np.abs(self.position[:, :, :2]) < _PLAUSIBLE_M).all(axis=(1, 2))
+        return ~bounded
+
+    def coordinates(self, row: int, time_s: np.ndarray) -> np.ndarray:
+        """(f, N) coordinates at times (f,): cubic Hermite polynomials, through places and rates."""
+        low, t = self._between(row, time_s)
+        t = t[:, None]
+        at, rate = self.position[row], self.velocity[row] * self.step_s
+        return (
+            (1 + 2 * t) * (1 - t) ** 2 * at[low]
+            + t * (1 - t) ** 2 * rate[low]
+            + t**2 * (3 - 2 * t) * at[low + 1]
+            - t**2 * (1 - t) * rate[low + 1]
+        )
+
+    def linear(self, row: int, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """(f,) one of the crank's series (n, k) at times (f,)."""
+        low, t = self._between(row, time_s)
+        return (1 - t) * values[row, low] + t * values[row, low + 1]
+
+    def drive(self, row: int, end_s: float) -> Drive:
+        """The crank of one simulation until just after `end_s`, however long the others of its batch go on."""
+        time_s = self.start_s[row, 0] + self.step_s * np.arange(self.crank_rad.shape[1])
+        own = time_s < end_s + self.step_s
+        return Drive(time_s[own], self.crank_rad[row, own], self.crank_torque_n_m[row, own])
+
+    def _between(self, row: int, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        where = (time_s - self.start_s[row, 0]) / self.step_s
+        low = np.clip(np.floor(where).astype(int), 0, self.position.shape[1] - 2)
+        return low, where - low
+
+
+class Recorder:
+    """Keeps every few steps of a batch.
+
+    Args:
+        step_s: of the integrator.
+    """
+
+    def __init__(self, step_s: float) -> None:
+        self._every, self._step_s = max(int(_KEEP_S / step_s + 1e-9), 1), step_s
+        self._kept: list[tuple[np.ndarray, ...]] = []
+
+    def add(self, k: int, now: Instant, position: np.ndarray, velocity: np.ndarray) -> None:
+        """The state at step k, and the instant it belongs to."""
+        if k % self._every == 0:
+            turn, torque = now.turn.angle_rad[:, 0], now.pull.crank_torque_n_m[:, 0]
+            self._kept.append((position, velocity, turn, torque))
+
+    def finished(self, start_s: np.ndarray) -> Record:
+        """All that was kept, since times (n, 1)."""
+        series = (np.stack(values, axis=1) for values in zip(*self._kept, strict=True))
+        return Record(start_s, self._every * self._step_s, *series)

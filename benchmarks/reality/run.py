@@ -1,0 +1,137 @@
+"""Simulates trials: batches of them at once, filmed by their worlds' cameras."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from benchmarks.reality.film import Recording, exposed_s, film
+from benchmarks.reality.integrate import step
+from benchmarks.reality.layout import Layout, lay_out
+from benchmarks.reality.motion import Motion
+from benchmarks.reality.parameters import Parameters
+from benchmarks.reality.record import Record, Recorder
+from benchmarks.reality.start import balanced_hinges
+from benchmarks.reality.world import Trial, World, prepared_parameters
+from session import SimulationDiverged
+
+STEP_S = 0.001
+_BATCH = 256
+_SPARE_S = 0.01  # simulated beyond a trial's end and last frame, which must lie between two kept instants
+
+
+def simulate(
+    trials: Sequence[tuple[World, Trial]],
+    markers: tuple[str, ...] | None = None,
+    step_s: float = STEP_S,
+    *,
+    allow_divergence: bool = False,
+) -> list[Recording]:
+    """Recordings of the trials, in their order, each in its world; all worlds have the same robot and hinges.
+
+    Args:
+        trials: worlds and what is done in them, in any mix.
+        markers: names of the markers wanted; default all of the robot's.
+        step_s: of the integrator.
+        allow_divergence: what blows up becomes nan instead of an error.
+
+    Raises:
+        SimulationDiverged: a simulation blew up and `allow_divergence` is False.
+        ValueError: worlds of different robots.
+    """
+    if not trials:
+        return []
+    robot, hinges_per_gap = trials[0][0].robot, trials[0][0].hinges_per_gap
+    if any(world.robot != robot or world.hinges_per_gap != hinges_per_gap for world, _ in trials):
+        raise ValueError("trials: found several robots, expected one robot and one number of hinges for all of a batch")
+    layout, names = lay_out(robot, hinges_per_gap), markers or tuple(robot.markers)
+    alike = sorted(range(len(trials)), key=lambda i: _company(*trials[i]))
+    recordings: dict[int, Recording] = {}
+    for first in range(0, len(trials), _BATCH):
+        rows = alike[first : first + _BATCH]
+        batch = _simulate_batch([trials[i] for i in rows], layout, names, step_s, allow_divergence)
+        recordings.update(zip(rows, batch, strict=True))
+    return [recordings[i] for i in range(len(trials))]
+
+
+def _company(world: World, trial: Trial) -> tuple[int, list[str]]:
+    """Order in which trials go into batches: alike in length and mechanisms, so that a batch costs less."""
+    return -int(np.ceil(trial.lead_s + trial.duration_s)), sorted(type(m).__qualname__ for m in world.mechanisms)
+
+
+def _simulate_batch(
+    trials: list[tuple[World, Trial]],
+    layout: Layout,
+    markers: tuple[str, ...],
+    step_s: float,
+    allow_divergence: bool,
+) -> list[Recording]:
+    parameters = Parameters.stacked([prepared_parameters(world, trial, layout, markers) for world, trial in trials])
+    made = [trial for _, trial in trials]
+    start_s = -np.array([[trial.lead_s] for trial in made])
+    motion = Motion(
+        layout,
+        parameters,
+        np.array([trial.frequency_hz for trial in made]),
+        np.array([trial.phase_rad for trial in made]),
+        [world.mechanisms for world, _ in trials],
+    )
+    position, velocity = _start(motion, made, start_s)
+    last_s = np.array([max(float(exposed_s(world, trial).max()), trial.duration_s) for world, trial in trials])
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what blows up is found below
+        record = _rolled(motion, made, last_s, start_s, position, velocity, step_s)
+    if (lost := record.lost).any() and not allow_divergence:
+        raise divergence(made, lost, step_s)
+    record.position[lost] = np.nan
+    return [film(world, trial, record, row, layout, parameters, markers) for row, (world, trial) in enumerate(trials)]
+
+
+def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S) -> SimulationDiverged:
+    """What to raise of trials of which some, (n,) marked, blew up."""
+    first = trials[int(np.flatnonzero(lost)[0])]
+    return SimulationDiverged(
+        f"{int(lost.sum())} of {len(trials)} simulations of reality diverged; the first a {first.kind} at "
+        f"{first.frequency_hz:g} Hz. Expected a bounded motion; try a smaller time step than {step_s:g} s."
+    )
+
+
+def _start(motion: Motion, trials: list[Trial], time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, N) coordinates and rates at times (n, 1): the tail in balance with its tendons, or held bent."""
+    layout, each = motion.layout, motion.layout.hinges_per_gap
+    hinges, hinge_rates = balanced_hinges(layout, motion.parameters, motion.commanded(time_s))
+    position, velocity = np.zeros((2, len(trials), layout.hinges + 3))
+    for row, trial in enumerate(trials):
+        if trial.kind == "free_decay":
+            hinges[row], hinge_rates[row] = np.repeat(np.array(trial.bent_rad) / each, each), 0.0
+        elif trial.kind == "swim":
+            way = trial.start_speed_m_s * np.exp(1j * trial.heading_rad)
+            velocity[row, :2] = way.real, way.imag
+        position[row, :3] = trial.place_m.real, trial.place_m.imag, trial.heading_rad + np.pi  # x runs tailwards
+    position[:, 3:] = position[:, 2:3] + np.cumsum(hinges, axis=1)
+    velocity[:, 3:] = np.cumsum(hinge_rates, axis=1)
+    return position, velocity
+
+
+def _rolled(
+    motion: Motion,
+    trials: list[Trial],
+    last_s: np.ndarray,
+    time_s: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    step_s: float,
+) -> Record:
+    """The motion from times (n, 1) until every trial's end and last frame at times (n,)."""
+    release = np.array([[trial.release_s if trial.kind == "free_decay" else -np.inf] for trial in trials])
+    longest = float((last_s - time_s[:, 0]).max())
+    steps = int(np.ceil((longest + _SPARE_S) / step_s)) + 1
+    recorder = Recorder(step_s)
+    states = motion.start_states(time_s, position, velocity)
+    start_s = time_s
+    for k in range(steps):
+        time_s = start_s + k * step_s
+        later, faster, at = step(motion, time_s, position, velocity, states, step_s)
+        recorder.add(k, at.now, position, velocity)
+        states = motion.advanced(at, states, step_s)
+        let_go = time_s >= release - 1e-9
+        position, velocity = np.where(let_go, later, position), np.where(let_go, faster, velocity)
+    return recorder.finished(start_s)

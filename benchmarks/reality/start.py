@@ -1,0 +1,59 @@
+"""Where a simulation begins: the pose in which springs and tendons balance, moving along with the crank."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.reality.body import Chain
+from benchmarks.reality.layout import Layout
+from benchmarks.reality.parameters import Parameters
+from benchmarks.reality.tendons import Tendons, Turn
+
+_STAGES, _PER_STAGE, _LAST = 24, 6, 60  # iterations
+_CAUTION = 2.0  # hinge stiffness added to the slope, over the hinges' own
+_NUDGE_RAD = 0.01  # of the crank, over which the pose's slope is taken
+_SNAPS = 5.0  # rad of a hinge over rad of the crank, beyond which the tail has snapped from one pose into another
+
+
+def balanced_hinges(layout: Layout, parameters: Parameters, turn: Turn) -> tuple[np.ndarray, np.ndarray]:
+    """(n, h) hinge angles in which the tail rests under its tendons, and their rates as the crank turns, slowly.
+
+    Descends the tail's potential energy, following the crank from the nearest angle at which the tail is straight. The
+    steps are Newton's with a slope that leaves out how the tendons' paths curve, and makes up for it by stiffer hinges.
+    Where a pulled tail snaps into another pose just there, it starts at rest.
+    """
+    chain = Chain(layout, parameters)
+    tendons = Tendons(layout, replace(parameters, tendon_damping_n_s_m=0 * parameters.tendon_damping_n_s_m), chain)
+    hinges = parameters.hinge_rest_rad.copy()
+    angle, upright = turn.angle_rad, np.pi * np.round(turn.angle_rad / np.pi)
+    for share in np.linspace(0.0, 1.0, _STAGES):
+        at = upright + share * (angle - _NUDGE_RAD - upright)
+        hinges = _settled(chain, tendons, parameters, hinges, at, _PER_STAGE if share < 1 else _LAST)
+    ahead = _settled(chain, tendons, parameters, hinges, angle, _LAST)
+    slope = (ahead - hinges) / _NUDGE_RAD
+    slope = np.where(np.abs(slope).max(axis=1, keepdims=True) < _SNAPS, slope, 0.0)
+    return ahead, slope * turn.speed_rad_s
+
+
+def _settled(
+    chain: Chain,
+    tendons: Tendons,
+    parameters: Parameters,
+    hinges: np.ndarray,
+    angle_rad: np.ndarray,
+    iterations: int,
+) -> np.ndarray:
+    """(n, h) hinge angles with the crank at rest at angles (n, 1), from a guess (n, h)."""
+    still = Turn(angle_rad, np.zeros_like(angle_rad))
+    to_hinges = np.triu(np.ones((hinges.shape[1], hinges.shape[1])))  # a hinge turns every link behind it
+    for _ in range(iterations):
+        angles = np.concatenate([np.zeros((len(hinges), 1)), np.cumsum(hinges, axis=1)], axis=1)
+        position = np.concatenate([np.zeros((len(hinges), 2)), angles], axis=1)
+        pull = tendons.pull(chain.pose(position, np.zeros_like(position)), still, still, 1.0)
+        gradient = pull.gradient_m[:, :, 3:] @ to_hinges.T  # (n, 2, h)
+        stiffness = parameters.hinge_stiffness_n_m
+        slope = (1 + _CAUTION) * stiffness[:, :, None] * np.eye(hinges.shape[1])
+        slope = slope + (np.swapaxes(gradient, 1, 2) * parameters.tendon_stiffness_n_m[:, None]) @ gradient
+        force = -stiffness * (hinges - parameters.hinge_rest_rad) - (pull.tension_n[:, None] @ gradient)[:, 0]
+        hinges = hinges + np.linalg.solve(slope, force[:, :, None])[..., 0]
+    return hinges

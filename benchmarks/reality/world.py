@@ -1,0 +1,141 @@
+"""One reality: a robot as it truly is, its water and camera, and whatever mechanisms act; and the trials made in it."""
+
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from benchmarks.reality.camera import Camera
+from benchmarks.reality.layout import HINGES_PER_GAP, Layout
+from benchmarks.reality.mechanism import Mechanism
+from benchmarks.reality.noise import PixelNoise
+from benchmarks.reality.parameters import Parameters, nominal_parameters
+from swimmer.robot import RobotSpec, load_robot
+
+TrialKind = Literal["swim", "dry", "free_decay"]
+
+
+@dataclass(frozen=True)
+class Nuisances:
+    """How this robot departs from its description, within what its maker would call alike.
+
+    Attributes:
+        head_mass, tail_mass: factors of mass, moment and inertia.
+        hinge_stiffness, hinge_damping: factors, common to all hinges.
+        sunk_m: how much deeper it floats, m.
+        marker_shift_m: by marker, where it sits off its published place, along and across its link, m.
+    """
+
+    head_mass: float = 1.0
+    tail_mass: float = 1.0
+    hinge_stiffness: float = 1.0
+    hinge_damping: float = 1.0
+    sunk_m: float = 0.0
+    marker_shift_m: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class World:
+    """What is the same in all trials of a session.
+
+    Attributes:
+        coefficients: blunt, slender and angular drag, Kutta and Magnus lift; see `reality.fluid`.
+        nuisances: of the robot.
+        mechanisms: that act; none in the base state.
+        camera: above the pool.
+        noise: of the tracker.
+        parallax: share of the markers' heights over the nose that the camera sees; 0: all in one plane.
+        robot: its description.
+        hinges_per_gap: hinges for each of the robot's.
+    """
+
+    coefficients: tuple[float, float, float, float, float]
+    nuisances: Nuisances = field(default_factory=Nuisances)
+    mechanisms: tuple[Mechanism, ...] = ()
+    camera: Camera = field(default_factory=Camera)
+    noise: PixelNoise = field(default_factory=PixelNoise)
+    parallax: float = 0.0
+    robot: RobotSpec = field(default_factory=load_robot)
+    hinges_per_gap: int = HINGES_PER_GAP
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One recording.
+
+    Attributes:
+        kind: "swim"; "dry": head clamped, in air; "free_decay": the same without tendons, from a bent tail.
+        duration_s: filmed.
+        frequency_hz: turns of the crank a second, as commanded.
+        phase_rad: of the crank in the first frame; the tail is straight at 0 and pulled to the left at pi / 2.
+        fps: frames a second.
+        run_in_s: simulated before the first frame, in which what the start left behind fades.
+        start_speed_m_s: forward, at the start of the run-in.
+        place_m: of the head's origin in the pool then, m.
+        heading_rad: which way the fish heads then, from the pool's +x counter-clockwise.
+        bent_rad: by hinge of the robot, in which a free decay is held until it is let go.
+        release_s: when.
+    """
+
+    kind: TrialKind
+    duration_s: float
+    frequency_hz: float = 0.0
+    phase_rad: float = 0.0
+    fps: float = 60.0
+    run_in_s: float = 1.0
+    start_speed_m_s: float = 0.1
+    place_m: complex = 0.0
+    heading_rad: float = np.pi
+    bent_rad: tuple[float, ...] = ()
+    release_s: float = 0.0
+
+    @property
+    def lead_s(self) -> float:
+        """What is simulated before the first frame, s: the run-in, but for a free decay."""
+        return 0.0 if self.kind == "free_decay" else self.run_in_s
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """(f,) of the frames, s."""
+        return np.arange(int(np.floor(self.duration_s * self.fps + 1e-9)) + 1) / self.fps
+
+
+def prepared_parameters(world: World, trial: Trial, layout: Layout, markers: tuple[str, ...]) -> Parameters:
+    """One row: the world's robot in the scene of a trial, after every mechanism had its say."""
+    nominal = nominal_parameters(layout, markers, world.coefficients)
+    parameters = _in_scene(_with_nuisances(nominal, world, markers), trial)
+    for mechanism in world.mechanisms:
+        parameters = mechanism.prepare(parameters, layout)
+    return parameters
+
+
+def _with_nuisances(nominal: Parameters, world: World, markers: tuple[str, ...]) -> Parameters:
+    its = world.nuisances
+    mass = np.full(nominal.link_mass_kg.shape[1], its.tail_mass)
+    mass[0] = its.head_mass
+    shift = np.array([complex(*its.marker_shift_m.get(name, (0.0, 0.0))) for name in markers])
+    height = world.robot.marker_positions_m(markers)[:, 2] - world.robot.markers["nose"].position_m[2]
+    return replace(
+        nominal,
+        link_mass_kg=nominal.link_mass_kg * mass,
+        link_moment_kg_m=nominal.link_moment_kg_m * mass,
+        link_inertia_kg_m2=nominal.link_inertia_kg_m2 * mass,
+        sunk_m=nominal.sunk_m + its.sunk_m,
+        hinge_stiffness_n_m=nominal.hinge_stiffness_n_m * its.hinge_stiffness,
+        hinge_damping_n_m_s=nominal.hinge_damping_n_m_s * its.hinge_damping,
+        marker_m=nominal.marker_m + shift,
+        marker_height_m=nominal.marker_height_m + world.parallax * height,
+    )
+
+
+def _in_scene(parameters: Parameters, trial: Trial) -> Parameters:
+    if trial.kind == "swim":
+        return parameters
+    tendons = 1.0 if trial.kind == "dry" else 0.0
+    return replace(
+        parameters,
+        density_kg_m3=np.zeros_like(parameters.density_kg_m3),
+        head_clamped=np.ones_like(parameters.head_clamped),
+        tendon_stiffness_n_m=tendons * parameters.tendon_stiffness_n_m,
+        tendon_damping_n_s_m=tendons * parameters.tendon_damping_n_s_m,
+    )

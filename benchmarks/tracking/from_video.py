@@ -1,0 +1,129 @@
+"""What the tracker's error costs in each coefficient: a known swimmer filmed, tracked and fitted.
+
+It is fitted on perfect tracks beside that. The swimmer is the twin at a finer step, so what the twin leaves out of
+real water costs nothing here.
+"""
+
+import shutil
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.video.filmed import SessionVideo
+from calib.options import Options
+from calib.pipeline import Pipeline, open_session
+from session import Session
+from swimmer import FluidCoefficients
+from synthetic import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, SyntheticTrial, make_session
+from tracking.tracker import TrackerName
+
+SPEEDS_HZ, SECONDS = (0.6, 1.0, 1.4), 5.5
+PERFECT = "perfect tracks"
+Tell = Callable[[str, float | None], None]
+
+
+@dataclass(frozen=True)
+class FittedFrom:
+    """A fit of the filmed swimmer.
+
+    Attributes:
+        tracks: where the tracks came from: perfect, or a tracker.
+        coefficients: found.
+        error: of each coefficient, relative to the truth.
+        marker_error_mm: mean marker distance over the fit trials, mm.
+        track_rms_px: error of the tracks an axis, px; 0 for perfect ones.
+    """
+
+    tracks: str
+    coefficients: FluidCoefficients
+    error: FluidCoefficients
+    marker_error_mm: float
+    track_rms_px: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain numbers."""
+        return asdict(self) | {name: getattr(self, name)._asdict() for name in ("coefficients", "error")}
+
+
+def measure_from_video(
+    folder: Path, crf: float, trackers: tuple[TrackerName, ...], tell: Tell, seed: int = 0
+) -> list[FittedFrom]:
+    """Films a swimmer at three speeds, and fits it from perfect tracks and from each tracker's.
+
+    Args:
+        folder: for the sessions; videos that stand there are used again.
+        crf: quality of the H.264 videos.
+        trackers: to be compared.
+        tell: of the progress.
+        seed: of the crank phases and the pictures.
+    """
+    filmed = folder / f"filmed-{crf:g}-{seed}"
+    if not filmed.exists():
+        plan, video = _plan(seed), SessionVideo(crf=crf)
+        make_session(filmed, plan, video, lambda name, done, of: tell(f"filming {name}", done / of))
+    perfect = _with_true_tracks(filmed, folder / f"{filmed.name}-perfect")
+    found = [_fitted(perfect, PERFECT, None, tell)]
+    return found + [_fitted(filmed, tracker, tracker, tell) for tracker in trackers]
+
+
+def _plan(seed: int) -> SyntheticPlan:
+    random = np.random.default_rng(seed)
+    trials = tuple(
+        SyntheticTrial(
+            name=f"f{hz:.2f}".replace(".", "_"),
+            frequency_hz=hz,
+            commanded_hz=hz,
+            seconds=SECONDS,
+            phase_rad=round(float(2 * np.pi * random.random()), 3),
+            heading_rad=round(float(np.pi + random.uniform(-0.2, 0.2)), 3),
+        )
+        for hz in SPEEDS_HZ
+    )
+    return SyntheticPlan(trials=trials, seed=seed, camera=SyntheticCamera(width_px=1920, height_px=1080))
+
+
+def _with_true_tracks(filmed: Path, copy: Path) -> Path:
+    """The same session with the truth's tracks in the place of its videos."""
+    shutil.rmtree(copy, ignore_errors=True)
+    copy.mkdir(parents=True)
+    text = (filmed / "session.toml").read_text()
+    lines = [line for line in text.splitlines() if not line.startswith("boxes")]
+    for number, line in enumerate(lines):
+        if line.startswith("video = "):
+            trial = Path(line.split('"')[1]).stem
+            lines[number] = f'tracks = "{trial}.csv"'
+            shutil.copy(filmed / "truth" / f"{trial}.csv", copy)
+    (copy / "session.toml").write_text("\n".join([*lines, ""]))
+    return copy
+
+
+def _fitted(folder: Path, name: str, tracker: TrackerName | None, tell: Tell) -> FittedFrom:
+    def told(message: str, share: float | None) -> None:
+        tell(f"{name}: {message}", share)
+
+    pipeline = Pipeline(open_session(folder), replace(Options(tracker=tracker), tell=told))
+    calibration = pipeline.calibrated()
+    found, true = calibration.coefficients, PLAUSIBLE_COEFFICIENTS
+    return FittedFrom(
+        tracks=name,
+        coefficients=found,
+        error=FluidCoefficients(*(one / other - 1 for one, other in zip(found, true, strict=True))),
+        marker_error_mm=1000 * calibration.fit.mean_distance_m,
+        track_rms_px=_track_rms(pipeline) if tracker else 0.0,
+    )
+
+
+def _track_rms(pipeline: Pipeline) -> float:
+    """Error an axis of the samples that count, over all trials, px."""
+    session: Session = pipeline.session
+    squares = []
+    for spec in session.trials:
+        seen = pipeline.recordings.videos.tracks(spec)
+        truth = np.loadtxt(session.folder / "truth" / f"{spec.name}.csv", delimiter=",", skiprows=1)[:, 1:]
+        true_px = truth.reshape(len(truth), -1, 3)[..., :2]
+        counts = seen.counting.confidence > 0
+        squares.append(((seen.counting.position_px - true_px) ** 2)[counts].ravel())
+    return float(np.sqrt(np.concatenate(squares).mean()))

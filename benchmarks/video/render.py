@@ -1,0 +1,96 @@
+"""Rendering: a plan becomes a video, in one or more encodings, with its truth beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from fractions import Fraction
+from pathlib import Path
+from typing import NamedTuple
+
+from benchmarks.video.plan import ClipPlan
+from benchmarks.video.scene import PoolScene
+from benchmarks.video.truth import ClipTruth, boxes_file, save_boxes, truth_file
+from benchmarks.video.writer import Codec, VideoWriter
+
+
+class Encoding(NamedTuple):
+    """How a video is packed.
+
+    Attributes:
+        codec: "h264", "hevc" or "ffv1" (lossless).
+        crf: quality of H.264 and HEVC, 0 (best) to 51; FFV1 takes none.
+    """
+
+    codec: Codec = "h264"
+    crf: float = 23
+
+
+ENCODINGS = (Encoding("ffv1"), Encoding("h264", 18), Encoding("h264", 23), Encoding("h264", 28), Encoding("hevc", 28))
+"""What a tracker is measured at, lossless first."""
+
+
+def _silent(done: int) -> None:
+    """Tells nobody."""
+
+
+def render_clip(plan: ClipPlan, path: Path, codec: Codec = "h264", crf: float = 23) -> ClipTruth:
+    """Renders a clip, with `<name>.truth.npz` and `<name>.boxes.json` beside it.
+
+    Args:
+        plan: of the clip.
+        path: of the video, for instance `clean.mp4`.
+        codec, crf: see `Encoding`.
+
+    Raises:
+        session.ResultsNotWritable: a file cannot be written.
+        session.SimulationDiverged: the planned motion is unstable.
+    """
+    return render_encodings(plan, {path: Encoding(codec, crf)})
+
+
+def render_encodings(
+    plan: ClipPlan, videos: Mapping[Path, Encoding], told: Callable[[int], None] = _silent
+) -> ClipTruth:
+    """Renders a clip once and packs it in several ways, each with its truth and start boxes beside it.
+
+    Args:
+        plan: of the clip.
+        videos: how to pack each video, by its file.
+        told: called with the number of frames done.
+
+    Raises:
+        session.ResultsNotWritable: a file cannot be written.
+        session.SimulationDiverged: the planned motion is unstable.
+    """
+    scene = PoolScene(plan)
+    write_scene(scene, videos, told)
+    for path in videos:
+        scene.truth.save(truth_file(path))
+        save_boxes(boxes_file(path), scene.truth)
+    return scene.truth
+
+
+def write_scene(scene: PoolScene, videos: Mapping[Path, Encoding], told: Callable[[int], None] = _silent) -> None:
+    """Paints a scene once and writes its videos, without truth.
+
+    Args:
+        scene: to be painted.
+        videos: how to pack each video, by its file.
+        told: called with the number of frames done.
+
+    Raises:
+        session.ResultsNotWritable: a file cannot be written.
+    """
+    optics = scene.plan.optics
+    fps = Fraction(optics.fps).limit_denominator(1001)
+    with ExitStack() as files:
+        writers = [
+            files.enter_context(VideoWriter(path, optics.width_px, optics.height_px, fps, *encoding))
+            for path, encoding in videos.items()
+        ]
+        for number, time_s in enumerate(scene.stage.time_s):
+            data = scene.picture(number).data
+            for writer in writers:
+                writer.write(data, float(time_s))
+            told(number + 1)

@@ -1,0 +1,184 @@
+"""A program is run over a suite once for each session, and told no more than what its catalogue is to lack."""
+
+import json
+import sys
+from pathlib import Path
+from unittest.mock import ANY
+
+import numpy as np
+import pytest
+
+from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
+from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
+from benchmarks.effects.following import follow_suite
+from benchmarks.effects.program import CommandLine, diagnose, program_of
+from benchmarks.effects.scoring import score_all, score_rules, score_suite, score_without
+from calib.options import Options
+from diagnosis import Discrepancy
+from session import InputError
+from tests.benchmarks.effects.suites import ANSWERS, runs, says_slack, suite_in
+from tests.calib.door import Front, assert_told
+from tests.cases import later
+
+NAMES = [answer.session for answer in ANSWERS]
+
+
+@pytest.fixture
+def suite(tmp_path: Path) -> SuiteFolder:
+    return suite_in(tmp_path)
+
+
+def fails_on_the_third(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -> None:
+    if session.name == NAMES[2]:
+        raise KeyError("a marker")
+    says_slack(session, discrepancy, without)
+
+
+@pytest.mark.parametrize("workers", [1, *later(2)])
+def test_every_session_is_diagnosed_once_and_then_left_alone(suite: SuiteFolder, workers: int) -> None:
+    assert diagnose_suite(suite, says_slack, workers) == ()
+    assert diagnose_suite(suite, says_slack, workers) == ()
+    assert runs(suite.sessions) == dict.fromkeys(NAMES, 1)
+
+
+def test_what_fails_is_told_and_tried_again_and_stops_no_other(suite: SuiteFolder) -> None:
+    failures = diagnose_suite(suite, fails_on_the_third, 1)
+    assert [failure.name for failure in failures] == [NAMES[2]]
+    assert failures[0].message == "KeyError: 'a marker'"
+    with pytest.raises(InputError, match=NAMES[2]):
+        score_suite(suite)
+    assert diagnose_suite(suite, says_slack, 1) == ()
+    assert runs(suite.sessions) == dict.fromkeys(NAMES, 1)
+
+
+def test_a_program_that_writes_nothing_has_failed(suite: SuiteFolder) -> None:
+    failures = diagnose_suite(suite, lambda *_: None, 1)
+    assert [failure.message for failure in failures] == [f"ended without a {DIAGNOSIS}"] * len(NAMES)
+
+
+def test_without_the_effect_the_sessions_with_one_are_diagnosed_in_copies(suite: SuiteFolder) -> None:
+    diagnose_suite(suite, says_slack, 1)
+    before = (suite.sessions / NAMES[1] / DIAGNOSIS).read_text()
+    assert diagnose_without(suite, says_slack, 1) == ()
+    assert diagnose_without(suite, says_slack, 1) == ()
+    assert runs(suite.without) == {NAMES[1]: 2, NAMES[2]: 2}  # one is copied with the session
+    withheld = {
+        name: json.loads((suite.without / name / DIAGNOSIS).read_text())["withheld_from_catalogue"]
+        for name in NAMES[1:3]
+    }
+    assert withheld == {NAMES[1]: ["tendon_slack"], NAMES[2]: ["scale_error"]}
+    assert (suite.sessions / NAMES[1] / DIAGNOSIS).read_text() == before
+    assert not list(suite.without.rglob("*.sealed"))
+
+
+def test_scores_without_the_effect(suite: SuiteFolder) -> None:
+    """Clear slack is unexplained and on its stage; where the scale is off, slack is told with confidence."""
+    diagnose_suite(suite, says_slack, 1)
+    diagnose_without(suite, says_slack, 1)
+    score = score_without(suite)
+    assert {name: tuple(share) for name, share in score.headline.items()} == {
+        "unexplained": (1, 1),
+        "stage_right": (1, 1),
+        "confident_wrong": (1, 2),
+    }
+    assert {level: tuple(share) for level, share in score.by_detectability.items()} == {2.0: (0, 1), 10.0: (1, 1)}
+    assert 0.0 <= score_suite(suite).seconds.value < 10.0  # measured, as the program does not tell
+    assert score_all(suite).to_json()["without_the_effect"]["headline"]["unexplained"]["share"] == 1.0
+
+
+def test_rules_that_have_not_judged_every_session_are_not_scored(suite: SuiteFolder) -> None:
+    suite.rules.mkdir()
+    with pytest.raises(InputError, match=rf"found {len(NAMES)} of {len(NAMES)} are missing.*--part rules"):
+        score_rules(suite)
+
+
+def test_a_diagnosis_by_the_wrong_catalogue_is_refused(suite: SuiteFolder) -> None:
+    diagnose_suite(suite, lambda session, its, _: says_slack(session, its, frozenset({"wave_drag"})), 1)
+    with pytest.raises(InputError, match=r"(?s)another catalogue.*wave_drag.*nothing withheld"):
+        score_suite(suite)
+    diagnose_without(suite, lambda session, its, _: says_slack(session, its, frozenset()), 1)
+    with pytest.raises(InputError, match=r"(?s)another catalogue.*nothing withheld.*tendon_slack"):
+        score_without(suite)
+
+
+def test_no_answer_is_opened_while_a_diagnosis_is_missing(suite: SuiteFolder, monkeypatch: pytest.MonkeyPatch) -> None:
+    def opened(_suite: SuiteFolder) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(SuiteFolder, "unsealed", opened)
+    with pytest.raises(InputError, match=rf"{len(NAMES)} of {len(NAMES)} are missing.*--part diagnose"):
+        diagnose_without(suite, says_slack, 1)
+    with pytest.raises(InputError, match=r"diagnosis\.json"):
+        score_suite(suite)
+    with pytest.raises(InputError, match=r"not every session is diagnosed.*--part diagnose"):
+        follow_suite(suite, says_slack, 1)
+    suite.rules.mkdir()
+    with pytest.raises(InputError, match=r"not every session is diagnosed.*--part diagnose"):
+        score_all(suite)
+    assert not suite.without.exists()
+
+
+def test_the_toolkit_s_own_program_is_told_what_to_leave_out(
+    suite: SuiteFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[Path, str, frozenset[str], Discrepancy]] = []
+
+    class Recorded:
+        def __init__(self, session: Path, options: Options) -> None:
+            self.session, self.effort = session, options.effort
+
+        def diagnosis(self, without: frozenset[str], discrepancy: Discrepancy) -> None:
+            asked.append((self.session, self.effort, without, discrepancy))
+
+    monkeypatch.setattr("benchmarks.effects.program.open_session", lambda folder: folder)
+    monkeypatch.setattr("benchmarks.effects.program.Pipeline", Recorded)
+    diagnose(suite.sessions / NAMES[0], told := Discrepancy.independent(np.eye(127)), frozenset({"wave_drag"}))
+    assert asked[0][:3] == (suite.sessions / NAMES[0], "quick", frozenset({"wave_drag"}))
+    assert asked[0][3] is told
+
+
+def test_any_command_may_be_the_program(suite: SuiteFolder, tmp_path: Path) -> None:
+    script = tmp_path / "program.py"
+    script.write_text(
+        "import json, pathlib, sys\n"
+        "path = pathlib.Path(sys.argv[1]) / 'results' / 'diagnosis.json'\n"
+        "path.parent.mkdir(exist_ok=True)\n"
+        "path.write_text(json.dumps({'said': sys.argv[2:]}))\n"
+    )
+    program = program_of(f"{sys.executable} {script}")
+    assert diagnose_suite(suite, program, 1) == ()
+    assert diagnose_without(suite, program, 1) == ()
+    whole, lacking = (json.loads((each / NAMES[1] / DIAGNOSIS).read_text()) for each in (suite.sessions, suite.without))
+    assert whole["said"] == []
+    assert lacking["said"] == ["--without", "tendon_slack"]
+
+
+def test_a_command_that_fails_is_told_with_its_last_words(suite: SuiteFolder) -> None:
+    program = CommandLine((sys.executable, "-c", "raise SystemExit('no such camera')"))
+    failures = diagnose_suite(suite, program, 1)
+    assert {failure.message for failure in failures} == {"ProgramFailed: ended with status 1: no such camera"}
+
+
+def test_the_command_line_diagnoses_withholds_and_scores(suite: SuiteFolder, calib: Front, tmp_path: Path) -> None:
+    """A program that says there is no gap anywhere: right of the null session, and of nothing else."""
+    script = tmp_path / "program.py"
+    script.write_text(
+        "import json, pathlib, sys\n"
+        "path = pathlib.Path(sys.argv[1]) / 'results' / 'diagnosis.json'\n"
+        "path.parent.mkdir(exist_ok=True)\n"
+        "told = dict(verdict='no_gap', groups=[], probabilities={'none_of_these': 1.0}, where=None, gap=None)\n"
+        "path.write_text(json.dumps(told | {'withheld_from_catalogue': sys.argv[3:]}))\n"
+    )
+    effects = ("benchmark", "effects", suite.folder)
+    early = calib(*effects, "--part", "score")
+    assert_told(early, "not every session is diagnosed", "--part diagnose")
+    for part in ("diagnose", "withhold"):
+        ended = calib(*effects, "--part", part, "--program", f"{sys.executable} {script}", "--workers", "1")
+        assert (ended.code, ended.out.strip()) == (0, "all done")
+    ended = calib(*effects, "--part", "score", "--json")
+    told = json.loads(ended.out)
+    assert told["diagnosis"]["headline"]["false_alarms"]["hits"] == 0
+    assert told["diagnosis"]["headline"]["right_first"] == {"hits": 0, "of": 1, "share": 0.0, "ci95": ANY}
+    assert told["without_the_effect"]["headline"]["unexplained"]["hits"] == 0
+    assert json.loads((suite.folder / "scores.json").read_text()) == told
+    assert (suite.folder / "scores.html").read_text().startswith("<!DOCTYPE html>")

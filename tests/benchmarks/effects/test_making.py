@@ -1,0 +1,131 @@
+"""A withheld session is one like any user's, and its answer is true."""
+
+from __future__ import annotations
+
+import gzip
+from dataclasses import replace
+from pathlib import Path
+from shutil import copytree
+
+import numpy as np
+import pytest
+
+from benchmarks.effects import ruling
+from benchmarks.effects.answer import Answer
+from benchmarks.effects.evidence import evidence_of
+from benchmarks.effects.filming import film_together
+from benchmarks.effects.making import Making
+from benchmarks.effects.ruling import judge_suite
+from benchmarks.effects.scoring import score_rules
+from benchmarks.effects.shares import Share
+from benchmarks.effects.suite import Recorded, SessionPlan
+from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from diagnosis import Discrepancy
+from session import load_session
+from swimmer.effects import catalogue
+from tests.benchmarks.effects.suites import suite_in
+
+RECORDED = Recorded((0.6, 1.0), (0.8, 1.2), 4.0, 0.7, True, True)
+NULL = SessionPlan("w00000001", 11, RECORDED, "null")
+SINGLE = SessionPlan("w00000002", 12, RECORDED, "single", ("bend_offset",), 10.0)
+TRIED = ("bend_offset", "tendon_asymmetry", "head_frame_misalignment", "stiffness_error")
+DISCREPANCY = Discrepancy.independent((2e-4) ** 2 * np.eye(127))
+
+
+@pytest.fixture(scope="module")
+def making() -> Making:
+    effects = {name: catalogue()[name] for name in TRIED}
+    return Making({**catalogued(), **uncatalogued()}, DISCREPANCY, effects)
+
+
+@pytest.fixture(scope="module")
+def suite(making: Making, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Answer]]:
+    folder = tmp_path_factory.mktemp("suite")
+    null, single = film_together([making.make(NULL, folder), making.make(SINGLE, folder)])
+    return folder, {NULL.name: null, SINGLE.name: single}
+
+
+@pytest.mark.long
+def test_a_session_reads_like_any_users(suite: tuple[Path, dict[str, Answer]]) -> None:
+    folder, _ = suite
+    for plan in (NULL, SINGLE):
+        session = load_session(folder / plan.name)
+        assert [trial.kind for trial in session.trials].count("swim") == 4
+        assert {trial.kind for trial in session.trials} == {"swim", "dry", "free_decay"}
+        assert [trial.role for trial in session.trials if trial.kind == "swim"] == ["fit", "holdout"] * 2
+        assert all(trial.motor is not None for trial in session.trials if trial.kind != "free_decay")
+        assert not list((folder / plan.name).rglob("truth*"))
+
+
+@pytest.mark.long
+def test_nothing_but_the_numbers_in_the_tracks_differs(suite: tuple[Path, dict[str, Answer]]) -> None:
+    folder, _ = suite
+    files = [
+        sorted(path.relative_to(folder / plan.name) for path in (folder / plan.name).rglob("*"))
+        for plan in (NULL, SINGLE)
+    ]
+    assert files[0] == files[1]
+    stamps = {path.stat().st_mtime for path in folder.rglob("*") if path.is_file()}
+    assert len(stamps) == 1
+    rows = [
+        gzip.decompress((folder / plan.name / "trials" / "f0_60.csv.gz").read_bytes()).count(b"\n")
+        for plan in (NULL, SINGLE)
+    ]
+    assert rows[0] == rows[1] == 242
+
+
+@pytest.mark.long
+def test_the_answer_says_what_is_there(suite: tuple[Path, dict[str, Answer]]) -> None:
+    _, answers = suite
+    assert answers[NULL.name] == Answer(NULL.name, "null", seed=NULL.seed)
+    single = answers[SINGLE.name]
+    assert single.effects == ("bend_offset",)
+    assert single.stage == "tail"
+    assert single.detectability == pytest.approx(10.0, rel=0.1)
+    assert single.alike == ((),)
+    assert single.oracle_shrinkage is not None
+    assert 0.7 < single.oracle_shrinkage < 1.0
+
+
+@pytest.mark.long
+def test_a_session_is_the_same_when_it_is_made_again(
+    making: Making, suite: tuple[Path, dict[str, Answer]], tmp_path: Path
+) -> None:
+    folder, _ = suite
+    film_together([making.make(NULL, tmp_path)])
+    for path in (folder / NULL.name).rglob("*.csv*"):
+        assert (tmp_path / path.relative_to(folder)).read_bytes() == path.read_bytes()
+
+
+@pytest.mark.long
+def test_an_effect_changes_the_tracks_and_nothing_else_does(making: Making, tmp_path: Path) -> None:
+    """The same plan with nothing in it: robot, water, boxes and noise are the same."""
+    without = replace(SINGLE, kind="null", effects=(), detectability=0.0)
+    film_together([making.make(SINGLE, tmp_path / "with"), making.make(without, tmp_path / "without")])
+    packed = [tmp_path / each / SINGLE.name / "trials" / "f0_60.csv.gz" for each in ("with", "without")]
+    plain = [gzip.decompress(each.read_bytes()).decode().splitlines() for each in packed]
+    tracks = [np.genfromtxt(each, delimiter=",", names=True) for each in plain]
+    off = tracks[0]["caudal_fin_y"] - tracks[1]["caudal_fin_y"]
+    assert 0.5 < np.abs(off).max() < 60
+    assert np.abs(tracks[0]["time_s"] - tracks[1]["time_s"]).max() == 0
+
+
+@pytest.mark.long
+def test_by_its_folder_alone_the_effect_can_be_found(
+    suite: tuple[Path, dict[str, Answer]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At ten standard deviations even the information criterion names it, and it leaves the null session alone."""
+    folder, answers = suite
+    whole = suite_in(tmp_path, list(answers.values()))
+    for plan in (NULL, SINGLE):
+        copytree(folder / plan.name, whole.sessions / plan.name, dirs_exist_ok=True)
+    DISCREPANCY.save(whole.discrepancy, [0])
+    monkeypatch.setattr(ruling, "catalogue", lambda: {name: catalogue()[name] for name in TRIED})
+    assert judge_suite(whole, workers=1) == ()
+    seen = evidence_of(whole.sessions / SINGLE.name, DISCREPANCY, {name: catalogue()[name] for name in TRIED})
+    assert seen.noise.length(seen.left) > 1.5 * seen.space.length(seen.left) > 0  # far more is known to disturb
+    found = score_rules(whole)["informed BIC"].headline
+    assert found["right_first"] == Share(1, 1)
+    assert found["false_alarms"] == Share(0, 1)
+    monkeypatch.setattr(ruling, "evidence_of", None)
+    assert judge_suite(whole, workers=1) == ()  # what was judged is not judged again

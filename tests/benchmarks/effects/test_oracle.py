@@ -1,0 +1,69 @@
+"""How far somebody who knows the effect can shrink the gap of swims that nothing was fitted to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.effects.drawn import DrawnWorld, draw_world
+from benchmarks.effects.filming import Filming, film_together
+from benchmarks.effects.oracle import oracle_shrinkage
+from benchmarks.effects.rows import SessionRows
+from benchmarks.effects.suite import Recorded, SessionPlan
+from benchmarks.reality import Recording
+from benchmarks.reality.mechanisms import catalogued
+from diagnosis import discrepancy_for
+from session import FISHSIM_MARKERS
+from swimmer import load_robot
+from swimmer.effects import catalogue
+
+PLAN = SessionPlan("w00000001", 11, Recorded((0.6, 1.0), (0.8,), 4.0, None, False, False), "single")
+TRUE, OTHER = "bend_offset", "wave_drag"
+Seen = dict[str, Recording]
+
+
+def filming(name: str, strength: float) -> Filming[tuple[DrawnWorld, Seen, Seen]]:
+    drawn = yield from draw_world(PLAN)
+    mechanisms = catalogued()[name](np.random.default_rng(4))(strength)
+    return drawn, (yield from drawn.recorded()), (yield from drawn.recorded(mechanisms))
+
+
+@pytest.mark.long
+def test_the_true_effect_shrinks_most_of_the_gap_and_another_next_to_nothing() -> None:
+    ((drawn, base, bent),) = film_together([filming(TRUE, 2.0)])
+    known = discrepancy_for(FISHSIM_MARKERS, load_robot())
+    fitted = SessionRows.of(drawn, base, known)
+    held = SessionRows.of(drawn, base, known, "holdout", fitted.coefficients)
+    true, other = (oracle_shrinkage([catalogue()[name]], fitted, held, bent) for name in (TRUE, OTHER))
+    assert true is not None
+    assert other is not None
+    assert 0.7 < true < 1.0
+    assert other < 0.3
+    nothing = {name: replace(recording) for name, recording in base.items()}
+    assert oracle_shrinkage([catalogue()[TRUE]], fitted, held, nothing) is None
+
+
+@pytest.mark.long
+def test_what_shows_in_how_markers_slide_counts_as_a_diagnosis_counts_it() -> None:
+    """A bent lens makes markers slide, which its form follows; of beats alone it would make the gap larger."""
+    ((drawn, base, bent),) = film_together([filming("lens_distortion", 1.0)])
+    known = discrepancy_for(FISHSIM_MARKERS, load_robot())
+    fitted = SessionRows.of(drawn, base, known)
+    held = SessionRows.of(drawn, base, known, "holdout", fitted.coefficients)
+    told = oracle_shrinkage([catalogue()["lens_distortion"]], fitted, held, bent)
+    assert told is not None
+    assert told > 0.5
+
+
+@pytest.mark.long
+def test_how_markers_are_glued_in_every_session_is_not_what_a_form_that_moves_markers_is_asked_for() -> None:
+    """Less than they are off in the base state: what is fitted to both would be worse than nothing."""
+    ((drawn, base, moved),) = film_together([filming("marker_offset", 0.15)])
+    known, effects = discrepancy_for(FISHSIM_MARKERS, load_robot()), [catalogue()["marker_offset"]]
+    fitted = SessionRows.of(drawn, base, known)
+    held = SessionRows.of(drawn, base, known, "holdout", fitted.coefficients)
+    told = oracle_shrinkage(effects, fitted, held, moved)
+    assert told is not None
+    assert told > 0.6

@@ -1,0 +1,150 @@
+"""A suite is made once, whoever makes it, and also when a worker is killed over it."""
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+from distributed import LocalCluster
+
+from benchmarks.effects import run
+from benchmarks.effects.answer import Answer, seal
+from benchmarks.effects.folder import Failure, SuiteFolder
+from benchmarks.effects.run import make_suite
+from benchmarks.effects.suite import LARGE, SMALL, WHOLE, SessionPlan, Shard, SuiteSize, plan_suite, suite_named
+from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from diagnosis import Discrepancy, shipped_discrepancy
+from session import InputError, write_whole
+from tests.benchmarks.effects.suites import shortened
+
+SIZE = SuiteSize(5, 5)  # nothing in them: no severity is sought, which takes a minute each
+PLANS = plan_suite(4, SIZE, tuple(catalogued()), tuple(uncatalogued()))
+NAMES = [plan.name for plan in PLANS]
+
+
+@pytest.fixture(autouse=True)
+def _short_swims(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run, "plan_suite", lambda *_: tuple(shortened(plan) for plan in PLANS))
+    monkeypatch.setattr(run, "_TOGETHER", 1)  # and so two in a piece
+
+
+def empty_suite(folder: Path) -> SuiteFolder:
+    suite = SuiteFolder(folder)
+    Discrepancy.independent((2e-4) ** 2 * np.eye(127)).save(suite.discrepancy, [0])
+    return suite
+
+
+def tracks(suite: SuiteFolder) -> dict[Path, bytes]:
+    return {path.relative_to(suite.folder): path.read_bytes() for path in suite.sessions.rglob("*.csv*")}
+
+
+def test_a_new_folder_gets_the_discrepancy_that_is_shipped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(run, "plan_suite", lambda *_: ())
+    suite = SuiteFolder(tmp_path / "new" / "suite")
+    assert make_suite(suite, 4, SIZE, workers=1) == ()
+    assert suite.discrepancy.read_bytes() == shipped_discrepancy().read_bytes()
+
+
+@pytest.mark.long
+def test_with_one_of_two_workers_killed_midway_nothing_is_lost_or_counted_twice(tmp_path: Path) -> None:
+    suite, progress = empty_suite(tmp_path / "spread"), []
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+
+        def kill_one(_said: str, share: float | None) -> None:
+            if not progress:
+                os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
+            progress.append(share)
+
+        failures = make_suite(suite, 4, SIZE, scheduler=cluster.scheduler_address, tell=kill_one)
+    assert failures == ()
+    assert sorted(progress) == progress
+    assert len(progress) == 3  # two sessions at a time
+    assert progress[-1] == 1.0
+    assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
+    assert suite.unsealed() == tuple(Answer(plan.name, "null", seed=plan.seed) for plan in PLANS)
+    alone = empty_suite(tmp_path / "alone")
+    assert make_suite(alone, 4, SIZE, workers=1) == ()
+    assert tracks(alone) == tracks(suite)
+
+
+@pytest.mark.long
+def test_broken_off_it_goes_on_where_it_was(tmp_path: Path) -> None:
+    """Of what was being written when it broke off, nothing stays; what was made is not made again."""
+    suite, stopped = empty_suite(tmp_path), []
+
+    def stop(_said: str, _share: float | None) -> None:
+        stopped.append(True)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_suite(suite, 4, SIZE, workers=1, tell=stop)
+    made = {path.parent: path.stat().st_ino for path in suite.sessions.glob("*/session.toml")}
+    unfinished = next(name for name in NAMES if suite.sessions / name not in made)
+    (suite.sessions / unfinished / "trials").mkdir(parents=True)
+    (suite.sessions / f".{unfinished}.part.x1").mkdir()
+    assert make_suite(suite, 4, SIZE, workers=1) == ()
+    assert len(stopped) == 1
+    assert len(made) == 2
+    assert all((session / "session.toml").stat().st_ino == node for session, node in made.items())
+    assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
+    assert sorted(json.loads(suite.checksums.read_text())) == NAMES
+
+
+def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A fifth is one of five sessions; what is published is what is there; the rest joins it."""
+    tried: list[str] = []
+
+    def made(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> tuple[int, list[Failure]]:
+        for plan in plans:
+            tried.append(plan.name)
+            write_whole(suite.sessions / plan.name / "session.toml", b"")
+            seal([Answer(plan.name, "null")], suite.answer(plan.name))
+        return len(plans), []
+
+    monkeypatch.setattr(run, "_made_together", made)
+    suite = empty_suite(tmp_path)
+    suite.answers.mkdir()
+    assert make_suite(suite, 4, SIZE, workers=1, shard=Shard(2, 5)) == ()
+    assert suite.names == tuple(tried) == (NAMES[1],)
+    assert make_suite(suite, 4, SIZE, workers=1, shard=Shard(1, 2)) == ()
+    assert sorted(tried) == sorted([NAMES[1], *NAMES[::2]])
+    assert make_suite(suite, 4, SIZE, workers=1) == ()
+    assert sorted(tried) == NAMES
+    assert suite.unsealed() == tuple(Answer(name, "null") for name in NAMES)
+
+
+def test_a_suite_goes_by_its_name() -> None:
+    assert suite_named("small") == (SMALL, WHOLE)
+    assert suite_named("large:2/10") == (LARGE, Shard(2, 10))
+
+
+@pytest.mark.parametrize("text", ["", "2/10", "large:0/3", "large:4/3", "small:1/-1", "large:"])
+def test_what_is_no_suite_is_told(text: str) -> None:
+    with pytest.raises(ValueError, match="expected small, large, many, or a part such as large:2/10"):
+        suite_named(text)
+
+
+def test_a_folder_of_another_suite_is_left_alone(tmp_path: Path) -> None:
+    suite = empty_suite(tmp_path)
+    (suite.sessions / "wffffffff").mkdir(parents=True)
+    with pytest.raises(InputError, match=r"(?s)another suite.*wffffffff"):
+        make_suite(suite, 4, SIZE, workers=1)
+
+
+@pytest.mark.long
+def test_what_was_made_stands_when_a_cluster_asks_for_it_again(tmp_path: Path) -> None:
+    suite, (plan, *_) = empty_suite(tmp_path), run.plan_suite(4, SIZE, (), ())
+    assert run._made_together(suite, (plan,)) == (1, [])
+    before = (suite.sessions / plan.name / "session.toml").stat().st_ino
+    assert run._made_together(suite, (plan,)) == (1, [])
+    assert (suite.sessions / plan.name / "session.toml").stat().st_ino == before
+
+
+def test_a_folder_without_a_whole_suite_is_told_plainly(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"found no checksums\.json; .*--part make"):
+        SuiteFolder(tmp_path).unsealed()
+    (tmp_path / "sessions").mkdir()
+    with pytest.raises(InputError, match="found one that broke off"):
+        _ = SuiteFolder(tmp_path).names

@@ -1,0 +1,119 @@
+"""A diagnosis is read by the contract, whoever wrote it."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.effects.told import read_told
+from session import InputError
+
+DIAGNOSIS: dict[str, Any] = {
+    "verdict": "inseparable",
+    "groups": [["tendon_slack", "tendon_friction"], ["scale_error"]],
+    "effects": ["tendon_slack", "tendon_friction", "scale_error"],
+    "probabilities": {"tendon_slack": 0.5, "tendon_friction": 0.4, "scale_error": 0.97, "none_of_these": 0.01},
+    "where": {"by_stage": {"camera": 0.2, "drive": -0.1, "body": 0.1, "tail": 0.3, "floor": 0.5}},
+    "gap": {"shrinkage": 0.7, "shrinkage_ci95": [0.6, 0.8]},
+    "seconds": 41.0,
+}
+
+
+def written(folder: Path, **changes: Any) -> Path:
+    path = folder / "diagnosis.json"
+    path.write_text(json.dumps(DIAGNOSIS | changes))
+    return path
+
+
+def test_it_is_read(tmp_path: Path) -> None:
+    told = read_told(written(tmp_path))
+    assert told.first == "scale_error"
+    assert told.names == {"tendon_slack", "tendon_friction", "scale_error"}
+    assert told.stage == "tail"  # floor is no stage that an effect acts at
+    assert (told.shrinkage, told.interval, told.seconds) == (0.7, (0.6, 0.8), 41.0)
+
+
+def test_trials_that_are_recommended_are_read(tmp_path: Path) -> None:
+    trials = (None, {"kind": "swim", "commanded_hz": 0.8, "logged": True}, {"kind": "free_decay", "commanded_hz": None})
+    wanted = [{"separates": ["a", "b"], "trial": trial} for trial in trials]
+    swim, decay = read_told(written(tmp_path, next_experiments=wanted)).recommended
+    assert swim == (frozenset({"a", "b"}), "swim", 0.8, True)
+    assert decay == (frozenset({"a", "b"}), "free_decay", None, False)
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        {"trial": None},
+        {"separates": ["a", "b"], "trial": {"kind": "flight", "commanded_hz": 1.0}},
+        {"separates": ["a", "b"], "trial": {"kind": "swim", "commanded_hz": -1.0}},
+        {"separates": ["a", "b"], "trial": {"kind": "dry"}},
+        {"separates": ["a", "b"], "trial": {"kind": "free_decay", "commanded_hz": 1.0}},
+    ],
+)
+def test_an_experiment_that_cannot_be_read_is_told(wanted: dict[str, Any], tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="next_experiments"):
+        read_told(written(tmp_path, next_experiments=[wanted]))
+
+
+def test_what_does_not_apply_is_none(tmp_path: Path) -> None:
+    told = read_told(written(tmp_path, verdict="no_gap", groups=[], gap=None, where=None, seconds=None))
+    assert (told.first, told.stage, told.shrinkage, told.interval, told.seconds) == (None,) * 5
+
+
+def test_a_verdict_without_a_name_names_nothing(tmp_path: Path) -> None:
+    assert read_told(written(tmp_path, verdict="unexplained")).names == frozenset()
+
+
+def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"(?s)verdict.*perhaps.*probabilities\.x.*1\.5"):
+        read_told(written(tmp_path, verdict="perhaps", probabilities={"x": 1.5, "none_of_these": 0.0}))
+
+
+@pytest.mark.parametrize(
+    ("changes", "place"),
+    [
+        ({"groups": ["tendon_slack"]}, r"groups\.0"),
+        ({"groups": [["a", "b", "c", "d"]]}, r"groups\.0"),
+        ({"groups": [[]]}, r"groups\.0"),
+        ({"gap": [0.5]}, "gap"),
+        ({"gap": {"shrinkage": "0.5"}}, r"gap\.shrinkage"),
+        ({"probabilities": {"x": None}}, r"probabilities\.x"),
+        ({"probabilities": [0.5]}, "probabilities"),
+        ({"where": {"by_stage": {"tail": "most"}}}, r"by_stage\.tail"),
+        ({"seconds": float("nan")}, "seconds"),
+    ],
+)
+def test_what_is_not_by_the_contract_is_told_where_it_stands(
+    changes: dict[str, Any], place: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=place):
+        read_told(written(tmp_path, **changes))
+
+
+def test_a_share_that_is_not_known_is_no_share(tmp_path: Path) -> None:
+    assert read_told(written(tmp_path, where={"by_stage": {"tail": None, "body": 0.3}})).stage == "body"
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '"named"'])
+def test_what_is_no_diagnosis_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "diagnosis.json"
+    path.write_text(text)
+    with pytest.raises(InputError):
+        read_told(path)
+
+
+def test_what_is_told_comes_back(tmp_path: Path) -> None:
+    path = tmp_path / "diagnosis.json"
+    for changes in ({}, {"verdict": "no_gap", "groups": [], "gap": None, "where": None, "seconds": None}):
+        told = read_told(written(tmp_path, **changes))
+        path.write_text(json.dumps(told.to_json()))
+        assert read_told(path) == told
+
+
+def test_a_diagnosis_by_a_catalogue_that_lacks_something_is_no_diagnosis_by_the_whole(tmp_path: Path) -> None:
+    path = written(tmp_path, withheld_from_catalogue=["wave_drag"])
+    with pytest.raises(InputError, match=r"(?s)another catalogue.*wave_drag.*nothing withheld"):
+        read_told(path)
+    assert read_told(path, frozenset({"wave_drag"})).first == "scale_error"

@@ -1,0 +1,301 @@
+"""The twin's formulas as mechanisms of reality: what its own forms are held against, in one and the same simulator.
+
+For each effect but those of camera and tracker, mechanisms by the twin's parameters and typical values of these. An
+effect that is new in the catalogue needs an entry here: what its form in `swimmer/effects` says, on reality's bodies.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.reality.fluid import StripForces
+from benchmarks.reality.instant import Instant
+from benchmarks.reality.layout import Layout
+from benchmarks.reality.mechanism import Mechanism
+from benchmarks.reality.mechanisms.drive.drive_ratio_error import DriveRatioError
+from benchmarks.reality.mechanisms.drive.motor_start_delay import MotorStartDelay
+from benchmarks.reality.mechanisms.fluid.added_mass_reaction import AddedMassReaction
+from benchmarks.reality.mechanisms.fluid.background_current import BackgroundCurrent
+from benchmarks.reality.mechanisms.fluid.segment_coefficients import SegmentCoefficients
+from benchmarks.reality.mechanisms.fluid.surface_motion import SurfaceMotion
+from benchmarks.reality.mechanisms.fluid.wall_proximity import WallProximity
+from benchmarks.reality.mechanisms.structure.entrained_water import EntrainedWater
+from benchmarks.reality.mechanisms.structure.stiffness_error import StiffnessError
+from benchmarks.reality.mechanisms.tendons.crank_arm_error import CrankArmError
+from benchmarks.reality.mechanisms.tendons.tendon_asymmetry import TendonAsymmetry
+from benchmarks.reality.mechanisms.tendons.tendon_compliance import TendonCompliance
+from benchmarks.reality.mechanisms.tendons.tendon_friction import _arms_m, _behind, _straight_arms_m, _strung
+from benchmarks.reality.parameters import Parameters
+from benchmarks.reality.tendons import Turn
+from swimmer.effects.drive.motor_speed_sag import WarmingPace
+from swimmer.effects.drive.motor_start_delay import LatePace
+from swimmer.effects.dry_friction import CREEP_RAD_S
+from swimmer.effects.fluid.fluid_memory import AT_ONCE, SLOW_M_S
+from swimmer.effects.fluid.surface_motion import DAMPING, PITCH_HZ, ROLL_HZ
+from swimmer.effects.fluid.wall_proximity import DRAG, LIFT
+from swimmer.effects.fluid.wave_drag import hump
+from swimmer.effects.tendons.tendon_friction import CREEP_M_S
+
+_BENT_RAD = 0.5  # up to which a hardening hinge is taken implicitly
+
+
+class TwinsForm(NamedTuple):
+    """A formula of the twin's.
+
+    Attributes:
+        of: mechanisms by the values of its parameters.
+        typical: values.
+    """
+
+    of: Callable[..., Mechanism]
+    typical: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Sag(Mechanism):
+    """f / (1 + load f^2), and falling as the winding warms."""
+
+    load: float
+    warming: float
+
+    def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:  # noqa: ARG002
+        pace, kept = WarmingPace(self.warming), 1 / (1 + self.load * (turn.speed_rad_s / (2 * np.pi)) ** 2)
+        running = np.maximum(time_s, 0.0)
+        reached = np.minimum(time_s, 0.0) * pace.rate(0.0 * running) + pace.reached_s(running)
+        angle = turn.angle_rad + turn.speed_rad_s * (kept * reached - time_s)
+        return Turn(angle, turn.speed_rad_s * kept * pace.rate(running))
+
+
+@dataclass(frozen=True)
+class Ripple(Mechanism):
+    """Twice a turn, by as many turns a second at any speed."""
+
+    cosine_hz: float
+    sine_hz: float
+
+    def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:  # noqa: ARG002
+        hz, twice = turn.speed_rad_s / (2 * np.pi), 2 * turn.angle_rad
+        ahead = (self.cosine_hz * np.sin(twice) - self.sine_hz * np.cos(twice)) / (2 * hz)
+        faster = (self.cosine_hz * np.cos(twice) + self.sine_hz * np.sin(twice)) / hz
+        return Turn(turn.angle_rad + ahead, turn.speed_rad_s * (1 + faster))
+
+
+@dataclass(frozen=True)
+class LateStart(Mechanism):
+    """Up to speed by a smooth step; before the film as reality's own, which has a run-in and the twin has none."""
+
+    delay_s: float
+
+    def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:
+        before = MotorStartDelay(self.delay_s, 1e-6).turn(np.minimum(time_s, 0.0), turn, state)
+        pace, running = LatePace(self.delay_s), np.maximum(time_s, 0.0)
+        angle = turn.angle_rad - turn.speed_rad_s * (time_s - pace.reached_s(running))
+        return Turn(
+            np.where(time_s < 0, before.angle_rad, angle),
+            np.where(time_s < 0, before.speed_rad_s, turn.speed_rad_s * pace.rate(running)),
+        )
+
+
+@dataclass(frozen=True)
+class Slack(Mechanism):
+    """A dead band with sharp edges, without damping within it."""
+
+    length_m: float
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        stretch, p = now.pull.stretch_m, now.parameters
+        held = np.maximum(stretch - self.length_m, 0.0) + np.minimum(stretch + self.length_m, 0.0)
+        damping = p.tendon_damping_n_s_m * (np.abs(stretch) > self.length_m)
+        return now.tighten(p.tendon_stiffness_n_m * held + damping * now.pull.rate_m_s - now.pull.tension_n)
+
+
+@dataclass(frozen=True)
+class GuideFriction(Mechanism):
+    """F u / sqrt(u^2 + creep^2) of both lines at every guide."""
+
+    force_n: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
+        arms = np.abs(_straight_arms_m(layout))
+        bound = sum(2 * arms * behind * (arms @ behind) for behind in _behind(layout))
+        more = self.force_n / CREEP_M_S * bound * _strung(parameters)
+        return replace(parameters, extra_implicit_damping_n_m_s=parameters.extra_implicit_damping_n_m_s + more)
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        arms, behind = _arms_m(now), _behind(now.layout)
+        speed = (arms * now.pose.hinge_rate_rad_s[:, None]) @ behind.T  # (n, 2, g)
+        friction = np.reshape(self.force_n * _strung(now.parameters), (-1, 1, 1)) * speed / np.hypot(speed, CREEP_M_S)
+        return now.bend(-((friction @ behind) * arms).sum(axis=1))
+
+
+@dataclass(frozen=True)
+class HingeFriction(Mechanism):
+    """T w / sqrt(w^2 + creep^2) of each gap; its hinges, in series, share its rate."""
+
+    torque_n_m: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
+        more = self.torque_n_m * layout.hinges_per_gap / CREEP_RAD_S
+        return replace(parameters, extra_implicit_damping_n_m_s=parameters.extra_implicit_damping_n_m_s + more)
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        rate = now.pose.hinge_rate_rad_s
+        return now.bend(-self.torque_n_m * rate / np.hypot(rate, CREEP_RAD_S / now.layout.hinges_per_gap))
+
+
+@dataclass(frozen=True)
+class Cubic(Mechanism):
+    """k q (1 + cubic q^2) of each gap."""
+
+    cubic: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+        more = 3 * self.cubic * _BENT_RAD**2 * parameters.hinge_stiffness_n_m
+        return replace(parameters, extra_implicit_stiffness_n_m=parameters.extra_implicit_stiffness_n_m + more)
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        bent = now.pose.hinge_rad - now.parameters.hinge_rest_rad
+        steeper = self.cubic * now.layout.hinges_per_gap**2
+        return now.bend(-steeper * now.parameters.hinge_stiffness_n_m * bent**3)
+
+
+@dataclass(frozen=True)
+class Damping(Mechanism):
+    """All hinges alike."""
+
+    relative: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+        return replace(parameters, hinge_damping_n_m_s=parameters.hinge_damping_n_m_s * (1 + self.relative))
+
+
+@dataclass(frozen=True)
+class Bend(Mechanism):
+    """All hinges at one angle."""
+
+    angle_rad: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
+        rest = parameters.hinge_rest_rad + self.angle_rad / layout.hinges_per_gap
+        return replace(parameters, hinge_rest_rad=rest)
+
+
+@dataclass(frozen=True)
+class TailMass(Mechanism):
+    """Spread as the tail's own."""
+
+    share: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+        kg = parameters.link_mass_kg[0]
+        heavier = np.full(len(kg), 1 + self.share * kg[0] / kg[1:].sum())
+        heavier[0] = 1 - self.share
+        return replace(
+            parameters,
+            link_mass_kg=parameters.link_mass_kg * heavier,
+            link_moment_kg_m=parameters.link_moment_kg_m * heavier,
+            link_inertia_kg_m2=parameters.link_inertia_kg_m2 * heavier,
+        )
+
+
+@dataclass(frozen=True)
+class OneWake(Mechanism):
+    """Half of the forces comes late, by one exponential of the way."""
+
+    way_m: float
+
+    def start(self, now: Instant) -> np.ndarray:
+        return _stacked(now.water)
+
+    def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
+        area = now.layout.strips.half_height_m * now.layout.strips.length_m
+        speed = np.hypot(now.flow.along_m_s, now.flow.across_m_s) @ area / area.sum()
+        left = np.exp(-np.hypot(speed, SLOW_M_S)[:, None] * step_s / self.way_m)
+        water = _stacked(now.water)
+        return np.asarray(water + left * (state - water))
+
+    def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
+        along, across, torque = np.split((1 - AT_ONCE) * (_stacked(now.water) - state), 3, axis=1)
+        return StripForces(forces.along_n - along, forces.across_n - across, forces.torque_n_m - torque)
+
+
+def _stacked(forces: StripForces) -> np.ndarray:
+    return np.concatenate([forces.along_n, forces.across_n, forces.torque_n_m], axis=1)
+
+
+@dataclass(frozen=True)
+class Wall(WallProximity):
+    """Drag and lift in the share (h / c)^2, levelled off where a plate touches."""
+
+    def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
+        strips = now.layout.strips
+        origin, normal = state[:, 0:1] + 1j * state[:, 1:2], state[:, 2:3] + 1j * state[:, 3:4]
+        direction = now.pose.direction[:, strips.link]
+        place = now.pose.origin_m[:, strips.link] + strips.place_m * direction
+        clear = self.distance_m - ((place - origin) * normal.conj()).real
+        moving = (now.flow.along_m_s + 1j * now.flow.across_m_s) * direction * normal.conj()
+        far = np.hypot(clear, strips.half_height_m)
+        share = (strips.half_height_m / far) ** 2
+        push = LIFT * moving.imag**2 * clear / far - DRAG * np.abs(moving.real) * moving.real
+        pressed = now.parameters.density_kg_m3 * strips.half_height_m * strips.length_m
+        force = pressed * share * push * normal * direction.conj()
+        return StripForces(forces.along_n + force.real, forces.across_n + force.imag, forces.torque_n_m)
+
+
+@dataclass(frozen=True)
+class Waves(Mechanism):
+    """The hump as a fraction of powers of the Froude number."""
+
+    on_hump: float
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        robot, direction = now.layout.robot, now.pose.direction[:, :1]
+        speed = ((now.pose.velocity_m_s[:, :1] - now.parameters.current_m_s) * direction.conj()).real
+        froude = np.abs(speed) / np.sqrt(9.81 * 2 * robot.head.fluid_half_size_m[0])
+        pressed = 0.5 * now.parameters.density_kg_m3 * robot.elongated_body.reference_area_m2
+        drag = -pressed * self.on_hump * hump(froude) * np.abs(speed) * speed
+        return now.push(0, 0.0, drag * direction)
+
+
+def _segments(ln_head: float, ln_fin: float) -> Mechanism:
+    return SegmentCoefficients((ln_head,) * 5, (ln_fin,) * 5)
+
+
+def _gradient(relative: float) -> Mechanism:
+    return StiffnessError(tuple(map(float, np.log(1 + relative * np.linspace(-1.0, 1.0, 5)))))
+
+
+def _wall(inverse_square: float) -> Mechanism:
+    return Wall(float(np.sign(inverse_square)), float(np.abs(inverse_square) ** -0.5))
+
+
+TWINS_FORMS: Mapping[str, TwinsForm] = {
+    "drive_ratio_error": TwinsForm(lambda relative: DriveRatioError(relative, 0.0), (0.02,)),
+    "motor_speed_sag": TwinsForm(Sag, (0.03, 0.02)),
+    "motor_speed_ripple": TwinsForm(Ripple, (0.05, 0.05)),
+    "motor_start_delay": TwinsForm(LateStart, (0.05,)),
+    "crank_arm_error": TwinsForm(lambda relative: CrankArmError(relative, relative), (0.018,)),
+    "tendon_compliance": TwinsForm(lambda relative: TendonCompliance(relative, relative, 0.0), (2.0,)),
+    "tendon_slack": TwinsForm(Slack, (0.002,)),
+    "tendon_friction": TwinsForm(GuideFriction, (0.5,)),
+    "tendon_asymmetry": TwinsForm(lambda length_m: TendonAsymmetry(-length_m, length_m), (0.001,)),
+    "stiffness_error": TwinsForm(lambda relative: StiffnessError((float(np.log1p(relative)),) * 5), (0.1,)),
+    "stiffness_gradient": TwinsForm(_gradient, (0.2,)),
+    "stiffness_hardening": TwinsForm(Cubic, (2.0,)),
+    "joint_damping": TwinsForm(Damping, (0.3,)),
+    "joint_friction": TwinsForm(HingeFriction, (0.03,)),
+    "bend_offset": TwinsForm(Bend, (0.03,)),
+    "mass_distribution": TwinsForm(TailMass, (0.01,)),
+    "entrained_water": TwinsForm(lambda thickness_m: EntrainedWater(thickness_m, 0.0), (0.002,)),
+    "added_mass_reaction": TwinsForm(AddedMassReaction, (0.2,)),
+    "segment_coefficients": TwinsForm(_segments, (0.3, 0.3)),
+    "fluid_memory": TwinsForm(OneWake, (0.01,)),
+    "background_current": TwinsForm(lambda right, up: BackgroundCurrent(right, up, 0.0), (0.015, 0.015)),
+    "wall_proximity": TwinsForm(_wall, (16.0,)),
+    "wave_drag": TwinsForm(Waves, (0.5,)),
+    "surface_motion": TwinsForm(
+        lambda roll, pitch: SurfaceMotion(roll, pitch, ROLL_HZ, PITCH_HZ, DAMPING, 0.0), (3.5, 6.0)
+    ),
+}

@@ -1,0 +1,115 @@
+"""Drawn sessions hold a truth from the prior that the twin of the session does not know all of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.posterior import truth as posterior_truth
+from benchmarks.posterior.effect_names import EFFECTS, Effect
+from benchmarks.posterior.effects import CURRENT_M_S, effect_of, with_effect
+from benchmarks.posterior.truth import DrawnSession, draw_session, drawn_noise
+from fitting.from_rest import speed_from_rest
+from fitting.posterior import SessionModel
+from session import FISHSIM_MARKERS
+from swimmer import SWIM, Runs, Twin, load_robot
+
+COARSE = 1 / 8  # so that a draw takes no seconds
+
+
+@pytest.fixture(scope="module")
+def drawn() -> DrawnSession:
+    return draw_session(3, seconds=3.0, step=COARSE)
+
+
+@pytest.mark.long
+def test_a_seed_draws_the_same_session_again(drawn: DrawnSession) -> None:
+    again = draw_session(3, seconds=3.0, step=COARSE)
+    assert again.truth == drawn.truth
+    assert again.trials[0].position_m == pytest.approx(drawn.trials[0].position_m, nan_ok=True)
+
+
+@pytest.mark.long
+def test_the_share_of_the_noise_in_common_is_uniform(drawn: DrawnSession) -> None:
+    shares = np.array([drawn_noise(seed).shared for seed in range(400)])
+    assert drawn.noise == drawn_noise(3)
+    np.testing.assert_allclose(np.quantile(shares, [0.0, 0.25, 0.5, 0.75, 1.0]), np.linspace(0, 0.8, 5), atol=0.06)
+
+
+@pytest.mark.long
+def test_the_share_of_the_noise_in_common_has_a_stream_of_its_own(
+    drawn: DrawnSession, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(posterior_truth, "MOST_SHARED", 0.0)
+    apart = draw_session(3, seconds=3.0, step=COARSE)
+    assert (0 < drawn.noise.shared < 0.8, apart.noise.shared) == (True, 0.0)
+    assert apart.noise.model_copy(update={"shared": drawn.noise.shared}) == drawn.noise
+    assert (apart.truth, apart.robot) == (drawn.truth, drawn.robot)
+    moved = apart.trials[0].position_m - drawn.trials[0].position_m
+    assert 1e-4 < np.nanstd(moved) < 2e-3
+    assert np.abs(np.nanmean(moved, axis=0)).max() < 1.5e-3  # boxes sit where they sat
+
+
+def test_the_truth_lies_in_the_box_and_swims_forward(drawn: DrawnSession) -> None:
+    truth, hz = np.array(drawn.truth), np.array([trial.frequency.hz for trial in drawn.trials])
+    assert ((truth >= 0) & (truth <= 10)).all()
+    assert (speed_from_rest(drawn.twin, truth[None], hz) > 0).all()
+    assert hz.min() > 0.49
+    assert hz.max() < 1.41
+    assert abs(np.diff(hz)[0]) > 0.29
+
+
+def test_the_twin_has_its_markers_in_their_places(drawn: DrawnSession) -> None:
+    assert drawn.twin.robot == load_robot()
+    model = SessionModel.of(drawn.twin, drawn.trials)
+    off = model.measured - model.simulated(np.array(drawn.truth)[None])[0]
+    assert 2e-3 < np.abs(off).max() < 0.05  # boxes are 2 mm off in the mean
+
+
+def test_what_nobody_measured_of_the_robot_is_off(drawn: DrawnSession) -> None:
+    known, swam = drawn.twin.robot, drawn.robot
+    assert 0 < abs(swam.tail.hinge_stiffness_n_m / known.tail.hinge_stiffness_n_m - 1) < 0.4
+    assert 0 < abs(swam.tail.hinge_damping_n_m_s / known.tail.hinge_damping_n_m_s - 1) < 0.8
+    assert 0 < abs(swam.crank.arm_m / known.crank.arm_m - 1) < 0.08
+
+
+@pytest.mark.long
+def test_an_effect_sets_the_one_number_that_it_is_about() -> None:
+    stiffer = draw_session(3, "hinge_stiffness", seconds=3.0, step=COARSE)
+    assert stiffer.robot.tail.hinge_stiffness_n_m == pytest.approx(1.15 * load_robot().tail.hinge_stiffness_n_m)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_an_unmodelled_effect_changes_the_swim_and_not_the_truth(drawn: DrawnSession, effect: Effect) -> None:
+    other = draw_session(3, effect, seconds=3.0, step=COARSE)
+    assert other.truth == drawn.truth
+    assert other.twin.robot == drawn.twin.robot
+    moved = other.trials[0].position_m - drawn.trials[0].position_m
+    assert np.nanmax(np.abs(moved - np.nanmean(moved, axis=(0, 1)))) > 2e-4  # what nobody measured is off there, too
+
+
+@pytest.mark.parametrize("effect", ["hinge_stiffness", "hinge_damping", "crank_arm"])
+def test_other_effects_change_the_robot(effect: Effect) -> None:
+    assert with_effect(load_robot(), effect, np.random.default_rng(0)).robot != load_robot()
+
+
+def test_a_current_carries_the_fish_along() -> None:
+    current_m_s = with_effect(load_robot(), "current", np.random.default_rng(0)).current_m_s
+    assert np.hypot(*current_m_s) == pytest.approx(CURRENT_M_S)
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_an_effect_of_no_strength_is_none(effect: Effect) -> None:
+    still = with_effect(load_robot(), effect, np.random.default_rng(0), strength=0.0)
+    assert still.robot == load_robot()
+    assert not still.current_m_s.any()
+    plain = Twin(load_robot(), FISHSIM_MARKERS, workers=1)
+    runs, time_s = Runs(np.full((1, 5), 2.0), np.array([0.8]), np.zeros(1)), np.arange(60) / 60
+    swum = still.twin(load_robot(), FISHSIM_MARKERS, SWIM).simulate(runs, time_s).marker_m
+    np.testing.assert_array_equal(swum, plain.simulate(runs, time_s).marker_m)
+
+
+def test_any_effect_is_each_in_turn() -> None:
+    assert {effect_of("any", seed) for seed in range(len(EFFECTS))} == set(EFFECTS)
+    assert effect_of("none", 5) == "none"

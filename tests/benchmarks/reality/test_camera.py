@@ -1,0 +1,71 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.reality import Camera, PixelNoise, Trial, World, simulate
+from tests.benchmarks.reality.motions import COEFFICIENTS
+
+
+def test_x_is_to_the_right_and_y_down_at_the_scale_of_the_plane():
+    camera = Camera(height_m=2.0, focal_px=2000.0, width_px=2001, height_px=1001)
+    assert camera.project(np.array([0.0, 0.1, 0.1j]), np.zeros(3)) == pytest.approx(
+        np.array([[1000, 500], [1100, 500], [1000, 400]])
+    )
+
+
+def test_what_is_higher_is_seen_further_out():
+    camera = Camera(height_m=2.0, focal_px=2000.0)
+    low, high = camera.project(np.array([0.5, 0.5]), np.array([0.0, 0.1])) - camera.centre_px
+    assert high[0] / low[0] == pytest.approx(2.0 / 1.9)
+
+
+def test_a_tilted_camera_keeps_straight_lines_straight_and_narrows_what_is_far():
+    camera = Camera(tilt_rad=0.2)
+    place = np.add.outer(np.linspace(-0.5, 0.5, 5), 1j * np.linspace(-0.4, 0.4, 3))
+    picture = camera.project(place, np.zeros_like(place, float))
+    rows = np.diff(picture, axis=0)
+    turned = rows[1:, :, 0] * rows[:-1, :, 1] - rows[1:, :, 1] * rows[:-1, :, 0]
+    assert np.abs(turned).max() < 1e-6
+    near, far = picture[-1, 0, 0] - picture[0, 0, 0], picture[-1, -1, 0] - picture[0, -1, 0]
+    assert far < near
+    on_axis = camera.project(np.array([1j * camera.height_m * np.tan(0.2)]), np.zeros(1))
+    assert on_axis[0] == pytest.approx(camera.centre_px)
+
+
+def test_parallax_is_off_unless_asked_for():
+    trial = Trial("dry", 0.1, 1.0, run_in_s=0.0, place_m=0.4 + 0.3j)
+    flat, high = simulate([(World(COEFFICIENTS, parallax=share), trial) for share in (0.0, 1.0)])
+    nose, fin = flat.markers.index("nose"), flat.markers.index("caudal_fin")
+    assert high.position_px[:, nose] == pytest.approx(flat.position_px[:, nose])
+    camera = Camera()
+    out = (high.position_px[:, fin] - camera.centre_px) / (flat.position_px[:, fin] - camera.centre_px)
+    assert out == pytest.approx(camera.height_m / (camera.height_m - 0.05))
+
+
+@pytest.mark.parametrize("correlation_s", [0.0, 0.05])
+def test_noise_has_the_spread_and_memory_asked_for(correlation_s):
+    time_s = np.arange(4000) / 60
+    noise = PixelNoise(sd_px=0.8, correlation_s=correlation_s, placement_sd_px=0.0, grid_px=0.0)
+    error = noise.tracked(time_s, np.zeros((4000, 20, 2)), np.random.default_rng(5))
+    assert error.std() == pytest.approx(0.8, rel=0.03)
+    memory = (error[1:] * error[:-1]).mean() / error.var()
+    assert memory == pytest.approx(np.exp(-1 / 60 / correlation_s) if correlation_s else 0.0, abs=0.02)
+
+
+def test_boxes_sit_elsewhere_in_every_trial_and_stay_there():
+    time_s, true = np.arange(30) / 60, np.full((30, 11, 2), 100.0)
+    noise, random = PixelNoise(sd_px=0.0), np.random.default_rng(6)
+    first, second = (noise.tracked(time_s, true, random) for _ in range(2))
+    assert (first == first[0]).all()
+    assert (first[0] != second[0]).any()
+    assert (2 * first == np.round(2 * first)).all()
+    assert (first - true).std() == pytest.approx(2.0, rel=0.4)
+
+
+def test_a_recording_is_tracked_as_its_world_says():
+    quiet = World(COEFFICIENTS, noise=PixelNoise(sd_px=0.0, placement_sd_px=0.0, grid_px=0.0))
+    (dry,) = simulate([(quiet, Trial("dry", 0.1, 1.0, run_in_s=0.0))])
+    assert (dry.tracked_px(quiet, np.random.default_rng(0)) == dry.position_px).all()
+    loud = replace(quiet, noise=PixelNoise())
+    assert np.abs(dry.tracked_px(loud, np.random.default_rng(0)) - dry.position_px).max() > 1.0

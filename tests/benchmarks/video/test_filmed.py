@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.video.filmed import SessionVideo
+from session import InputError, load_camera, load_session, load_tracks
+from synthetic import NOISELESS, Gap, SyntheticCamera, make_session, read_truth
+from tests.benchmarks.video.test_writer import decoded
+from tests.synthetic.plans import files_of, small_plan, tracks_of
+
+CAMERA = SyntheticCamera(fps=12.0, px_per_m=480.0, width_px=640, height_px=480)
+SHORT: dict[str, Any] = {"seconds": 1.5}
+
+
+def film(folder: Path, video: SessionVideo, **changes: Any) -> Path:
+    return make_session(folder, small_plan(camera=CAMERA, **{"slow": SHORT} | changes), video)
+
+
+def test_a_filmed_trial_shows_its_markers_where_perfect_tracks_have_them(tmp_path: Path) -> None:
+    folder = film(tmp_path / "s", SessionVideo(trials=("slow",)))
+    perfect = make_session(tmp_path / "p", small_plan(camera=CAMERA, slow=SHORT, noise=NOISELESS))
+    session = load_session(folder)
+    trial = session.trial("slow")
+
+    assert trial.tracks is None
+    assert trial.video is not None
+    assert trial.boxes is not None
+    assert session.trial("fast").video is None
+    expected = tracks_of(load_session(perfect), "slow")
+    true = load_tracks(folder / "truth" / "slow.csv", session.markers, session.camera.fps)
+    np.testing.assert_allclose(true.position_px, expected.position_px, atol=0.1)  # blurred, and rounded
+    time_s, pictures = decoded(trial.video, "gray")
+    np.testing.assert_allclose(time_s, expected.time_s, atol=1e-4)
+    for number in (0, -1):
+        for x, y in true.position_px[number]:
+            assert pictures[number][round(y), round(x)] > 190
+    boxes = json.loads(trial.boxes.read_text())["boxes"]
+    assert tuple(boxes) == session.markers
+
+
+def test_the_errors_of_a_tracker_are_left_out_of_what_is_filmed(tmp_path: Path) -> None:
+    faulty = SHORT | {"faults": (Gap(marker="tail_2", first=3, frames=5),)}
+    some = read_truth(film(tmp_path / "some", SessionVideo(trials=("slow",)), slow=faulty))
+    tracked = make_session(tmp_path / "tracked", small_plan(camera=CAMERA, slow=SHORT))
+
+    assert some.plan.trials[0].faults == ()
+    assert not np.any(list(some.trials["slow"].placement_px.values()))
+    assert some.plan.noise != NOISELESS
+    assert files_of(tmp_path / "some")["trials/fast.csv.gz"] == files_of(tracked)["trials/fast.csv.gz"]
+
+
+def test_a_camera_with_a_lens_comes_with_its_calibration(tmp_path: Path) -> None:
+    video = SessionVideo(trials=("slow",), height_m=1.5, distortion=(-0.1, 0.0, 0.0, 0.0, 0.0))
+    session = load_session(film(tmp_path / "s", video))
+
+    lens = session.camera.calibration
+    assert lens == load_camera(tmp_path / "s" / "camera.toml")
+    assert (lens.height_above_water_m, lens.distortion[0], lens.fx_px) == (1.5, -0.1, 1.5 * 480)
+
+
+def test_a_cropped_video_shows_the_middle_of_the_image(tmp_path: Path) -> None:
+    folders = [
+        film(tmp_path / str(width), SessionVideo(trials=("slow",), width_px=width, height_px=height))
+        for width, height in ((None, None), (560, 400))
+    ]
+    whole, cropped = (
+        load_tracks(folder / "truth" / "slow.csv", load_session(folder).markers, 12.0) for folder in folders
+    )
+
+    np.testing.assert_allclose(whole.position_px - cropped.position_px, np.full(whole.position_px.shape, 40), atol=0.02)
+
+
+def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="a marker leaves the picture"):
+        film(tmp_path / "s", SessionVideo(trials=("slow",), width_px=320, height_px=240))
+    assert list(tmp_path.iterdir()) == []

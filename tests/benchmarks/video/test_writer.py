@@ -1,0 +1,109 @@
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from benchmarks.video import Codec, VideoWriter
+
+SIZE = (48, 64)
+
+
+def picture(seed: int, *, gray: bool = False) -> np.ndarray:
+    """A smooth random picture."""
+    coarse = np.random.default_rng(seed).integers(0, 255, (6, 8) if gray else (6, 8, 3), dtype=np.uint8)
+    return coarse.repeat(8, axis=0).repeat(8, axis=1)
+
+
+def decoded(path: Path, pixels: str = "rgb24") -> tuple[np.ndarray, np.ndarray]:
+    """Times and pictures of a video."""
+    with av.open(str(path)) as container:
+        frames = list(container.decode(video=0))
+    return np.array([frame.time for frame in frames]), np.array([frame.to_ndarray(format=pixels) for frame in frames])
+
+
+@pytest.mark.parametrize("gray", [True, False])
+def test_ffv1_keeps_every_bit(gray: bool, tmp_path: Path) -> None:
+    pictures = np.random.default_rng(0).integers(0, 255, (3, *SIZE, *([] if gray else [3])), dtype=np.uint8)
+    with VideoWriter(tmp_path / "a.mp4", 64, 48, codec="ffv1") as writer:
+        for image in pictures:
+            writer.write(image)
+
+    time_s, found = decoded(tmp_path / "a.mp4", "gray" if gray else "rgb24")
+    np.testing.assert_array_equal(found, pictures)
+    np.testing.assert_allclose(time_s, np.arange(3) / 60, atol=1e-6)
+
+
+@pytest.mark.parametrize("codec", ["h264", "hevc"])
+@pytest.mark.parametrize("gray", [True, False])
+def test_lossy_codecs_keep_the_picture_and_its_colours(codec: Codec, gray: bool, tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "a.mp4", 64, 48, codec=codec, crf=5) as writer:
+        for seed in range(4):
+            writer.write(picture(seed, gray=gray))
+
+    _, found = decoded(tmp_path / "a.mp4", "gray" if gray else "rgb24")
+    error = found.astype(float) - [picture(seed, gray=gray) for seed in range(4)]
+    middle = error.reshape(4, 6, 8, 8, 8, -1)[
+        :, :, 3:5, :, 3:5
+    ]  # of the 8 x 8 fields: chroma is blurred at their edges
+    assert np.sqrt(np.mean(middle**2)) < 4
+
+
+@pytest.mark.parametrize("codec", ["h264", "hevc", "ffv1"])
+def test_a_variable_rate_is_kept_to_a_sixtieth_of_a_millisecond(codec: Codec, tmp_path: Path) -> None:
+    asked_s = np.cumsum([0.0, 1 / 60, 1 / 30, 0.0123, 0.5])
+    with VideoWriter(tmp_path / "a.mp4", 64, 48, codec=codec) as writer:
+        for number, time_s in enumerate(asked_s):
+            writer.write(picture(number), time_s)
+
+    np.testing.assert_allclose(decoded(tmp_path / "a.mp4")[0], asked_s, atol=0.6 / 60_000)
+
+
+def test_a_fractional_rate_is_exact(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "a.mp4", 64, 48, Fraction(60_000, 1001)) as writer:
+        for number in range(200):
+            writer.write(picture(number % 3))
+
+    with av.open(str(tmp_path / "a.mp4")) as container:
+        stream = container.streams.video[0]
+        times = [Fraction(frame.pts or 0) * (stream.time_base or 0) for frame in container.decode(stream)]
+    assert times == [number * Fraction(1001, 60_000) for number in range(200)]
+
+
+def test_an_interrupted_video_leaves_nothing_and_keeps_what_stood_there(tmp_path: Path) -> None:
+    path = tmp_path / "a.mp4"
+    path.write_text("before")
+    with pytest.raises(KeyboardInterrupt):
+        interrupt_after_a_picture(path)
+
+    assert [p.name for p in tmp_path.iterdir()] == ["a.mp4"]
+    assert path.read_text() == "before"
+
+
+def test_what_does_not_fit_is_refused_by_name(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="codec: found 'vp9', expected one of h264, hevc, ffv1"):
+        VideoWriter(tmp_path / "a.mp4", 64, 48, codec="vp9")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="size: found 63 x 48 px"):
+        VideoWriter(tmp_path / "a.mp4", 63, 48)
+    with pytest.raises(ValueError, match="crf: found 60"):
+        VideoWriter(tmp_path / "a.mp4", 64, 48, crf=60)
+    with pytest.raises(ValueError, match=r"picture 0: found uint8 \(48, 62\)"):
+        write(tmp_path, np.zeros((48, 62), np.uint8))
+    with pytest.raises(ValueError, match=r"picture 1: found time 0\.0 s"):
+        write(tmp_path, picture(0), picture(0), time_s=0.0)
+    with pytest.raises(ValueError, match="found no picture"):
+        write(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def write(folder: Path, *pictures: np.ndarray, time_s: float | None = None) -> None:
+    with VideoWriter(folder / "a.mp4", 64, 48) as writer:
+        for image in pictures:
+            writer.write(image, time_s)
+
+
+def interrupt_after_a_picture(path: Path) -> None:
+    with VideoWriter(path, 64, 48) as writer:
+        writer.write(picture(0))
+        raise KeyboardInterrupt
