@@ -22,10 +22,13 @@ def search(
     """Compares the searches on a session's fit trials: same budget, both objectives; the report then shows them."""
     from calib.options import Options
     from calib.working import working
-    from fitting import comparison_payload, comparison_table
+    from fitting import compare_methods, comparison_payload, comparison_table
+    from swimmer import Twin
 
     with working(session, as_json, Options(workers=workers)) as pipeline:
-        runs = pipeline.compare_searches(seeds, budget)
+        fitted = [trial for trial in pipeline.trials if trial.role == "fit"]
+        twin = Twin(pipeline.structure.robot, fitted[0].markers, workers=workers)
+        runs = compare_methods(fitted, twin, seeds, budget, tell=pipeline.job.tell)
     print(json.dumps(comparison_payload(runs), indent=1) if as_json else "\n".join(comparison_table(runs)))
 
 

@@ -7,7 +7,6 @@ from calib.options import Options
 from calib.pipeline import open_session
 from calib.working import working
 from reports import IndexEntry, write_index
-from session import read_result_json
 
 
 def report_batch(folders: Sequence[Path], options: Options, index: Path | None) -> Iterator[Path]:
@@ -24,8 +23,7 @@ def report_batch(folders: Sequence[Path], options: Options, index: Path | None) 
     for folder in folders:
         with working(folder, False, options) as pipeline:
             path = pipeline.report()
-        data = read_result_json(pipeline.calibration_file)
-        entries.append(IndexEntry.from_calibration(pipeline.session.name, path, data))
+        entries.append(IndexEntry.from_calibration(pipeline.session.name, path, pipeline.fits.result()))
         yield path
     if len(entries) > 1 or index is not None:
         target = index or folders[0].resolve().parent / "index.html"

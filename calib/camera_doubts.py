@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from calib.videos import VideoTracks
+from calib.stages.videos import VideoTracks
 from session import CameraSpec, Flag, NotEnoughData
 from swimmer import RobotSpec
 from tracking import to_pool

@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.camera_doubts import camera_doubts
 from calib.options import Options
-from calib.videos import VideoTracks
+from calib.stages.videos import VideoTracks
 from calib.working import working
 from session import FaultCollector, InputError, Session, TrialSpec, plain_json
 from tracking.records import EditLog, SampleState, export_tracks

@@ -1,9 +1,10 @@
 """A session under work on the command line: locked, with a progress bar, and its outcome told at the end."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -11,7 +12,10 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 from calib.options import Options, Tell
 from calib.pipeline import Pipeline, open_session
 from calib.summary import calibration_lines, structure_lines
-from session import SESSION_FILE, read_result_json, session_lock
+from session import SESSION_FILE, session_lock
+
+if TYPE_CHECKING:
+    from diagnosis.result import SuppositionResult
 
 
 @contextmanager
@@ -63,43 +67,35 @@ class Teller:
 
 def tell_outcome(pipeline: Pipeline, result: Path, as_json: bool) -> None:
     """The calibration, or the structure alone, on standard output; the path of the main result comes last."""
-    alone = pipeline.only_dry
-    data = read_result_json(result if alone else pipeline.calibration_file)
-    if as_json:
-        made = {
-            "result": str(result),
-            "made": [str(path) for path in pipeline.made],
-            "notes": list(pipeline.notes),
-        }
-        print(json.dumps(made | {"structure" if alone else "calibration": data}, indent=1))
-        return
-    for line in (*pipeline.said, *pipeline.notes, *(structure_lines(data) if alone else calibration_lines(data))):
-        print(line)
-    print(result)
-
-
-def tell_supposition(pipeline: Pipeline, result: Path, as_json: bool) -> None:
-    """A table on standard output; the path of the result comes last."""
-    from calib.diagnosis_summary import supposition_lines
-
-    data = read_result_json(result)
-    if as_json:
-        print(json.dumps({"result": str(result), "notes": list(pipeline.notes), "supposition": data}, indent=1))
-        return
-    for line in (*pipeline.said, *pipeline.notes, *supposition_lines(data)):
-        print(line)
-    print(result)
+    if pipeline.only_dry:
+        _tell(pipeline, result, as_json, "structure", result, structure_lines(pipeline.structure))
+    else:
+        _tell(pipeline, result, as_json, "calibration", pipeline.fits.file, calibration_lines(pipeline.fits.result()))
 
 
 def tell_diagnosis(pipeline: Pipeline, result: Path, as_json: bool) -> None:
     """Three sentences and a table on standard output; the path of the result comes last."""
     from calib.diagnosis_summary import diagnosis_lines
 
-    data = read_result_json(result)
+    lines = diagnosis_lines(pipeline.diagnoses().read())
+    _tell(pipeline, result, as_json, "diagnosis", result, lines)
+
+
+def tell_supposition(pipeline: Pipeline, found: "SuppositionResult", as_json: bool) -> None:
+    """A table on standard output; the path of the result comes last."""
+    from calib.diagnosis_summary import supposition_lines
+    from diagnosis.result import SUPPOSITION
+
+    result = pipeline.session.results / SUPPOSITION.name
+    _tell(pipeline, result, as_json, "supposition", result, supposition_lines(found))
+
+
+def _tell(pipeline: Pipeline, result: Path, as_json: bool, what: str, file: Path, lines: Sequence[str]) -> None:
+    """What came out, in lines or as JSON: the content of a file, and what was made."""
     if as_json:
-        made = {"result": str(result), "made": [str(path) for path in pipeline.made], "notes": list(pipeline.notes)}
-        print(json.dumps(made | {"diagnosis": data}, indent=1))
+        made = {"result": str(result), "made": list(map(str, pipeline.made)), "notes": list(pipeline.notes)}
+        print(json.dumps(made | {what: json.loads(file.read_text())}, indent=1))
         return
-    for line in (*pipeline.said, *pipeline.notes, *diagnosis_lines(data)):
+    for line in (*pipeline.said, *pipeline.notes, *lines):
         print(line)
     print(result)

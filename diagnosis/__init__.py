@@ -1,6 +1,6 @@
 """The sim-to-real gap: where it lies, which effect makes it, how far it shrinks with it, what to measure next."""
 
-from diagnosis.diagnosis import Diagnosis, Gap, Remainder, Settings, diagnose
+from diagnosis.diagnosis import Diagnosis, Gap, Settings, diagnose
 from diagnosis.discrepancy import Discrepancy, discrepancy_for, shipped_discrepancy
 from diagnosis.evidence import Belief
 from diagnosis.probabilities import Probabilities
@@ -15,7 +15,6 @@ __all__ = [
     "Discrepancy",
     "Gap",
     "Probabilities",
-    "Remainder",
     "Settings",
     "Supposition",
     "Verdict",

@@ -4,7 +4,6 @@ A name under which the gap shrinks no further than under these has not earned it
 """
 
 from collections.abc import Collection
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,21 +15,6 @@ from fitting.posterior.gait import advanced
 from fitting.posterior.session_model import SessionModel
 
 _AGAINST = 0.02  # probability up to which the evidence speaks against an effect
-
-
-class Controls(NamedTuple):
-    """Shrinkages of the same held-out swims.
-
-    Attributes:
-        placebo: name of an effect that the evidence speaks against, fitted as the named ones were; None where there
-            is none.
-        with_placebo: S with it.
-        carried_over: S with what is left of the fitted swims carried over, whatever its cause.
-    """
-
-    placebo: str | None
-    with_placebo: float | None
-    carried_over: float | None
 
 
 def placebo_for(explanations: Explanations, probabilities: Probabilities, named: Collection[str]) -> str | None:

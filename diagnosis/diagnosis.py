@@ -13,7 +13,7 @@ from diagnosis.controls import placebo_for
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.everything import Everything, everything
 from diagnosis.evidence import Belief, Explanations
-from diagnosis.experiments import Experiment, next_experiments
+from diagnosis.experiments import next_experiments
 from diagnosis.explaining import explained
 from diagnosis.forms import Shown
 from diagnosis.from_forms import refitted
@@ -25,6 +25,7 @@ from diagnosis.pruning import pruned
 from diagnosis.pushes import Responses, responses
 from diagnosis.refit import Refit
 from diagnosis.refutation import Refutation, Stood, stood
+from diagnosis.result import Experiment, Remainder
 from diagnosis.rings import rings_of
 from diagnosis.separation import separations
 from diagnosis.strangers import Stranger, likely_of, strangers
@@ -59,21 +60,6 @@ class Settings:
     effort: Literal["quick", "full"] = "full"
     belief: Belief = field(default_factory=Belief)
     seed: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class Remainder:
-    """What the refitted twin with the named effects leaves of the fitted swims.
-
-    Attributes:
-        share: of the squared whitened length that the plain twin leaves, both above noise.
-        stage: that most of it lies in.
-        p_value: of as much by noise alone.
-    """
-
-    share: float
-    stage: str | None
-    p_value: float
 
 
 @dataclass(frozen=True, eq=False)

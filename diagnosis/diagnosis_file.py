@@ -1,6 +1,6 @@
-"""A diagnosis as `diagnosis.json` has it."""
+"""From what a diagnosis found to the record that `diagnosis.json` holds."""
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -9,250 +9,216 @@ from diagnosis.diagnosis import Diagnosis
 from diagnosis.everything import Everything
 from diagnosis.held_out import Gap
 from diagnosis.refit import Refit
+from diagnosis.result import (
+    NONE,
+    AllEffects,
+    BeatFrequency,
+    BesideBeat,
+    DiagnosisResult,
+    EffectParameters,
+    EffectSet,
+    Evidence,
+    FittedParameter,
+    FreeDecay,
+    GapShares,
+    GapSize,
+    HeldOutSwim,
+    MissingForces,
+    Place,
+    Refuted,
+    Separation,
+    Sliding,
+    Strength,
+    SuppositionResult,
+)
 from diagnosis.supposition import Supposition
 from fitting.posterior.gait import places_of_slides
 from swimmer import FluidCoefficients
+from swimmer.effects import Parameter
 
-NONE = "none_of_these"
 _AT_BOUND = 0.01  # share of what a parameter may be, from a bound
 _LEAST, _LEAST_OF_PLACE = 1e-4, 0.01  # probability that is told, of an effect and of a place
+_SETS = 12  # of effects that are told
+_PER_M = 1000.0  # mm
 
 
-def diagnosis_payload(found: Diagnosis) -> dict[str, Any]:
-    """By the public contract; what stands beside it (`evidence`) is for the report."""
-    chances = found.probabilities
+def diagnosis_result(found: Diagnosis, withheld: Sequence[str] = (), models: Sequence[str] = ()) -> DiagnosisResult:
+    """The record of a diagnosis.
+
+    Args:
+        found: by `diagnosis.diagnose`.
+        withheld: effects that the catalogue lacked.
+        models: files of the twins with effects.
+    """
+    chances, where, forces, verdict = found.probabilities, found.where, found.where.forces, found.verdict
     told = {n: float(p) for n, p in zip(chances.names, chances.marginal, strict=True) if p >= _LEAST}
-    where, verdict, rest = found.where, found.verdict, found.remainder
-    return {
-        "verdict": verdict.name,
-        "groups": [list(group) for group in verdict.groups],
-        "effects": list(verdict.effects),
-        "probabilities": dict(sorted(told.items(), key=lambda item: -item[1])) | {NONE: min(chances.other, 1.0)},
-        "no_gap_probability": min(chances.null, 1.0),
-        "remainder": None if rest is None else {"share": rest.share, "stage": rest.stage, "p_value": rest.p_value},
-        "where": {
-            "by_stage": dict(where.by_stage),
-            "by_trial": dict(where.by_trial),
-            "by_marker": dict(where.by_marker),
-            "by_axis": dict(where.by_axis),
-            "by_band": dict(where.by_band),
-        },
-        "gap": _gap(found.gap),
-        "everything": None if found.everything is None else _everything(*found.everything),
-        "effect_parameters": {} if found.refit is None else _parameters(found.refit),
-        "next_experiments": [
-            {
-                "describe": e.describe,
-                "separates": list(e.separates),
-                "expected_error": e.expected_error,
-                "trial": None if e.trial is None else e.trial._asdict(),
-            }
-            for e in found.experiments
-        ],
-        "coefficients": {"plain": _named_coefficients(found.ground.at)}
-        | ({} if found.refit is None else {"with_effects": _named_coefficients(found.refit.at)}),
-        "stage_alone": dict(where.alone),
-        "missing_forces": _forces(found),
-        "free_decays": _decays(found),
-        "frequencies": {
-            trial.name: {"commanded_hz": trial.commanded_hz, "measured_hz": float(trial.frequency.hz)}
-            for trial in found.ground.trials
-        },
-        "evidence": _evidence(found),
-    }
+    swims = found.ground.swims  # nothing acts on the head in a dry run
+    refits = {"plain": found.ground.at} | ({} if found.refit is None else {"with_effects": found.refit.at})
+    return DiagnosisResult(
+        verdict=verdict.name,
+        groups=verdict.groups,
+        effects=verdict.effects,
+        probabilities=dict(sorted(told.items(), key=lambda item: -item[1])) | {NONE: min(chances.other, 1.0)},
+        remainder=found.remainder,
+        where=GapShares(where.by_stage, where.by_trial, where.by_marker, where.by_axis, where.by_band),
+        gap=_gap(found.gap),
+        effect_parameters={} if found.refit is None else _parameters(found.refit),
+        next_experiments=found.experiments,
+        no_gap_probability=min(chances.null, 1.0),
+        everything=None if found.everything is None else _everything(*found.everything),
+        coefficients={name: FluidCoefficients(*map(float, at)) for name, at in refits.items()},
+        stage_alone=where.alone,
+        missing_forces=MissingForces(
+            tuple(forces.joints), tuple(t.name for t in swims), forces.mean[: len(swims)], forces.sd[: len(swims)]
+        ),
+        free_decays=_decays(found),
+        frequencies={t.name: BeatFrequency(t.commanded_hz, float(t.frequency.hz)) for t in found.ground.trials},
+        evidence=_evidence(found),
+        withheld_from_catalogue=tuple(withheld),
+        models=tuple(models),
+    )
 
 
-def supposition_payload(found: Supposition) -> dict[str, Any]:
-    """As `supposed.json` has it."""
-    plain, supposed = found.fitted
-    return {
-        "effects": [effect.name for effect in found.refit.effects],
-        "log_bayes_factor": found.log_bayes_factor,
-        "log_bayes_factor_of_each": dict(found.of_each),
-        "effect_parameters": _parameters(found.refit),
-        "fitted": _beside(plain, supposed),
-        "gap": _gap(found.gap),
-    }
+def supposition_result(found: Supposition) -> SuppositionResult:
+    """The record of a supposition."""
+    return SuppositionResult(
+        effects=tuple(effect.name for effect in found.refit.effects),
+        log_bayes_factor=found.log_bayes_factor,
+        log_bayes_factor_of_each=found.of_each,
+        effect_parameters=_parameters(found.refit),
+        fitted=_size(*found.fitted),
+        gap=_gap(found.gap),
+    )
 
 
-def _everything(every: Everything, gap: Gap | None) -> dict[str, Any]:
-    """The twin with all effects at once, the strongest first; strengths in standard deviations of their priors."""
+def _everything(every: Everything, gap: Gap | None) -> AllEffects:
     strengths = sorted(every.strengths.items(), key=lambda item: -abs(item[1]))
-    return {
-        "share_of_priors": every.share,
-        "log_evidence_gained": every.gained,
-        "coefficients": _named_coefficients(every.refit.at),
-        "at_bound": [list(each) for each in every.at_bound],
-        "strengths": [{"effect": own[0], "parameter": own[1], "strength_sd": told} for own, told in strengths],
-        "gap": _gap(gap),
-    }
+    return AllEffects(
+        share_of_priors=every.share,
+        log_evidence_gained=every.gained,
+        coefficients=FluidCoefficients(*map(float, every.refit.at)),
+        at_bound=tuple((effect, parameter) for effect, parameter in every.at_bound),
+        strengths=tuple(Strength(*own, told) for own, told in strengths),
+        gap=_gap(gap),
+    )
 
 
-def _decays(found: Diagnosis) -> list[dict[str, Any]]:
-    """Of each, relative to the robot as described, with standard errors by tracking noise; or why it does not count."""
-    told = [
-        {
-            "trial": ring.name,
-            "stiffness_over_mass": float(np.expm1(ring.left[0])),
-            "stiffness_over_mass_se": float(np.exp(ring.left[0]) * ring.sd[0]),
-            "damping_over_mass": float(np.expm1(ring.left[1])),
-            "damping_over_mass_se": float(np.exp(ring.left[1]) * ring.sd[1]),
-            "not_used": None,
-        }
-        for ring in found.ground.model.rings
-    ]
-    return [*told, *({"trial": name, "not_used": why} for name, why in found.decays_left_out.items())]
+def _decays(found: Diagnosis) -> tuple[FreeDecay, ...]:
+    told = []
+    for ring in found.ground.model.rings:
+        off, se = np.expm1(ring.left), np.exp(ring.left) * ring.sd
+        told.append(FreeDecay(ring.name, float(off[0]), float(se[0]), float(off[1]), float(se[1])))
+    return (*told, *(FreeDecay(name, not_used=why) for name, why in found.decays_left_out.items()))
 
 
-def _gap(gap: Gap | None) -> dict[str, Any]:
+def _gap(gap: Gap | None) -> GapSize:
     if gap is None:
-        keys = ("baseline_mm", "with_effects_mm", "baseline_placed_mm", "with_effects_placed_mm", "noise_floor_mm")
-        others = ("shrinkage", "shrinkage_ci95", "speed_mae_before", "speed_mae_after")
-        return dict.fromkeys((*keys, *others)) | {"evaluated_on": []}
+        return GapSize()
     told = gap.shrinkage
-    return _beside(gap.before, gap.after) | {
-        "noise_floor_mm": 1000 * gap.noise_floor_m,
-        "shrinkage": told.value,
-        "shrinkage_ci95": None if told.interval is None else list(told.interval),
-        "squares_before": told.plain,
-        "squares_after": told.with_effects,
-        "controls": None if gap.controls is None else gap.controls._asdict(),
-        "trials": {
-            b.name: {
-                "before_mm": 1000 * b.marker_error_m,
-                "after_mm": 1000 * a.marker_error_m,
-                "before_placed_mm": 1000 * b.placed_error_m,
-                "after_placed_mm": 1000 * a.placed_error_m,
-                "speed_measured": b.speed_measured,
-                "speed_before": b.speed_twin,
-                "speed_after": a.speed_twin,
-            }
-            for b, a in zip(gap.before, gap.after, strict=True)
+    return _size(
+        gap.before,
+        gap.after,
+        noise_floor_mm=_PER_M * gap.noise_floor_m,
+        shrinkage=np.nan if told.value is None else told.value,
+        shrinkage_ci95=told.interval,
+        squares_before=told.plain,
+        squares_after=told.with_effects,
+        controls=gap.controls,
+        trials={
+            before.name: HeldOutSwim(
+                before_mm=_PER_M * before.marker_error_m,
+                after_mm=_PER_M * after.marker_error_m,
+                before_placed_mm=_PER_M * before.placed_error_m,
+                after_placed_mm=_PER_M * after.placed_error_m,
+                speed_measured=before.speed_measured,
+                speed_before=before.speed_twin,
+                speed_after=after.speed_twin,
+            )
+            for before, after in zip(gap.before, gap.after, strict=True)
         },
-    }
+    )
 
 
-def _beside(before: tuple[Swum, ...], after: tuple[Swum, ...]) -> dict[str, Any]:
+def _size(before: Sequence[Swum], after: Sequence[Swum], **more: object) -> GapSize:
     """Means over the same swims without and with effects."""
-    return {
-        "baseline_mm": _millimetres([each.marker_error_m for each in before]),
-        "with_effects_mm": _millimetres([each.marker_error_m for each in after]),
-        "baseline_placed_mm": _millimetres([each.placed_error_m for each in before]),
-        "with_effects_placed_mm": _millimetres([each.placed_error_m for each in after]),
-        "speed_mae_before": _speed_error(before),
-        "speed_mae_after": _speed_error(after),
-        "evaluated_on": [each.name for each in before],
-    }
+    return GapSize(
+        baseline_mm=_mean_mm([each.marker_error_m for each in before]),
+        with_effects_mm=_mean_mm([each.marker_error_m for each in after]),
+        baseline_placed_mm=_mean_mm([each.placed_error_m for each in before]),
+        with_effects_placed_mm=_mean_mm([each.placed_error_m for each in after]),
+        speed_mae_before=_speed_error(before),
+        speed_mae_after=_speed_error(after),
+        evaluated_on=tuple(each.name for each in before),
+        **more,  # type: ignore[arg-type]
+    )
 
 
-def _millimetres(metres: list[float]) -> float:
-    """Their mean."""
-    return 1000 * float(np.nanmean(metres))
+def _mean_mm(metres: Sequence[float]) -> float:
+    return _PER_M * float(np.nanmean(metres))
 
 
-def _speed_error(swims: tuple[Swum, ...]) -> float:
+def _speed_error(swims: Sequence[Swum]) -> float:
     return float(np.mean([abs(each.speed_twin - each.speed_measured) for each in swims]))
 
 
-def _parameters(best: Refit) -> dict[str, Any]:
-    """By effect; one with several parameters has each under its name."""
-    sd = np.sqrt(np.diag(best.covariance))[5:]
-    told: dict[str, Any] = {}
-    number = 0
-    for effect in best.effects:
-        own = {}
-        for parameter in effect.parameters:
-            value, half = float(best.values[number]), 1.96 * float(sd[number])
-            bounds = [max(value - half, parameter.low), min(value + half, parameter.high)]
-            near = _AT_BOUND * (parameter.high - parameter.low)
-            at_bound = any(end and abs(value - end) < near for end in (parameter.low, parameter.high))
-            own[parameter.name] = {"value": value, "ci95": bounds, "unit": parameter.unit, "at_bound": at_bound}
-            number += 1
-        told[effect.name] = next(iter(own.values())) | {"parameter": next(iter(own))} if len(own) == 1 else own
-    return told
+def _parameters(best: Refit) -> EffectParameters:
+    half = 1.96 * np.sqrt(np.diag(best.covariance))[5:]
+    every = [(effect.name, parameter) for effect in best.effects for parameter in effect.parameters]
+    told: dict[str, dict[str, FittedParameter]] = {}
+    for number, (effect, parameter) in enumerate(every):
+        fitted = _parameter(parameter, float(best.values[number]), float(half[number]))
+        told.setdefault(effect, {})[parameter.name] = fitted
+    return {effect: own if len(own) > 1 else next(iter(own.values())) for effect, own in told.items()}
 
 
-def _named_coefficients(at: np.ndarray) -> dict[str, float]:
-    return FluidCoefficients(*map(float, at))._asdict()
+def _parameter(parameter: Parameter, value: float, half: float) -> FittedParameter:
+    interval = (max(value - half, parameter.low), min(value + half, parameter.high))
+    near = _AT_BOUND * (parameter.high - parameter.low)
+    at_bound = any(end and abs(value - end) < near for end in (parameter.low, parameter.high))
+    return FittedParameter(value, interval, parameter.unit, bool(at_bound), parameter.name)
 
 
-def _forces(found: Diagnosis) -> dict[str, Any]:
-    forces, swims = found.where.forces, found.ground.swims  # of which nothing acts on the head in a dry run
-    return {
-        "joints": list(forces.joints),
-        "trials": [trial.name for trial in swims],
-        "mean": forces.mean[: len(swims)].tolist(),
-        "sd": forces.sd[: len(swims)].tolist(),
-    }
-
-
-def _evidence(found: Diagnosis) -> dict[str, Any]:
-    chances = found.probabilities
-    likeliest = sorted(chances.of.items(), key=lambda item: -item[1])[:12]
-    row = found.explanations.row
-    return {
-        "squares": row.squares,
-        "numbers": len(row.left),
-        "sets": [
-            {
-                "effects": [chances.names[i] for i in each.present],
-                "something_else": each.other,
-                "that_looks_like": None if each.like is None else chances.names[each.like],
-                "probability": chance,
-            }
+def _evidence(found: Diagnosis) -> Evidence:
+    chances, row = found.probabilities, found.explanations.row
+    likeliest = sorted(chances.of.items(), key=lambda item: -item[1])[:_SETS]
+    places = (
+        Place(each.place, each.goes_with, each.same, float(chance))
+        for each, chance in zip(found.elsewhere, chances.at_place, strict=True)
+        if chance >= _LEAST_OF_PLACE
+    )
+    sway, delay = (
+        BesideBeat(told.rms, told.log_odds, min(chances.with_other * chance, 1.0))  # sums of exponentials round
+        for told, chance in zip(found.beside, found.explanations.showing_beside, strict=True)
+    )
+    return Evidence(
+        squares=row.squares,
+        numbers=len(row.left),
+        sets=tuple(
+            EffectSet(
+                effects=tuple(chances.names[i] for i in each.present),
+                something_else=each.other,
+                that_looks_like=None if each.like is None else chances.names[each.like],
+                probability=chance,
+            )
             for each, chance in likeliest
-        ],
-        "elsewhere": _elsewhere(found),
-        "refuted": _refuted(found),
-        **_beside_the_beat(found),
-        "sliding": _sliding(found),
-    }
+        ),
+        elsewhere=tuple(sorted(places, key=lambda each: -each.probability)),
+        refuted=tuple(Refuted((each.effect,), each.shrinkage, each.interval) for each in found.refutations),
+        sway_m=sway,
+        delay_s=delay,
+        sliding=_sliding(found),
+        separation=Separation(*found.separation),
+    )
 
 
-def _beside_the_beat(found: Diagnosis) -> dict[str, Any]:
-    """What shows beside the beat: how far, how late, and how probably something else makes it."""
-    kinds = zip(("sway", "delay"), ("rms_m", "rms_s"), found.beside, found.explanations.showing_beside, strict=True)
-    return {
-        name: {
-            rms: told.rms,
-            "log_bayes_factor": told.log_odds,
-            "probability": min(found.probabilities.with_other * chance, 1.0),  # sums of exponentials round
-        }
-        for name, rms, told, chance in kinds
-    }
-
-
-def _sliding(found: Diagnosis) -> dict[str, Any]:
-    """How fast markers slide forward along the fish, m/s, beside the plain twin and beside the one with effects."""
-    model = found.ground.model
+def _sliding(found: Diagnosis) -> Sliding:
+    model, trials = found.ground.model, found.ground.trials
     count, whole = len(model.trials), len(model.measured)
     places = places_of_slides(whole // count)
-    left = {"beside_plain": found.ground.left, "beside_effects": None if found.refit is None else found.refit.left}
-    told = {
-        name: None if row is None else row[:whole].reshape(count, -1)[:, places].tolist() for name, row in left.items()
-    }
-    markers = found.ground.trials[0].markers[: places.stop - places.start]
-    return {"markers": list(markers), "trials": [trial.name for trial in found.ground.trials], **told}
-
-
-def _refuted(found: Diagnosis) -> list[dict[str, Any]]:
-    """Names that are not said, for held-out swims speak against them."""
-    return [
-        {"effects": [each.effect], "shrinkage": each.shrinkage, "shrinkage_ci95": list(each.interval)}
-        for each in found.refutations
-    ]
-
-
-def _elsewhere(found: Diagnosis) -> list[dict[str, Any]]:
-    """Places where there may be something else, the likeliest first."""
-    told = [
-        {
-            "place": each.place,
-            "goes_with": each.goes_with,
-            "same_in_all_trials": each.same,
-            "probability": chance,
-        }
-        for each, chance in zip(found.elsewhere, found.probabilities.at_place, strict=True)
-        if chance >= _LEAST_OF_PLACE
-    ]
-    return sorted(told, key=lambda each: -float(each["probability"]))
+    plain, best = found.ground.left, None if found.refit is None else found.refit.left
+    return Sliding(
+        markers=trials[0].markers[: places.stop - places.start],
+        trials=tuple(trial.name for trial in trials),
+        beside_plain=plain[:whole].reshape(count, -1)[:, places],
+        beside_effects=None if best is None else best[:whole].reshape(count, -1)[:, places],
+    )

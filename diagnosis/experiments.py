@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import expit
@@ -25,6 +25,7 @@ from scipy.stats import norm
 from diagnosis.evidence import Explanations
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
+from diagnosis.result import Experiment, ProposedTrial
 from diagnosis.verdict import MOST_ALIKE, Verdict
 from fitting.free_decay import Ring
 from fitting.free_decay.ring import ring_changes, shows_in_decays
@@ -49,42 +50,11 @@ _LEAST = 1e-9  # probability, and distance, below which there is none
 _DECAY = "Film a free decay: the head clamped in air, tendons off, the tail bent and let go"
 
 
-class MoreTrial(NamedTuple):
-    """A trial that could be added to a session.
-
-    Attributes:
-        kind: of experiment.
-        commanded_hz: that the motor is told; None of a free decay.
-        logged: whether the motor is to be logged in it.
-    """
-
-    kind: Literal["swim", "dry", "free_decay"]
-    commanded_hz: float | None = None
-    logged: bool = False
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """One that could be made.
-
-    Attributes:
-        describe: what to do, in a sentence.
-        separates: two names.
-        expected_error: chance to still take one for the other afterwards; 0.5 is a coin.
-        trial: what would be added to the session; None of a clock in view, which no trial has.
-    """
-
-    describe: str
-    separates: tuple[str, str]
-    expected_error: float
-    trial: MoreTrial | None = None
-
-
 class _Trial(NamedTuple):
     """A trial that could be made: what to do, and how it would be measured."""
 
     describe: str
-    more: MoreTrial
+    more: ProposedTrial
     twin: Twin
     measured: MeasuredTrial
 
@@ -106,7 +76,7 @@ class _Confused(NamedTuple):
         """The distance that a trial adds with which it is that far: squares of independent data add up."""
         return float(np.sqrt(max(then**2 - self.apart**2, 0.0)))
 
-    def experiment(self, describe: str, added: float, trial: MoreTrial | None) -> Experiment:
+    def experiment(self, describe: str, added: float, trial: ProposedTrial | None) -> Experiment:
         """One that adds a distance."""
         return Experiment(describe, self.names, error_left(added, self.log_odds), trial)
 
@@ -245,10 +215,10 @@ def _with_a_number_more(ground: Ground, pair: _Confused, now: _Looks) -> list[Ex
     hertz = {name: _hertz(ground, now.signatures[name], now.strengths[name]) for name in pair.names}
     clocks = {name: change if name == _CLOCK else 0.0 for name, change in hertz.items()}
     turned = {name: 0.0 if name == _CLOCK else change for name, change in hertz.items()}
-    ways: list[tuple[str, dict[str, float], float, MoreTrial | None]]
+    ways: list[tuple[str, dict[str, float], float, ProposedTrial | None]]
     ways = [("Put a running clock into the picture and film one more swim", clocks, _CLOCKED_TO, None)]
     if not ground.model.logged:
-        again = MoreTrial("swim", float(ground.swims[0].commanded_hz or ground.swims[0].frequency.hz), logged=True)
+        again = ProposedTrial("swim", float(ground.swims[0].commanded_hz or ground.swims[0].frequency.hz), logged=True)
         ways.append(("Log the motor in one more swim", turned, _LOGGED_TO, again))
     one, other = pair.names
     return [
@@ -268,7 +238,7 @@ def _with_a_decay(ground: Ground, pairs: Sequence[_Confused], now: _Looks) -> li
     with suppress(SimulationDiverged, np.linalg.LinAlgError, ValueError):
         ring = Ring.to_come("free decay", ground.twin.robot, markers, frame_s)
         space, then = ground.with_ring(ring).space, now.with_ring(ring, ground.twin)
-        decay = MoreTrial("free_decay")
+        decay = ProposedTrial("free_decay")
         return [pair.experiment(_DECAY, pair.added(then.apart(space, pair.names)), decay) for pair in told]
     return []
 
@@ -287,14 +257,14 @@ def _trials(ground: Ground, seed: int) -> list[_Trial]:
     for hz in (hz for hz in SPEEDS_HZ if np.abs(swum - hz).min() > _NEW_HZ):
         with suppress(NotEnoughData, SimulationDiverged):
             measured = _measured(ground, ground.twin, hz, "swim", seed)
-            found.append(_Trial(f"Film a swim at {hz:.1f} Hz", MoreTrial("swim", hz), ground.twin, measured))
+            found.append(_Trial(f"Film a swim at {hz:.1f} Hz", ProposedTrial("swim", hz), ground.twin, measured))
     if ground.has_dry:
         return found
     dry = ground.clamped_twin
     with suppress(NotEnoughData, SimulationDiverged):
         measured = _measured(ground, dry, _DRY_HZ, "dry", seed)
         describe = f"Film a dry run at {_DRY_HZ:g} Hz, the head clamped in air"
-        found.append(_Trial(describe, MoreTrial("dry", _DRY_HZ), dry, measured))
+        found.append(_Trial(describe, ProposedTrial("dry", _DRY_HZ), dry, measured))
     return found
 
 

@@ -7,10 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from diagnosis.affected_swims import Swum, noise_floor_m, swum
-from diagnosis.controls import Controls, carried_over
+from diagnosis.controls import carried_over
 from diagnosis.gap import Shrinkage, shrinkage
 from diagnosis.ground import Ground
 from diagnosis.refit import Refit, left_drawn, left_with
+from diagnosis.result import Controls
 from fitting.trial import MeasuredTrial
 
 _DRAWS = 400  # of coefficients and strengths as they might have been fitted

@@ -1,8 +1,10 @@
 """A diagnosis in three sentences: where the gap lies, which effect makes it, how far it shrinks with that."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
+import numpy as np
+
+from diagnosis.result import BesideBeat, DiagnosisResult, GapSize
 from diagnosis.strangers import PLACED
 from diagnosis.verdict import ENOUGH, HELD
 from diagnosis.where import OF_NO_MARKER
@@ -19,8 +21,8 @@ _STANDS_OUT = 0.005  # share of a stage, below which none is named
 _LOOKS_LIKE = 0.5  # of all that is there
 
 
-def sentences(data: Mapping[str, Any]) -> tuple[str, str, str]:
-    """Of a `diagnosis.json`."""
+def sentences(data: DiagnosisResult) -> tuple[str, str, str]:
+    """Of a diagnosis."""
     return _where(data), _which(data), _how_far(data)
 
 
@@ -29,10 +31,10 @@ def plain(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _where(data: Mapping[str, Any]) -> str:
-    shares = dict(data["where"]["by_stage"])
+def _where(data: DiagnosisResult) -> str:
+    shares = dict(data.where.by_stage)
     floor = shares.pop("floor")
-    if data["verdict"] == "no_gap":
+    if data.verdict == "no_gap":
         return f"Where: nowhere that these trials show; {floor:.0%} of what the nearest twin leaves is noise."
     stage = max(shares, key=lambda name: shares[name])
     if shares[stage] < _STANDS_OUT:
@@ -40,7 +42,7 @@ def _where(data: Mapping[str, Any]) -> str:
             "Where: in nothing that repeats with the beat; "
             f"{floor:.0%} of what the nearest twin leaves of that is noise."
         )
-    shows = data["where"]["by_marker"]
+    shows = data.where.by_marker
     place = max(shows, key=lambda name: shows[name])
     return (
         f"Where: mostly {_OF_STAGE[stage]} ({shares[stage]:.0%} of what the nearest twin leaves; {floor:.0%} is "
@@ -48,12 +50,12 @@ def _where(data: Mapping[str, Any]) -> str:
     )
 
 
-def _which(data: Mapping[str, Any]) -> str:
-    verdict, chances = data["verdict"], data["probabilities"]
+def _which(data: DiagnosisResult) -> str:
+    verdict, chances = data.verdict, data.probabilities
     if verdict == "no_gap":
         against = _refuted(data)
         but = f"; the fitted swims look like {against}" if against else ""
-        return f"Which: no effect is called for (probability of nothing {data['no_gap_probability']:.2f}){but}."
+        return f"Which: no effect is called for (probability of nothing {data.no_gap_probability:.2f}){but}."
     if verdict == "unexplained" and (against := _refuted(data)):
         return f"Which: it looks like {against}{_elsewhere(data)}; see the missing forces."
     if verdict == "unexplained" and (like := _looks_like(chances)) is not None:
@@ -78,30 +80,30 @@ def _which(data: Mapping[str, Any]) -> str:
             f"(probability that it is something else {chances['none_of_these']:.2f}){_elsewhere(data)}; "
             "see the missing forces."
         )
-    told = " together with ".join(_group(group, chances) for group in data["groups"])
-    rest = data["remainder"]
-    left = "" if rest is None or rest["share"] < 0.05 else f"; {rest['share']:.0%} of the fitted gap remains"
+    told = " together with ".join(_group(group, chances) for group in data.groups)
+    rest = data.remainder
+    left = "" if rest is None or rest.share < 0.05 else f"; {rest.share:.0%} of the fitted gap remains"
     against = _refuted(data)
     return f"Which: {told}{left}{_elsewhere(data)}{'; not ' if against else ''}{against}."
 
 
-def _refuted(data: Mapping[str, Any]) -> str:
+def _refuted(data: DiagnosisResult) -> str:
     """What was taken back, and why; empty if nothing was."""
     told = []
-    for each in data["evidence"].get("refuted", ()):
-        low, high = each["shrinkage_ci95"]
-        grows = f"their gap grows by {-each['shrinkage']:.0%}, {-high:.0%} to {-low:.0%}"
+    for each in data.evidence.refuted:
+        low, high = each.shrinkage_ci95
+        grows = f"their gap grows by {-each.shrinkage:.0%}, {-high:.0%} to {-low:.0%}"
         told.append(
-            f"{' or '.join(map(plain, each['effects']))}, but with that held-out swims are forecast worse ({grows})"
+            f"{' or '.join(map(plain, each.effects))}, but with that held-out swims are forecast worse ({grows})"
         )
     return ", nor ".join(told)
 
 
-def _elsewhere(data: Mapping[str, Any]) -> str:
+def _elsewhere(data: DiagnosisResult) -> str:
     """Where something that no catalogue holds most probably acts, if anywhere."""
     chances: dict[str, float] = {}
-    for each in data["evidence"].get("elsewhere", ()):
-        chances[each["place"]] = chances.get(each["place"], 0.0) + each["probability"]
+    for each in data.evidence.elsewhere:
+        chances[each.place] = chances.get(each.place, 0.0) + each.probability
     place = max(chances, key=lambda name: chances[name], default="")
     placed = chances.get(place, 0.0)
     if beside := _beside_the_beat(data, max(PLACED, placed)):
@@ -111,26 +113,27 @@ def _elsewhere(data: Mapping[str, Any]) -> str:
     return f"; something that no catalogue holds acts on the {plain(place)} ({placed:.2f}{_law(data, place)})"
 
 
-def _law(data: Mapping[str, Any], place: str) -> str:
+def _law(data: DiagnosisResult, place: str) -> str:
     """What the force there goes with, where one law is likelier than all else at this place."""
     chances: dict[str, float] = {}
-    for each in data["evidence"]["elsewhere"]:
-        if each["place"] == place:
-            law = each.get("goes_with", "")
-            chances[law] = chances.get(law, 0.0) + each["probability"]
+    for each in data.evidence.elsewhere:
+        if each.place == place:
+            law = each.goes_with
+            chances[law] = chances.get(law, 0.0) + each.probability
     law = max(chances, key=lambda name: chances[name])
     return f"; with {law} {chances[law]:.2f}" if law and chances[law] > 0.5 * sum(chances.values()) else ""
 
 
-def _beside_the_beat(data: Mapping[str, Any], least: float) -> str:
+def _beside_the_beat(data: DiagnosisResult, least: float) -> str:
     """What something that no catalogue holds does beside the beat, where that is surer than this; else empty."""
-    does = {"sway": ("moves the whole fish beside its beat", "m"), "delay": ("makes its beats early and late", "s")}
-    there = {kind: data["evidence"][kind] for kind in does if kind in data["evidence"]}
-    kind = max(there, key=lambda name: float(there[name]["probability"]), default=None)
-    if kind is None or there[kind]["probability"] <= least:
+    sway, delay = data.evidence.sway_m, data.evidence.delay_s
+    told: tuple[BesideBeat, str, str] = (sway, "moves the whole fish beside its beat", "mm")
+    if delay.probability > sway.probability:
+        told = delay, "makes its beats early and late", "ms"
+    found, what, unit = told
+    if found.probability <= least:
         return ""
-    (what, unit), told = does[kind], there[kind]
-    of_size = f"{1000 * told[f'rms_{unit}']:.1f} m{unit}, {told['probability']:.2f}"
+    of_size = f"{1000 * found.rms:.1f} {unit}, {found.probability:.2f}"
     return f"; something that no catalogue holds {what} ({of_size})"
 
 
@@ -147,46 +150,46 @@ def _group(group: Sequence[str], chances: Mapping[str, float]) -> str:
     return " or ".join(f"{plain(name)} ({chances.get(name, 0.0):.2f})" for name in group)
 
 
-def _how_far(data: Mapping[str, Any]) -> str:
-    gap = data["gap"]
-    if not gap["evaluated_on"]:
+def _how_far(data: DiagnosisResult) -> str:
+    gap = data.gap
+    if not gap.evaluated_on:
         return "How far: not known, for no swim was held out."
-    if gap["baseline_mm"] is None or gap["with_effects_mm"] is None:
+    if np.isnan([gap.baseline_mm, gap.with_effects_mm]).any():
         return "How far: not known, for no marker of the held-out swims could be compared."
-    trials = f"{len(gap['evaluated_on'])} held-out swim{'s' * (len(gap['evaluated_on']) > 1)}"
+    trials = f"{len(gap.evaluated_on)} held-out swim{'s' * (len(gap.evaluated_on) > 1)}"
     every = _with_everything(data)
-    if data["verdict"] in ("no_gap", "unexplained"):
+    if data.verdict in ("no_gap", "unexplained"):
         return (
-            f"How far: nothing was added; on {trials} markers are {gap['baseline_mm']:.1f} mm off, "
-            f"speeds {1000 * gap['speed_mae_before']:.1f} mm/s{every}."
+            f"How far: nothing was added; on {trials} markers are {gap.baseline_mm:.1f} mm off, "
+            f"speeds {1000 * gap.speed_mae_before:.1f} mm/s{every}."
         )
     change = (
-        f"markers from {gap['baseline_mm']:.1f} to {gap['with_effects_mm']:.1f} mm, speeds from "
-        f"{1000 * gap['speed_mae_before']:.1f} to {1000 * gap['speed_mae_after']:.1f} mm/s"
+        f"markers from {gap.baseline_mm:.1f} to {gap.with_effects_mm:.1f} mm, speeds from "
+        f"{1000 * gap.speed_mae_before:.1f} to {1000 * gap.speed_mae_after:.1f} mm/s"
     )
-    if gap["shrinkage"] is None:
+    if np.isnan(gap.shrinkage):
         return f"How far: on {trials} the plain twin leaves no more than noise; {change}{every}."
     return f"How far: on {trials} the gap {by_how_much(gap)}; {change}{every}."
 
 
-def by_how_much(gap: Mapping[str, Any]) -> str:
+def by_how_much(gap: GapSize) -> str:
     """What became of a held-out gap of which a shrinkage is told, with its interval."""
-    interval = gap["shrinkage_ci95"]
-    grows = round(gap["shrinkage"], 2) < 0
+    interval = gap.shrinkage_ci95
+    grows = round(gap.shrinkage, 2) < 0
     sure = "how surely is not known"
     if interval is not None:  # of a gap that grows, by how much it does
         low, high = (-interval[1], -interval[0]) if grows else interval
         sure = f"{low:.0%} to {high:.0%}"
-    how = f"grows by {-gap['shrinkage']:.0%}" if grows else f"shrinks by {max(gap['shrinkage'], 0.0):.0%}"
+    how = f"grows by {-gap.shrinkage:.0%}" if grows else f"shrinks by {max(gap.shrinkage, 0.0):.0%}"
     return f"{how} ({sure})"
 
 
-def _with_everything(data: Mapping[str, Any]) -> str:
+def _with_everything(data: DiagnosisResult) -> str:
     """What the held-out swims would be off by with all effects at once; empty where that was not asked."""
-    gap = (data.get("everything") or {}).get("gap")
-    if gap is None or gap["with_effects_mm"] is None or gap["evaluated_on"] != data["gap"]["evaluated_on"]:
+    gap = None if data.everything is None else data.everything.gap
+    if gap is None or np.isnan(gap.with_effects_mm) or gap.evaluated_on != data.gap.evaluated_on:
         return ""
     return (
         "; with all effects at once, each a little, markers are "
-        f"{gap['with_effects_mm']:.1f} mm off and speeds {1000 * gap['speed_mae_after']:.1f} mm/s"
+        f"{gap.with_effects_mm:.1f} mm off and speeds {1000 * gap.speed_mae_after:.1f} mm/s"
     )

@@ -3,13 +3,12 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal
 
 import numpy as np
 
 from diagnosis.probabilities import MOST, Probabilities
+from diagnosis.result import VerdictName
 
-VerdictName = Literal["named", "inseparable", "unexplained", "no_gap"]
 MOST_ALIKE = 3
 ENOUGH = 0.9  # probability, if there is a gap, from which a few names are enough, they or what only looks like them
 BESIDE = 0.6  # the same beside names that are: the twin is refitted with and without each, which decides

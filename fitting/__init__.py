@@ -2,14 +2,13 @@
 
 from fitting.body_wave import BodyWave, SwimNumbers, body_wave, swim_numbers
 from fitting.calibration import CalibratedTrial, Calibration, Summary, assemble, calibrate, speeds_of
-from fitting.calibration_file import calibration_payload, read_fit, read_objective
+from fitting.calibration_file import CALIBRATION, CalibrationResult, calibration_result
 from fitting.coefficient_fit import CoefficientFit, Restart
 from fitting.coefficients import FULL, QUICK, Effort, fit_coefficients
 from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
 from fitting.course import Course, course_of
 from fitting.ebt import EBT_RATIO_ONLY, FORMS, EbtFit, EbtForm, fit_ebt
-from fitting.evidence import Evidence, YawFit, gather_evidence
-from fitting.evidence_file import evidence_payload, read_evidence
+from fitting.evidence import EVIDENCE, Evidence, YawFit, gather_evidence
 from fitting.forecast import fit_phase, forecast
 from fitting.frequency import SwimFrequency, estimate_frequency
 from fitting.mean_distance import MeanDistance
@@ -35,7 +34,9 @@ from fitting.tail_tip import TailSwim, measured_tail, published_motion, simulate
 from fitting.trial import MeasuredTrial, measure_trial, tail_markers
 
 __all__ = [
+    "CALIBRATION",
     "EBT_RATIO_ONLY",
+    "EVIDENCE",
     "FORMS",
     "FULL",
     "METHODS",
@@ -44,6 +45,7 @@ __all__ = [
     "BoxesOff",
     "CalibratedTrial",
     "Calibration",
+    "CalibrationResult",
     "CoefficientFit",
     "CoefficientProfiles",
     "CommandForecast",
@@ -80,13 +82,12 @@ __all__ = [
     "beat_to_command",
     "body_wave",
     "calibrate",
-    "calibration_payload",
+    "calibration_result",
     "compare_methods",
     "comparison_payload",
     "comparison_table",
     "course_of",
     "estimate_frequency",
-    "evidence_payload",
     "fit_coefficients",
     "fit_ebt",
     "fit_pairs",
@@ -100,9 +101,6 @@ __all__ = [
     "profile_objective",
     "published_motion",
     "read_comparison",
-    "read_evidence",
-    "read_fit",
-    "read_objective",
     "residuals",
     "score",
     "search",

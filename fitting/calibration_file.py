@@ -1,171 +1,180 @@
-"""`results/calibration.json`: the calibration in the form of the public contract, and back."""
+"""`results/calibration.json`: a calibration in the form of the public contract."""
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass, field
 
-import numpy as np
-
-from fitting.calibration import CalibratedTrial, Calibration, Summary
-from fitting.coefficient_fit import NAMES, CoefficientFit, Restart
+from fitting.calibration import CalibratedTrial, Calibration
+from fitting.coefficient_fit import CoefficientFit
 from fitting.command_forecast import CommandForecast, forecast_from_command
+from fitting.marginal import Marginal
 from fitting.objective import Comparison
 from fitting.structure import Source, Structure
-from session import Flag
+from session import Flag, ResultFile
 from swimmer import FluidCoefficients
 
-MILLIMETRES = 1000.0
+_PER_M = 1000.0  # mm
 
 
-def calibration_payload(calibration: Calibration) -> dict[str, Any]:
-    """Everything of `calibration.json` but its provenance; what is not known yet is None."""
-    fit, foretold = calibration.fit, forecast_from_command(calibration)
-    return {
-        "coefficients": calibration.coefficients._asdict(),
-        "hinge_stiffness": calibration.robot.tail.hinge_stiffness_n_m,
-        "crank_arm_m": calibration.robot.crank.arm_m,
-        "structure": {source.quantity: _source(source) for source in calibration.structure.sources},
-        "experiments": _experiments(calibration.structure),
-        "trials": {
-            trial.measured.name: _trial(trial) | {"from_command": _foretold(foretold.get(trial.measured.name))}
-            for trial in calibration.trials
-        },
-        "ebt": {
-            "beta": calibration.ebt.beta,
-            "drag_coefficient": calibration.ebt.drag_coefficient,
-            "forms": {name: ebt.drag_coefficient / ebt.beta for name, ebt in calibration.ebts.items()},
-        },
-        "summary": {role: _summary(calibration.summary(role)) for role in ("fit", "holdout")},
-        "flags": [flag.to_json() for flag in calibration.flags],
-        "fit": {
-            "mean_distance_mm": fit.mean_distance_m * MILLIMETRES,
-            "evaluations": fit.evaluations,
-            "seconds": round(fit.seconds, 2),
-            "method": fit.method,
-            "objective": calibration.objective,
-            "in_the_middle": fit.in_the_middle,
-            "interval95": None if fit.interval is None else dict(zip(NAMES, fit.interval.tolist(), strict=True)),
-            "simulated_s": round(fit.spent_s, 1),
-            "trace": [[round(spent, 1), MILLIMETRES * best] for spent, best in fit.trace],
-            "restarts": [_restart(restart) for restart in fit.restarts],
-            "flags": [flag.to_json() for flag in fit.flags],
-        },
-    }
+@dataclass(frozen=True)
+class TrialResult:
+    """One trial beside the calibrated twin; speeds in m/s, forward positive (see `CalibratedTrial`).
+
+    Attributes:
+        role: "fit" or "holdout".
+        commanded_hz: what the motor was told; None where it is not known.
+        frequency_hz, frequency_se_hz: measured, with its standard error.
+        simulated_hz: that the twin was driven with.
+        phase_rad: of the crank at time 0.
+        marker_error_mm, marker_error_all_mm, shape_error_mm: distances as the public contract defines them.
+        used_fraction: of the samples.
+        speed_measured, speed_twin: of the robot and of the twin.
+        speed_ebt, speed_ebt_large, speed_ebt_smoothed: by elongated body theory from the measured tail, by its form.
+        speed_ebt_of_twin: the same from the twin's tail.
+        head_displacement: which point of the head is followed.
+        flags: what is doubtful.
+        from_command: what the command alone foretells; None for a fit trial, which needs no forecast.
+    """
+
+    role: str
+    commanded_hz: float | None
+    frequency_hz: float
+    frequency_se_hz: float
+    simulated_hz: float
+    phase_rad: float
+    marker_error_mm: float
+    marker_error_all_mm: float
+    shape_error_mm: float
+    used_fraction: float
+    speed_measured: float
+    speed_twin: float
+    speed_ebt: float
+    speed_ebt_large: float
+    speed_ebt_smoothed: float
+    speed_ebt_of_twin: Mapping[str, float]
+    head_displacement: str
+    flags: tuple[Flag, ...]
+    from_command: CommandForecast | None
 
 
-def _source(source: Source) -> dict[str, Any]:
-    return {
-        "value": source.value,
-        "unit": source.unit,
-        "se": source.se,
-        "trials": list(source.trials),
-        "assumed": source.assumed,
-        "sentence": source.sentence,
-    }
+@dataclass(frozen=True)
+class Experiment:
+    """A dry experiment: its kind, whether the structure was taken from it, what is doubtful."""
+
+    kind: str
+    used: bool
+    flags: tuple[Flag, ...]
 
 
-def _experiments(structure: Structure) -> dict[str, Any]:
-    """The dry experiments by name: kind, whether the structure was taken from them, doubts."""
+@dataclass(frozen=True)
+class EbtResult:
+    """Elongated body theory as published, and the ratio c_D / beta of each of its forms."""
+
+    beta: float
+    drag_coefficient: float
+    forms: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class RoleSummary:
+    """Means over the trials of one role (see `fitting.Summary`)."""
+
+    marker_error_mm: float
+    speed_mae_twin: float
+    speed_mae_ebt: float
+    speed_mae: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class CalibrationResult:
+    """The content of `calibration.json`.
+
+    Attributes:
+        coefficients: the five.
+        hinge_stiffness: N m/rad.
+        crank_arm_m: of either side.
+        structure: where the numbers of the robot come from, by quantity.
+        experiments: the dry ones by name.
+        trials: all swims by name.
+        ebt: elongated body theory.
+        summary: by role; None where there is no trial of it.
+        flags: of the fit as a whole.
+        objective: what the search minimised, see `Swims`.
+        fit: how the coefficients were found.
+        posterior: of each coefficient; empty until it was sampled.
+    """
+
+    coefficients: FluidCoefficients
+    hinge_stiffness: float
+    crank_arm_m: float
+    structure: Mapping[str, Source]
+    experiments: Mapping[str, Experiment]
+    trials: Mapping[str, TrialResult]
+    ebt: EbtResult
+    summary: Mapping[str, RoleSummary | None]
+    flags: tuple[Flag, ...]
+    objective: Comparison
+    fit: CoefficientFit
+    posterior: Mapping[str, Marginal] = field(default_factory=dict)
+
+
+CALIBRATION = ResultFile("calibration.json", CalibrationResult)
+
+
+def calibration_result(calibration: Calibration) -> CalibrationResult:
+    """The record of a calibration."""
+    foretold, ebts = forecast_from_command(calibration), calibration.ebts
+    return CalibrationResult(
+        coefficients=calibration.coefficients,
+        hinge_stiffness=calibration.robot.tail.hinge_stiffness_n_m,
+        crank_arm_m=calibration.robot.crank.arm_m,
+        structure={source.quantity: source for source in calibration.structure.sources},
+        experiments=_experiments(calibration.structure),
+        trials={t.measured.name: _trial(t, foretold.get(t.measured.name)) for t in calibration.trials},
+        ebt=EbtResult(
+            beta=calibration.ebt.beta,
+            drag_coefficient=calibration.ebt.drag_coefficient,
+            forms={name: ebt.drag_coefficient / ebt.beta for name, ebt in ebts.items()},
+        ),
+        summary={role: _summary(calibration, role) for role in ("fit", "holdout")},
+        flags=calibration.flags,
+        objective=calibration.objective,
+        fit=calibration.fit,
+    )
+
+
+def _experiments(structure: Structure) -> dict[str, Experiment]:
     used = {name for source in structure.sources for name in source.trials}
     decays = {fit.name: ("free_decay", fit.flags) for fit in structure.decays}
     runs = {trial.name: ("dry", trial.flags) for trial in (structure.crank.trials if structure.crank else ())}
-    return {
-        name: {"kind": kind, "used": name in used, "flags": [flag.to_json() for flag in flags]}
-        for name, (kind, flags) in (decays | runs).items()
-    }
+    return {name: Experiment(kind, name in used, flags) for name, (kind, flags) in (decays | runs).items()}
 
 
-def _trial(trial: CalibratedTrial) -> dict[str, Any]:
+def _trial(trial: CalibratedTrial, foretold: CommandForecast | None) -> TrialResult:
     measured, scores = trial.measured, trial.scores
-    return {
-        "role": measured.role,
-        "commanded_hz": measured.commanded_hz,
-        "frequency_hz": measured.frequency.hz,
-        "frequency_se_hz": measured.frequency.se_hz,
-        "simulated_hz": trial.simulated_hz,
-        "phase_rad": trial.phase_rad,
-        "marker_error_mm": scores.marker_error_m * MILLIMETRES,
-        "marker_error_all_mm": scores.marker_error_all_m * MILLIMETRES,
-        "shape_error_mm": scores.shape_error_m * MILLIMETRES,
-        "used_fraction": scores.used_fraction,
-        "speed_measured": measured.speed,
-        "speed_twin": trial.speed_twin,
-        "speed_ebt": trial.speed_ebt,
-        "speed_ebt_large": trial.ebt["large"],
-        "speed_ebt_smoothed": trial.ebt["smoothed"],
-        "speed_ebt_of_twin": dict(trial.ebt_of_twin),
-        "head_displacement": measured.head.displacement,
-        "flags": [flag.to_json() for flag in trial.flags],
-    }
-
-
-def _foretold(forecast: CommandForecast | None) -> dict[str, Any] | None:
-    """None for a fit trial, which needs no forecast."""
-    if forecast is None:
-        return None
-    return {
-        "frequency_hz": forecast.frequency_hz,
-        "speeds": dict(forecast.speeds),
-        "flags": [flag.to_json() for flag in forecast.flags],
-    }
-
-
-def _summary(summary: Summary | None) -> dict[str, Any] | None:
-    if summary is None:
-        return None
-    return {
-        "marker_error_mm": summary.marker_error_m * MILLIMETRES,
-        "speed_mae_twin": summary.speed_mae_twin,
-        "speed_mae_ebt": summary.speed_mae_ebt,
-        "speed_mae": dict(summary.speed_mae),
-    }
-
-
-def _restart(restart: Restart) -> dict[str, Any]:
-    return {
-        "start": restart.start.tolist(),
-        "coefficients": restart.coefficients.tolist(),
-        "phase_rad": restart.phase_rad.tolist(),
-        "objective_mm": restart.objective_m * MILLIMETRES,
-        "history_mm": (restart.history_m * MILLIMETRES).tolist(),
-        "converged": restart.converged,
-        "swims_forward": restart.swims_forward,
-    }
-
-
-def read_fit(data: Mapping[str, Any]) -> tuple[CoefficientFit, dict[str, float]]:
-    """The coefficient fit in a `calibration.json`, and the crank phase (rad) of each trial by name."""
-    phases = {name: trial["phase_rad"] for name, trial in data["trials"].items()}
-    fitted = [name for name, trial in data["trials"].items() if trial["role"] == "fit"]
-    fit = data["fit"]
-    return CoefficientFit(
-        coefficients=FluidCoefficients(**data["coefficients"]),
-        phase_rad=np.array([phases[name] for name in fitted]),
-        mean_distance_m=fit["mean_distance_mm"] / MILLIMETRES,
-        restarts=tuple(_read_restart(restart) for restart in fit["restarts"]),
-        evaluations=fit["evaluations"],
-        seconds=fit["seconds"],
-        flags=tuple(map(Flag.from_json, fit["flags"])),
-        method=fit["method"],
-        spent_s=fit["simulated_s"],
-        trace=tuple((spent, best / MILLIMETRES) for spent, best in fit["trace"]),
-        interval=None if (found := fit.get("interval95")) is None else np.array([found[name] for name in NAMES]),
-        in_the_middle=fit.get("in_the_middle", False),
-    ), phases
-
-
-def read_objective(data: Mapping[str, Any]) -> Comparison:
-    """What the fit in a `calibration.json` minimised."""
-    objective: Comparison = data["fit"].get("objective", "published")
-    return objective
-
-
-def _read_restart(data: Mapping[str, Any]) -> Restart:
-    return Restart(
-        start=np.array(data["start"]),
-        coefficients=np.array(data["coefficients"]),
-        phase_rad=np.array(data["phase_rad"]),
-        objective_m=data["objective_mm"] / MILLIMETRES,
-        history_m=np.array(data["history_mm"]) / MILLIMETRES,
-        converged=data["converged"],
-        swims_forward=data["swims_forward"],
+    return TrialResult(
+        role=measured.role,
+        commanded_hz=measured.commanded_hz,
+        frequency_hz=measured.frequency.hz,
+        frequency_se_hz=measured.frequency.se_hz,
+        simulated_hz=trial.simulated_hz,
+        phase_rad=trial.phase_rad,
+        marker_error_mm=_PER_M * scores.marker_error_m,
+        marker_error_all_mm=_PER_M * scores.marker_error_all_m,
+        shape_error_mm=_PER_M * scores.shape_error_m,
+        used_fraction=scores.used_fraction,
+        speed_measured=measured.speed,
+        speed_twin=trial.speed_twin,
+        speed_ebt=trial.speed_ebt,
+        speed_ebt_large=trial.ebt["large"],
+        speed_ebt_smoothed=trial.ebt["smoothed"],
+        speed_ebt_of_twin=trial.ebt_of_twin,
+        head_displacement=measured.head.displacement,
+        flags=trial.flags,
+        from_command=foretold,
     )
+
+
+def _summary(calibration: Calibration, role: str) -> RoleSummary | None:
+    if (found := calibration.summary(role)) is None:
+        return None
+    return RoleSummary(_PER_M * found.marker_error_m, found.speed_mae_twin, found.speed_mae_ebt, found.speed_mae)

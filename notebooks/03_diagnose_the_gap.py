@@ -32,8 +32,8 @@ import numpy as np
 
 from benchmarks.effects.answer import unseal
 from calib import Options, Pipeline, open_session
+from diagnosis.result import DIAGNOSIS
 from diagnosis.sentences import sentences
-from session import read_result_json
 
 # %matplotlib inline
 
@@ -51,7 +51,7 @@ for trial in session.trials:
 
 # %%
 pipeline = Pipeline(session, Options(effort="quick"))
-found = read_result_json(pipeline.diagnosis())
+found = DIAGNOSIS.read(pipeline.diagnosis().parent)
 for sentence in sentences(found):
     print(sentence)
 
@@ -62,8 +62,8 @@ for sentence in sentences(found):
 # the dot is what a stage would explain if it were the only one.
 
 # %%
-stages = found["where"]["by_stage"]
-alone = found["stage_alone"]
+stages = found.where.by_stage
+alone = found.stage_alone
 figure, axes = plt.subplots(figsize=(7, 2.6))
 axes.barh(list(stages), list(stages.values()), color="#4c78a8")
 axes.plot([alone.get(stage, np.nan) for stage in stages], range(len(stages)), "o", color="#f58518")
@@ -75,17 +75,16 @@ plt.show()
 # The same, as physics: the torque that is missing in each hinge over a turn of the crank, with two standard deviations.
 
 # %%
-forces = found["missing_forces"]
+forces = found.missing_forces
 turn = np.linspace(0, 2 * np.pi, 120)
-waves = np.column_stack([np.ones_like(turn), *(f(k * turn) for k in (1, 2, 3) for f in (np.cos, np.sin))])
-hinges = [i for i, joint in enumerate(forces["joints"]) if joint.startswith("tail")]
+mean, sd = forces.over(turn)
+hinges = [i for i, joint in enumerate(forces.joints) if joint.startswith("tail")]
 figure, drawn = plt.subplots(1, len(hinges), figsize=(12, 2.4), sharey=True)
 for axes, i in zip(drawn, hinges, strict=True):
-    for mean, sd in zip(np.array(forces["mean"])[:, i], np.array(forces["sd"])[:, i], strict=True):
-        line, width = 1000 * waves @ mean, 2000 * np.sqrt(waves**2 @ sd**2)
+    for line, width in zip(1000 * mean[:, i], 2000 * sd[:, i], strict=True):
         axes.plot(np.degrees(turn), line)
         axes.fill_between(np.degrees(turn), line - width, line + width, alpha=0.2)
-    axes.set(title=forces["joints"][i], xlabel="crank (°)", xticks=[0, 180, 360])
+    axes.set(title=forces.joints[i], xlabel="crank (°)", xticks=[0, 180, 360])
 drawn[0].set(ylabel="missing torque (mN m)")
 plt.show()
 
@@ -95,18 +94,18 @@ plt.show()
 # A probability for every effect of the catalogue, for something else, and for nothing at all.
 
 # %%
-chances = {key: p for key, p in found["probabilities"].items() if key != "none_of_these"}
-chances = dict(list(chances.items())[:6]) | {
-    "none of these": found["probabilities"]["none_of_these"],
-    "nothing": found["no_gap_probability"],
+chances = dict(list(found.chances.items())[:6]) | {
+    "none of these": found.none_of_these,
+    "nothing": found.no_gap_probability,
 }
 figure, axes = plt.subplots(figsize=(7, 2.8))
 axes.barh([key.replace("_", " ") for key in chances], list(chances.values()), color="#54a24b")
 axes.invert_yaxis()
 axes.set(xlabel="probability", xlim=(0, 1))
 plt.show()
-print(found["verdict"], found["groups"])
-print(json.dumps(found["effect_parameters"], indent=1))
+print(found.verdict, found.groups)
+for effect, fitted in found.effect_parameters.items():
+    print(effect, fitted)
 
 # %% [markdown]
 # ## How far
@@ -114,13 +113,13 @@ print(json.dumps(found["effect_parameters"], indent=1))
 # Both twins, refitted, on swims that neither has seen.
 
 # %%
-for trial, both in found["gap"]["trials"].items():
+for trial, both in found.gap.trials.items():
     print(
-        f"{trial}: markers {both['before_mm']:5.1f} -> {both['after_mm']:5.1f} mm, speed "
-        f"{1000 * both['speed_before']:6.1f} -> {1000 * both['speed_after']:6.1f} mm/s "
-        f"(measured {1000 * both['speed_measured']:.1f})"
+        f"{trial}: markers {both.before_mm:5.1f} -> {both.after_mm:5.1f} mm, speed "
+        f"{1000 * both.speed_before:6.1f} -> {1000 * both.speed_after:6.1f} mm/s "
+        f"(measured {1000 * both.speed_measured:.1f})"
     )
-print("shrinkage of the whitened gap:", found["gap"]["shrinkage"], found["gap"]["shrinkage_ci95"])
+print("shrinkage of the whitened gap:", found.gap.shrinkage, found.gap.shrinkage_ci95)
 
 # %% [markdown]
 # ## What it was

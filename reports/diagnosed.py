@@ -1,13 +1,13 @@
-"""A diagnosis of the sim-to-real gap, as its files tell it."""
+"""A diagnosis of the sim-to-real gap as the report shows it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from session import FaultCollector, read_result_json
+from diagnosis.result import DIAGNOSIS, AllEffects, DiagnosisResult, HeldOutSwim
+from session import read_provenance
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,54 +15,53 @@ class Diagnosed:
     """A diagnosis.
 
     Attributes:
-        data: content of `diagnosis.json`.
-        compared: (e,) names of the effects that were compared with each other.
-        separation: (e, e) whitened distance from the effect of a row, as strong as these data would have it, to that of
-            a column, refitted; the chance to take one for the other is Phi(-d / 2).
+        data: what `diagnosis.json` holds.
+        effort: that it was made with.
     """
 
-    data: Mapping[str, Any]
-    compared: tuple[str, ...]
-    separation: np.ndarray
+    data: DiagnosisResult
+    effort: str = "full"
 
     @property
     def verdict(self) -> str:
         """named, inseparable, unexplained or no_gap."""
-        return str(self.data["verdict"])
+        return self.data.verdict
 
     @property
     def refitted(self) -> tuple[str, ...]:
         """The effects that were added to the twin."""
-        return tuple(self.data["effect_parameters"])
+        return tuple(self.data.effect_parameters)
 
     @property
-    def held_out(self) -> Mapping[str, Mapping[str, float]]:
+    def held_out(self) -> Mapping[str, HeldOutSwim]:
         """What each held-out swim says before and after; empty where none was held out."""
-        return self.data["gap"].get("trials") or {}
+        return self.data.gap.trials or {}
 
     @property
-    def everything(self) -> Mapping[str, Any] | None:
+    def everything(self) -> AllEffects | None:
         """The twin with all effects at once; None where that was not asked, or no swim was held out."""
-        every: Mapping[str, Any] | None = self.data.get("everything")
-        return every if every is not None and every["gap"]["evaluated_on"] else None
+        every = self.data.everything
+        return every if every is not None and every.gap.evaluated_on else None
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """(e,) names of the effects that were compared with each other."""
+        return self.data.evidence.separation.compared
+
+    @property
+    def separation(self) -> np.ndarray:
+        """(e, e) whitened distances between them, see `diagnosis.result.Separation`."""
+        return self.data.evidence.separation.distance
 
     def shares(self, split: str) -> dict[str, float]:
         """Of one split: stage, trial, marker, axis or band."""
-        return {name: float(share) for name, share in self.data["where"][f"by_{split}"].items()}
+        return dict(asdict(self.data.where)[f"by_{split}"])
 
 
-def read_diagnosed(file: Path, arrays_file: Path) -> Diagnosed:
-    """Reads `diagnosis.json` and `diagnosis.npz`.
+def read_diagnosed(results: Path) -> Diagnosed:
+    """Reads `diagnosis.json` in a folder of results.
 
     Raises:
         InputError: there is no diagnosis of this version.
     """
-    data, faults = read_result_json(file), FaultCollector(str(arrays_file))
-    try:
-        with np.load(arrays_file) as arrays:
-            return Diagnosed(data, tuple(map(str, arrays["compared"])), arrays["separation"])
-    except (OSError, ValueError, KeyError) as error:
-        next_step = "Make it again with `calib diagnose`."
-        faults.add("", "cannot be read", found=str(error), expected="arrays of a diagnosis", next_step=next_step)
-        faults.raise_if_any()
-        raise
+    return Diagnosed(DIAGNOSIS.read(results), read_provenance(results / DIAGNOSIS.name).effort)

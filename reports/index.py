@@ -1,13 +1,12 @@
 """A page that lists the reports of several sessions with their key numbers."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
-from fitting import EBT_RATIO_ONLY
+from fitting import EBT_RATIO_ONLY, CalibrationResult
 from reports.numbers import MISSING, counted, in_mm, listed, shown
 from reports.page import render_page
 from session import FLAG_KINDS, Flag, write_whole
@@ -36,20 +35,22 @@ class IndexEntry:
     flags: tuple[Flag, ...] = ()
 
     @classmethod
-    def from_calibration(cls, name: str, report: Path, payload: Mapping[str, Any]) -> "IndexEntry":
-        """Reads the key numbers from the content of a `calibration.json`."""
-        trials = payload["trials"].values()
-        roles = [trial["role"] for trial in trials]
-        hz = [trial["frequency_hz"] for trial in trials if trial["frequency_hz"] is not None]
-        fit, holdout = (payload["summary"].get(role) or {} for role in ("fit", "holdout"))
+    def from_calibration(cls, name: str, report: Path, found: CalibrationResult) -> "IndexEntry":
+        """The key numbers of a calibration."""
+        roles = [trial.role for trial in found.trials.values()]
+        hz = [trial.frequency_hz for trial in found.trials.values()]
+        fit, holdout = found.summary["fit"], found.summary["holdout"]
         return cls(
             name=name,
             report=report,
             trials=(roles.count("fit"), roles.count("holdout")),
             frequency_hz=(min(hz), max(hz)) if hz else None,
-            marker_error_mm=(fit.get("marker_error_mm"), holdout.get("marker_error_mm")),
-            speed_mae=(holdout.get("speed_mae_twin"), holdout.get("speed_mae_ebt")),
-            flags=tuple(map(Flag.from_json, payload.get("flags", ()))),
+            marker_error_mm=(
+                None if fit is None else fit.marker_error_mm,
+                None if holdout is None else holdout.marker_error_mm,
+            ),
+            speed_mae=(None, None) if holdout is None else (holdout.speed_mae_twin, holdout.speed_mae_ebt),
+            flags=found.flags,
         )
 
 

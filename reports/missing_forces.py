@@ -1,11 +1,11 @@
 """Forces that a diagnosis finds missing, over the beat, and which motion of the twin they go with."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from diagnosis.result import MissingForces
 from fitting import CalibratedTrial
 from swimmer import RobotSpec
 
@@ -21,51 +21,6 @@ def force_name(joint: str) -> str:
     """What is missing there, in words."""
     told = {HEAD[0]: "force along the head", HEAD[1]: "force across the head", HEAD[2]: "moment on the head"}
     return told.get(joint) or f"torque in {joint.replace('_', ' ')}"
-
-
-@dataclass(frozen=True, eq=False)
-class MissingForces:
-    """On the head and in the hinges, in each of t fitted swims, as they go with the crank's turn.
-
-    Attributes:
-        joints: (j,) names: along and across the head, the moment on it, then the hinges.
-        trials: (t,) names.
-        mean, sd: (t, j, 7) mean, then cosine and sine of each harmonic, N or N m.
-    """
-
-    joints: tuple[str, ...]
-    trials: tuple[str, ...]
-    mean: np.ndarray
-    sd: np.ndarray
-
-    @classmethod
-    def of(cls, data: Mapping[str, Any]) -> "MissingForces":
-        """Of a `diagnosis.json`."""
-        told = data["missing_forces"]
-        return cls(tuple(told["joints"]), tuple(told["trials"]), np.array(told["mean"]), np.array(told["sd"]))
-
-    def over(self, turn_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(t, j, n) mean and standard deviation at angles (n,) of the crank; coefficients as if independent."""
-        columns = _columns(turn_rad, self.mean.shape[-1])
-        return self.mean @ columns.T, np.sqrt(self.sd**2 @ columns.T**2)
-
-    @property
-    def size(self) -> np.ndarray:
-        """(j,) root mean square over the beat and the swims, N or N m."""
-        squares = self.mean[..., 0] ** 2 + (self.mean[..., 1:] ** 2).sum(axis=-1) / 2
-        return np.asarray(np.sqrt(squares.mean(axis=0)))
-
-    @property
-    def clear(self) -> np.ndarray:
-        """(j,) share of the beats in which zero lies beyond two standard deviations."""
-        mean, sd = self.over(np.linspace(0.0, 2 * np.pi, 72, endpoint=False))
-        return np.asarray((np.abs(mean) > 2 * sd).mean(axis=(0, 2)))
-
-
-def _columns(turn_rad: np.ndarray, count: int) -> np.ndarray:
-    """(n, c) one, then cosine and sine of each harmonic of the turn (n,)."""
-    of_harmonics = [wave(h * turn_rad) for h in range(1, count // 2 + 1) for wave in (np.cos, np.sin)]
-    return np.column_stack([np.ones(len(turn_rad)), *of_harmonics])
 
 
 class Likeness(NamedTuple):

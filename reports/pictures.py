@@ -20,7 +20,6 @@ from reports.figures import (
 )
 from reports.figures.gap_separation import told_apart
 from reports.figures.gap_slides import slides
-from reports.missing_forces import MissingForces
 from reports.png import png_of
 from session import Session, SwimcalError, load_session, write_whole
 from swimmer import load_robot
@@ -40,7 +39,7 @@ def write_pictures(session: Path, folder: Path) -> tuple[Path, ...]:
         ResultsNotWritable: they cannot be written.
     """
     results = session / "results"
-    found = read_diagnosed(results / "diagnosis.json", results / "diagnosis.npz")
+    found = read_diagnosed(results)
     written = []
     for name, figure in _figures(found, load_session(session)):
         written.append(folder / f"{name}.png")
@@ -57,12 +56,12 @@ def _figures(found: Diagnosed, session: Session) -> Iterator[tuple[str, Figure]]
     yield "gap-effects", gap_effects_figure(found)
     if found.held_out:
         yield "gap-waterfall", gap_waterfall_figure(found)
-        yield "gap-held-out", gap_held_out_figure(found.data["gap"], bool(found.refitted))
+        yield "gap-held-out", gap_held_out_figure(found.data.gap, bool(found.refitted))
     if found.everything is not None:
-        yield "gap-everything", gap_held_out_figure(found.everything["gap"], True)
+        yield "gap-everything", gap_held_out_figure(found.everything.gap, True)
     if len(told_apart(found)[0]) > 1:
         yield "gap-separation", gap_separation_figure(found)
-    yield "gap-forces", gap_forces_figure(MissingForces.of(found.data))
+    yield "gap-forces", gap_forces_figure(found.data.missing_forces)
 
 
 if __name__ == "__main__":

@@ -23,16 +23,16 @@ from session.lock import session_lock
 from session.motor import MOTOR_COLUMNS, MotorLog, load_motor
 from session.results import (
     Provenance,
+    ResultFile,
     plain_json,
     program_version,
-    read_result_json,
+    read_provenance,
     sha256_of,
-    write_result_json,
     write_whole,
     writing_whole,
 )
 from session.session_file import TrialKind
-from session.stamps import fingerprint_of, is_current, mark_current
+from session.stage import Stage, fingerprint_of
 from session.toml_source import Table, TomlSource, key_error, load_toml, read_toml
 from session.tracks import Tracks, load_tracks, save_tracks
 
@@ -54,10 +54,12 @@ __all__ = [
     "NotConverged",
     "NotEnoughData",
     "Provenance",
+    "ResultFile",
     "ResultsNotWritable",
     "Session",
     "SessionLocked",
     "SimulationDiverged",
+    "Stage",
     "SwimcalError",
     "Table",
     "TomlSource",
@@ -67,7 +69,6 @@ __all__ = [
     "did_you_mean",
     "file_hashes",
     "fingerprint_of",
-    "is_current",
     "key_error",
     "load_camera",
     "load_commands",
@@ -75,18 +76,16 @@ __all__ = [
     "load_session",
     "load_toml",
     "load_tracks",
-    "mark_current",
     "new_folder",
     "new_from_fishsim",
     "plain_json",
     "program_version",
-    "read_result_json",
+    "read_provenance",
     "read_toml",
     "save_tracks",
     "session_lock",
     "sha256_of",
     "shown",
-    "write_result_json",
     "write_session_toml",
     "write_whole",
     "writing_whole",

@@ -9,15 +9,18 @@ import os
 import secrets
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 
-from session.errors import FaultCollector, ResultsNotWritable
+from session.errors import Fault, InputError, ResultsNotWritable
 from session.flags import Flag
+from session.records import Elsewhere, from_plain, schema_of, to_plain
+
+T = TypeVar("T")
 
 SCHEMA = 1
 """The version of the JSON results' form."""
@@ -55,8 +58,11 @@ class Provenance:
 
     def to_json(self) -> dict[str, Any]:
         """The provenance in the order of the public contract."""
-        order = ("schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort")
-        return {key: asdict(self)[key] for key in order}
+        return {key: getattr(self, key) for key in PROVENANCE}
+
+
+PROVENANCE = ("schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort")
+"""Keys of every JSON result, in this order, before its own."""
 
 
 @contextmanager
@@ -98,41 +104,103 @@ def write_whole(path: Path, data: bytes | str) -> None:
         part.write_bytes(data.encode() if isinstance(data, str) else data)
 
 
-def write_result_json(path: Path, provenance: Provenance, payload: Mapping[str, Any]) -> None:
-    """Writes one JSON result: the provenance first, then the payload, with null for nan and infinity.
+@dataclass(frozen=True)
+class ResultFile(Generic[T]):
+    """A JSON result of the session: what it is called, and what it holds.
+
+    Attributes:
+        name: in the folder of the results.
+        kind: the record that it holds, see `session.records`; its fields stand beside those of the provenance.
+        named: types within it of which only names are written.
+        arrays_apart: arrays stand in a ``.npz`` of the same name.
+    """
+
+    name: str
+    kind: type[T]
+    named: tuple[type, ...] = ()
+    arrays_apart: bool = False
+
+    def paths(self, results: Path) -> tuple[Path, ...]:
+        """The file, and the one of its arrays."""
+        path = results / self.name
+        return (path, path.with_suffix(".npz")) if self.arrays_apart else (path,)
+
+    def write(self, results: Path, provenance: Provenance, record: T) -> tuple[Path, ...]:
+        """Writes it whole, the provenance first, with null for nan and infinity; returns `paths`.
+
+        Raises:
+            ResultsNotWritable: a file cannot be written.
+        """
+        paths = self.paths(results)
+        arrays: dict[str, np.ndarray] | None = {} if self.arrays_apart else None
+        whole = plain_json({**provenance.to_json(), **to_plain(record, self.named, arrays)})
+        if arrays is not None:
+            with writing_whole(paths[1]) as part:
+                np.savez_compressed(part, allow_pickle=False, **arrays)
+        write_whole(paths[0], json.dumps(whole, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+        return paths
+
+    def read(self, results: Path, elsewhere: Elsewhere | None = None) -> T:
+        """What `write` wrote.
+
+        Args:
+            results: the folder.
+            elsewhere: what stands in other files, see `session.records`.
+
+        Raises:
+            InputError: not there, not JSON, or not of this version.
+        """
+        path = results / self.name
+        data = _read_json(path)
+        try:
+            rest = {key: value for key, value in data.items() if key not in PROVENANCE}
+            if not self.arrays_apart:
+                return cast(T, from_plain(self.kind, rest, elsewhere))
+            with np.load(self.paths(results)[1]) as arrays:
+                return cast(T, from_plain(self.kind, rest, elsewhere, arrays))
+        except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+            raise _unreadable(path, "not a result of this version", str(error), "what `calib run` writes") from error
+
+    def schema(self) -> dict[str, Any]:
+        """The JSON schema of the file."""
+        head, own = schema_of(Provenance), schema_of(self.kind)
+        return {
+            "$schema": "https://json-schema.org/draft/2020-12/schema",
+            "title": f"results/{self.name}",
+            **own,
+            "required": [*head["properties"], *own["required"]],
+            "properties": head["properties"] | own["properties"],
+        }
+
+
+def read_provenance(path: Path) -> Provenance:
+    """With what a JSON result was made.
 
     Raises:
-        ResultsNotWritable: the file cannot be written.
-        ValueError: the payload uses a key of the provenance.
+        InputError: not there, not JSON, or not of this version.
     """
-    head = provenance.to_json()
-    if taken := sorted(head.keys() & payload.keys()):
-        raise ValueError(f"{', '.join(taken)} belongs to the provenance; choose another key in the payload")
-    whole = plain_json({**head, **payload})
-    write_whole(path, json.dumps(whole, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+    data = _read_json(path)
+    try:
+        return cast(Provenance, from_plain(Provenance, {key: data[key] for key in PROVENANCE}))
+    except (KeyError, TypeError, ValueError) as error:
+        raise _unreadable(path, "not a result of this version", str(error), "what `calib run` writes") from error
 
 
-def read_result_json(path: Path) -> dict[str, Any]:
-    """Reads one JSON result.
-
-    Raises:
-        InputError: not there, not JSON, or written in a form this version does not know.
-    """
-    faults = FaultCollector(str(path))
-    again = "Make it again with `calib run`."
-    data: Any = None
+def _read_json(path: Path) -> dict[str, Any]:
     try:
         data = json.loads(path.read_bytes())
-    except FileNotFoundError:
-        faults.add("", "the result is not there", expected="a result written by this program", next_step=again)
+    except FileNotFoundError as error:
+        raise _unreadable(path, "the result is not there", "", "a result written by this program") from error
     except (OSError, ValueError, RecursionError) as error:
-        faults.add("", "the result cannot be read", found=str(error), expected="a JSON object", next_step=again)
-    faults.raise_if_any()
+        raise _unreadable(path, "the result cannot be read", str(error), "a JSON object") from error
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         found = f"schema {data.get('schema')!r}" if isinstance(data, dict) else type(data).__name__
-        faults.add("", "not a result of this version", found=found, expected=f"schema {SCHEMA}", next_step=again)
-    faults.raise_if_any()
+        raise _unreadable(path, "not a result of this version", found, f"schema {SCHEMA}")
     return data
+
+
+def _unreadable(path: Path, what: str, found: str, expected: str) -> InputError:
+    return InputError([Fault(str(path), "", what, found, expected, (), "Make it again with `calib run`.")])
 
 
 def plain_json(value: Any) -> Any:

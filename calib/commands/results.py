@@ -86,8 +86,8 @@ def diagnose(
         raise typer.BadParameter("takes effects of the whole catalogue; leave --without out", param_hint="--suppose")
     if supposed:
         with working(session, as_json, Options(effort, workers)) as pipeline:
-            result = pipeline.supposition(supposed)
-        tell_supposition(pipeline, result, as_json)
+            found = pipeline.supposition(supposed)
+        tell_supposition(pipeline, found, as_json)
         return
     with working(session, as_json, Options(effort, workers)) as pipeline:
         result = pipeline.diagnosis(frozenset(lacking))

@@ -57,8 +57,8 @@ def view(
 ) -> None:
     """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin beside them."""
     from calib.options import Options
+    from calib.stages.recording import make_recording
     from calib.viewer import open_viewer
-    from calib.viewing import make_recording
     from calib.working import working
 
     with working(session, False, Options(workers=workers)) as pipeline:

@@ -5,7 +5,7 @@ from fitting.posterior.exploration import Exploration, explore
 from fitting.posterior.gait import Gait
 from fitting.posterior.likelihood import Likelihood
 from fitting.posterior.noise import GaitNoise, noise_of
-from fitting.posterior.posterior import EFFECTIVE, Marginal, Posterior, sample_posterior
+from fitting.posterior.posterior import EFFECTIVE, Posterior, sample_posterior
 from fitting.posterior.sampling import Draws, sample
 from fitting.posterior.session_model import SessionModel
 from fitting.posterior.trial_model import TrialModel
@@ -18,7 +18,6 @@ __all__ = [
     "Gait",
     "GaitNoise",
     "Likelihood",
-    "Marginal",
     "Posterior",
     "SessionModel",
     "TrialModel",

@@ -1,24 +1,28 @@
 """Everything that is said of a posterior: what is determined, what it predicts, what else one might have believed."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 from fitting.left_out import EffectsLeftOut
+from fitting.marginal import Marginal
 from fitting.posterior.approximate import Approximate
 from fitting.posterior.further_trial import FurtherTrials, further_trials
 from fitting.posterior.identifiability import Identifiability, identifiability
 from fitting.posterior.laplace import laplace
 from fitting.posterior.naive import naive_posterior
-from fitting.posterior.posterior import Marginal, Posterior
+from fitting.posterior.posterior import Posterior
+from fitting.posterior.posterior_file import load_chains
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
 from fitting.posterior.sampling import Progress
 from fitting.posterior.shared import RobotPart, robot_parts
 from fitting.posterior.whiteness import Whiteness
 from fitting.sweep import sweep_frequencies
 from fitting.trial import MeasuredTrial
-from session import Flag
+from session import Flag, ResultFile
+from session.records import KEPT_ELSEWHERE
 from swimmer import Twin
 
 SWEPT = 9  # frequencies
@@ -45,7 +49,7 @@ class Findings:
     """
 
     marginals: Mapping[str, Marginal]
-    chains: np.ndarray
+    chains: np.ndarray = field(metadata=KEPT_ELSEWHERE)
     ess_bulk: np.ndarray
     r_hat: np.ndarray
     acceptance: float
@@ -71,6 +75,18 @@ class Findings:
         chosen = [trial for trial in self.trials if trial.role == role]
         share = float(np.mean([trial.inside for trial in chosen])) if chosen else float("nan")
         return sum(trial.speed_inside for trial in chosen), len(chosen), share
+
+
+FINDINGS = ResultFile("posterior.json", Findings)
+
+
+def read_findings(results: Path) -> Findings:
+    """Reads ``posterior.json``, and its draws from ``posterior.nc``.
+
+    Raises:
+        InputError: there is none of this version.
+    """
+    return FINDINGS.read(results, {"chains": load_chains(results / "posterior.nc")})
 
 
 def find(

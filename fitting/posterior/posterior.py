@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
 from fitting.coefficient_fit import NAMES
-from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.marginal import Marginal
 from fitting.posterior.exploration import Exploration, explore
 from fitting.posterior.likelihood import MOST_SPEED
 from fitting.posterior.robot_doubt import Doubt
@@ -23,34 +22,10 @@ from session import Flag
 from swimmer import FluidCoefficients, Twin
 
 EFFECTIVE = 400
-_WIDE, _WIDE_BY = 2.5, 0.5  # ratio and difference of the ends of a 90 % interval beyond which nothing is determined
 MISFIT_P = 0.01  # below which noise and nuisances alone do not explain a misfit
-_NEAR_BOUND = 0.02  # of the range
 _MARKERS_OFF_M = 0.005  # from which where markers sit is worth a flag
 _DISCREPANT = 0.02  # relative, from which the twin's own error is worth a flag
 _PRESSES = 0.8  # of the most that is allowed, from which that limit decides
-
-
-class Marginal(NamedTuple):
-    """The posterior of one coefficient; determined is none that presses against a bound, however narrow it is there."""
-
-    mean: float
-    sd: float
-    q05: float
-    q95: float
-    ess_bulk: float
-    r_hat: float
-    determined: bool
-
-    @property
-    def narrow(self) -> bool:
-        """Whether the 90 % interval is, be it by the trials or by a bound."""
-        return _narrow(self.q05, self.q95)
-
-    @property
-    def at_bounds(self) -> tuple[float, ...]:
-        """The bounds of the prior that it presses against: its interval reaches them, and would reach further."""
-        return _pressed(self.q05, self.q95, self.sd)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,26 +72,16 @@ class Posterior:
     def _marginal(self, i: int) -> Marginal:
         values = self.coefficients[:, i]
         low, high = map(float, np.quantile(values, [0.05, 0.95]))
-        sd = float(values.std(ddof=1))
-        return Marginal(
+        found = Marginal(
             mean=float(values.mean()),
-            sd=sd,
+            sd=float(values.std(ddof=1)),
             q05=low,
             q95=high,
             ess_bulk=float(self.draws.ess_bulk[i]),
             r_hat=float(self.draws.r_hat[i]),
-            determined=_narrow(low, high) and not _pressed(low, high, sd),
+            determined=False,
         )
-
-
-def _narrow(low: float, high: float) -> bool:
-    return high <= _WIDE * low or high - low <= _WIDE_BY
-
-
-def _pressed(low: float, high: float, sd: float) -> tuple[float, ...]:
-    reach = _NEAR_BOUND * (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0])
-    near = zip(COEFFICIENT_BOUNDS, (low, high), strict=True)
-    return tuple(float(bound) for bound, end in near if abs(end - bound) < reach < sd)
+        return found._replace(determined=found.narrow and not found.at_bounds)
 
 
 def sample_posterior(

@@ -1,8 +1,7 @@
-"""The posterior as files: draws in ``results/posterior.nc`` (ArviZ), its summary in ``calibration.json``."""
+"""Draws of a posterior as ``results/posterior.nc`` (ArviZ)."""
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray
@@ -21,11 +20,6 @@ PRIOR = (
     "which are integrated out"
 )
 _TERMS = ("mean", *(f"{wave}_{h}" for h in range(1, HARMONICS + 1) for wave in ("cos", "sin")))
-
-
-def marginals_payload(posterior: Posterior) -> dict[str, dict[str, Any]]:
-    """`posterior` of `calibration.json`: mean, sd, q05, q95, ess_bulk, r_hat, determined of each coefficient."""
-    return {name: marginal._asdict() for name, marginal in posterior.marginals.items()}
 
 
 def save_draws(path: Path, posterior: Posterior, stamp: Mapping[str, str | int]) -> None:

@@ -1,13 +1,15 @@
 """Sentences about where the numbers of a structure come from."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from fitting.dry_run import CrankFit
+from fitting.dry_run import CrankFit, DryTrial
 from fitting.free_decay import HingeEstimate
-from fitting.structure.structure import BUILT_IN, Source, Structure
+from fitting.structure.structure import BUILT_IN, STRUCTURE, Source, Structure
 from swimmer import RobotSpec
 
 
@@ -35,6 +37,21 @@ def assumed(robot: RobotSpec, origin: str = BUILT_IN) -> Structure:
     """
     sources = (*assumed_hinges(robot, origin, "no free decay"), assumed_arm(robot, origin, "no dry run"))
     return Structure(robot, (), None, None, sources)
+
+
+def read_structure(results: Path, robot: RobotSpec, runs: Sequence[DryTrial]) -> Structure:
+    """Reads ``structure.json``.
+
+    Args:
+        results: the folder.
+        robot: as described.
+        runs: the dry runs as measured.
+
+    Raises:
+        InputError: there is none of this version.
+    """
+    found = STRUCTURE.read(results, {DryTrial: {run.name: run for run in runs}, "robot": robot})
+    return replace(found, robot=with_sources(robot, found.sources))
 
 
 def assumed_hinges(robot: RobotSpec, origin: str, why: str) -> tuple[Source, Source]:

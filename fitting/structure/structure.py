@@ -1,11 +1,12 @@
 """The structure of the robot that the swims are fitted with: what of it was measured, and what had to be assumed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from fitting.dry_run import CrankFit
+from fitting.dry_run import CrankFit, DryTrial
 from fitting.free_decay import DecayFit, HingeEstimate
-from session import Flag
+from session import Flag, ResultFile
+from session.records import KEPT_ELSEWHERE
 from swimmer import RobotSpec
 
 BUILT_IN = "the built-in robot"
@@ -49,9 +50,13 @@ class Structure:
         flags: which experiments are not believed, and what is doubtful about those that are.
     """
 
-    robot: RobotSpec
+    robot: RobotSpec = field(metadata=KEPT_ELSEWHERE)
     decays: tuple[DecayFit, ...]
     hinges: HingeEstimate | None
     crank: CrankFit | None
     sources: tuple[Source, ...]
     flags: tuple[Flag, ...] = ()
+
+
+STRUCTURE = ResultFile("structure.json", Structure, named=(DryTrial,), arrays_apart=True)
+"""In SI units; the dry runs as measured, and the robot's description, stand elsewhere."""

@@ -17,9 +17,9 @@ _OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}
 @styled
 def gap_effects_figure(found: Diagnosed) -> Figure:
     """A bar an effect, the likeliest first; those that are named in colour."""
-    chances = {name: float(p) for name, p in found.data["probabilities"].items()}
-    others = {"none_of_these": chances.pop("none_of_these"), "nothing": float(found.data["no_gap_probability"])}
-    told = [name for name in chances if chances[name] >= LEAST or name in found.data["effects"]][:MOST]
+    chances = found.data.chances
+    others = {"none_of_these": found.data.none_of_these, "nothing": found.data.no_gap_probability}
+    told = [name for name in chances if chances[name] >= LEAST or name in found.data.effects][:MOST]
     rows = [*((name, chances[name]) for name in told), *others.items()]
     figure, axes = panel(HALF_WIDTH_IN, 0.62 + 0.21 * len(rows), Margins(left=1.55, right=0.42, bottom=0.36, top=0.16))
     axes.axvline(HELD, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)), zorder=0.5)
@@ -29,7 +29,7 @@ def gap_effects_figure(found: Diagnosed) -> Figure:
     ticks = [-row - 0.4 * (name in others) for row, (name, _) in enumerate(rows)]
     axes.set_yticks(ticks, [_OTHERS.get(name, in_words(name)) for name, _ in rows])
     for label, (name, _) in zip(axes.get_yticklabels(), rows, strict=True):
-        label.set_fontweight("bold" if name in found.data["effects"] else "normal")
+        label.set_fontweight("bold" if name in found.data.effects else "normal")
     axes.set(xlim=(0.0, 1.0), ylim=(ticks[-1] - 0.6, 0.7), xlabel="probability that it is present")
     axes.tick_params(axis="y", length=0)
     axes.grid(visible=False, axis="y")
@@ -38,7 +38,7 @@ def gap_effects_figure(found: Diagnosed) -> Figure:
 
 
 def _bar(axes: Axes, row: float, name: str, chance: float, found: Diagnosed) -> None:
-    named = name in found.data["effects"]
+    named = name in found.data.effects
     colour = TWIN if named else GAP if name == "none_of_these" else MUTED
     axes.barh(row, 1.0, height=0.66, color=FAINT, alpha=0.3)
     axes.barh(row, chance, height=0.66, color=colour, alpha=1.0 if chance >= HELD or not named else 0.7)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from diagnosis.result import GapSize
 from reports.numbers import MM, shortened, shown
 from reports.style import (
     EBT_SMOOTHED,
@@ -28,26 +26,22 @@ from reports.style import (
 
 
 @styled
-def gap_held_out_figure(gap: Mapping[str, Any], added: bool) -> Figure:
+def gap_held_out_figure(gap: GapSize, added: bool) -> Figure:
     """A row a swim and one for the mean; left millimetres, right mm/s.
 
     Args:
-        gap: of a `diagnosis.json`, with at least one held-out swim.
+        gap: of a diagnosis, with at least one held-out swim.
         added: whether there are effects.
     """
-    trials = gap["trials"]
-    names = [*trials, "mean"]
-    told = list(trials.values())
-    before_mm, after_mm = (np.array([trial[f"{when}_mm"] for trial in told]) for when in ("before", "after"))
-    errors = [
-        MM * np.abs([trial[f"speed_{when}"] - trial["speed_measured"] for trial in told])
-        for when in ("before", "after")
-    ]
+    trials = gap.trials or {}
+    names, told = [*trials, "mean"], list(trials.values())
+    before_mm, after_mm = np.array([[trial.before_mm, trial.after_mm] for trial in told]).T
+    errors = MM * np.abs([[t.speed_before - t.speed_measured, t.speed_after - t.speed_measured] for t in told]).T
     grid = Grid(2, 0.2 + 0.24 * len(names), (0.22, 0.0))
     figure, (left, right) = panels(2, grid, HALF_WIDTH_IN, Margins(left=0.85, right=0.2, top=0.5, bottom=0.42))
     _rows(left, _with_mean(before_mm), _with_mean(after_mm), added)
     _rows(right, _with_mean(errors[0]), _with_mean(errors[1]), added)
-    left.axvline(gap["noise_floor_mm"], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)))
+    left.axvline(gap.noise_floor_mm, color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)))
     left.set(xlabel="marker distance (mm)")
     right.set(xlabel="speed error (mm/s)")
     left.set_yticks([-row for row in range(len(names))], [shortened(name, 12) for name in names])

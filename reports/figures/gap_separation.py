@@ -42,7 +42,7 @@ def gap_separation_figure(found: Diagnosed) -> Figure:
     axes.grid(visible=False)
     axes.spines[["left", "bottom"]].set_visible(False)
     for label in [*axes.get_yticklabels(), *axes.get_xticklabels()]:
-        label.set_fontweight("bold" if label.get_text() in map(in_words, found.data["effects"]) else "normal")
+        label.set_fontweight("bold" if label.get_text() in map(in_words, found.data.effects) else "normal")
     handles = [
         Patch(facecolor=WARN, alpha=0.75, label=f"alike (below {APART})"),
         Patch(facecolor=TWIN, alpha=0.3, label="told apart"),

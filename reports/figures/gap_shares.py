@@ -33,7 +33,7 @@ def gap_shares_figure(found: Diagnosed) -> Figure:
         below = height - _TOP_IN - len(shares) * _ROW_IN
         margins = Margins(left, FULL_WIDTH_IN - left - own, below, _TOP_IN)
         axes = figure.add_axes(box(FULL_WIDTH_IN, height, margins))
-        _bars(axes, shares, found.data["stage_alone"] if split == "stage" else {}, split)
+        _bars(axes, shares, found.data.stage_alone if split == "stage" else {}, split)
         left += own + _GAP_IN
     handles = [
         Patch(facecolor=GAP, alpha=0.8, label="share, all stages together"),

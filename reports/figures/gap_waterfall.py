@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isnan
 from typing import NamedTuple
 
 from matplotlib.axes import Axes
@@ -28,13 +29,13 @@ class _Step(NamedTuple):
 @styled
 def gap_waterfall_figure(found: Diagnosed) -> Figure:
     """Mean squared whitened residual of the held-out swims; needs at least one."""
-    gap = found.data["gap"]
-    before, after = float(gap["squares_before"]), float(gap["squares_after"])
+    gap = found.data.gap
+    before, after = gap.squares_before, gap.squares_after
     steps = [_Step(0.0, before, MUTED, "plain twin", of_its_size(before))]
     if found.refitted:
         better = after <= before
         change = of_its_size(after - before, signed=True)
-        share = "" if gap["shrinkage"] is None else f"{whole_percent(gap['shrinkage'])} of the gap"
+        share = "" if isnan(gap.shrinkage) else f"{whole_percent(gap.shrinkage)} of the gap"
         name = "with\n" + "\nand ".join(shortened(in_words(effect), 22) for effect in found.refitted)
         steps.append(_Step(before, after, EBT_SMOOTHED if better else WARN, name, change, share))
     steps.append(_Step(_FLOOR, max(after, _FLOOR), GAP, "left", of_its_size(after)))

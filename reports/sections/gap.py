@@ -1,10 +1,11 @@
 """The sim-to-real gap: where it lies, which effect makes it, how far it shrinks with that."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from math import isnan
 
 from markupsafe import Markup
 
+from diagnosis.result import Controls, GapSize, Remainder
 from reports.blocks import Block, Plot, Plots, Points, Prose, Section
 from reports.context import ReportContext
 from reports.diagnosed import Diagnosed
@@ -62,9 +63,9 @@ def _lead(text: str) -> Markup:
 
 def _caveats(found: Diagnosed) -> tuple[str, ...]:
     told = []
-    if found.data["effort"] != "full":
-        told.append(f"This diagnosis was made with effort {found.data['effort']}.")
-    if withheld := found.data.get("withheld_from_catalogue"):
+    if found.effort != "full":
+        told.append(f"This diagnosis was made with effort {found.effort}.")
+    if withheld := found.data.withheld_from_catalogue:
         told.append(f"Its catalogue lacked {listed([in_words(name) for name in withheld])}.")
     return tuple(told)
 
@@ -109,11 +110,11 @@ def _slides(found: Diagnosed) -> tuple[Block, ...]:
 
 
 def _how(found: Diagnosed) -> str:
-    evidence = found.data["evidence"]
+    evidence = found.data.evidence
     return (
         "Twin and swims are compared by their gaits: forward speed, slip and turning, the frequency that the command "
         "leads to, mean and three harmonics of every marker, and how fast it slides along the fish; "
-        f"{evidence['numbers']} numbers in all, in standard deviations of tracking noise, hand-placed boxes, marker "
+        f"{evidence.numbers} numbers in all, in standard deviations of tracking noise, hand-placed boxes, marker "
         "places and the twin’s own error. The nearest plain twin (published "
         f"geometry, five coefficients fitted to these numbers) leaves {shown(_mean_square(found), 1)} in the mean of "
         "their squares, where noise would leave 1. It is not the twin of the calibration, which minimises a distance."
@@ -121,7 +122,7 @@ def _how(found: Diagnosed) -> str:
 
 
 def _mean_square(found: Diagnosed) -> float:
-    return float(found.data["evidence"]["squares"]) / int(found.data["evidence"]["numbers"])
+    return found.data.evidence.squares / found.data.evidence.numbers
 
 
 def _which(found: Diagnosed) -> tuple[Block, ...]:
@@ -133,12 +134,12 @@ def _which(found: Diagnosed) -> tuple[Block, ...]:
         "be something that only looks like it. Several may be present at once, so the bars need not add up to 1.",
     )
     blocks: list[Block] = [Prose(_VERDICTS[found.verdict])]
-    if groups := found.data["groups"]:
+    if groups := found.data.groups:
         items = tuple(" or ".join(in_words(name) for name in group) for group in groups)
         blocks.append(Points(_title(groups), items))
-    if found.verdict == "no_gap" and (chance := 1 - float(found.data["no_gap_probability"])) > _SUSPECT:
+    if found.verdict == "no_gap" and (chance := 1 - found.data.no_gap_probability) > _SUSPECT:
         blocks.append(Prose(_suspicion(found, chance)))
-    if (rest := found.data["remainder"]) is not None:
+    if (rest := found.data.remainder) is not None:
         blocks.append(Prose(_remainder(rest, _added(found))))
     return (*blocks, Plots((figure, *_told_apart(found))))
 
@@ -160,9 +161,9 @@ def _told_apart(found: Diagnosed) -> tuple[Plot, ...]:
 
 
 def _suspicion(found: Diagnosed, chance: float) -> str:
-    names = [(name, own) for name, own in found.data["probabilities"].items() if name != "none_of_these"]
+    names = list(found.data.chances.items())
     suspect = ""
-    if names and not found.data["evidence"].get("refuted"):  # one that was refuted would be the first
+    if names and not found.data.evidence.refuted:  # one that was refuted would be the first
         suspect = f", and the first suspect is {in_words(names[0][0])} ({shown(names[0][1], 2)})"
     return (
         f"It is a near miss: something is there with a probability of {shown(chance, 2)}{suspect}. "
@@ -176,8 +177,8 @@ def _title(groups: Sequence[Sequence[str]]) -> str:
     return "Named" if len(groups[0]) == 1 else "One of these"
 
 
-def _remainder(rest: Mapping[str, float | str], added: str) -> str:
-    share, p_value = float(rest["share"]), float(rest["p_value"])
+def _remainder(rest: Remainder, added: str) -> str:
+    share, p_value = rest.share, rest.p_value
     if p_value >= _CLEAR:
         return f"With {added}, what remains of the fitted swims passes for noise (p = {shown(p_value, 2)})."
     return (
@@ -201,7 +202,7 @@ def _how_far(found: Diagnosed) -> tuple[Block, ...]:
     )
     swims = Plot(
         inline_svg(
-            gap_held_out_figure(found.data["gap"], bool(found.refitted)),
+            gap_held_out_figure(found.data.gap, bool(found.refitted)),
             "gap-held-out",
             "Each held-out swim before and after",
         ),
@@ -217,22 +218,19 @@ def _everything(found: Diagnosed) -> tuple[Block, ...]:
     every = found.everything
     if every is None:
         return ()
-    gap, strongest = every["gap"], every["strengths"][:_STRONGEST]
-    told = [
-        f"{in_words(each['effect'])} ({in_words(each['parameter'])} {shown(each['strength_sd'], 1)})"
-        for each in strongest
-    ]
+    gap, strongest = every.gap, every.strengths[:_STRONGEST]
+    told = [f"{in_words(each.effect)} ({in_words(each.parameter)} {shown(each.strength_sd, 1)})" for each in strongest]
     far = ""
-    if gap["shrinkage"] is not None:
-        far = f" With it {_by_how_much(gap['shrinkage'])}"
-        far += f" (95 % interval over the noise of these swims {_interval(gap)})." if gap["shrinkage_ci95"] else "."
-    ends = [f"{in_words(effect)} ({in_words(name)})" for effect, name in every["at_bound"]]
+    if not isnan(gap.shrinkage):
+        far = f" With it {_by_how_much(gap.shrinkage)}"
+        far += f" (95 % interval over the noise of these swims {_interval(gap)})." if gap.shrinkage_ci95 else "."
+    ends = [f"{in_words(effect)} ({in_words(name)})" for effect, name in every.at_bound]
     bound = f" As strong as they may be: {listed(ends)}." if ends else ""
     text = (
         "All effects at once, each a little: the fitted swims call for more than is named "
-        f"(e^{shown(every['log_evidence_gained'], 0)} times as probable so), without telling what. This twin has every "
+        f"(e^{shown(every.log_evidence_gained, 0)} times as probable so), without telling what. This twin has every "
         "effect of the catalogue, those that are not named as strong as is likeliest where priors are "
-        f"{shown(every['share_of_priors'], 2)} times as wide as described.{far} It claims no name; strongest in it, in "
+        f"{shown(every.share_of_priors, 2)} times as wide as described.{far} It claims no name; strongest in it, in "
         f"standard deviations of their priors, are {listed(told)}.{bound}"
     )
     swims = Plot(
@@ -247,10 +245,10 @@ def _by_how_much(shrinkage: float) -> str:
     return f"the held-out gap {'grows' if shrinkage < 0 else 'shrinks'} by {whole_percent(abs(shrinkage))}"
 
 
-def _interval(gap: Mapping[str, Any]) -> str:
+def _interval(gap: GapSize) -> str:
     """Of a shrinkage, or of how far a gap grows."""
-    sign = -1 if gap["shrinkage"] < 0 else 1
-    return " to ".join(whole_percent(end) for end in sorted(sign * end for end in gap["shrinkage_ci95"]))
+    sign = -1 if gap.shrinkage < 0 else 1
+    return " to ".join(whole_percent(end) for end in sorted(sign * end for end in gap.shrinkage_ci95 or ()))
 
 
 def _added(found: Diagnosed) -> str:
@@ -258,14 +256,14 @@ def _added(found: Diagnosed) -> str:
 
 
 def _shrinkage(found: Diagnosed) -> str:
-    gap = found.data["gap"]
+    gap = found.data.gap
     if not found.refitted:
         return "Nothing was added to the twin; this is the gap that stands."
     added = _added(found)
-    if gap["shrinkage"] is None:
+    if isnan(gap.shrinkage):
         return f"The plain twin leaves no more of the held-out swims than noise: there is no gap for {added} to shrink."
-    told = f"With {added}, both twins refitted to the fitted swims, {_by_how_much(gap['shrinkage'])}"
-    if gap["shrinkage_ci95"] is None:
+    told = f"With {added}, both twins refitted to the fitted swims, {_by_how_much(gap.shrinkage)}"
+    if gap.shrinkage_ci95 is None:
         told += "."
         why = " How surely is not known: twins a little off what was fitted diverge."
     else:
@@ -274,23 +272,23 @@ def _shrinkage(found: Diagnosed) -> str:
             " The interval is over the noise of these swims, how large it is, and how far what was fitted may be off; "
             "other swims may fare otherwise."
         )
-    if gap["shrinkage"] > 1:
+    if gap.shrinkage > 1:
         why += " More than all of it is gone, for less is left than noise was taken to leave."
-    worse = " What explains the fitted swims does not carry over." if gap["shrinkage"] < 0 else ""
-    return told + why + worse + _controls(gap.get("controls"))
+    worse = " What explains the fitted swims does not carry over." if gap.shrinkage < 0 else ""
+    return told + why + worse + _controls(gap.controls)
 
 
-def _controls(told: Mapping[str, Any] | None) -> str:
+def _controls(told: Controls | None) -> str:
     """What the gap would shrink by anyhow."""
-    if told is None or told["carried_over"] is None:
+    if told is None or told.carried_over is None:
         return ""
     text = ""
-    if told["with_placebo"] is not None:
+    if told.with_placebo is not None:
         text += (
-            f" With {in_words(told['placebo'])} in its place, which the evidence speaks against, it would be "
-            f"{whole_percent(told['with_placebo'])};"
+            f" With {in_words(told.placebo or '')} in its place, which the evidence speaks against, it would be "
+            f"{whole_percent(told.with_placebo)};"
         )
     return (
-        f"{text or ' It would be'} {whole_percent(told['carried_over'])} with what is left of the fitted swims carried "
+        f"{text or ' It would be'} {whole_percent(told.carried_over)} with what is left of the fitted swims carried "
         "over to these, whatever its cause."
     )

@@ -1,8 +1,8 @@
 """What the diagnosis of the gap rests on: missing forces, explanations, refits; and what to measure next."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
+from diagnosis.result import FittedParameter, FreeDecay, Place, parameters_of
 from reports.blocks import Block, Column, Plot, Plots, Prose, Table
 from reports.context import ReportContext
 from reports.diagnosed import Diagnosed
@@ -29,7 +29,6 @@ DECAY = (
 )
 _PLACES = 5  # that are shown, the likeliest
 _LEAST_BESIDE = 0.01  # probability
-_BESIDE_THE_BEAT = {"sway": ("the whole fish, beside its beat", "m"), "delay": ("beats early and late", "s")}
 PARAMETER = (
     Column("effect", numeric=False),
     Column("parameter", numeric=False),
@@ -42,7 +41,7 @@ NEXT = (Column("what to do", numeric=False), Column("tells apart", numeric=False
 
 def missing(found: Diagnosed, context: ReportContext) -> tuple[Block, ...]:
     """The missing forces over the beat and what they go with."""
-    forces = MissingForces.of(found.data)
+    forces = found.data.missing_forces
     like = likenesses(forces, context.calibration.trials, context.calibration.robot)
     figure = Plot(
         inline_svg(gap_forces_figure(forces), "gap-forces", "Missing forces over the beat"),
@@ -114,23 +113,19 @@ def evidence(found: Diagnosed) -> tuple[Block, ...]:
             "with it, as tracks tell where markers stray together."
         )
         blocks.append(Table(caption, PLACE, rows))
-    if decays := found.data.get("free_decays"):
+    if decays := found.data.free_decays:
         blocks.append(_decays(decays))
     if found.refitted:
         blocks.append(_parameters(found))
     return tuple(blocks)
 
 
-def _decays(decays: Sequence[Mapping[str, Any]]) -> Table:
+def _decays(decays: Sequence[FreeDecay]) -> Table:
     rows = []
     for told in decays:
-        off = [
-            f"{shown(100 * told[name], 1, signed=True)} ± {shown(100 * told[f'{name}_se'], 1)}"
-            if told["not_used"] is None
-            else MISSING
-            for name in ("stiffness_over_mass", "damping_over_mass")
-        ]
-        rows.append((told["trial"], *off, f"no: {told['not_used']}" if told["not_used"] else "yes"))
+        stiffness = _with_error(told.stiffness_over_mass, told.stiffness_over_mass_se)
+        damping = _with_error(told.damping_over_mass, told.damping_over_mass_se)
+        rows.append((told.trial, stiffness, damping, f"no: {told.not_used}" if told.not_used else "yes"))
     caption = (
         "What free decays say of the hinges, against the robot as described: in air, beside no water and no tendons. "
         "The errors are those of tracking; a robot counts as described within 3 % in stiffness and 5 % in damping."
@@ -138,13 +133,17 @@ def _decays(decays: Sequence[Mapping[str, Any]]) -> Table:
     return Table(caption, DECAY, tuple(rows))
 
 
+def _with_error(off: float | None, se: float | None) -> str:
+    return MISSING if off is None or se is None else f"{shown(100 * off, 1, signed=True)} ± {shown(100 * se, 1)}"
+
+
 def _explanations(found: Diagnosed) -> Table:
     rows = []
-    for told in found.data["evidence"]["sets"]:
-        names = [in_words(name) for name in told["effects"]]
-        like = f" that looks like {in_words(told['that_looks_like'])}" if told["that_looks_like"] else ""
-        other = [f"something else{like}"] if told["something_else"] else []
-        rows.append((" + ".join([*names, *other]) or "nothing", shown(float(told["probability"]), 3)))
+    for told in found.data.evidence.sets:
+        names = [in_words(name) for name in told.effects]
+        like = f" that looks like {in_words(told.that_looks_like)}" if told.that_looks_like else ""
+        other = [f"something else{like}"] if told.something_else else []
+        rows.append((" + ".join([*names, *other]) or "nothing", shown(told.probability, 3)))
     caption = (
         "The likeliest explanations, each weighed by its evidence. “Something else” is an error that no effect of "
         "the catalogue makes; it may look like one."
@@ -154,39 +153,38 @@ def _explanations(found: Diagnosed) -> Table:
 
 def _elsewhere(found: Diagnosed) -> tuple[tuple[str, ...], ...]:
     told = [
-        (float(each["probability"]), _place(each), "alike" if each["same_in_all_trials"] else "each its own")
-        for each in found.data["evidence"].get("elsewhere", ())
+        (each.probability, _place(each), "alike" if each.same_in_all_trials else "each its own")
+        for each in found.data.evidence.elsewhere
     ]
-    for kind, (what, unit) in _BESIDE_THE_BEAT.items():
-        beside = found.data["evidence"].get(kind)
-        if beside is not None and beside["probability"] >= _LEAST_BESIDE:
-            size = f"{of_its_size(MILLI * beside[f'rms_{unit}'])} m{unit}"
-            told.append((float(beside["probability"]), f"{what} ({size})", "each its own"))
+    sway, delay = found.data.evidence.sway_m, found.data.evidence.delay_s
+    for beside, what, unit in ((sway, "the whole fish, beside its beat", "mm"), (delay, "beats early and late", "ms")):
+        if beside.probability >= _LEAST_BESIDE:
+            size = f"{of_its_size(MILLI * beside.rms)} {unit}"
+            told.append((beside.probability, f"{what} ({size})", "each its own"))
     likeliest = sorted(told, reverse=True)[:_PLACES]
     return tuple((place, trials, shown(chance, 3)) for chance, place, trials in likeliest)
 
 
-def _place(told: Mapping[str, Any]) -> str:
+def _place(told: Place) -> str:
     """And what a force there goes with."""
-    law = told.get("goes_with", "")
-    return in_words(told["place"]) + (f", with {law}" if law else "")
+    return in_words(told.place) + (f", with {told.goes_with}" if told.goes_with else "")
 
 
 def _parameters(found: Diagnosed) -> Table:
     rows = []
-    for effect, told in found.data["effect_parameters"].items():
-        of_name = {told["parameter"]: told} if "value" in told else told
-        rows += [(in_words(effect), in_words(name), *_fitted(own)) for name, own in of_name.items()]
+    for effect in found.refitted:
+        fitted = parameters_of(found.data.effect_parameters, effect)
+        rows += [(in_words(effect), in_words(name), *_fitted(own)) for name, own in fitted.items()]
     physics = " ".join(f"{in_words(name)}: {_physics(name)}" for name in found.refitted)
     caption = f"The effects as strong as the refit of the fitted swims has them; zero is the plain twin. {physics}"
     return Table(caption.strip(), PARAMETER, tuple(rows))
 
 
-def _fitted(own: Mapping[str, Any]) -> tuple[str, str, str]:
-    low, high = own["ci95"]
-    unit = {"1": "–"}.get(own["unit"], own["unit"])
-    bound = ", at its bound" if own.get("at_bound") else ""
-    return significant(own["value"], 3), f"{significant(low, 3)} to {significant(high, 3)}{bound}", unit
+def _fitted(own: FittedParameter) -> tuple[str, str, str]:
+    low, high = own.ci95
+    unit = {"1": "–"}.get(own.unit, own.unit)
+    bound = ", at its bound" if own.at_bound else ""
+    return significant(own.value, 3), f"{significant(low, 3)} to {significant(high, 3)}{bound}", unit
 
 
 def _physics(name: str) -> str:
@@ -196,11 +194,11 @@ def _physics(name: str) -> str:
 
 def next_experiments(found: Diagnosed) -> tuple[Block, ...]:
     """The menu, the most telling first."""
-    told = found.data["next_experiments"]
+    told = found.data.next_experiments
     if not told:
         return (Prose("No further experiment is proposed: nothing is confused, or nothing on the menu helps."),)
     rows = tuple(
-        (each["describe"], " and ".join(map(in_words, each["separates"])), whole_percent(each["expected_error"])[:-2])
+        (each.describe, " and ".join(map(in_words, each.separates)), whole_percent(each.expected_error)[:-2])
         for each in told
     )
     caption = (

@@ -148,7 +148,7 @@ def _of_the_gap(found: Diagnosed | None) -> tuple[str, ...]:
     """What a diagnosis says that this fit leaves out."""
     if found is None or found.verdict == "no_gap":
         return ()
-    named = listed([" or ".join(map(in_words, group)) for group in found.data["groups"]])
+    named = listed([" or ".join(map(in_words, group)) for group in found.data.groups])
     what = (
         f"names {named}, which this fit leaves out" if named else "finds a gap that no effect of its catalogue explains"
     )

@@ -13,7 +13,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from calib import cli, diagnosis_stage, pipeline, posterior_stage
+from calib import cli
+from calib.stages import diagnosis as diagnosis_stage
+from calib.stages import fit as fit_stage
+from calib.stages import posterior as posterior_stage
+from calib.stages import report as report_stage
 from fitting import QUICK, calibration, evidence, placed_fit, profile, sweep_frequencies
 from fitting.coefficients import refine_coefficients
 from fitting.posterior import exploration, findings, further_trial, naive, predictive, sampling
@@ -68,7 +72,7 @@ def front_door(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 
 def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> None:
     """A short search, little beside it, and a report without figures."""
-    patch.setattr(pipeline, "EFFORTS", {"quick": TINY, "full": TINY})
+    patch.setattr(fit_stage, "EFFORTS", {"quick": TINY, "full": TINY})
     patch.setattr(evidence, "refine_coefficients", partial(refine_coefficients, iterations=1))
     patch.setattr(placed_fit, "ITERATIONS", 1)
     patch.setattr(profile, "POINTS", 2)
@@ -76,7 +80,7 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
         patch.setattr(stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))
     if not true_report:
-        patch.setattr(pipeline, "write_report", lambda path, *_, **__: write_whole(path, "<html></html>"))
+        patch.setattr(report_stage, "write_report", lambda path, *_, **__: write_whole(path, "<html></html>"))
 
 
 def process(*arguments: str | Path) -> subprocess.Popen[str]:

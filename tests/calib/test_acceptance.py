@@ -6,15 +6,16 @@ import json
 import shutil
 import time
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 import pytest
 
 from calib.pipeline import Options, Pipeline, open_session
+from fitting import CalibrationResult
 from fitting.evidence import fit_yaw
-from session import new_from_fishsim, read_result_json
+from session import new_from_fishsim
 from swimmer import Twin
 from tests.calib.door import ROOT, Front
 from tests.calib.test_run import SCHEMA
@@ -27,10 +28,10 @@ SLACK = 2.0
 
 
 class Real(NamedTuple):
-    """The public tracks fitted with full effort: the pipeline, its `calibration.json`, the time of all cores, s."""
+    """The public tracks fitted with full effort: the pipeline, its result, the time of all cores, s."""
 
     pipeline: Pipeline
-    data: dict[str, Any]
+    data: CalibrationResult
     seconds: float
 
 
@@ -38,8 +39,8 @@ class Real(NamedTuple):
 def real(tmp_path_factory: pytest.TempPathFactory) -> Real:
     folder = new_from_fishsim(tmp_path_factory.mktemp("real") / "fishsim", FISHSIM, ("f1_00", "f1_75"))
     pipeline, began = Pipeline(open_session(folder), Options("full")), time.process_time()
-    data = read_result_json(pipeline.fit())
-    return Real(pipeline, data, time.process_time() - began)
+    pipeline.fit()
+    return Real(pipeline, pipeline.fits.result(), time.process_time() - began)
 
 
 @pytest.mark.long
@@ -49,10 +50,11 @@ class TestRealRobot:
     """f1_00 and f1_75 are fitted, the three others held out."""
 
     def test_markers_are_met_as_well_as_by_the_best_of_four_long_published_searches(self, real: Real) -> None:
-        summary = real.data["summary"]
+        summary = real.data.summary["fit"]
 
-        assert summary["fit"]["marker_error_mm"] <= 33.32
-        assert all(0.9 < trial["used_fraction"] <= 1 for trial in real.data["trials"].values())
+        assert summary is not None
+        assert summary.marker_error_mm <= 33.32
+        assert all(0.9 < trial.used_fraction <= 1 for trial in real.data.trials.values())
 
     def test_one_yaw_a_trial_brings_them_closer(self, real: Real) -> None:
         pipeline, calibration = real.pipeline, real.pipeline.calibrated()
@@ -63,39 +65,35 @@ class TestRealRobot:
         assert yaw.mean_distance_m < calibration.fit.mean_distance_m
 
     def test_held_out_speeds_are_foretold_better_than_by_ebt(self, real: Real) -> None:
-        held_out = real.data["summary"]["holdout"]
+        held_out = real.data.summary["holdout"]
 
-        assert held_out["speed_mae_twin"] <= 0.0145
-        assert held_out["speed_mae_twin"] < held_out["speed_mae_ebt"]
+        assert held_out is not None
+        assert held_out.speed_mae_twin <= 0.0145
+        assert held_out.speed_mae_twin < held_out.speed_mae_ebt
+        assert held_out.speed_mae["smoothed"] < held_out.speed_mae["published"]
 
     def test_its_diagnosis_names_clock_or_gear_and_what_the_camera_does(self, real: Real) -> None:
-        told = read_result_json(real.pipeline.diagnosis(frozenset()))
-        named = {name for group in told["groups"] for name in group}
+        real.pipeline.diagnosis(frozenset())
+        told = real.pipeline.diagnoses().read()
 
-        assert {"time_base_error", "drive_ratio_error", "camera_parallax"} <= named
-        assert told["remainder"]["share"] < 0.2
-
-    def test_smoothing_helps_the_theory(self, real: Real) -> None:
-        error = real.data["summary"]["holdout"]["speed_mae"]
-
-        assert error["smoothed"] < error["published"]
+        assert {"time_base_error", "drive_ratio_error", "camera_parallax"} <= set(told.effects)
+        assert told.remainder is not None
+        assert told.remainder.share < 0.2
 
     def test_held_out_beats_are_three_quarters_of_the_command_as_those_of_the_fit(self, real: Real) -> None:
-        for trial in (trial for trial in real.data["trials"].values() if trial["role"] == "holdout"):
-            foretold = trial["from_command"]
-            assert foretold["frequency_hz"] == pytest.approx(trial["frequency_hz"], rel=0.01)
-            assert foretold["speeds"]["twin"] == pytest.approx(trial["speed_twin"], abs=0.003)
+        for trial in (trial for trial in real.data.trials.values() if trial.from_command is not None):
+            assert trial.from_command.frequency_hz == pytest.approx(trial.frequency_hz, rel=0.01)
+            assert trial.from_command.speeds["twin"] == pytest.approx(trial.speed_twin, abs=0.003)
 
     def test_the_slow_trials_are_called_extrapolated(self, real: Real) -> None:
-        flagged = {
-            name for name, trial in real.data["trials"].items() if "extrapolated" in [f["kind"] for f in trial["flags"]]
-        }
+        trials = real.data.trials.items()
+        flagged = {name for name, trial in trials if "extrapolated" in [flag.kind for flag in trial.flags]}
         assert flagged == {"f0_50", "f0_75"}
 
     def test_what_cannot_be_trusted_says_so(self, real: Real) -> None:
         low, high = 0.01, 9.99
-        at_bound = [name for name, value in real.data["coefficients"].items() if not low < value < high]
-        told = [flag["message"] for flag in real.data["flags"] if flag["kind"] == "at_bound"]
+        at_bound = [name for name, value in real.data.coefficients._asdict().items() if not low < value < high]
+        told = [flag.message for flag in real.data.flags if flag.kind == "at_bound"]
 
         assert all(any(message.startswith(name) for message in told) for name in at_bound)
 
@@ -106,7 +104,7 @@ class TestRealRobot:
     def test_its_file_has_the_public_form(self, real: Real) -> None:
         jsonschema = pytest.importorskip("jsonschema")
 
-        jsonschema.validate(real.data, json.loads(SCHEMA.read_text()))
+        jsonschema.validate(json.loads(real.pipeline.fits.file.read_text()), json.loads(SCHEMA.read_text()))
 
 
 @pytest.mark.long

@@ -13,7 +13,7 @@ import pytest
 
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
-from calib.viewing import _recorded
+from calib.stages.recording import _recorded
 from fitting.dry_run import CrankGrid, crank_response, fit_crank
 from fitting.structure import identify
 from session import load_tracks
@@ -84,7 +84,7 @@ def test_the_swims_are_fitted_with_what_was_measured(fitted: Path) -> None:
     assert data["crank_arm_m"] == data["structure"]["crank_arm"]["value"]
     for quantity, true in TRUE.items():
         found = data["structure"][quantity]
-        assert found["assumed"] is False
+        assert found["trials"]
         assert abs(found["value"] - true) < 3 * found["se"]
     np.testing.assert_allclose(model.joint("tail_1").stiffness, data["hinge_stiffness"], rtol=1e-5)
     assert {name: one["used"] for name, one in data["experiments"].items()} == dict.fromkeys(

@@ -11,11 +11,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from calib import pipeline, viewing
+from calib.stages import recording, report
 from diagnosis import Verdict, diagnosis
 from diagnosis.everything import Everything
+from diagnosis.result import DIAGNOSIS, SUPPOSITION
 from reports import ReportContext
-from session import read_result_json
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "diagnosis.schema.json"
@@ -45,7 +45,7 @@ def diagnosed(diagnosed_session: Path, tmp_path: Path) -> Path:
 
 
 def test_it_writes_the_contract_and_the_model_with_the_effect(diagnosed: Path) -> None:
-    data = read_result_json(diagnosed / "results" / "diagnosis.json")
+    data = json.loads((diagnosed / "results" / "diagnosis.json").read_text())
     if SCHEMA.exists():
         jsonschema.validate(data, json.loads(SCHEMA.read_text()))
     assert data["effects"] == ["scale_error"]
@@ -58,11 +58,11 @@ def test_it_writes_the_contract_and_the_model_with_the_effect(diagnosed: Path) -
 
 
 def test_it_tells_what_all_effects_at_once_forecast(diagnosed: Path) -> None:
-    told = read_result_json(diagnosed / "results" / "diagnosis.json")["everything"]
-    assert told["share_of_priors"] == 0.5
-    assert {each["effect"] for each in told["strengths"]} == {"scale_error"}
-    assert told["gap"]["evaluated_on"] == ["fast"]
-    assert set(told["coefficients"]) >= {"blunt_drag", "magnus_lift"}
+    told = DIAGNOSIS.read(diagnosed / "results").everything
+    assert told is not None
+    assert told.share_of_priors == 0.5
+    assert {each.effect for each in told.strengths} == {"scale_error"}
+    assert told.gap.evaluated_on == ("fast",)
 
 
 def test_what_no_model_can_hold_runs_as_a_script(diagnosed: Path) -> None:
@@ -92,17 +92,15 @@ def test_another_catalogue_is_another_diagnosis_which_says_so_everywhere(
     calib: Front, diagnosed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: dict[str, ReportContext] = {}
-    monkeypatch.setattr(pipeline, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
+    monkeypatch.setattr(report, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
     outcome = calib("diagnose", diagnosed, *QUICK, "--without", "scale_error")
     assert outcome.code == 0
     assert "made without scale error" in outcome.out
     assert calib("report", diagnosed, *QUICK).code == 0
     found = seen["context"].diagnosed
     assert found is not None
-    assert found.data["withheld_from_catalogue"] == ["scale_error"]
-    data = read_result_json(diagnosed / "results" / "diagnosis.json")
-    assert data["withheld_from_catalogue"] == ["scale_error"]
-    assert "scale_error" not in data["probabilities"]
+    assert found.data.withheld_from_catalogue == ("scale_error",)
+    assert "scale_error" not in DIAGNOSIS.read(diagnosed / "results").probabilities
     assert not list((diagnosed / "results").glob("calibrated+*"))
 
 
@@ -133,9 +131,9 @@ def test_report_and_recording_show_what_is_missing(
     calib: Front, diagnosed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: dict[str, object] = {}
-    monkeypatch.setattr(pipeline, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
+    monkeypatch.setattr(report, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
     monkeypatch.setattr(
-        viewing, "write_recording", lambda path, trials, _name: (seen.update(trials=trials), path.touch())
+        recording, "write_recording", lambda path, trials, _name: (seen.update(trials=trials), path.touch())
     )
     assert calib("report", diagnosed, *QUICK).code == 0
     assert calib("view", diagnosed).code == 0
@@ -155,10 +153,10 @@ def test_what_somebody_supposes_is_weighed_and_changes_no_diagnosis(calib: Front
     lines = outcome.out.splitlines()
     assert lines[0] == "Supposed: crank arm error, scale error."
     assert lines[-1] == str(diagnosed / "results" / "supposed.json")
-    data = read_result_json(diagnosed / "results" / "supposed.json")
-    assert list(data["log_bayes_factor_of_each"]) == ["crank_arm_error", "scale_error"]
-    assert data["fitted"]["with_effects_placed_mm"] > 0
-    assert data["gap"]["evaluated_on"] == ["fast"]
+    data = SUPPOSITION.read(diagnosed / "results")
+    assert list(data.log_bayes_factor_of_each) == ["crank_arm_error", "scale_error"]
+    assert data.fitted.with_effects_placed_mm > 0
+    assert data.gap.evaluated_on == ("fast",)
     after = files_in(diagnosed / "results")
     assert {name: after[name] for name in before} == before
 

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 import pytest
 
 from calib.diagnosis_summary import diagnosis_lines, supposition_lines
+from diagnosis.result import DiagnosisResult, Experiment, SuppositionResult
 from tests.reports.diagnoses import made_data
 
 CLOCK = "time_base_error"
 
 
-def checks(data: dict[str, Any]) -> list[str]:
+def checks(data: DiagnosisResult) -> list[str]:
     return [line for line in diagnosis_lines(data) if line.startswith("check: ")]
 
 
-def beating(at: float) -> dict[str, Any]:
-    """A clock is named of tails that beat at so much of their command."""
+def beating(at: float, verdict: str = "named", named: tuple[str, ...] = (CLOCK,)) -> DiagnosisResult:
+    """Tails beat at so much of their command."""
     frequencies = {"medium": {"commanded_hz": 1.0, "measured_hz": at}, "fast": {"commanded_hz": None, "measured_hz": 1}}
-    named = {"groups": [[CLOCK]], "effects": [CLOCK], "effect_parameters": {}}
-    return made_data("named") | named | {"frequencies": frequencies}
+    told = {"groups": [[name] for name in named], "effects": named, "effect_parameters": {}}
+    return made_data(verdict, frequencies=frequencies, **told)
 
 
 def test_an_effect_that_is_as_strong_as_it_may_be_is_to_be_checked() -> None:
@@ -35,27 +36,24 @@ def test_a_clock_or_gear_that_is_far_off_may_be_a_number_of_the_session(at: floa
     assert said in told
     assert "fps" in told
     assert checks(beating(0.97)) == []
-    (told,) = checks(beating(at) | {"verdict": "unexplained", "groups": [], "effects": []})
+    (told,) = checks(beating(at, "unexplained", ()))
     assert said in told
 
 
 def test_what_the_catalogue_lacked_is_said() -> None:
-    assert any(
-        "without scale error" in line for line in checks(made_data() | {"withheld_from_catalogue": ["scale_error"]})
-    )
+    assert any("without scale error" in line for line in checks(made_data(withheld_from_catalogue=["scale_error"])))
 
 
 def test_a_single_fitted_swim_is_said_to_be_little() -> None:
     data = made_data("unexplained")
-    data["missing_forces"] = data["missing_forces"] | {"trials": ["fast"]}
+    data = replace(data, missing_forces=replace(data.missing_forces, trials=("fast",)))
     assert any("one swim was fitted" in line for line in checks(data))
 
 
 def test_an_experiment_is_told_once_with_all_that_it_tells_apart() -> None:
-    swim = {"describe": "Film a swim at 0.8 Hz", "trial": None}
     pairs = {("tendon_slack", "tendon_friction"): 0.1, ("wave_drag", CLOCK): 0.04, ("wave_drag", "tendon_slack"): 0.3}
-    experiments = [swim | {"separates": list(pair), "expected_error": error} for pair, error in pairs.items()]
-    data = made_data("inseparable") | {"next_experiments": experiments}
+    experiments = tuple(Experiment("Film a swim at 0.8 Hz", pair, error) for pair, error in pairs.items())
+    data = replace(made_data("inseparable"), next_experiments=experiments)
     told = [line for line in diagnosis_lines(data) if line.startswith("next: ")]
     assert told == [
         "next: Film a swim at 0.8 Hz (tells tendon slack from tendon friction, 10% error left; "
@@ -64,39 +62,34 @@ def test_an_experiment_is_told_once_with_all_that_it_tells_apart() -> None:
 
 
 def test_what_tells_nothing_is_not_recommended() -> None:
-    swim = {"describe": "Film a swim", "trial": None, "separates": ["tendon_slack", CLOCK], "expected_error": 0.4}
-    assert not [x for x in diagnosis_lines(made_data() | {"next_experiments": [swim]}) if x.startswith("next: ")]
+    swim = Experiment("Film a swim", ("tendon_slack", CLOCK), 0.4)
+    lines = diagnosis_lines(replace(made_data(), next_experiments=(swim,)))
+    assert not [line for line in lines if line.startswith("next: ")]
 
 
 def test_all_names_of_a_verdict_stand_in_the_table_however_many_are_likelier() -> None:
     likelier = {f"effect_{i}": 0.9 - 0.01 * i for i in range(8)}
-    data = made_data("named") | {"probabilities": likelier | {"wave_drag": 0.3, "none_of_these": 0.0}}
+    data = made_data("named", probabilities=likelier | {"wave_drag": 0.3, "none_of_these": 0.0})
     lines = diagnosis_lines(data)
     assert any(line.startswith("wave_drag ") for line in lines)
     assert not any(line.startswith("effect_7 ") for line in lines)
 
 
 def test_numbers_have_the_digits_of_their_interval_and_ratios_no_unit() -> None:
-    data = made_data("named")
-    data["effect_parameters"]["wave_drag"] = {
-        "value": -0.25051, "ci95": [-0.2526, -0.2484], "unit": "1", "at_bound": False, "parameter": "relative"
-    }  # fmt: skip
+    one = {"value": -0.25051, "ci95": [-0.2526, -0.2484], "unit": "1", "at_bound": False, "parameter": "relative"}
+    data = made_data("named", effect_parameters={"wave_drag": one})
     (line,) = (line for line in diagnosis_lines(data) if line.startswith("wave_drag "))
     assert line.endswith("relative -0.2505 (-0.2526 to -0.2484)")
 
 
 def test_of_alternatives_the_model_says_which_it_holds() -> None:
-    data = made_data("inseparable") | {"models": ["calibrated+tendon_slack.xml", "calibrated+everything.xml"]}
+    data = made_data("inseparable", models=["calibrated+tendon_slack.xml", "calibrated+everything.xml"])
     one, every = (line for line in diagnosis_lines(data) if line.startswith("model: "))
     assert "with tendon slack" in one
     assert every == "model: calibrated+everything.xml"
 
 
 def test_a_supposed_gap_that_grows_is_said_to_grow() -> None:
-    gap = made_data("named")["gap"] | {"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}
-    gap |= {"baseline_placed_mm": 9.0, "with_effects_placed_mm": 9.0}
-    told = {
-        "effects": ["wave_drag"], "log_bayes_factor": 1.4, "log_bayes_factor_of_each": {"wave_drag": 1.4},
-        "effect_parameters": {}, "fitted": gap, "gap": gap,
-    }  # fmt: skip
+    gap = made_data("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}).gap
+    told = SuppositionResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)
     assert supposition_lines(told)[-1] == "The held-out gap grows by 4% (-20% to 25%)."

@@ -82,7 +82,7 @@ def test_a_calibration_of_another_engine_or_model_is_refused(finished: Path, key
     path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
 
     with pytest.raises(ModelMismatch) as refused:
-        Pipeline(open_session(finished), Options("quick")).read_calibration()
+        Pipeline(open_session(finished), Options("quick")).fits.read()
     assert str(path) in str(refused.value)
     assert named in str(refused.value)
     assert "Fit again with `calib fit`" in str(refused.value)
@@ -90,7 +90,7 @@ def test_a_calibration_of_another_engine_or_model_is_refused(finished: Path, key
 
 def test_a_calibration_read_back_is_the_one_that_was_made(finished: Path) -> None:
     data = json.loads((finished / "results" / "calibration.json").read_text())
-    read = Pipeline(open_session(finished), Options("quick")).read_calibration()
+    read = Pipeline(open_session(finished), Options("quick")).fits.read()
 
     assert read.coefficients._asdict() == data["coefficients"]
     for trial in read.trials:

@@ -36,7 +36,7 @@ from tracking.records import import_tracks
 def refuse_to_find(monkeypatch: pytest.MonkeyPatch) -> None:
     """As if no picture showed the markers with certainty."""
     monkeypatch.setattr(import_module("tracking.boxes.find_boxes"), "CERTAIN", 2.0)
-    monkeypatch.setattr("calib.videos._SEARCHED", (0,))
+    monkeypatch.setattr("calib.stages.videos._SEARCHED", (0,))
 
 
 def shades(path: Path) -> bytes:

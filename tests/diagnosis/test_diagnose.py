@@ -12,12 +12,12 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from diagnosis import Diagnosis, Settings, diagnose, discrepancy_for
-from diagnosis.arrays import save_arrays
-from diagnosis.diagnosis_file import diagnosis_payload
+from diagnosis.diagnosis_file import diagnosis_result
 from diagnosis.refit import refit
+from diagnosis.result import DIAGNOSIS
 from diagnosis.sentences import sentences
 from fitting import MeasuredTrial
-from session import FISHSIM_MARKERS, plain_json
+from session import FISHSIM_MARKERS, Provenance
 from swimmer import CrankTurn, Twin
 from swimmer.effects import catalogue
 from tests.diagnosis.grounds import ARM, CAMERA, ROBOT, ground, shorter, trials
@@ -86,15 +86,13 @@ def test_the_gap_shrinks(found: Diagnosis) -> None:
 
 @pytest.mark.long
 def test_what_is_written_follows_the_contract(found: Diagnosis, tmp_path: Path) -> None:
-    data = json.loads(json.dumps(plain_json(diagnosis_payload(found))))
-    if SCHEMA.exists():
-        head = {"schema": 1, "program": "", "mujoco": "", "model_sha256": "", "inputs": {}, "seed": 0, "effort": "full"}
-        jsonschema.validate(head | data, json.loads(SCHEMA.read_text()))
-    assert data["effects"] == ["crank_arm_error"]
-    assert "crank arm error" in sentences(data)[1]
-    save_arrays(tmp_path / "d.npz", found)
-    with np.load(tmp_path / "d.npz") as arrays:
-        assert arrays["parts"].sum(axis=0).shape == arrays["measured"].shape == arrays["with_effects"].shape
+    (path,) = DIAGNOSIS.write(tmp_path, Provenance("", "", {}, 0, "full"), diagnosis_result(found))
+    for schema in [DIAGNOSIS.schema(), *([json.loads(SCHEMA.read_text())] if SCHEMA.exists() else [])]:
+        jsonschema.validate(json.loads(path.read_text()), schema)
+    read = DIAGNOSIS.read(tmp_path)
+    assert read.effects == ("crank_arm_error",)
+    assert "crank arm error" in sentences(read)[1]
+    np.testing.assert_array_equal(read.missing_forces.mean, found.where.forces.mean)
 
 
 @pytest.mark.long

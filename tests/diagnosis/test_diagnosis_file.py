@@ -7,6 +7,7 @@ import pytest
 
 from diagnosis.diagnosis_file import _parameters
 from diagnosis.refit import Refit
+from diagnosis.result import parameters_of
 from swimmer.effects import catalogue
 
 
@@ -16,12 +17,13 @@ def test_a_parameter_is_at_its_bound_where_it_is_and_not_where_its_interval_reac
 ) -> None:
     damping = catalogue()["joint_damping"]  # -0.5 to 5
     found = Refit((damping,), np.ones(5), np.array([value]), np.zeros(3), np.eye(6), np.ones(6))
-    told = _parameters(found)["joint_damping"]
-    assert (told["value"], told["at_bound"]) == (value, at_bound)
-    assert -0.5 <= told["ci95"][0] <= told["ci95"][1] <= 5.0
+    (told,) = parameters_of(_parameters(found), "joint_damping").values()
+    assert (told.value, told.at_bound) == (value, at_bound)
+    assert -0.5 <= told.ci95[0] <= told.ci95[1] <= 5.0
 
 
 def test_the_plain_twin_is_no_bound() -> None:
     slack = catalogue()["tendon_slack"]  # of one sign: from 0 on
     found = Refit((slack,), np.ones(5), np.array([0.0]), np.zeros(3), np.eye(6), np.ones(6))
-    assert not _parameters(found)["tendon_slack"]["at_bound"]
+    (told,) = parameters_of(_parameters(found), "tendon_slack").values()
+    assert not told.at_bound

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 
 from diagnosis import Diagnosis, Settings, diagnose, discrepancy_for
-from diagnosis.diagnosis_file import diagnosis_payload
+from diagnosis.diagnosis_file import diagnosis_result
 from diagnosis.ground import Ground
 from fitting.out_of_water import OutOfWater
 from fitting.signatures import Signature, signature_of
-from session import FISHSIM_MARKERS, plain_json
+from session import FISHSIM_MARKERS
 from swimmer import Twin
 from swimmer.effects import catalogue
 from tests.diagnosis.decays import decay
@@ -66,13 +64,13 @@ def test_the_arm_is_named_from_both(found: Diagnosis) -> None:
 
 
 def test_nothing_is_missing_on_a_clamped_head(found: Diagnosis) -> None:
-    told = json.loads(json.dumps(plain_json(diagnosis_payload(found))))
-    assert told["missing_forces"]["trials"] == ["f0.70", "f1.10"]
-    assert {"dry0.90", "decay"} < set(told["where"]["by_trial"])
+    told = diagnosis_result(found)
+    assert told.missing_forces.trials == ("f0.70", "f1.10")
+    assert {"dry0.90", "decay"} < set(told.where.by_trial)
 
 
 def test_what_a_decay_says_of_the_hinges_is_told(found: Diagnosis) -> None:
-    (told,) = diagnosis_payload(found)["free_decays"]
+    (told,) = (vars(decay) for decay in diagnosis_result(found).free_decays)
     assert told["trial"] == "decay"
     for number in ("stiffness_over_mass", "damping_over_mass"):
         assert abs(told[number]) < 4 * told[f"{number}_se"] < 0.1

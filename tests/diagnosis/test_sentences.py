@@ -7,6 +7,8 @@ import pytest
 from diagnosis.sentences import sentences
 from tests.reports.diagnoses import made_data, made_everything
 
+_OTHER = {"none_of_these": 0.95}
+
 
 @pytest.mark.parametrize(
     ("chances", "said"),
@@ -18,24 +20,23 @@ from tests.reports.diagnoses import made_data, made_everything
     ],
 )
 def test_an_unexplained_gap_is_told_by_what_it_looks_like(chances: dict[str, float], said: str) -> None:
-    assert said in sentences(made_data("unexplained") | {"probabilities": chances})[1]
+    assert said in sentences(made_data("unexplained", probabilities=chances))[1]
 
 
 @pytest.mark.parametrize(("place", "said"), [("caudal_fin", "at caudal fin"), ("frequency", "in how often it beats")])
 def test_where_it_shows_most_may_be_no_marker(place: str, said: str) -> None:
-    data = made_data("named")
-    data["where"]["by_marker"][place] = 0.7
+    data = made_data("named", where={"by_marker": {"nose": 0.1, place: 0.7}})
     assert f"most of all {said}." in sentences(data)[0]
 
 
 @pytest.mark.parametrize("chance", [0.4, 0.6])
 def test_the_place_of_what_no_catalogue_holds_is_told_where_it_is_sure(chance: float) -> None:
     """Alike in all trials or not, it is the same place."""
-    data = made_data("unexplained") | {"probabilities": {"none_of_these": 0.95}}
     split = [
-        {"place": "marker tail_4", "same_in_all_trials": same, "probability": chance / 2} for same in (True, False)
+        {"place": "marker tail_4", "goes_with": "", "same_in_all_trials": same, "probability": chance / 2}
+        for same in (True, False)
     ]
-    data["evidence"] = data["evidence"] | {"elsewhere": split}
+    data = made_data("unexplained", probabilities=_OTHER, evidence={"elsewhere": split})
     said = "something that no catalogue holds acts on the marker tail 4" in sentences(data)[1]
     assert said == (chance > 0.5)
 
@@ -44,12 +45,11 @@ def test_the_place_of_what_no_catalogue_holds_is_told_where_it_is_sure(chance: f
 def test_what_a_force_goes_with_is_told_where_that_is_likelier_than_that_it_is_free(
     law: float, free: float, said: bool
 ) -> None:
-    data = made_data("unexplained") | {"probabilities": {"none_of_these": 0.95}}
     at_hinge = [
         {"place": "hinge tail_1", "goes_with": goes_with, "same_in_all_trials": True, "probability": chance}
         for goes_with, chance in (("its angle", law), ("", free))
     ]
-    data["evidence"] = data["evidence"] | {"elsewhere": at_hinge}
+    data = made_data("unexplained", probabilities=_OTHER, evidence={"elsewhere": at_hinge})
     told = sentences(data)[1]
     assert "acts on the hinge tail 1 (0.90" in told
     assert ("acts on the hinge tail 1 (0.90; with its angle 0.60)" in told) == said
@@ -57,30 +57,26 @@ def test_what_a_force_goes_with_is_told_where_that_is_likelier_than_that_it_is_f
 
 @pytest.mark.parametrize("chance", [0.4, 0.6])
 def test_a_fish_that_sways_beside_its_beat_is_told_where_it_is_sure(chance: float) -> None:
-    data = made_data("unexplained") | {"probabilities": {"none_of_these": 0.95}}
-    sway = {"rms_m": 0.0028, "log_bayes_factor": 50.0, "probability": chance}
-    data["evidence"] = data["evidence"] | {"sway": sway}
+    sway = {"rms": 0.0028, "log_bayes_factor": 50.0, "probability": chance}
+    data = made_data("unexplained", probabilities=_OTHER, evidence={"sway_m": sway})
     said = "moves the whole fish beside its beat (2.8 mm, 0.60)" in sentences(data)[1]
     assert said == (chance > 0.5)
 
 
 def test_beats_that_keep_no_time_are_told_before_a_sway_that_is_less_likely() -> None:
-    data = made_data("unexplained") | {"probabilities": {"none_of_these": 0.95}}
-    delay = {"rms_s": 0.0042, "log_bayes_factor": 20.0, "probability": 0.9}
-    data["evidence"] = data["evidence"] | {"delay": delay}
+    delay = {"rms": 0.0042, "log_bayes_factor": 20.0, "probability": 0.9}
+    data = made_data("unexplained", probabilities=_OTHER, evidence={"delay_s": delay})
     assert "makes its beats early and late (4.2 ms, 0.90)" in sentences(data)[1]
 
 
 def test_a_gap_that_grows_is_said_to_grow() -> None:
-    data = made_data("named")
-    data["gap"] = data["gap"] | {"shrinkage": -0.04, "shrinkage_ci95": [-0.11, 0.03]}
+    data = made_data("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.11, 0.03]})
     assert "the gap grows by 4% (-3% to 11%)" in sentences(data)[2]
 
 
 def test_where_no_stage_stands_out_none_is_named() -> None:
-    data = made_data("unexplained")
     by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}
-    data["where"] = data["where"] | {"by_stage": by_stage}
+    data = made_data("unexplained", where={"by_stage": by_stage})
     assert sentences(data)[0].startswith("Where: in nothing that repeats with the beat; 100%")
 
 
@@ -88,16 +84,15 @@ def test_where_no_stage_stands_out_none_is_named() -> None:
     ("verdict", "before"), [("unexplained", "looks like"), ("named", "; not"), ("no_gap", "look like")]
 )
 def test_names_that_held_out_swims_speak_against_are_told_as_that(verdict: str, before: str) -> None:
-    told = made_data(verdict)
     against = {"effects": ["fluid_memory", "wave_drag"], "shrinkage": -0.8, "shrinkage_ci95": [-1.6, -0.1]}
-    told["evidence"] = told["evidence"] | {"refuted": [against]}
+    told = made_data(verdict, evidence={"refuted": [against]})
     why = "but with that held-out swims are forecast worse (their gap grows by 80%, 10% to 160%)"
     assert f"{before} fluid memory or wave drag, {why}" in sentences(told)[1]
 
 
 @pytest.mark.parametrize("verdict", ["named", "unexplained"])
 def test_with_all_effects_at_once_it_says_what_they_forecast(verdict: str) -> None:
-    told = made_data(verdict) | {"everything": made_everything()}
+    told = made_data(verdict, everything=made_everything())
     assert (
         "; with all effects at once, each a little, markers are 3.0 mm off and speeds 2.0 mm/s." in sentences(told)[2]
     )

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fitting import (
+    CALIBRATION,
     FORMS,
     QUICK,
     Calibration,
@@ -17,14 +19,13 @@ from fitting import (
     Swims,
     assumed,
     calibrate,
-    calibration_payload,
+    calibration_result,
     fit_ebt,
-    read_fit,
     sweep_frequencies,
     sweep_speed,
 )
 from fitting.tail_tip import measured_tail
-from session import NotEnoughData, Provenance, read_result_json, write_result_json
+from session import NotEnoughData, Provenance
 from swimmer import load_robot
 from tests.session.sample import FISHSIM
 
@@ -38,10 +39,10 @@ def calibration(trials: dict[str, MeasuredTrial]) -> Calibration:
     return calibrate(list(trials.values()), assumed(load_robot()), EFFORT)
 
 
-def written(calibration: Calibration, folder: Path) -> dict[str, object]:
-    path = folder / "results" / "calibration.json"
-    write_result_json(path, STAMP, calibration_payload(calibration))
-    return read_result_json(path)
+def written(calibration: Calibration, folder: Path) -> dict[str, Any]:
+    (path,) = CALIBRATION.write(folder, STAMP, calibration_result(calibration))
+    data: dict[str, Any] = json.loads(path.read_text())
+    return data
 
 
 def test_every_swim_is_compared_in_the_order_of_the_session(calibration: Calibration) -> None:
@@ -120,6 +121,7 @@ def test_its_file_has_the_public_form(calibration: Calibration, tmp_path: Path) 
     jsonschema = pytest.importorskip("jsonschema")
 
     jsonschema.validate(written(calibration, tmp_path), json.loads(SCHEMA.read_text()))
+    jsonschema.validate(written(calibration, tmp_path), CALIBRATION.schema())
 
 
 def test_what_is_not_known_is_null_in_the_file(calibration: Calibration, tmp_path: Path) -> None:
@@ -127,37 +129,39 @@ def test_what_is_not_known_is_null_in_the_file(calibration: Calibration, tmp_pat
     unknown = replace(slow, speed_twin=float("nan"), scores=slow.scores._replace(marker_error_m=float("nan")))
     data = written(replace(calibration, trials=(unknown, *others)), tmp_path)
 
-    assert data["trials"]["slow"]["speed_twin"] is None  # type: ignore[index]
-    assert data["trials"]["slow"]["marker_error_mm"] is None  # type: ignore[index]
-    assert data["summary"]["fit"]["speed_mae_twin"] is None  # type: ignore[index]
+    assert data["trials"]["slow"]["speed_twin"] is None
+    assert data["trials"]["slow"]["marker_error_mm"] is None
+    assert data["summary"]["fit"]["speed_mae_twin"] is None
 
 
 def test_without_held_out_trials_their_summary_is_null(calibration: Calibration, tmp_path: Path) -> None:
     data = written(replace(calibration, trials=calibration.trials[:2]), tmp_path)
 
-    assert data["summary"]["holdout"] is None  # type: ignore[index]
+    assert data["summary"]["holdout"] is None
 
 
 def test_distances_are_in_millimetres_in_the_file_and_metres_inside(calibration: Calibration) -> None:
-    told = calibration_payload(calibration)["trials"]["slow"]
+    told = calibration_result(calibration).trials["slow"]
     scores = calibration.trials[0].scores
 
-    assert told["marker_error_mm"] == 1000 * scores.marker_error_m
-    assert told["shape_error_mm"] == 1000 * scores.shape_error_m
+    assert told.marker_error_mm == 1000 * scores.marker_error_m
+    assert told.shape_error_mm == 1000 * scores.shape_error_m
 
 
 def test_a_fit_read_back_is_the_one_that_was_written(calibration: Calibration, tmp_path: Path) -> None:
-    fit, phases = read_fit(written(calibration, tmp_path))
+    written(calibration, tmp_path)
+    read = CALIBRATION.read(tmp_path)
+    fit, phases = read.fit, {name: trial.phase_rad for name, trial in read.trials.items()}
 
     assert fit.coefficients == calibration.coefficients
     assert fit.flags == calibration.fit.flags
     assert phases == {trial.measured.name: trial.phase_rad for trial in calibration.trials}
     np.testing.assert_array_equal(fit.phase_rad, calibration.fit.phase_rad)
     assert fit.mean_distance_m == pytest.approx(calibration.fit.mean_distance_m, rel=1e-12)
-    for read, made in zip(fit.restarts, calibration.fit.restarts, strict=True):
-        np.testing.assert_array_equal(read.coefficients, made.coefficients)
-        np.testing.assert_allclose(read.history_m, made.history_m, rtol=1e-12)
-        assert (read.converged, read.swims_forward) == (made.converged, made.swims_forward)
+    for kept, made in zip(fit.restarts, calibration.fit.restarts, strict=True):
+        np.testing.assert_array_equal(kept.coefficients, made.coefficients)
+        np.testing.assert_allclose(kept.history_m, made.history_m, rtol=1e-12)
+        assert (kept.converged, kept.swims_forward) == (made.converged, made.swims_forward)
 
 
 def test_the_sweep_reaches_a_little_beyond_the_trials() -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import Calibration, CommandForecast, beat_to_command, calibration_payload, forecast_from_command
+from fitting import Calibration, CommandForecast, beat_to_command, calibration_result, forecast_from_command
 from tests.reports.sample import made_calibration
 
 HELD_OUT, SPEED_PER_HZ = "slow", 0.1
@@ -88,9 +88,11 @@ def test_where_the_twin_diverged_beside_it_there_is_no_speed() -> None:
 
 
 def test_the_file_holds_it_for_held_out_trials() -> None:
-    trials = calibration_payload(commanded(1.0, 1.0, 1.3 / 0.8))["trials"]
+    trials = calibration_result(commanded(1.0, 1.0, 1.3 / 0.8)).trials
+    foretold = trials[HELD_OUT].from_command
 
-    assert trials["medium"]["from_command"] is None
-    assert trials[HELD_OUT]["from_command"]["frequency_hz"] == pytest.approx(0.8)
-    assert trials[HELD_OUT]["from_command"]["speeds"]["twin"] == pytest.approx(0.08)
-    assert trials[HELD_OUT]["from_command"]["flags"] == []
+    assert trials["medium"].from_command is None
+    assert foretold is not None
+    assert foretold.frequency_hz == pytest.approx(0.8)
+    assert foretold.speeds["twin"] == pytest.approx(0.08)
+    assert foretold.flags == ()

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fitting import (
+    EVIDENCE,
     CoefficientFit,
     Evidence,
     MeasuredTrial,
     Swims,
-    evidence_payload,
     gather_evidence,
-    read_evidence,
 )
 from fitting.coefficients import refine_coefficients
 from fitting.pair_search import Screened, screen, search_pair
 from fitting.pairs import MODELS, MOST_PAIRS, chosen_pairs, fit_pairs
+from session import Provenance
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 
@@ -170,8 +170,9 @@ def test_of_many_pairs_a_seeded_choice_is_made_by_name() -> None:
 
 
 @pytest.mark.long
-def test_evidence_comes_back_from_its_file_as_it_went(evidence: Evidence) -> None:
-    back = read_evidence(json.loads(json.dumps(evidence_payload(evidence), allow_nan=False)))
+def test_evidence_comes_back_from_its_file_as_it_went(evidence: Evidence, tmp_path: Path) -> None:
+    EVIDENCE.write(tmp_path, Provenance("4.0.0", "0" * 64, {}, 0, "quick"), evidence)
+    back = EVIDENCE.read(tmp_path)
 
     for name, values in vars(evidence.profiles).items():
         np.testing.assert_allclose(getattr(back.profiles, name), values, rtol=1e-14)
@@ -187,10 +188,3 @@ def test_evidence_comes_back_from_its_file_as_it_went(evidence: Evidence) -> Non
     for one, other in zip(back.pairs, evidence.pairs, strict=True):
         assert replace(one, marker_error_m=0.0) == replace(other, marker_error_m=0.0)
         assert one.marker_error_m == pytest.approx(other.marker_error_m, rel=1e-14)
-
-
-@pytest.mark.long
-def test_without_pairs_none_are_read(evidence: Evidence) -> None:
-    without = replace(evidence, pairs=())
-
-    assert read_evidence(json.loads(json.dumps(evidence_payload(without)))).pairs == ()

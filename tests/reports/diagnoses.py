@@ -6,12 +6,19 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.result import DiagnosisResult, MissingForces
 from reports import Diagnosed
+from session import Provenance
+from session.records import from_plain, to_plain
 from swimmer import load_robot
 from tests.reports.sample import MARKERS
 
 JOINTS = ("head_along", "head_across", "head_moment", *load_robot().hinges)
 FITTED = ("medium", "fast")
+PROVENANCE = Provenance("4.0.0", "abc", {"session.toml": "def"}, 7, "quick")
+_COMPARED = ["tendon_slack", "tendon_friction", "wave_drag", "scale_error"]
+_SEPARATION = [[0.0, 1.2, 9.0, 30.4], [2.1, 0.0, 8.0, 40.0], [7.0, 6.0, 0.0, 5.0], [0.0, 0.0, 0.0, 0.0]]
+_COEFFICIENTS = {"blunt_drag": 0.7, "slender_drag": 3.0, "angular_drag": 5.0, "kutta_lift": 4.0, "magnus_lift": 1.0}
 _GROUPS: dict[str, list[list[str]]] = {
     "named": [["tendon_slack"], ["wave_drag"]],
     "inseparable": [["tendon_slack", "tendon_friction"]],
@@ -20,15 +27,21 @@ _GROUPS: dict[str, list[list[str]]] = {
 }
 
 
-def made_diagnosed(verdict: str = "named", *, held_out: bool = True, **changes: Any) -> Diagnosed:
+def made_diagnosed(verdict: str = "named", *, held_out: bool = True, effort: str = "full", **changes: Any) -> Diagnosed:
     """Most of the gap lies in the tail, and shows at the fin."""
-    names = ("tendon_slack", "tendon_friction", "wave_drag", "scale_error")
-    separation = np.array([[0.0, 1.2, 9.0, 30.4], [2.1, 0.0, 8.0, 40.0], [7.0, 6.0, 0.0, 5.0], [0.0, 0.0, 0.0, 0.0]])
-    return Diagnosed(made_data(verdict, held_out=held_out) | changes, names, separation)
+    return Diagnosed(made_data(verdict, held_out=held_out, **changes), effort)
 
 
-def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any]:
-    """Content of a `diagnosis.json`."""
+def made_data(verdict: str = "named", *, held_out: bool = True, **changes: Any) -> DiagnosisResult:
+    """A diagnosis, with changes in the plain form of its file: those of evidence, gap and where by their keys."""
+    plain = _plain_data(verdict, held_out)
+    for part in {"evidence", "gap", "where"} & changes.keys():
+        changes[part] = plain[part] | changes[part]
+    made: DiagnosisResult = from_plain(DiagnosisResult, plain | changes)
+    return made
+
+
+def _plain_data(verdict: str, held_out: bool) -> dict[str, Any]:
     groups = _GROUPS[verdict]
     first = [group[0] for group in groups]
     alone = {"speed": 0.04, "frequency": 0.0}
@@ -38,7 +51,6 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
     stages = {"camera": -0.02, "drive": 0.1, "body": 0.22, "tail": 0.6, "floor": 0.1}
     return {
         "verdict": verdict,
-        "effort": "full",
         "groups": groups,
         "effects": [name for group in groups for name in group],
         "probabilities": {"tendon_slack": 0.93, "wave_drag": 0.91, "tendon_friction": 0.31, "none_of_these": 0.02},
@@ -51,6 +63,8 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
             "by_axis": {"along": 0.16, "across": 0.8} | alone,
             "by_band": {"mean": 0.03, "drift": 0.03, "harmonic_1": 0.5, "harmonic_2": 0.1, "harmonic_3": 0.3} | alone,
         },
+        "everything": None,
+        "coefficients": {"plain": _COEFFICIENTS},
         "stage_alone": {"camera": 0.05, "drive": 0.3, "body": 0.4, "tail": 0.75},
         "gap": _gap(bool(groups)) if held_out else {"shrinkage": None, "shrinkage_ci95": None, "evaluated_on": []},
         "effect_parameters": {name: _PARAMETERS[name] for name in first},
@@ -59,7 +73,7 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
         ]
         if verdict == "inseparable"
         else [],
-        "missing_forces": made_forces(),
+        "missing_forces": to_plain(made_forces()),
         "free_decays": [
             {
                 "trial": "let go",
@@ -88,8 +102,10 @@ def made_data(verdict: str = "named", *, held_out: bool = True) -> dict[str, Any
                 {"place": "marker tail_4", "goes_with": "", "same_in_all_trials": True, "probability": 0.07},
                 {"place": "hinge tail_1", "goes_with": "its angle", "same_in_all_trials": True, "probability": 0.06},
             ],
-            "sway": {"rms_m": 0.0004, "log_bayes_factor": 1.0, "probability": 0.03},
-            "delay": {"rms_s": 0.004, "log_bayes_factor": 2.0, "probability": 0.05},
+            "refuted": [],
+            "sway_m": {"rms": 0.0004, "log_bayes_factor": 1.0, "probability": 0.03},
+            "delay_s": {"rms": 0.004, "log_bayes_factor": 2.0, "probability": 0.05},
+            "separation": {"compared": _COMPARED, "distance": _SEPARATION},
             "sliding": _sliding(bool(groups)),
         },
         "withheld_from_catalogue": [],
@@ -101,7 +117,7 @@ def made_everything() -> dict[str, Any]:
     return {
         "share_of_priors": 0.7,
         "log_evidence_gained": 41.2,
-        "coefficients": {"blunt_drag": 0.7},
+        "coefficients": _COEFFICIENTS,
         "at_bound": [["crank_arm_error", "relative"]],
         "strengths": [
             {"effect": "crank_arm_error", "parameter": "relative", "strength_sd": -3.2},
@@ -121,8 +137,8 @@ def _sliding(named: bool) -> dict[str, Any]:
 _PARAMETERS: dict[str, Any] = {
     "tendon_slack": {"value": 0.0021, "ci95": [0.0018, 0.0024], "unit": "m", "at_bound": False, "parameter": "length"},
     "wave_drag": {
-        "low": {"value": 0.4, "ci95": [0.1, 0.7], "unit": "1", "at_bound": False},
-        "high": {"value": -1.5, "ci95": [-2.0, -1.0], "unit": "s", "at_bound": True},
+        "low": {"value": 0.4, "ci95": [0.1, 0.7], "unit": "1", "at_bound": False, "parameter": "low"},
+        "high": {"value": -1.5, "ci95": [-2.0, -1.0], "unit": "s", "at_bound": True, "parameter": "high"},
     },
 }
 
@@ -133,6 +149,8 @@ def _gap(named: bool) -> dict[str, Any]:
     return {
         "baseline_mm": 12.0,
         "with_effects_mm": after[0],
+        "baseline_placed_mm": 9.0,
+        "with_effects_placed_mm": 0.75 * after[0],
         "noise_floor_mm": 0.6,
         "shrinkage": 0.8 if named else None,
         "shrinkage_ci95": [0.7, 0.9] if named else None,
@@ -146,6 +164,8 @@ def _gap(named: bool) -> dict[str, Any]:
             "slow": {
                 "before_mm": 12.0,
                 "after_mm": after[0],
+                "before_placed_mm": 9.0,
+                "after_placed_mm": 0.75 * after[0],
                 "speed_measured": 0.05,
                 "speed_before": 0.061,
                 "speed_after": after[1],
@@ -154,16 +174,11 @@ def _gap(named: bool) -> dict[str, Any]:
     }
 
 
-def made_forces(size: float = 0.004, sd: float = 0.0003) -> dict[str, Any]:
+def made_forces(size: float = 0.004, sd: float = 0.0003) -> MissingForces:
     """Nothing is missing but a torque in the last hinge, N m."""
     mean = np.zeros((len(FITTED), len(JOINTS), 7))
     mean[:, -1, 1] = size
-    return {
-        "joints": list(JOINTS),
-        "trials": list(FITTED),
-        "mean": mean.tolist(),
-        "sd": np.full_like(mean, sd).tolist(),
-    }
+    return MissingForces(JOINTS, FITTED, mean, np.full_like(mean, sd))
 
 
 def _set(probability: float, *effects: str, other: bool = False, like: str | None = None) -> dict[str, Any]:

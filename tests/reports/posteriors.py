@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from fitting.left_out import EffectsLeftOut, LeftOut
+from fitting.marginal import Marginal
 from fitting.posterior.approximate import Approximate
 from fitting.posterior.findings import Findings
 from fitting.posterior.further_trial import FurtherTrials
 from fitting.posterior.identifiability import Identifiability
-from fitting.posterior.posterior import Marginal
 from fitting.posterior.predictive import PredictedSweep, PredictedTrial
 from fitting.posterior.shared import RobotPart
 from fitting.posterior.whiteness import Whiteness

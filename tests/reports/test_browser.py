@@ -13,7 +13,7 @@ from reports import IndexEntry, write_index, write_report
 from tests.cases import later
 from tests.reports.bench import made_bench_calibration
 from tests.reports.sample import made_context, made_evidence, made_searches
-from tests.reports.test_index import PAYLOAD
+from tests.reports.test_index import RESULT
 
 FLAGS = [
     "--headless",
@@ -42,7 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports")
     context = replace(made_context(made_bench_calibration()), evidence=made_evidence(), searches=made_searches())
     write_report(folder / "report.html", context)
-    entry = IndexEntry.from_calibration("pool", folder / "report.html", PAYLOAD)
+    entry = IndexEntry.from_calibration("pool", folder / "report.html", RESULT)
     write_index(folder / "index.html", [entry])
     return folder
 

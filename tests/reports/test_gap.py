@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -12,15 +11,16 @@ import pytest
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
+from diagnosis.result import DIAGNOSIS, AllEffects
 from diagnosis.verdict import HELD
 from reports import Diagnosed, figures, read_diagnosed, render_report
 from reports.figures import gap_effects
-from reports.missing_forces import MissingForces
 from reports.page import render_page
 from reports.sections import gap
 from reports.style import EBT_SMOOTHED, GAP, WARN
+from session.records import to_plain
 from swimmer import load_robot
-from tests.reports.diagnoses import made_data, made_diagnosed, made_everything, made_forces
+from tests.reports.diagnoses import PROVENANCE, made_diagnosed, made_everything, made_forces
 from tests.reports.page import Page
 from tests.reports.sample import MARKERS, made_context
 from tests.reports.undrawn import nothing_drawn
@@ -124,7 +124,7 @@ def test_alternatives_are_told_as_such_and_what_would_separate_them(pages: dict[
 
 
 def test_a_gap_that_shrinks_by_more_than_all_of_it_says_why() -> None:
-    more = made_data()["gap"] | {"shrinkage": 1.2, "shrinkage_ci95": [0.9, 1.2]}
+    more = {"shrinkage": 1.2, "shrinkage_ci95": [0.9, 1.2]}
     page = page_of(made_diagnosed(gap=more))
     assert "the held-out gap shrinks by 120 %" in page.text
     assert "More than all of it is gone, for less is left than noise was taken to leave." in page.text
@@ -143,7 +143,7 @@ def test_shrinkage_comes_with_its_interval_and_what_it_is_over(page: Page) -> No
 
 @pytest.mark.usefixtures("words_alone")
 def test_a_gap_that_grows_is_said_and_drawn_as_such() -> None:
-    shrunk = made_data()["gap"] | {"shrinkage": -0.5, "shrinkage_ci95": [-0.6, -0.4], "squares_after": 7.0}
+    shrunk = {"shrinkage": -0.5, "shrinkage_ci95": [-0.6, -0.4], "squares_after": 7.0}
     found = made_diagnosed(gap=shrunk)
 
     assert "What explains the fitted swims does not carry over." in page_of(found).text
@@ -153,7 +153,7 @@ def test_a_gap_that_grows_is_said_and_drawn_as_such() -> None:
 
 @pytest.mark.usefixtures("words_alone")
 def test_without_a_held_out_gap_nothing_shrinks() -> None:
-    shrunk = made_data()["gap"] | {"shrinkage": None, "shrinkage_ci95": None, "squares_before": 1.0}
+    shrunk = {"shrinkage": None, "shrinkage_ci95": None, "squares_before": 1.0}
 
     assert "The plain twin leaves no more of the held-out swims than noise" in page_of(made_diagnosed(gap=shrunk)).text
 
@@ -211,9 +211,7 @@ def test_a_near_miss_is_called_that(pages: dict[str, Page]) -> None:
 @pytest.mark.usefixtures("words_alone")
 def test_beside_a_name_that_was_refuted_no_other_is_suspected() -> None:
     against = {"effects": ["fluid_memory"], "shrinkage": -0.8, "shrinkage_ci95": [-1.6, -0.1]}
-    found = made_diagnosed("no_gap", no_gap_probability=0.3)
-    found.data["evidence"] = found.data["evidence"] | {"refuted": [against]}  # type: ignore[index]
-    text = page_of(found).text
+    text = page_of(made_diagnosed("no_gap", no_gap_probability=0.3, evidence={"refuted": [against]})).text
     assert "something is there with a probability of 0.70. One more swim" in text
     assert "the fitted swims look like fluid memory, but with that held-out swims are forecast worse" in text
 
@@ -225,7 +223,7 @@ def test_an_unexplained_gap_is_led_by_what_is_missing(pages: dict[str, Page]) ->
 
 @pytest.mark.usefixtures("words_alone")
 def test_forces_that_noise_could_feign_are_called_that() -> None:
-    found = made_diagnosed(missing_forces=made_forces(sd=0.004))
+    found = made_diagnosed(missing_forces=to_plain(made_forces(sd=0.004)))
 
     assert "No missing force stands clear of zero over half of the beat." in page_of(found).text
 
@@ -255,12 +253,7 @@ def test_places_of_something_else_and_what_shows_beside_the_beat_are_in_one_tabl
 def test_free_decays_say_what_they_say_of_the_hinges_or_why_they_do_not_count(page: Page) -> None:
     assert "let go −2.1 ± 0.9 +10.4 ± 1.1 yes" in page.text
     assert "let go again – – no: the head moves" in page.text
-    assert "What free decays say" not in page_of(without_decays()).text
-
-
-def without_decays() -> Diagnosed:
-    found = made_diagnosed("no_gap")
-    return replace(found, data={**found.data, "free_decays": []})
+    assert "What free decays say" not in page_of(made_diagnosed("no_gap", free_decays=[])).text
 
 
 def test_effort_and_a_shorter_catalogue_are_caveats() -> None:
@@ -281,9 +274,9 @@ def test_an_effect_that_these_swims_would_not_have_is_left_out_of_the_matrix() -
 
 @pytest.mark.usefixtures("words_alone")
 def test_a_matrix_of_one_effect_is_not_drawn() -> None:
-    found = made_diagnosed()
+    alone = {"compared": ["tendon_slack"], "distance": [[0.0]]}
 
-    assert "gap-separation" not in page_of(replace(found, separation=0 * found.separation)).ids
+    assert "gap-separation" not in page_of(made_diagnosed(evidence={"separation": alone})).ids
 
 
 def test_names_are_said_from_where_the_verdict_says_them() -> None:
@@ -307,11 +300,11 @@ def test_the_fuller_a_stage_the_fuller_its_colour() -> None:
         figures.gap_shares_figure,
         figures.gap_effects_figure,
         figures.gap_waterfall_figure,
-        lambda found: figures.gap_held_out_figure(found.data["gap"], bool(found.refitted)),
-        lambda _: figures.gap_held_out_figure(made_everything()["gap"], True),
+        lambda found: figures.gap_held_out_figure(found.data.gap, bool(found.refitted)),
+        lambda _: figures.gap_held_out_figure(of_everything().gap, True),
         figures.gap_separation_figure,
         figures.gap_slides_figure,
-        lambda found: figures.gap_forces_figure(MissingForces.of(found.data)),
+        lambda found: figures.gap_forces_figure(found.data.missing_forces),
     ],
 )
 def test_every_figure_draws_within_its_frame(draw, verdict: str) -> None:  # type: ignore[no-untyped-def]
@@ -326,29 +319,28 @@ def test_every_figure_draws_within_its_frame(draw, verdict: str) -> None:  # typ
 
 
 def test_sliding_markers_are_drawn_where_they_are_much_of_the_gap() -> None:
-    found = made_diagnosed()
-    little = {**found.data["where"], "by_band": {**found.data["where"]["by_band"], "drift": 0.01}}
+    little = {"mean": 0.09, "drift": 0.01, "harmonic_1": 0.5, "harmonic_2": 0.1, "harmonic_3": 0.3}
 
-    assert "gap-slides" in page_of(found).ids
-    assert "gap-slides" not in page_of(replace(found, data={**found.data, "where": little})).ids
-    assert "gap-slides" not in page_of(without_sliding(found)).ids, "as of a diagnosis of an earlier version"
-
-
-def without_sliding(found: Diagnosed) -> Diagnosed:
-    evidence = {name: told for name, told in found.data["evidence"].items() if name != "sliding"}
-    return replace(found, data={**found.data, "evidence": evidence})
+    assert "gap-slides" in page_of(made_diagnosed()).ids
+    assert "gap-slides" not in page_of(made_diagnosed(where={"by_band": little})).ids
 
 
 def test_it_is_read_back_as_it_was_written(tmp_path: Path) -> None:
     found = made_diagnosed()
-    (tmp_path / "diagnosis.json").write_text(json.dumps({"schema": 1, **found.data}))
-    np.savez(tmp_path / "diagnosis.npz", compared=np.array(found.compared), separation=found.separation)
+    DIAGNOSIS.write(tmp_path, PROVENANCE, found.data)
 
-    read = read_diagnosed(tmp_path / "diagnosis.json", tmp_path / "diagnosis.npz")
+    read = read_diagnosed(tmp_path)
 
+    assert read.effort == PROVENANCE.effort
     assert read.compared == found.compared
     np.testing.assert_array_equal(read.separation, found.separation)
     assert read.shares("stage") == found.shares("stage")
+
+
+def of_everything() -> AllEffects:
+    found = made_diagnosed(everything=made_everything()).everything
+    assert found is not None
+    return found
 
 
 def colours_of(figure: Figure) -> set[str]:

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from diagnosis.result import MissingForces
 from fitting import CalibratedTrial
 from fitting.posterior.gait import waves
-from reports.missing_forces import Likeness, MissingForces, likenesses, motions
+from reports.missing_forces import Likeness, likenesses, motions
 from reports.numbers import MISSING
 from reports.sections.gap_evidence import _force_row
 from swimmer import load_robot
@@ -20,7 +21,7 @@ ROBOT = load_robot()
 
 
 def test_missing_forces_have_the_size_and_the_course_of_their_harmonics() -> None:
-    forces = MissingForces.of({"missing_forces": made_forces(0.004, 0.001)})
+    forces = made_forces(0.004, 0.001)
     mean, sd = forces.over(np.array([0.0, np.pi / 2]))
 
     np.testing.assert_allclose(mean[0, -1], [0.004, 0.0], atol=1e-12)

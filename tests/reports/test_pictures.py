@@ -1,17 +1,15 @@
 """The figures of a diagnosis as files."""
 
-import json
 from pathlib import Path
 from shutil import copytree
 
-import numpy as np
 import pytest
 from PIL import Image
 
+from diagnosis.result import DIAGNOSIS
 from reports.pictures import write_pictures
 from session import InputError
-from session.results import SCHEMA
-from tests.reports.diagnoses import made_data, made_diagnosed
+from tests.reports.diagnoses import PROVENANCE, made_data
 
 SAMPLE = Path(__file__).parents[2] / "datasets" / "sample"
 
@@ -21,10 +19,8 @@ def session_in(folder: Path) -> Path:
 
 
 def test_a_diagnosed_session_gets_a_picture_of_each_figure(tmp_path: Path) -> None:
-    session, made = session_in(tmp_path), made_diagnosed()
-    (session / "results").mkdir()
-    (session / "results" / "diagnosis.json").write_text(json.dumps(made_data() | {"schema": SCHEMA}))
-    np.savez(session / "results" / "diagnosis.npz", compared=np.array(made.compared), separation=made.separation)
+    session = session_in(tmp_path)
+    DIAGNOSIS.write(session / "results", PROVENANCE, made_data())
     written = write_pictures(session, tmp_path / "pictures")
     assert {path.stem for path in written} == {
         "gap-fish",
@@ -46,11 +42,3 @@ def test_a_session_that_was_not_diagnosed_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="the result is not there"):
         write_pictures(session_in(tmp_path), tmp_path / "pictures")
     assert not (tmp_path / "pictures").exists()
-
-
-def test_a_diagnosis_without_its_arrays_is_told(tmp_path: Path) -> None:
-    session = session_in(tmp_path)
-    (session / "results").mkdir()
-    (session / "results" / "diagnosis.json").write_text(json.dumps(made_data() | {"schema": SCHEMA}))
-    with pytest.raises(InputError, match=r"diagnosis\.npz.*cannot be read"):
-        write_pictures(session, tmp_path / "pictures")

@@ -1,7 +1,9 @@
 import json
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -9,9 +11,9 @@ from session import (
     Flag,
     InputError,
     Provenance,
+    ResultFile,
     ResultsNotWritable,
-    read_result_json,
-    write_result_json,
+    read_provenance,
     write_whole,
     writing_whole,
 )
@@ -74,34 +76,53 @@ def test_results_that_cannot_be_a_folder_are_told(tmp_path: Path) -> None:
         write_whole(tmp_path / "results" / "a.json", "x")
 
 
+@dataclass(frozen=True, eq=False)
+class Measured:
+    array: np.ndarray
+    scalar: float
+    count: int
+    yes: bool
+    bad: float
+    pair: Interval
+    flags: tuple[Flag, ...]
+
+
+MEASURED = ResultFile("r.json", Measured)
+MADE = Measured(
+    np.array([[1.0, np.nan], [np.inf, 2.0]]),
+    np.float64(0.5),
+    np.int64(3),
+    np.bool_(True),
+    float("nan"),
+    Interval(1.0, -np.inf),
+    (Flag("gap"),),
+)
+
+
 def test_json_results_begin_with_their_provenance_and_hold_no_nan(tmp_path: Path) -> None:
-    path = tmp_path / "r.json"
-    payload = {
-        "array": np.array([[1.0, np.nan], [np.inf, 2.0]]),
-        "scalar": np.float64(0.5),
-        "count": np.int64(3),
-        "yes": np.bool_(True),
-        "bad": float("nan"),
-        "pair": Interval(1.0, -np.inf),
-        "flags": [Flag("gap")],
-        3: "key",
-    }
-    write_result_json(path, PROVENANCE, payload)  # type: ignore[arg-type]
-    data = read_result_json(path)
+    assert MEASURED.write(tmp_path, PROVENANCE, MADE) == (tmp_path / "r.json",)
+    data = json.loads((tmp_path / "r.json").read_text())
+    jsonschema.validate(data, MEASURED.schema())
     assert list(data)[:7] == ["schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort"]
     assert data["program"].startswith("swimcal")
     assert data["array"] == [[1.0, None], [None, 2.0]]
     assert (data["scalar"], data["count"], data["yes"], data["bad"]) == (0.5, 3, True, None)
-    assert data["pair"] == [1.0, None]
+    assert data["pair"] == {"low": 1.0, "high": None}
     assert data["flags"] == [{"kind": "gap", "markers": [], "frames": None, "message": ""}]
-    assert data["3"] == "key"
 
 
-def test_a_payload_cannot_overwrite_the_provenance_or_hold_what_is_no_data(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="seed belongs to the provenance"):
-        write_result_json(tmp_path / "r.json", PROVENANCE, {"seed": 3})
+def test_a_result_is_read_back_with_its_provenance(tmp_path: Path) -> None:
+    apart = replace(MEASURED, arrays_apart=True)
+    assert [path.name for path in apart.write(tmp_path, PROVENANCE, MADE)] == ["r.json", "r.npz"]
+    assert read_provenance(tmp_path / "r.json") == PROVENANCE
+    read = apart.read(tmp_path)
+    np.testing.assert_array_equal(read.array, MADE.array)
+    assert (read.count, read.flags, read.pair.low) == (3, MADE.flags, 1.0)
+
+
+def test_what_is_no_data_is_no_result(tmp_path: Path) -> None:
     with pytest.raises(TypeError, match="a result cannot hold object"):
-        write_result_json(tmp_path / "r.json", PROVENANCE, {"x": object()})
+        MEASURED.write(tmp_path, PROVENANCE, replace(MADE, scalar=object()))
     assert names_in(tmp_path) == []
 
 
@@ -112,11 +133,14 @@ def test_a_payload_cannot_overwrite_the_provenance_or_hold_what_is_no_data(tmp_p
         ("{", "the result cannot be read"),
         ("[]", "not a result of this version; found list; expected schema 1"),
         (json.dumps({"schema": 99}), "found schema 99; expected schema 1. Make it again with `calib run`."),
+        (json.dumps({"schema": 1, "count": 3}), "not a result of this version; found 'array'; expected what"),
     ],
 )
 def test_a_damaged_result_is_told(tmp_path: Path, text: str | None, message: str) -> None:
     if text is not None:
         (tmp_path / "r.json").write_text(text)
     with pytest.raises(InputError) as caught:
-        read_result_json(tmp_path / "r.json")
+        MEASURED.read(tmp_path)
     assert message in str(caught.value)
+    with pytest.raises(InputError):
+        read_provenance(tmp_path / "r.json")

@@ -2,14 +2,14 @@ import re
 
 import pytest
 
-from session import ModelMismatch
+from session import ModelMismatch, Provenance
 from swimmer import ENGINE, FluidCoefficients, check_engine, model_sha256
 from swimmer import engine as engine_module
 from tests.swimmer.robots import FISH, THREE_LINK, changed
 
 
-def stamp() -> dict[str, str]:
-    return {"mujoco": ENGINE, "model_sha256": model_sha256(FISH)}
+def stamp(mujoco: str = ENGINE) -> Provenance:
+    return Provenance(mujoco, model_sha256(FISH), {}, 0, "quick")
 
 
 def test_a_calibration_made_here_is_accepted() -> None:
@@ -18,7 +18,7 @@ def test_a_calibration_made_here_is_accepted() -> None:
 
 def test_another_release_of_the_engine_is_refused_by_name() -> None:
     with pytest.raises(ModelMismatch) as caught:
-        check_engine(stamp() | {"mujoco": "3.12.0"}, FISH, "results/calibration.json")
+        check_engine(stamp("3.12.0"), FISH, "results/calibration.json")
     text = str(caught.value)
     assert text.startswith("results/calibration.json: this calibration was made with another engine or model")
     assert f"MuJoCo: made with 3.12.0, here {ENGINE}" in text
@@ -36,8 +36,8 @@ def test_another_model_is_refused_with_both_fingerprints() -> None:
 
 
 def test_both_differences_are_told_at_once() -> None:
-    with pytest.raises(ModelMismatch, match=r"MuJoCo: made with None, here .*; model: made with None"):
-        check_engine({}, FISH, "calibration.json")
+    with pytest.raises(ModelMismatch, match=r"MuJoCo: made with 3.12.0, here .*; model: made with "):
+        check_engine(stamp("3.12.0"), THREE_LINK, "calibration.json")
 
 
 @pytest.mark.parametrize(

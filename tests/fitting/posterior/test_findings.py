@@ -9,13 +9,14 @@ from typing import cast
 import numpy as np
 import pytest
 
-from fitting.posterior.findings_file import findings_payload, read_findings
+from fitting.marginal import Marginal
+from fitting.posterior.findings import FINDINGS, read_findings
 from fitting.posterior.identifiability import identifiability
 from fitting.posterior.laplace import laplace
 from fitting.posterior.places_off import TAKEN
-from fitting.posterior.posterior import Marginal, Posterior, _flags
+from fitting.posterior.posterior import Posterior, _flags
 from fitting.posterior.posterior_file import VARIABLES
-from session import Flag, Provenance, read_result_json, write_result_json
+from session import Flag, Provenance
 from tests.reports.posteriors import made_findings
 
 NAMES = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")
@@ -157,11 +158,11 @@ def test_laplace_of_a_normal_posterior_is_that_posterior() -> None:
 def test_findings_are_read_back_as_they_were_written(tmp_path: Path) -> None:
     xarray = pytest.importorskip("xarray")
     before = made_findings()
-    path, draws = tmp_path / "posterior.json", tmp_path / "posterior.nc"
+    draws = tmp_path / "posterior.nc"
     chains = {name: (("chain", "draw"), before.chains[..., i]) for i, name in enumerate(VARIABLES)}
     xarray.Dataset(chains).to_netcdf(draws, group="posterior", engine="h5netcdf")
-    write_result_json(path, Provenance("4.0.0", "c" * 64, {}, 0, "quick"), findings_payload(before))
-    after = read_findings(read_result_json(path), draws)
+    FINDINGS.write(tmp_path, Provenance("4.0.0", "c" * 64, {}, 0, "quick"), before)
+    after = read_findings(tmp_path)
 
     np.testing.assert_array_equal(after.chains, before.chains)
     np.testing.assert_allclose(after.laplace.q95, before.laplace.q95)

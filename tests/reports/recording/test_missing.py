@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reports.missing_forces import MissingForces
 from reports.recording import MissingOverTime, check_recording, read_recording, write_recording
 from reports.recording.missing import LONGEST, arrows_px
 from swimmer import load_robot
@@ -61,7 +60,7 @@ def test_the_arrow_points_where_the_force_does(along: float, across: float, expe
 
 def test_the_force_follows_the_crank_of_the_twin() -> None:
     swim = made_swim(load_robot(), "fast")
-    forces = MissingForces.of({"missing_forces": made_forces(0.004)})
+    forces = made_forces(0.004)
     frames = len(swim.measured.time_s)
 
     missing = MissingOverTime.of(forces, swim, frames + 7, 5)
@@ -76,7 +75,7 @@ def test_the_force_follows_the_crank_of_the_twin() -> None:
 def test_of_a_held_out_swim_no_force_is_known() -> None:
     swim = made_swim(load_robot(), "slow")
 
-    assert MissingOverTime.of(MissingForces.of({"missing_forces": made_forces()}), swim, 200, 0) is None
+    assert MissingOverTime.of(made_forces(), swim, 200, 0) is None
 
 
 def test_its_frames_are_those_of_the_trial() -> None:

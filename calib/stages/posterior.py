@@ -6,25 +6,15 @@ emcee and ArviZ take a second to load: they are imported where they are needed.
 from __future__ import annotations
 
 from contextlib import suppress
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from calib.options import Options
+from calib.job import Job
+from calib.stages.fit import FitStage
 from fitting import Calibration, MeasuredTrial
-from session import (
-    NotConverged,
-    Provenance,
-    Session,
-    fingerprint_of,
-    is_current,
-    mark_current,
-    read_result_json,
-    write_result_json,
-    writing_whole,
-)
+from session import NotConverged, Stage, writing_whole
 from swimmer import Twin
 from swimmer.effects import catalogue
 
@@ -34,49 +24,30 @@ if TYPE_CHECKING:
 EFFECTIVE = {"quick": 100, "full": 400}
 """Effective draws of every coefficient."""
 
-FORM = 6  # of the files and of what they rest on
+_FORM = 7  # of the files and of what they rest on
 
 
-class PosteriorStage:
+class PosteriorStage(Stage):
     """``results/posterior.nc`` and ``posterior.json``, and `posterior` in ``calibration.json``.
 
     Args:
-        session: as read.
-        options: effort, progress.
-        stamp: what results are stamped with.
-        calibration: fingerprint of the calibration that it belongs to.
+        job: the work on the session.
+        fit: the calibration that it belongs to.
     """
 
-    def __init__(self, session: Session, options: Options, stamp: Provenance, calibration: str) -> None:
-        self._session, self._options, self._stamp, self._calibration = session, options, stamp, calibration
-
-    @property
-    def file(self) -> Path:
-        """``results/posterior.nc``."""
-        return self._session.results / "posterior.nc"
+    def __init__(self, job: Job, fit: FitStage) -> None:
+        self._job, self._fit = job, fit
+        file = job.results / "posterior.nc"
+        effects = {name: [list(parameter) for parameter in effect.parameters] for name, effect in catalogue().items()}
+        self._drawn = Stage(file, {}, {"form": _FORM, "effort": job.options.effort}, [fit])  # whatever is said of it
+        super().__init__(file, {}, {"effects": effects}, [self._drawn])
 
     @property
     def findings_file(self) -> Path:
         """``results/posterior.json``: what is said of it."""
-        return self._session.results / "posterior.json"
+        return self.file.with_suffix(".json")
 
-    @cached_property
-    def fingerprint(self) -> str:
-        """Of the calibration, how draws are made, and the effects that are looked for."""
-        effects = {name: [list(parameter) for parameter in effect.parameters] for name, effect in catalogue().items()}
-        return fingerprint_of({}, {"effects": effects}, [self._drawn])
-
-    @cached_property
-    def _drawn(self) -> str:
-        """Fingerprint of the calibration and how draws are made, whatever is said of them."""
-        return fingerprint_of({}, {"form": FORM, "effort": self._options.effort}, [self._calibration])
-
-    @property
-    def is_current(self) -> bool:
-        """Whether it belongs to the calibration."""
-        return is_current(self.file, self.fingerprint)
-
-    def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> list[Path]:
+    def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> None:
         """Samples the posterior given the fit trials and writes it; sampling that was stopped goes on.
 
         Args:
@@ -88,48 +59,47 @@ class PosteriorStage:
             NotConverged: too few effective draws, or chains that disagree; nothing is written but the chain.
         """
         from fitting.posterior import sample_posterior
-        from fitting.posterior.findings import find
-        from fitting.posterior.findings_file import findings_payload
-        from fitting.posterior.posterior_file import marginals_payload, save_draws
+        from fitting.posterior.findings import FINDINGS, find
+        from fitting.posterior.posterior_file import save_draws
         from fitting.posterior.robot_doubt import doubts_of
         from fitting.signatures.score_tests import score_tests
 
-        chain = self._chain()
+        job, chain = self._job, self._chain()
         starts = [calibration.coefficients, *(restart.coefficients for restart in calibration.fit.restarts)]
         posterior = sample_posterior(
             [trial for trial in trials if trial.role == "fit"],
             twin,
             np.array(starts, float),
-            EFFECTIVE[self._options.effort],
-            self._session.seed,
+            EFFECTIVE[job.options.effort],
+            job.session.seed,
             chain,
-            self._options.tell,
+            job.tell,
             doubts_of(calibration.structure.sources),
         )
         if not posterior.draws.enough:
             raise NotConverged(self._refusal(posterior.draws.flags[0].message, chain))
-        left_out = score_tests(posterior, self._session.camera, catalogue().values(), self._options.tell)
-        findings = find(posterior, trials, twin, self._session.seed, self._options.tell, left_out)
-        stamp = {key: value for key, value in self._stamp.to_json().items() if isinstance(value, str | int)}
+        left_out = score_tests(posterior, job.session.camera, catalogue().values(), job.tell)
+        findings = find(posterior, trials, twin, job.session.seed, job.tell, left_out)
+        stamp = {key: value for key, value in job.provenance.to_json().items() if isinstance(value, str | int)}
         with writing_whole(self.file) as part:
             save_draws(part, posterior, stamp)
-        write_result_json(self.findings_file, self._stamp, findings_payload(findings))
-        self._tell_calibration(marginals_payload(posterior))
-        mark_current(self.file, self.fingerprint, [self.findings_file])
+        written = (self.file, *FINDINGS.write(job.results, job.provenance, findings))
+        self._fit.add_posterior(posterior.marginals)
+        self.mark(written)
         self._forget(chain)
-        return [self.file, self.findings_file]
+        job.made.extend(written)
 
     def read(self) -> Findings | None:
         """What is said of the posterior of this calibration; None where there is none."""
-        from fitting.posterior.findings_file import read_findings
+        from fitting.posterior.findings import read_findings
 
-        return read_findings(read_result_json(self.findings_file), self.file) if self.is_current else None
+        return read_findings(self._job.results) if self.is_current else None
 
     @property
     def doubts(self) -> tuple[str, ...]:
         """When not to believe it, a sentence each; that a coefficient is not determined stands beside its interval."""
-        flags = read_result_json(self.findings_file)["flags"]
-        return tuple(flag["message"] for flag in flags if flag["kind"] != "unidentifiable")
+        found = self.read()
+        return () if found is None else tuple(flag.message for flag in found.flags if flag.kind != "unidentifiable")
 
     def remove(self) -> None:
         """Takes away what belonged to a calibration that is no more."""
@@ -137,13 +107,6 @@ class PosteriorStage:
             path.unlink(missing_ok=True)
         for chain in self._chains():
             self._forget(chain)
-
-    def _tell_calibration(self, marginals: dict[str, dict[str, object]]) -> None:
-        """Puts the posterior into ``calibration.json``; all else stays as it is."""
-        path = self._session.results / "calibration.json"
-        head = self._stamp.to_json()
-        rest = {key: value for key, value in read_result_json(path).items() if key not in head}
-        write_result_json(path, self._stamp, rest | {"posterior": marginals})
 
     def _refusal(self, why: str, chain: Path) -> str:
         return (
@@ -154,12 +117,12 @@ class PosteriorStage:
 
     def _chains(self) -> list[Path]:
         """By their name; one that was stopped before the first step has a file of its search only."""
-        kept = self._session.results.glob(".posterior-*")
+        kept = self._job.results.glob(".posterior-*")
         return sorted({path.with_suffix(".h5") for path in kept})
 
     def _chain(self) -> Path:
         """Where every step is kept while sampling; other calibrations' chains, and unreadable ones, are removed."""
-        path = self._session.results / f".posterior-{self._drawn[:12]}.h5"
+        path = self._job.results / f".posterior-{self._drawn.fingerprint[:12]}.h5"
         for other in self._chains():
             if other != path:
                 self._forget(other)

@@ -9,8 +9,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from calib.options import Options
-from calib.videos import VideoStage
+from calib.job import Job
+from calib.stages.videos import Videos
 from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import DecayTrial, measure_decay_trial
@@ -23,17 +23,13 @@ from session import (
     FaultCollector,
     Flag,
     NotEnoughData,
-    Provenance,
-    Session,
+    Stage,
     Tracks,
     TrialSpec,
     fingerprint_of,
-    is_current,
     load_tracks,
-    mark_current,
     save_tracks,
 )
-from swimmer import RobotSpec
 from tracking import check_tracks
 from tracking.lens import lens_flags
 
@@ -47,15 +43,12 @@ class Recordings:
     """The recordings of a session.
 
     Args:
-        session: as read.
-        robot: that was recorded.
-        options: tracker, threads, progress.
-        stamp: what results are stamped with.
+        job: the work on the session.
     """
 
-    def __init__(self, session: Session, robot: RobotSpec, options: Options, stamp: Provenance) -> None:
-        self._session, self._robot, self._options, self._stamp = session, robot, options, stamp
-        self.videos = VideoStage(session, robot, options)
+    def __init__(self, job: Job) -> None:
+        self._job, self._session, self._robot = job, job.session, job.robot
+        self.videos = Videos(job)
         self._unmeasured: tuple[tuple[TrialSpec, str], ...] = ()
 
     @cached_property
@@ -65,12 +58,13 @@ class Recordings:
         Raises:
             InputError: what is wrong with the videos and boxes of all trials.
         """
-        stamp = self._stamp
+        stamp = self._job.provenance
         filmed = [spec for spec in self._usable if spec.tracks is None]
         self.videos.all_boxes(filmed)
         trackers = {spec.name: self.videos.tracker_of(spec) for spec in filmed}
         model = {"mujoco": stamp.mujoco, "model": stamp.model_sha256}
-        return fingerprint_of(stamp.inputs, model | ({"trackers": trackers} if trackers else {}))
+        settings = model | ({"trackers": trackers} if trackers else {})
+        return fingerprint_of(stamp.inputs, settings)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -154,7 +148,7 @@ class Recordings:
         self.videos.all_boxes(filmed)  # what is wrong with any of them, before the first is tracked
         for spec in filmed:
             self.videos.tracks(spec)
-        if not all(is_current(files[spec.name], self.fingerprint) for spec in self._usable if spec.tracks is not None):
+        if not all(self._stage(spec).is_current for spec in self._usable if spec.tracks is not None):
             _ = self._measured
         return tuple(files.values())
 
@@ -168,7 +162,7 @@ class Recordings:
         """All usable trials that can be measured, in the order of the session; the swims all can."""
         measured, problems, faults = [], [], FaultCollector()
         for spec in self._usable:
-            self._options.tell(f"reading {spec.name}", None)
+            self._job.tell(f"reading {spec.name}")
             try:
                 with faults.nested():
                     measured.append(self._measure(spec, self._recorded(spec)))
@@ -211,14 +205,18 @@ class Recordings:
     def _file(self, trial: str) -> Path:
         return self._session.results / "tracks" / f"{trial}.csv"
 
+    def _stage(self, spec: TrialSpec) -> Stage:
+        """The tracks of a trial as they are used."""
+        return Stage(self._file(spec.name), {}, {}, [self])
+
     def _save(self, spec: TrialSpec, tracks: Tracks, weight: Callable[[], np.ndarray]) -> None:
         """The tracks as used: what does not count keeps its place, with confidence 0."""
-        path = self._file(spec.name)
-        if spec.tracks is None or is_current(path, self.fingerprint):
+        stage = self._stage(spec)
+        if spec.tracks is None or stage.is_current:
             return
         confidence = np.where(weight() > 0, tracks.confidence, 0.0)
-        save_tracks(path, Tracks(tracks.markers, tracks.time_s, tracks.position_px, confidence))
-        mark_current(path, self.fingerprint)
+        save_tracks(stage.file, Tracks(tracks.markers, tracks.time_s, tracks.position_px, confidence))
+        stage.mark()
 
 
 @dataclass(frozen=True)

@@ -1,28 +1,25 @@
 """From the videos of a session to tracks, with start boxes, a person's edits, filled gaps and flags."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 
-from calib.options import Options
+from calib.job import Job
 from session import (
     FaultCollector,
     Flag,
     InputError,
-    Session,
+    Stage,
     Tracks,
     TrialSpec,
-    fingerprint_of,
-    is_current,
-    mark_current,
     save_tracks,
     sha256_of,
 )
-from swimmer import RobotSpec
 from tracking.boxes import (
     ClickBoxes,
     StartBoxes,
@@ -61,29 +58,26 @@ class VideoTracks:
     flags: tuple[Flag, ...]
 
 
-class VideoStage:
+class Videos:
     """Tracks the videos of a session; what has not changed is not tracked again.
 
     ``results/tracking/<trial>.csv`` with its states and flags is the trial after edits and filled gaps, in
     ``results/tracking/raw`` as the tracker left it; beside them stand the boxes and their picture.
 
     Args:
-        session: whose videos.
-        robot: whose markers.
-        options: tracker, threads, progress.
+        job: the work on the session.
     """
 
-    def __init__(self, session: Session, robot: RobotSpec, options: Options) -> None:
-        self._session, self._robot, self._options = session, robot, options
+    def __init__(self, job: Job) -> None:
+        self._job = job
         self._hashes: dict[Path, str] = {}
         self._boxes: dict[str, StartBoxes] = {}
         self._tracks: dict[str, VideoTracks] = {}
-        self.made: list[Path] = []
 
     @property
     def folder(self) -> Path:
         """``results/tracking``."""
-        return self._session.results / "tracking"
+        return self._job.results / "tracking"
 
     def tracks(self, spec: TrialSpec) -> VideoTracks:
         """The tracks of one trial, up to date.
@@ -100,7 +94,7 @@ class VideoStage:
         boxes = self._boxes_in(spec, video)
         raw = self._raw(spec, video, boxes)
         tracked = self._corrected(spec, video, raw, boxes)
-        judged = trusted(tracked, self._robot)
+        judged = trusted(tracked, self._job.robot)
         return VideoTracks(tracked, boxes, _size_px(video), judged.counting, judged.weight, judged.flags)
 
     def boxes(self, spec: TrialSpec) -> StartBoxes:
@@ -119,12 +113,9 @@ class VideoStage:
         if spec.name in self._boxes:
             return self._boxes[spec.name]
         boxes = self._given(spec, video) or self._found(spec, video)
-        picture = self.folder / f"{spec.name}.boxes.png"
-        fingerprint = fingerprint_of({"video": self.sha256(self._video(spec))}, {"boxes": boxes.to_json()})
-        if not is_current(picture, fingerprint):
-            write_preview(picture, video.frame(boxes.frame).rgb(), boxes)
-            mark_current(picture, fingerprint)
-            self.made.append(picture)
+        picture = self._stage(f"{spec.name}.boxes.png", spec, {"boxes": boxes.to_json()})
+        if picture.ensure(lambda: write_preview(picture.file, video.frame(boxes.frame).rgb(), boxes)):
+            self._job.made.append(picture.file)
         return boxes
 
     def all_boxes(self, specs: Sequence[TrialSpec]) -> dict[str, StartBoxes]:
@@ -143,7 +134,7 @@ class VideoStage:
 
     def _given(self, spec: TrialSpec, video: Video) -> StartBoxes | None:
         """The boxes that came with the session."""
-        names = self._session.markers
+        names = self._job.session.markers
         return None if spec.boxes is None else load_boxes(spec.boxes, names, video.info, self._layout_m(names))
 
     def click_page(self, spec: TrialSpec) -> Path:
@@ -152,13 +143,13 @@ class VideoStage:
         Raises:
             InputError: the video cannot be read.
         """
-        page, names = self.folder / f"{spec.name}.click.html", self._session.markers
+        page, names = self.folder / f"{spec.name}.click.html", self._job.session.markers
         with self._opened(spec) as video:
             suggested = self._suggested(spec, video)
             picture = next(video.frames()) if suggested is None else video.frame(suggested.frame)
             blobs = (*find_blobs(picture.luma, "bright"), *find_blobs(picture.luma, "dark"))
             layout_m = self._layout_m(names)
-            place = Path(os.path.relpath(self._boxes_file(spec), self._session.folder)).as_posix()
+            place = Path(os.path.relpath(self._boxes_file(spec), self._job.session.folder)).as_posix()
             click = ClickBoxes(picture.rgb(), names, spec.name, picture.number, suggested, blobs, layout_m, place)
             write_click_page(page, click)
         return page
@@ -174,17 +165,16 @@ class VideoStage:
         return spec.boxes or self._video(spec).with_name(f"{spec.name}.boxes.json")
 
     def _layout_m(self, names: tuple[str, ...]) -> np.ndarray:
-        return self._robot.marker_positions_m(names)[:, :2]
+        return self._job.robot.marker_positions_m(names)[:, :2]
 
     def _found(self, spec: TrialSpec, video: Video, with_page: bool = True) -> StartBoxes:
         """Boxes found in one of the first frames, kept from one run to the next."""
-        names, file = self._session.markers, self.folder / f"{spec.name}.boxes.json"
+        names = self._job.session.markers
         layout_m = self._layout_m(names)
-        parameters = {"markers": names, "layout_m": layout_m, "finder": 1}
-        fingerprint = fingerprint_of({"video": self.sha256(self._video(spec))}, parameters)
-        if is_current(file, fingerprint):
-            return load_boxes(file, names)
-        self._options.tell(f"{spec.name}: looking for the markers", None)
+        stage = self._stage(f"{spec.name}.boxes.json", spec, {"markers": names, "layout_m": layout_m, "finder": 1})
+        if stage.is_current:
+            return load_boxes(stage.file, names)
+        self._job.tell(f"{spec.name}: looking for the markers", None)
         problems: list[InputError] = []
         for number in [number for number in _SEARCHED if number < video.info.frames]:
             try:
@@ -192,9 +182,9 @@ class VideoStage:
             except InputError as problem:
                 problems.append(problem)
                 continue
-            save_boxes(file, found.boxes)
-            mark_current(file, fingerprint)
-            self.made.append(file)
+            save_boxes(stage.file, found.boxes)
+            stage.mark()
+            self._job.made.append(stage.file)
             return found.boxes
         if with_page:
             page, place = self.click_page(spec), self._boxes_file(spec)
@@ -204,42 +194,41 @@ class VideoStage:
 
     def _raw(self, spec: TrialSpec, video: Video, boxes: StartBoxes) -> TrackedTrial:
         """As the tracker left it."""
-        folder, tracker = self.folder / "raw", self._tracker(spec, boxes)
-        fingerprint = self._raw_fingerprint(spec, boxes, tracker)
-        files = TrackedFiles.of(folder, spec.name)
-        if is_current(files.tracks, fingerprint):
+        tracker = self._tracker(spec, boxes)
+        stage, folder = self._raw_stage(spec, boxes, tracker), self.folder / "raw"
+        if stage.is_current:
             return load_tracked(folder, spec.name)
 
         def progress(done: int, frames: int, fps: float) -> None:
-            self._options.tell(f"tracking {spec.name}, {fps:.0f} frames a second", done / frames)
+            self._job.tell(f"tracking {spec.name}, {fps:.0f} frames a second", done / frames)
 
-        partial = Partial(folder / f".{spec.name}.partial.npz", fingerprint)
-        names = self._session.markers
+        partial = Partial(folder / f".{spec.name}.partial.npz", stage.fingerprint)
+        names = self._job.session.markers
         tracked = follow_video(video, boxes, names, tracker, partial, progress)
         doubts = doubtful_boxes(video.frame(boxes.frame).luma, boxes, names)
         tracked = replace(tracked, flags=(*doubts, *tracked.flags))
         save_tracked(folder, spec.name, tracked)
-        mark_current(files.tracks, fingerprint, files[1:])
+        stage.mark(TrackedFiles.of(folder, spec.name))
         return tracked
 
     def _corrected(self, spec: TrialSpec, video: Video, raw: TrackedTrial, boxes: StartBoxes) -> TrackedTrial:
         """After a person's edits, and with its gaps filled."""
         assert spec.edits is not None
-        log = EditLog.load(spec.edits, self._session.markers, len(raw.state))
+        log = EditLog.load(spec.edits, self._job.session.markers, len(raw.state))
         edits = {"edits": sha256_of(spec.edits)} if log.edits else {}
-        fingerprint = fingerprint_of(edits, {}, [self._raw_fingerprint(spec, boxes, self._tracker(spec, boxes))])
-        files, used = TrackedFiles.of(self.folder, spec.name), self._session.results / "tracks" / f"{spec.name}.csv"
-        if is_current(files.tracks, fingerprint):
+        files, used = TrackedFiles.of(self.folder, spec.name), self._job.results / "tracks" / f"{spec.name}.csv"
+        stage = Stage(files.tracks, edits, {}, [self._raw_stage(spec, boxes, self._tracker(spec, boxes))])
+        if stage.is_current:
             return load_tracked(self.folder, spec.name)
         if log.edits:
-            self._options.tell(f"{spec.name}: replaying {len(log.in_force)} edits", None)
+            self._job.tell(f"{spec.name}: replaying {len(log.in_force)} edits", None)
         tracked = fill_gaps(apply_edits(raw, log, retracker(video)))
-        judged = trusted(tracked, self._robot)
+        judged = trusted(tracked, self._job.robot)
         tracked = replace(tracked, flags=judged.flags)
         save_tracked(self.folder, spec.name, tracked)
         save_tracks(used, replace(judged.counting, confidence=judged.weight))
-        mark_current(files.tracks, fingerprint, (*files[1:], used))
-        self.made += [files.tracks, used]
+        stage.mark((*files, used))
+        self._job.made.extend([files.tracks, used])
         return tracked
 
     def tracker_of(self, spec: TrialSpec) -> TrackerName:
@@ -247,15 +236,19 @@ class VideoStage:
         return self._tracker(spec, self.boxes(spec))
 
     def _tracker(self, spec: TrialSpec, boxes: StartBoxes) -> TrackerName:
-        if self._options.tracker is not None:
-            return self._options.tracker
-        raw = TrackedFiles.of(self.folder / "raw", spec.name).tracks
-        stand = [name for name in TRACKERS if is_current(raw, self._raw_fingerprint(spec, boxes, name))]
+        if self._job.options.tracker is not None:
+            return self._job.options.tracker
+        stand = [name for name in TRACKERS if self._raw_stage(spec, boxes, name).is_current]
         return stand[0] if stand else TRACKERS[0]
 
-    def _raw_fingerprint(self, spec: TrialSpec, boxes: StartBoxes, tracker: TrackerName) -> str:
-        parameters = {"boxes": boxes.to_json(), "markers": self._session.markers, "tracker": tracker}
-        return fingerprint_of({"video": self.sha256(self._video(spec))}, parameters | {"opencv": cv2.__version__})
+    def _raw_stage(self, spec: TrialSpec, boxes: StartBoxes, tracker: TrackerName) -> Stage:
+        settings = {"boxes": boxes.to_json(), "markers": self._job.session.markers, "tracker": tracker}
+        file = TrackedFiles.of(Path("raw"), spec.name).tracks
+        return self._stage(file, spec, settings | {"opencv": cv2.__version__})
+
+    def _stage(self, file: str | Path, spec: TrialSpec, settings: Mapping[str, Any]) -> Stage:
+        """What is made from one video."""
+        return Stage(self.folder / file, {"video": self.sha256(self._video(spec))}, settings)
 
     def sha256(self, path: Path) -> str:
         """Of a file, read once only: videos are long."""
@@ -264,7 +257,7 @@ class VideoStage:
         return self._hashes[path]
 
     def _opened(self, spec: TrialSpec) -> Video:
-        return Video(self._video(spec), self._options.workers)
+        return Video(self._video(spec), self._job.options.workers)
 
     @staticmethod
     def _video(spec: TrialSpec) -> Path:

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from calib.pipeline import Pipeline
+from diagnosis.result import MissingForces
 from fitting import CalibratedTrial, residuals
-from reports.missing_forces import MissingForces
 from reports.recording import MissingOverTime, RecordedTrial, make_proxy, write_recording
-from session import NotEnoughData, TrialSpec, fingerprint_of, is_current, load_tracks, mark_current
+from session import NotEnoughData, Stage, TrialSpec, load_tracks
 from tracking import check_tracks
 from tracking.records import TrackedTrial
 from tracking.video import Video
@@ -31,11 +31,11 @@ def make_recording(pipeline: Pipeline) -> Path:
         )
     pipeline.recordings.videos.all_boxes([spec for spec in specs if spec.tracks is None])
     calibration = pipeline.standing_calibration()
-    if calibration is None and pipeline.calibration_file.is_file():
-        pipeline.said.append(f"{pipeline.calibration_file} was made from other inputs and is not shown; fit again.")
+    if calibration is None and pipeline.fits.file.is_file():
+        pipeline.said.append(f"{pipeline.fits.file} was made from other inputs and is not shown; fit again.")
     fitted = {} if calibration is None else {trial.measured.name: trial for trial in calibration.trials}
     stage = pipeline.standing_diagnosis()
-    forces = None if stage is None else MissingForces.of(stage.read())
+    forces = None if stage is None else stage.read().missing_forces
     trials = [_recorded(pipeline, spec, fitted.get(spec.name), forces) for spec in specs]
     pipeline.options.tell("writing the recording", None)
     write_recording(path, trials, session.name)
@@ -71,12 +71,12 @@ def _recorded(
 
 def _proxy(pipeline: Pipeline, trial: str, video: Path, frames: int) -> Path:
     """A small copy of the video, made again when the video changed."""
-    proxy = pipeline.session.results / "tracking" / f"{trial}.proxy.mp4"
-    fingerprint = fingerprint_of({"video": pipeline.recordings.videos.sha256(video)}, {"proxy": 1})
-    if not is_current(proxy, fingerprint):
-        make_proxy(video, proxy, progress=lambda done: pipeline.options.tell(f"copying {trial} small", done / frames))
-        mark_current(proxy, fingerprint)
-    return proxy
+    path = pipeline.session.results / "tracking" / f"{trial}.proxy.mp4"
+    proxy = Stage(path, {"video": pipeline.recordings.videos.sha256(video)}, {"proxy": 1})
+    if not proxy.is_current:
+        make_proxy(video, path, progress=lambda done: pipeline.job.tell(f"copying {trial} small", done / frames))
+        proxy.mark()
+    return path
 
 
 def _twin(fitted: CalibratedTrial, tracked: TrackedTrial, first: int) -> tuple[np.ndarray, np.ndarray]:

@@ -2,23 +2,38 @@ from pathlib import Path
 
 import pytest
 
-from session import fingerprint_of, is_current, mark_current
+from session import Stage, fingerprint_of
+
+
+def stage(target: Path, fingerprint: str) -> Stage:
+    return Stage(target, {}, {"made from": fingerprint})
 
 
 @pytest.fixture
 def target(tmp_path: Path) -> Path:
     path = tmp_path / "results" / "calibration.json"
     path.parent.mkdir()
-    path.write_text("{}")
-    (path.parent / "calibrated.xml").write_text("<mujoco/>")
-    mark_current(path, "now", [path.parent / "calibrated.xml"])
+
+    def make() -> tuple[Path, ...]:
+        path.write_text("{}")
+        path.with_name("calibrated.xml").write_text("<mujoco/>")
+        return (path.with_name("calibrated.xml"),)
+
+    assert stage(path, "now").ensure(make)
     return path
 
 
-def test_a_marked_result_is_current_for_its_fingerprint_only(target: Path) -> None:
-    assert is_current(target, "now")
-    assert not is_current(target, "later")
-    assert not is_current(target.with_name("diagnosis.json"), "now")
+def test_a_result_is_current_for_its_fingerprint_only(target: Path) -> None:
+    assert stage(target, "now").is_current
+    assert not stage(target, "later").is_current
+    assert not stage(target.with_name("diagnosis.json"), "now").is_current
+
+
+def test_what_is_current_is_not_made_again(target: Path) -> None:
+    def never() -> None:
+        raise AssertionError
+
+    assert not stage(target, "now").ensure(never)
 
 
 @pytest.mark.parametrize("name", ["calibration.json", "calibrated.xml"])
@@ -26,30 +41,35 @@ def test_an_edited_or_deleted_output_is_not_current(target: Path, name: str) -> 
     output = target.with_name(name)
     before = output.read_bytes()
     output.write_bytes(before + b" ")
-    assert not is_current(target, "now")
+    assert not stage(target, "now").is_current
     output.write_bytes(before)
-    assert is_current(target, "now")
+    assert stage(target, "now").is_current
     output.unlink()
-    assert not is_current(target, "now")
+    assert not stage(target, "now").is_current
 
 
 @pytest.mark.parametrize("damage", ["{", "[]", '{"calibration.json": 3}', '{"calibration.json": {}}'])
 def test_a_damaged_record_makes_everything_again(target: Path, damage: str) -> None:
     (target.parent / ".stages.json").write_text(damage)
-    assert not is_current(target, "now")
-    mark_current(target, "now")
-    assert is_current(target, "now")
+    assert not stage(target, "now").is_current
+    stage(target, "now").mark()
+    assert stage(target, "now").is_current
 
 
 def test_results_in_subfolders_share_the_record(target: Path) -> None:
     tracks = target.parent / "tracks" / "slow.csv"
     tracks.parent.mkdir()
     tracks.write_text("1")
-    mark_current(tracks, "a")
-    assert is_current(tracks, "a")
-    assert is_current(target, "now")
+    stage(tracks, "a").mark()
+    assert stage(tracks, "a").is_current
+    assert stage(target, "now").is_current
     with pytest.raises(ValueError, match="is not in a session's results folder"):
-        is_current(target.parents[1] / "slow.csv", "a")
+        assert stage(target.parents[1] / "slow.csv", "a").is_current
+
+
+def test_a_stage_depends_on_those_it_builds_on(target: Path) -> None:
+    one, other = (Stage(target, {}, {}, [stage(target, name)]) for name in ("now", "later"))
+    assert one.fingerprint != other.fingerprint
 
 
 def test_the_fingerprint_follows_all_it_is_made_of_and_not_their_order() -> None:

@@ -1,0 +1,172 @@
+"""From measured swims to a diagnosis: ``results/diagnosis.json``, and the twin with what it names.
+
+The diagnosis takes a second to load: it is imported where it is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeVar
+
+from calib.job import Job
+from calib.options import EffortName
+from calib.stages.recordings import Recordings
+from session import FaultCollector, InputError, NotEnoughData, Stage
+from swimmer import Twin
+from swimmer.effects import Effect, catalogue
+
+if TYPE_CHECKING:
+    from diagnosis import Discrepancy
+    from diagnosis.result import DiagnosisResult, SuppositionResult
+
+Found = TypeVar("Found")
+_FORM = 17  # of the files and of what they rest on
+
+
+class DiagnosisStage(Stage):
+    """``results/diagnosis.json``, and ``calibrated+<effects>.xml``.
+
+    Beside that ``calibrated+everything.xml``, where all effects at once are called for.
+
+    Args:
+        job: the work on the session.
+        recordings: of the session.
+        without: names that the catalogue is to lack.
+        effort: of the diagnosis; default: as the options have it.
+
+    Raises:
+        InputError: the catalogue has no such effect.
+    """
+
+    def __init__(
+        self, job: Job, recordings: Recordings, without: frozenset[str] = frozenset(), effort: EffortName | None = None
+    ) -> None:
+        self._job, self._recordings, self._without = job, recordings, without
+        _check_names("--without", sorted(without), catalogue())
+        told = {name: [list(parameter) for parameter in effect.parameters] for name, effect in self.effects.items()}
+        effort = effort or job.options.effort
+        settings = {"form": _FORM, "effort": effort, "effects": told, "seed": job.session.seed}
+        super().__init__(job.results / "diagnosis.json", {}, settings, [recordings])
+
+    @cached_property
+    def effects(self) -> dict[str, Effect]:
+        """The catalogue without what it is to lack."""
+        return {name: effect for name, effect in catalogue().items() if name not in self._without}
+
+    @property
+    def withheld(self) -> frozenset[str]:
+        """What the catalogue lacked of the diagnosis that stands; nothing where that cannot be read."""
+        with suppress(InputError):
+            return frozenset(self.read().withheld_from_catalogue) & set(catalogue())
+        return frozenset()
+
+    def make(self, discrepancy: Discrepancy | None = None) -> None:
+        """Diagnoses and writes.
+
+        Args:
+            discrepancy: what a refitted twin leaves of gaits where nothing is wrong; default: what it leaves of the
+                toolkit's second simulator.
+
+        Raises:
+            NotEnoughData: no swim has the role "fit".
+            SimulationDiverged: the plain twin, from every start.
+        """
+        from calib.stages.affected_mjcf import write_affected_twin
+        from diagnosis import diagnose
+        from diagnosis.diagnosis_file import diagnosis_result
+        from diagnosis.result import DIAGNOSIS
+
+        job, found = self._job, self._asked(diagnose, self.effects, discrepancy)
+        for path in job.results.glob("calibrated+*"):
+            path.unlink()
+        twins = {} if found.refit is None else {"+".join(effect.name for effect in found.refit.effects): found.refit}
+        if found.everything is not None:
+            twins["everything"] = found.everything[0].refit
+        robot_file = job.session.robot_file
+        models = [
+            path
+            for name, twin in twins.items()
+            for path in write_affected_twin(job.results, found.ground, twin, name, robot_file)
+        ]
+        result = diagnosis_result(found, sorted(self._without), [path.name for path in models])
+        written = (*DIAGNOSIS.write(job.results, job.provenance, result), *models)
+        self.mark(written)
+        job.made.extend(written)
+
+    def check_supposed(self, names: Sequence[str]) -> None:
+        """That the catalogue has these effects.
+
+        Raises:
+            InputError: it has not.
+        """
+        _check_names("--suppose", names, self.effects)
+
+    def suppose(self, names: Sequence[str]) -> SuppositionResult:
+        """Asks what the swims say of effects that a user names; ``results/supposed.json``, made anew every time.
+
+        Args:
+            names: of effects of the catalogue.
+
+        Raises:
+            NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
+            SimulationDiverged: the plain twin, from every start.
+        """
+        from diagnosis import suppose
+        from diagnosis.diagnosis_file import supposition_result
+        from diagnosis.result import SUPPOSITION
+
+        effects = [self.effects[name] for name in dict.fromkeys(names)]
+        result = supposition_result(self._asked(suppose, effects))
+        SUPPOSITION.write(self._job.results, self._job.provenance, result)
+        return result
+
+    def read(self) -> DiagnosisResult:
+        """The content of ``diagnosis.json``.
+
+        Raises:
+            InputError: there is none of this version.
+        """
+        from diagnosis.result import DIAGNOSIS
+
+        return DIAGNOSIS.read(self._job.results)
+
+    def _asked(
+        self,
+        question: Callable[..., Found],
+        effects: Mapping[str, Effect] | Sequence[Effect],
+        discrepancy: Discrepancy | None = None,
+    ) -> Found:
+        """What `diagnose` or `suppose` says of this session."""
+        from diagnosis import Settings, discrepancy_for
+
+        job, trials = self._job, self._recordings.swims
+        if not any(trial.role == "fit" for trial in trials):
+            raise NotEnoughData(f'{job.session.name}: no swim of role "fit"; a diagnosis needs at least one')
+        markers = trials[0].markers
+        return question(
+            trials,
+            Twin(job.robot, markers, workers=job.options.workers),
+            job.session.camera,
+            effects,
+            discrepancy_for(markers, job.robot) if discrepancy is None else discrepancy,
+            Settings(job.options.effort, seed=job.session.seed),
+            job.tell,
+            self._recordings.out_of_water,
+        )
+
+
+def _check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) -> None:
+    faults = FaultCollector(option)
+    for name in names:
+        if name not in known:
+            faults.add(
+                name,
+                "no effect of the catalogue",
+                found=repr(name),
+                expected="names of the catalogue",
+                choices=tuple(known),
+                next_step="Mend the name; docs/effects.md has the table.",
+            )
+    faults.raise_if_any()

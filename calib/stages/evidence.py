@@ -1,0 +1,36 @@
+"""What stands beside a fit: ``results/evidence.json``."""
+
+from pathlib import Path
+
+from calib.job import Job
+from calib.stages.fit import FitStage
+from fitting import EVIDENCE, Calibration, Evidence, MeasuredTrial, gather_evidence
+from session import Stage
+from swimmer import Twin
+
+
+class EvidenceStage(Stage):
+    """A free yaw, boxes put right, profiles of the coefficients, and with full effort other pairs of fit trials.
+
+    Args:
+        job: the work on the session.
+        fit: that it stands beside.
+    """
+
+    def __init__(self, job: Job, fit: FitStage) -> None:
+        self._job = job
+        super().__init__(job.results / EVIDENCE.name, {}, {}, [fit])
+
+    def current(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> Evidence:
+        """The evidence, up to date."""
+
+        def make() -> tuple[Path, ...]:
+            job = self._job
+            pairs = job.options.effort == "full"
+            evidence = gather_evidence(trials, twin, calibration.fit, pairs, job.session.seed, job.tell)
+            written = EVIDENCE.write(job.results, job.provenance, evidence)
+            job.made.extend(written)
+            return written
+
+        self.ensure(make)
+        return EVIDENCE.read(self._job.results)

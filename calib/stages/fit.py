@@ -1,0 +1,137 @@
+"""From measured swims to a calibrated twin: ``results/calibration.json`` and ``calibrated.xml``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from calib.job import Job
+from calib.options import EFFORTS, EffortName
+from calib.stages.calibrated_mjcf import calibrated_mjcf
+from calib.stages.recordings import Recordings
+from calib.stages.structure import StructureStage
+from fitting import (
+    CALIBRATION,
+    Calibration,
+    CalibrationResult,
+    Comparison,
+    MethodName,
+    assemble,
+    calibrate,
+    calibration_result,
+)
+from session import Stage, SwimcalError, read_provenance, write_whole
+from swimmer import Twin, check_engine
+
+if TYPE_CHECKING:
+    from fitting.marginal import Marginal
+
+_FORM = 7  # of calibration.json and evidence.json
+
+
+class FitStage(Stage):
+    """The five coefficients, elongated body theory, and every trial beside the twin.
+
+    Args:
+        job: the work on the session.
+        recordings: of the session.
+        structures: of its robot.
+        effort, method, comparison: how hard, how and for what is searched.
+    """
+
+    def __init__(
+        self,
+        job: Job,
+        recordings: Recordings,
+        structures: StructureStage,
+        effort: EffortName,
+        method: MethodName,
+        comparison: Comparison,
+    ) -> None:
+        self._job, self._recordings, self._structures = job, recordings, structures
+        self.effort, self.method, self.comparison = effort, method, comparison
+        settings = {"seed": job.session.seed, "effort": effort, "method": method, "comparison": comparison}
+        super().__init__(job.results / CALIBRATION.name, {}, settings | {"form": _FORM}, [recordings])
+
+    def current(self) -> Calibration:
+        """The calibration, up to date: searched for, or read back and every trial simulated again.
+
+        Raises:
+            NotEnoughData: no fit trial, or trials without a usable sample; all of them at once.
+        """
+        return self.read() if self.is_current else self._made()
+
+    def read(self) -> Calibration:
+        """The calibration in `calibration.json`: only the comparison is simulated again.
+
+        Raises:
+            ModelMismatch: it was made with another engine, or another robot than the session describes; what the
+                session's dry experiments say of the robot stands in its structure.
+        """
+        job, made_with = self._job, read_provenance(self.file)
+        check_engine(made_with, job.robot, str(self.file))
+        result = CALIBRATION.read(job.results)
+        phases = {name: trial.phase_rad for name, trial in result.trials.items()}
+        structure = self._structures.current()
+        trials = self._recordings.swims
+        twin = Twin(structure.robot, trials[0].markers, workers=job.options.workers)
+        return assemble(trials, twin, result.fit, phases, structure, result.objective)
+
+    def result(self) -> CalibrationResult:
+        """The content of `calibration.json`.
+
+        Raises:
+            InputError: there is none of this version.
+        """
+        return CALIBRATION.read(self._job.results)
+
+    def add_posterior(self, marginals: Mapping[str, Marginal]) -> None:
+        """Puts the posterior of the coefficients into `calibration.json`; all else stays as it is."""
+        job = self._job
+        written = CALIBRATION.write(job.results, job.provenance, replace(self.result(), posterior=marginals))
+        self.mark((*written, self._mjcf_file))
+
+    @property
+    def _mjcf_file(self) -> Path:
+        return self.file.with_name("calibrated.xml")
+
+    def _made(self) -> Calibration:
+        job = self._job
+        self._say_why_again()
+        structure, trials = self._structures.current(), self._recordings.swims  # that stands even without a swim
+        job.tell("fitting the coefficients", 0.0)
+        calibration = calibrate(
+            trials,
+            structure,
+            effort=EFFORTS[self.effort],
+            seed=job.session.seed,
+            workers=job.options.workers,
+            method=self.method,
+            comparison=self.comparison,
+            progress=lambda share, best_m: job.tell(f"fitting the coefficients, {1000 * best_m:.1f} mm so far", share),
+        )
+        written = (*CALIBRATION.write(job.results, job.provenance, calibration_result(calibration)), self._mjcf_file)
+        write_whole(self._mjcf_file, calibrated_mjcf(calibration))
+        self.mark(written)
+        job.made.extend(written)
+        return calibration
+
+    def _say_why_again(self) -> None:
+        """Notes what differs from the calibration that stands there and is about to be replaced."""
+        job = self._job
+        try:
+            made_with, result = read_provenance(self.file), self.result()
+        except SwimcalError:
+            return
+        then = made_with.to_json() | {"method": result.fit.method, "objective": result.objective}
+        now = job.provenance.to_json() | {"method": self.method, "objective": self.comparison}
+        differ = [f"{key} {_short(then[key])} -> {_short(now[key])}" for key in now if then[key] != now[key]]
+        if differ:
+            job.said.append(f"{self.file} was made otherwise ({'; '.join(differ)}) and is made again.")
+
+
+def _short(value: object) -> str:
+    """A value for a sentence: files and hashes are only named."""
+    return "other files" if isinstance(value, dict) else str(value)[:12]

@@ -1,0 +1,123 @@
+"""Stages: results that belong to what they were made from, so that what has not changed is not made again.
+
+``results/.stages.json`` holds, for each main result, the fingerprint of what it was made from and the hash of what was
+written. A result that was edited, deleted or made from something else is not current.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+from session.results import plain_json, program_version, sha256_of, write_whole
+
+STAMPS = ".stages.json"
+
+
+class Fingerprinted(Protocol):
+    """Whatever results may depend on."""
+
+    @property
+    def fingerprint(self) -> str:
+        """A hash over all that it depends on itself."""
+
+
+class Stage:
+    """One step of the work on a session: its inputs, their fingerprint, and the files that it makes.
+
+    Args:
+        file: the main result, somewhere in the session's ``results`` folder.
+        inputs: sha256 of each input file by its name.
+        settings: everything else that steers the stage: seed, effort, engine version, model hash, …
+        after: the stages, or else, it builds on.
+    """
+
+    def __init__(
+        self, file: Path, inputs: Mapping[str, str], settings: Mapping[str, Any], after: Iterable[Fingerprinted] = ()
+    ) -> None:
+        self.file, self._inputs, self._settings, self._after = file, inputs, settings, tuple(after)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """A hash over all that the results depend on; the order of inputs and settings does not matter."""
+        return fingerprint_of(self._inputs, self._settings, (stage.fingerprint for stage in self._after))
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the results were made from these inputs, and all that was made together still stands as written."""
+        stamp = _read(self._results).get(_name(self.file, self._results))
+        if not isinstance(stamp, dict) or stamp.get("fingerprint") != self.fingerprint:
+            return False
+        outputs = stamp.get("outputs")
+        if not isinstance(outputs, dict) or not outputs:
+            return False
+        return all(_stands(self._results / name, sha256) for name, sha256 in outputs.items())
+
+    def ensure(self, make: Callable[[], Iterable[Path] | None]) -> bool:
+        """Makes the results unless they are current; whether it did.
+
+        Args:
+            make: writes the main result; returns what was written beside it.
+        """
+        if self.is_current:
+            return False
+        self.mark(make() or ())
+        return True
+
+    def mark(self, beside: Iterable[Path] = ()) -> None:
+        """Records that the main result, and those beside it, were just made from these inputs.
+
+        Raises:
+            ResultsNotWritable: the record cannot be written.
+        """
+        outputs = {_name(path, self._results): sha256_of(path) for path in (self.file, *beside)}
+        stamps = _read(self._results)
+        stamps[_name(self.file, self._results)] = {"fingerprint": self.fingerprint, "outputs": outputs}
+        write_whole(self._results / STAMPS, json.dumps(stamps, indent=1, sort_keys=True) + "\n")
+
+    @property
+    def _results(self) -> Path:
+        """The ``results`` folder that holds the main result."""
+        for folder in self.file.parents:
+            if folder.name == "results":
+                return folder
+        raise ValueError(f"{self.file} is not in a session's results folder")
+
+
+def fingerprint_of(
+    inputs: Mapping[str, str], settings: Mapping[str, Any], after: Iterable[str] = (), program: str | None = None
+) -> str:
+    """A hash over all that results depend on; the order does not matter.
+
+    Args:
+        inputs: sha256 of each input file by its name.
+        settings: everything else that steers what is made.
+        after: fingerprints of what it builds on.
+        program: the program's version; default: this one's.
+    """
+    parts = [inputs, settings, sorted(after), program or program_version()]
+    return hashlib.sha256(json.dumps(plain_json(parts), sort_keys=True).encode()).hexdigest()
+
+
+def _name(path: Path, results: Path) -> str:
+    return path.relative_to(results).as_posix()
+
+
+def _read(results: Path) -> dict[str, Any]:
+    """The stamps; none where the record is absent or damaged, which makes every result again."""
+    try:
+        stamps = json.loads((results / STAMPS).read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return stamps if isinstance(stamps, dict) else {}
+
+
+def _stands(path: Path, sha256: str) -> bool:
+    try:
+        return sha256_of(path) == sha256
+    except OSError:
+        return False
