@@ -107,7 +107,8 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     """The commands that would have been started."""
     commands: list[list[str]] = []
     monkeypatch.setattr(subprocess, "Popen", lambda command, **_: commands.append(command))
-    monkeypatch.setattr("calib.stages.recording.make_recording", lambda pipeline: pipeline.session.results / "session.rrd")
+    made = "calib.stages.recording.make_recording"
+    monkeypatch.setattr(made, lambda pipeline: pipeline.session.results / "session.rrd")
     return commands
 
 
