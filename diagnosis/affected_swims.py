@@ -8,6 +8,7 @@ import numpy as np
 
 from diagnosis.ground import Ground
 from fitting.forecast import fit_phase, forecast
+from fitting.in_pool import head_frame
 from fitting.phase import SETTLED_S
 from fitting.placement import place
 from fitting.posterior.session_model import START_PHASE_RAD
@@ -15,7 +16,6 @@ from fitting.posterior.trial_model import TrialModel
 from fitting.scoring import score
 from fitting.signatures.view_of import view_of
 from fitting.speed import forward_speed
-from fitting.swim import head_frame
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Runs, Trajectories
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
@@ -118,6 +118,6 @@ def noise_floor_m(ground: Ground, number: int, seed: int = 0) -> float:
     ).marker_m[0]
     for _ in range(_DRAWS):
         noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
-        frames = [head_frame(trial, each) for each in (clean_m, noisy_m)]
+        frames = [head_frame(trial.markers, each) for each in (clean_m, noisy_m)]
         found.append(score(replace(trial, head=frames[1]), frames[0]).marker_error_m)
     return float(np.mean(found))

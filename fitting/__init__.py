@@ -12,6 +12,7 @@ from fitting.evidence import Evidence, YawFit, gather_evidence
 from fitting.evidence_file import evidence_payload, read_evidence
 from fitting.forecast import fit_phase, forecast
 from fitting.frequency import SwimFrequency, estimate_frequency
+from fitting.in_pool import tail_markers
 from fitting.mean_distance import MeanDistance
 from fitting.method_comparison import (
     SearchRun,
@@ -32,7 +33,7 @@ from fitting.speed_errors import Interval, SpeedErrors, speed_errors
 from fitting.structure import Source, Structure, assumed
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.tail_tip import TailSwim, measured_tail, published_motion, simulated_tail, smoothed_motion, tip_motion
-from fitting.trial import MeasuredTrial, measure_trial, tail_markers
+from fitting.trial import MeasuredTrial, measure_trial
 
 __all__ = [
     "EBT_RATIO_ONLY",

@@ -17,7 +17,7 @@ from fitting.speed import forward_speed
 from fitting.structure import Structure
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.tail_tip import measured_tail, simulated_tail
-from fitting.trial import MeasuredTrial, tail_markers
+from fitting.trial import MeasuredTrial
 from session import Flag, NotEnoughData, SimulationDiverged
 from swimmer import FluidCoefficients, RobotSpec, Twin
 from tracking import HeadFrame
@@ -164,7 +164,7 @@ def calibrate(
     Raises:
         NotEnoughData: no fit trial, or trials without a usable sample; all of them at once.
     """
-    _refuse_unusable(trials, structure.robot)
+    _refuse_unusable(trials)
     fitted = [trial for trial in trials if trial.role == "fit"]
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
     swims = Swims(twin, tuple(fitted), comparison)
@@ -182,17 +182,16 @@ def _published_distance(swims: Swims, fit: CoefficientFit) -> float:
     return float(swims.mean_distance(np.append(fit.coefficients, fit.phase_rad)[:, None])[0])
 
 
-def _refuse_unusable(trials: list[MeasuredTrial], robot: RobotSpec) -> None:
+def _refuse_unusable(trials: list[MeasuredTrial]) -> None:
     problems = []
     if not any(trial.role == "fit" for trial in trials):
         problems.append('no swim has role = "fit"; give at least one trial of session.toml that role')
     for trial in trials:
-        tail = tail_markers(robot, trial.markers)
         if not trial.weight[trial.scored].any():
             problems.append(
                 f"trial {trial.name}: every sample to be compared is flagged or missing; leave the trial out"
             )
-        elif not trial.weight[trial.known][:, tail].any():
+        elif not trial.weight[trial.known][:, list(trial.tail)].any():
             problems.append(f"trial {trial.name}: no usable marker where its phase comes from; leave the trial out")
     if problems:
         raise NotEnoughData("\n".join(problems))
@@ -218,7 +217,7 @@ def assemble(
     """
     robot = structure.robot
     fitted = [trial for trial in trials if trial.role == "fit"]
-    tails = [measured_tail(trial, robot, trial.kept) for trial in fitted]
+    tails = [measured_tail(trial, trial.kept) for trial in fitted]
     measured = np.array([trial.speed for trial in fitted])
     ebts = {form.name: fit_ebt(form, tails, measured, robot) for form in FORMS}
     fitted_hz = (min(t.frequency.hz for t in fitted), max(t.frequency.hz for t in fitted))
@@ -251,9 +250,8 @@ def _compare(
     if not np.isfinite(simulated.path_m).all():
         raise SimulationDiverged(f"trial {trial.name}: the twin diverged with the fitted coefficients at {hz:.3g} Hz")
     robot = twin.robot
-    measured_swim = measured_tail(trial, robot, trial.kept)
-    tail = tail_markers(robot, trial.markers)[-2:]
-    twin_swim = simulated_tail(trial.time_s, simulated, tail, trial.kept, trial.frequency.hz)
+    measured_swim = measured_tail(trial, trial.kept)
+    twin_swim = simulated_tail(trial.time_s, simulated, trial.tail, trial.kept, trial.frequency.hz)
     return CalibratedTrial(
         measured=trial,
         simulated=simulated,

@@ -11,10 +11,10 @@ from typing import Literal
 
 import numpy as np
 
+from fitting.in_pool import head_frame
 from fitting.mean_distance import MeanDistance
 from fitting.placement import placed_residuals
 from fitting.scoring import residuals, scored_trajectory
-from fitting.swim import head_frame
 from fitting.trial import MeasuredTrial
 from fitting.yaw import best_yaw, turn
 from swimmer import Runs, Twin
@@ -70,9 +70,9 @@ class Swims:
             velocity=np.repeat([t.start_velocity for t in self.trials], count, axis=0),
             turns=tuple(t.turn for t in self.trials for _ in range(count)),
         )
-        markers = self.twin.simulate(runs, np.repeat(times, count, axis=0), allow_divergence=True).marker_m
-        parts = np.split(markers, len(self.trials))
-        return [head_frame(trial, part[:, :n]) for trial, part, n in zip(self.trials, parts, frames, strict=True)]
+        marker_m = self.twin.simulate(runs, np.repeat(times, count, axis=0), allow_divergence=True).marker_m
+        parts = np.split(marker_m, len(self.trials))
+        return [head_frame(self.twin.markers, part[:, :n]) for part, n in zip(parts, frames, strict=True)]
 
     def errors(self, parameters: np.ndarray) -> np.ndarray:
         """(2 e, s) components of the e weighted marker errors, m: x and y of one marker follow each other.

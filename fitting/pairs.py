@@ -18,7 +18,7 @@ from fitting.pair_search import Screened, screen, search_pair
 from fitting.phase import phase_from_harmonic
 from fitting.speed import forward_speed
 from fitting.tail_tip import measured_tail, simulated_tail
-from fitting.trial import MeasuredTrial, tail_markers
+from fitting.trial import MeasuredTrial
 from session import NotEnoughData
 from swimmer import FluidCoefficients, Twin
 
@@ -92,7 +92,7 @@ def _fit_pair(
     best = search_pair(swims, [screened[name] for name in pair])
     coefficients = FluidCoefficients(*map(float, best.coefficients))
     held_out = _held_out(trial for name, trial in named.items() if name not in pair)
-    tails = [measured_tail(trial, twin.robot, trial.kept) for trial in fitted]
+    tails = [measured_tail(trial, trial.kept) for trial in fitted]
     measured = np.array([trial.speed for trial in fitted])
     ebts = {form.name: fit_ebt(form, tails, measured, twin.robot) for form in FORMS}
     return PairFit(
@@ -119,10 +119,9 @@ def _speed_errors(
     hz, robot = trial.start_frequency.hz, twin.robot
     phase = float(phase_from_harmonic(twin, trial, np.array([coefficients], float), hz)[0])
     head = forecast(twin, trial, coefficients, phase, hz)
-    twin_tail = tail_markers(robot, trial.markers)[-2:]
     tails = {
-        "": measured_tail(trial, robot, trial.kept),
-        FROM_TWIN: simulated_tail(trial.time_s, head, twin_tail, trial.kept, trial.frequency.hz),
+        "": measured_tail(trial, trial.kept),
+        FROM_TWIN: simulated_tail(trial.time_s, head, trial.tail, trial.kept, trial.frequency.hz),
     }
     speeds = {"twin": float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))}
     speeds |= {form + whose: ebt.speed(tail, robot) for whose, tail in tails.items() for form, ebt in ebts.items()}

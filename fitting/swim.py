@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from fitting.in_pool import head_frame
 from fitting.trial import MeasuredTrial
 from swimmer import Runs, Twin
-from tracking import HeadFrame, to_head_frame
+from tracking import HeadFrame
 
 
 def swim(
@@ -34,9 +35,4 @@ def swim(
         turns=(trial.turn,) * count,
     )
     trajectories = twin.simulate(runs, trial.time_s[:frames], allow_divergence=True)
-    return head_frame(trial, trajectories.marker_m)
-
-
-def head_frame(trial: MeasuredTrial, marker_m: np.ndarray) -> HeadFrame:
-    """Simulated markers (..., k, m, 2) of a trial in the head frame."""
-    return to_head_frame(marker_m, trial.markers.index("nose"), trial.markers.index("neck"))
+    return head_frame(trial.markers, trajectories.marker_m)

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.trial import tail_markers
-from session import CameraSpec, NotEnoughData, Tracks
+from fitting.in_pool import head_frame, head_is_trusted, in_pool
+from session import CameraSpec, Tracks
 from swimmer import RobotSpec
-from tracking import check_tracks, to_head_frame, to_pool
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,13 +45,8 @@ def tail_motion(tracks: Tracks, camera: CameraSpec, robot: RobotSpec) -> TailMot
     Raises:
         NotEnoughData: no tail marker, or nose and neck are never seen apart.
     """
-    quality = check_tracks(tracks, robot)
-    pool = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
-    tail = tail_markers(robot, pool.markers)
-    if not tail:
-        raise NotEnoughData("none of the markers sits on the tail; a motor's code needs at least one to be seen in")
-    nose, neck = pool.markers.index("nose"), pool.markers.index("neck")
-    lateral = to_head_frame(pool.position_m, nose, neck).shape_m[:, tail, 1]  # (n, k)
-    trusted = (quality.weight[:, nose] > 0) & (quality.weight[:, neck] > 0)  # (n,)
+    pool, quality, tail = in_pool(tracks, camera, robot, "the code of a motor")
+    lateral = head_frame(pool.markers, pool.position_m).shape_m[:, tail, 1]  # (n, k)
+    trusted = head_is_trusted(pool.markers, quality.weight)  # (n,)
     used = (quality.weight[:, tail] > 0) & trusted[:, None] & np.isfinite(lateral)
     return TailMotion(tracks.time_s, lateral, used)

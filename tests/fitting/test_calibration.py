@@ -104,7 +104,7 @@ def test_trials_that_do_not_show_the_tail_tip_are_left_out_of_ebt(trials: dict[s
     slow, fast = trials["slow"], trials["fast"]
     weight = slow.weight.copy()
     weight[:, -1] = 0.0
-    tails = [measured_tail(trial, robot, trial.kept) for trial in (replace(slow, weight=weight), fast)]
+    tails = [measured_tail(trial, trial.kept) for trial in (replace(slow, weight=weight), fast)]
     for form in FORMS:
         alone = fit_ebt(form, tails[1:], np.array([fast.speed]), robot)
         both = fit_ebt(form, tails, np.array([slow.speed, fast.speed]), robot)

@@ -134,6 +134,6 @@ def test_of_a_trial_the_two_rearmost_markers_count_however_it_lies_in_the_pool()
     cos, sin = np.cos(2.0), np.sin(2.0)
     trial = by_hand(position @ np.array([[cos, sin], [-sin, cos]]), fps=60.0)
 
-    motion = published_motion(measured_tail(trial, ROBOT, trial.kept))
+    motion = published_motion(measured_tail(trial, trial.kept))
     assert motion.lateral_speed_sq == pytest.approx((2 * np.pi * AMPLITUDE) ** 2 / 2, rel=5e-3)
     assert motion.slope_sq == pytest.approx(SLOPE**2 / 2, rel=5e-3)

@@ -11,9 +11,10 @@ import pytest
 
 from fitting.posterior.findings_file import findings_payload, read_findings
 from fitting.posterior.identifiability import identifiability
+from fitting.posterior.inference import _flags
 from fitting.posterior.laplace import laplace
 from fitting.posterior.places_off import TAKEN
-from fitting.posterior.posterior import Marginal, Posterior, _flags
+from fitting.posterior.posterior import Marginal, Posterior
 from fitting.posterior.posterior_file import VARIABLES
 from session import Flag, Provenance, read_result_json, write_result_json
 from tests.reports.posteriors import made_findings
