@@ -14,15 +14,13 @@ from itertools import count, zip_longest
 
 import numpy as np
 from mujoco.minimize import IterLog, least_squares
-from scipy.stats import qmc
 
 from fitting.coefficient_fit import CoefficientFit, Restart, flags_of
 from fitting.objective import Swims
 from fitting.precision import covariance, intervals
-from fitting.search_space import ROOTS, SearchSpace, parameters
-from fitting.starts import promising
+from fitting.search_space import SearchSpace, parameters
 from fitting.valley import along_valley
-from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
+from swimmer import FluidCoefficients
 
 Progress = Callable[[float, float], None]
 _TOLERANCE = 1e-3  # relative size of a step that ends a descent
@@ -213,10 +211,9 @@ def _result(
 
 def _starts(space: SearchSpace, effort: Effort, random: np.random.Generator) -> list[np.ndarray]:
     """(p,) the most promising points of the box that lie apart, forward swimmers first, in step with the trials."""
-    roots = ROOTS[0] + np.ptp(ROOTS) * qmc.Sobol(5, rng=random).random(effort.screened)
-    points = space.in_step(np.vstack([PUBLISHED_COEFFICIENTS, roots**2]))
-    best = np.argsort(space.objectives(points))[: effort.screened // 2]
-    return promising(space, points[:, best], effort.starts, effort.apart)
+    screened = space.screened(effort.screened, random)
+    best = np.argsort(screened.objective_m)[: effort.screened // 2]
+    return space.promising(screened.points[:, best], effort.starts, effort.apart)
 
 
 def _elsewhere(space: SearchSpace, best: Restart, steps: int) -> list[np.ndarray]:

@@ -1,7 +1,8 @@
 """One lucky pair of fit trials proves nothing: the identification repeated on other pairs of the session's swims.
 
-Every pair gets a search of its own (see `fitting.pair_search`), which knows nothing of the session's fit nor of the
-trials that the pair leaves out.
+Every pair gets a small search of its own, which knows nothing of the session's fit nor of the trials that the pair
+leaves out. What a point of the box is worth for a trial does not depend on which other trial it is paired with, so the
+screening is shared: the same points for every choice, looked at once for each trial.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -11,11 +12,13 @@ from itertools import combinations
 
 import numpy as np
 
+from fitting.coefficient_fit import Restart
+from fitting.coefficients import refine_coefficients
 from fitting.ebt import FORMS, FROM_TWIN, EbtFit, fit_ebt
 from fitting.forecast import forecast
 from fitting.objective import Swims
-from fitting.pair_search import Screened, screen, search_pair
 from fitting.phase import phase_from_harmonic
+from fitting.search_space import Screened, SearchSpace
 from fitting.speed import forward_speed
 from fitting.tail_tip import measured_tail, simulated_tail
 from fitting.trial import MeasuredTrial
@@ -23,6 +26,10 @@ from session import NotEnoughData
 from swimmer import FluidCoefficients, Twin
 
 MOST_PAIRS = 10
+SCREENED = 64  # points of the box
+CHECKED, STARTS = 32, 2  # of these the best; of these again the best that lie apart and swim forward
+APART = 1.0  # in roots
+HEAT, POLISH = 3, 10  # iterations of Gauss-Newton at most
 MODELS = ("twin", *(form.name + tail for tail in ("", FROM_TWIN) for form in FORMS))
 
 Tell = Callable[[str, float], None]
@@ -103,6 +110,21 @@ def _fit_pair(
         swims_forward=best.swims_forward,
         converged=best.converged,
     )
+
+
+def screen(twin: Twin, trial: MeasuredTrial, seed: int) -> Screened:
+    """Points of the box, the same for every trial, each in step with this one."""
+    return SearchSpace(Swims(twin, (trial,))).screened(SCREENED, np.random.default_rng(seed))
+
+
+def search_pair(swims: Swims, screened: Sequence[Screened]) -> Restart:
+    """The best twin of some trials, from points screened for each; one that swims forward if any start led to one."""
+    points = np.vstack([screened[0].points[:5], *(of_trial.points[5] for of_trial in screened)])
+    best = np.argsort(np.mean([of_trial.objective_m for of_trial in screened], axis=0))[:CHECKED]
+    starts = SearchSpace(swims).promising(points[:, best], STARTS, APART)
+    heats = refine_coefficients(swims, starts, HEAT, central=False).restarts
+    polished = refine_coefficients(swims, [heats[0].point], POLISH, central=False).restarts
+    return min((*polished, *heats), key=lambda restart: (not restart.swims_forward, restart.objective_m))
 
 
 def _held_out(trials: Iterable[MeasuredTrial]) -> Iterator[MeasuredTrial]:
