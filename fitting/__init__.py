@@ -1,7 +1,7 @@
 """What estimates numbers: swim frequency and phase, fluid coefficients, elongated body theory, and their scores."""
 
 from fitting.body_wave import BodyWave, SwimNumbers, body_wave, swim_numbers
-from fitting.calibration import CalibratedTrial, Calibration, Summary, assemble, calibrate, speeds_of
+from fitting.calibration import CalibratedTrial, Calibration, Summary, assemble, calibrate
 from fitting.calibration_file import calibration_payload, read_fit, read_objective
 from fitting.coefficient_fit import CoefficientFit, Restart
 from fitting.coefficients import FULL, QUICK, Effort, fit_coefficients
@@ -111,7 +111,6 @@ __all__ = [
     "smoothed_motion",
     "speed_errors",
     "speed_standard_error",
-    "speeds_of",
     "sweep_frequencies",
     "sweep_speed",
     "swim_numbers",

@@ -7,16 +7,14 @@ import numpy as np
 
 from fitting.coefficient_fit import CoefficientFit
 from fitting.coefficients import FULL, Effort, Progress
-from fitting.ebt import FORMS, FROM_TWIN, EbtFit, fit_ebt
+from fitting.ebt import EbtFit, fit_every_form, speeds_beside
 from fitting.forecast import fit_phase, forecast
 from fitting.methods import search
 from fitting.objective import Comparison, Swims
 from fitting.scoring import Scores, score
 from fitting.smooth_floor import settled
-from fitting.speed import forward_speed
 from fitting.structure import Structure
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
-from fitting.tail_tip import measured_tail, simulated_tail
 from fitting.trial import MeasuredTrial
 from session import Flag, NotEnoughData, SimulationDiverged
 from swimmer import FluidCoefficients, RobotSpec, Twin
@@ -33,9 +31,7 @@ class CalibratedTrial:
         phase_rad: crank phase at time 0.
         simulated_hz: frequency the twin was driven with (held-out trials: from their known part only).
         scores: marker distances over the scored frames.
-        speed_twin: forward speed of the twin over the kept whole beats, m/s.
-        ebt: speed by each form of elongated body theory from the measured tail, m/s, by the form's name.
-        ebt_of_twin: the same from the twin's own tail, as EBT forecasts without the measured one.
+        speeds: forward speed over the kept whole beats by every model, m/s, see `fitting.ebt.speeds_beside`.
         flags: of tracks and frequency, and of this comparison.
     """
 
@@ -44,15 +40,18 @@ class CalibratedTrial:
     phase_rad: float
     simulated_hz: float
     scores: Scores
-    speed_twin: float
-    ebt: Mapping[str, float]
-    ebt_of_twin: Mapping[str, float]
+    speeds: Mapping[str, float]
     flags: tuple[Flag, ...]
 
     @property
+    def speed_twin(self) -> float:
+        """Of the twin, m/s."""
+        return self.speeds["twin"]
+
+    @property
     def speed_ebt(self) -> float:
-        """Speed by elongated body theory as published, m/s."""
-        return self.ebt["published"]
+        """By elongated body theory as published, m/s."""
+        return self.speeds["published"]
 
 
 @dataclass(frozen=True)
@@ -122,20 +121,11 @@ class Calibration:
         chosen = [t for t in self.trials if t.measured.role == role]
         if not chosen:
             return None
-        errors: dict[str, list[float]] = {}
-        for trial in chosen:
-            for name, speed in speeds_of(trial).items():
-                errors.setdefault(name, []).append(abs(speed - trial.measured.speed))
+        errors = [{name: abs(speed - t.measured.speed) for name, speed in t.speeds.items()} for t in chosen]
         return Summary(
             marker_error_m=float(np.mean([t.scores.marker_error_m for t in chosen])),
-            speed_mae={name: float(np.mean(values)) for name, values in errors.items()},
+            speed_mae={name: float(np.mean([error[name] for error in errors])) for name in errors[0]},
         )
-
-
-def speeds_of(trial: CalibratedTrial) -> dict[str, float]:
-    """Every model's forward speed for one trial, m/s: the twin, EBT from the measured tail, EBT from the twin's."""
-    from_twin = {name + FROM_TWIN: speed for name, speed in trial.ebt_of_twin.items()}
-    return {"twin": trial.speed_twin, **trial.ebt, **from_twin}
 
 
 def calibrate(
@@ -217,9 +207,7 @@ def assemble(
     """
     robot = structure.robot
     fitted = [trial for trial in trials if trial.role == "fit"]
-    tails = [measured_tail(trial, trial.kept) for trial in fitted]
-    measured = np.array([trial.speed for trial in fitted])
-    ebts = {form.name: fit_ebt(form, tails, measured, robot) for form in FORMS}
+    ebts = fit_every_form(fitted, robot)
     fitted_hz = (min(t.frequency.hz for t in fitted), max(t.frequency.hz for t in fitted))
     compared = []
     for trial in trials:
@@ -249,18 +237,13 @@ def _compare(
     simulated = forecast(twin, trial, coefficients, phase_rad, hz)
     if not np.isfinite(simulated.path_m).all():
         raise SimulationDiverged(f"trial {trial.name}: the twin diverged with the fitted coefficients at {hz:.3g} Hz")
-    robot = twin.robot
-    measured_swim = measured_tail(trial, trial.kept)
-    twin_swim = simulated_tail(trial.time_s, simulated, trial.tail, trial.kept, trial.frequency.hz)
     return CalibratedTrial(
         measured=trial,
         simulated=simulated,
         phase_rad=phase_rad,
         simulated_hz=hz,
         scores=score(trial, simulated),
-        speed_twin=float(forward_speed(trial.time_s, simulated.forward_m, trial.kept, trial.frequency.hz)),
-        ebt={name: ebt.speed(measured_swim, robot) for name, ebt in ebts.items()},
-        ebt_of_twin={name: ebt.speed(twin_swim, robot) for name, ebt in ebts.items()},
+        speeds=speeds_beside(trial, simulated, ebts, twin.robot),
         flags=(*trial.flags, *_extrapolated(trial, fitted_hz)),
     )
 

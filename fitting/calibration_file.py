@@ -8,6 +8,7 @@ import numpy as np
 from fitting.calibration import CalibratedTrial, Calibration, Summary
 from fitting.coefficient_fit import NAMES, CoefficientFit, Restart
 from fitting.command_forecast import CommandForecast, forecast_from_command
+from fitting.ebt import FORMS, FROM_TWIN
 from fitting.objective import Comparison
 from fitting.structure import Source, Structure
 from session import Flag
@@ -90,9 +91,9 @@ def _trial(trial: CalibratedTrial) -> dict[str, Any]:
         "speed_measured": measured.speed,
         "speed_twin": trial.speed_twin,
         "speed_ebt": trial.speed_ebt,
-        "speed_ebt_large": trial.ebt["large"],
-        "speed_ebt_smoothed": trial.ebt["smoothed"],
-        "speed_ebt_of_twin": dict(trial.ebt_of_twin),
+        "speed_ebt_large": trial.speeds["large"],
+        "speed_ebt_smoothed": trial.speeds["smoothed"],
+        "speed_ebt_of_twin": {form.name: trial.speeds[form.name + FROM_TWIN] for form in FORMS},
         "head_displacement": measured.head.displacement,
         "flags": [flag.to_json() for flag in trial.flags],
     }

@@ -14,13 +14,11 @@ import numpy as np
 
 from fitting.coefficient_fit import Restart
 from fitting.coefficients import refine_coefficients
-from fitting.ebt import FORMS, FROM_TWIN, EbtFit, fit_ebt
+from fitting.ebt import FORMS, FROM_TWIN, EbtFit, fit_every_form, speeds_beside
 from fitting.forecast import forecast
 from fitting.objective import Swims
 from fitting.phase import phase_from_harmonic
 from fitting.search_space import Screened, SearchSpace
-from fitting.speed import forward_speed
-from fitting.tail_tip import measured_tail, simulated_tail
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData
 from swimmer import FluidCoefficients, Twin
@@ -99,9 +97,7 @@ def _fit_pair(
     best = search_pair(swims, [screened[name] for name in pair])
     coefficients = FluidCoefficients(*map(float, best.coefficients))
     held_out = _held_out(trial for name, trial in named.items() if name not in pair)
-    tails = [measured_tail(trial, trial.kept) for trial in fitted]
-    measured = np.array([trial.speed for trial in fitted])
-    ebts = {form.name: fit_ebt(form, tails, measured, twin.robot) for form in FORMS}
+    ebts = fit_every_form(fitted, twin.robot)
     return PairFit(
         fitted=pair,
         coefficients=coefficients,
@@ -137,16 +133,11 @@ def _held_out(trials: Iterable[MeasuredTrial]) -> Iterator[MeasuredTrial]:
 def _speed_errors(
     trial: MeasuredTrial, twin: Twin, coefficients: FluidCoefficients, ebts: dict[str, EbtFit]
 ) -> dict[str, float]:
-    """How far each model is off the speed of a trial held out, m/s, by its name as in `speeds_of`."""
-    hz, robot = trial.start_frequency.hz, twin.robot
+    """How far each model is off the speed of a trial held out, m/s, by its name."""
+    hz = trial.start_frequency.hz
     phase = float(phase_from_harmonic(twin, trial, np.array([coefficients], float), hz)[0])
     head = forecast(twin, trial, coefficients, phase, hz)
-    tails = {
-        "": measured_tail(trial, trial.kept),
-        FROM_TWIN: simulated_tail(trial.time_s, head, trial.tail, trial.kept, trial.frequency.hz),
-    }
-    speeds = {"twin": float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))}
-    speeds |= {form + whose: ebt.speed(tail, robot) for whose, tail in tails.items() for form, ebt in ebts.items()}
+    speeds = speeds_beside(trial, head, ebts, twin.robot)
     return {name: abs(speed - trial.speed) for name, speed in speeds.items()}
 
 

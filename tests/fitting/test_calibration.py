@@ -124,7 +124,8 @@ def test_its_file_has_the_public_form(calibration: Calibration, tmp_path: Path) 
 
 def test_what_is_not_known_is_null_in_the_file(calibration: Calibration, tmp_path: Path) -> None:
     slow, *others = calibration.trials
-    unknown = replace(slow, speed_twin=float("nan"), scores=slow.scores._replace(marker_error_m=float("nan")))
+    scores = slow.scores._replace(marker_error_m=float("nan"))
+    unknown = replace(slow, speeds={**slow.speeds, "twin": float("nan")}, scores=scores)
     data = written(replace(calibration, trials=(unknown, *others)), tmp_path)
 
     assert data["trials"]["slow"]["speed_twin"] is None  # type: ignore[index]
