@@ -1,6 +1,7 @@
 """The dry run: crank arm, speed and phase from a robot whose head is clamped in air while its motor turns."""
 
-from fitting.dry_run.crank_fit import PUBLISHED_GRID, CrankFit, CrankTrial, crank_response, fit_crank
+from fitting.dry_run.crank import CrankFit, CrankTrial
+from fitting.dry_run.crank_fit import crank_response, fit_crank
 from fitting.dry_run.error_surface import (
     Cell,
     CrankGrid,

@@ -64,7 +64,6 @@ def measure_dry_run(
     robot: RobotSpec,
     warmup_s: float = WARMUP_S,
     motor: MotorRecord | None = None,
-    crank_rad: np.ndarray | None = None,
 ) -> DryTrial:
     """Checks and scales the tracks of a dry run and finds its beat.
 
@@ -73,7 +72,6 @@ def measure_dry_run(
         warmup_s: left out of every comparison, unless a usable log says when the drive is steady.
         motor: what the motor did (`fitting.motor_clock.read_motor`); only the frames of its steady drive are then
             used, and how unevenly it turned. Default: the crank turns evenly.
-        crank_rad: (n,) unwrapped shaft angle at each frame, in the direction of increasing angle, in place of a log.
 
     Raises:
         NotEnoughData: no tail marker, too few frames after the warm-up, less than one beat, or a drive that was not
@@ -95,15 +93,16 @@ def measure_dry_run(
     lateral = head.shape_m[:, tail, 1]
     frequency = estimate_frequency(time_s, lateral, weight[:, tail], spec.commanded_hz)
     motor = None if motor is None else motor.against(frequency, tracks.time_s[kept])
+    even_s = time_s
     if motor is not None and motor.usable:
-        crank_rad = motor.turn.angle(tracks.time_s)
+        even_s = _even(pool.time_s, motor.turn.angle(tracks.time_s))[kept]
     of_frames = (*quality.flags, *frequency.flags, *_moving_head(pool.position_m[kept], pool.markers))
     trial = DryTrial(
         name=spec.name,
         commanded_hz=spec.commanded_hz,
         markers=pool.markers,
         time_s=time_s,
-        even_s=time_s if crank_rad is None else _even(pool.time_s, crank_rad)[kept],
+        even_s=even_s,
         place_m=_as_complex(pool.position_m[kept]),
         head_m=_as_complex(head.position_m),
         weight=np.where(np.isfinite(pool.position_m[kept]).all(axis=-1), weight, 0.0),
