@@ -6,7 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.dry_run import CrankFit
+from fitting.dry_run.response import with_arm
 from fitting.free_decay import HingeEstimate
+from fitting.free_decay.hinges import hinges_of, with_hinges
 from fitting.structure.structure import BUILT_IN, Source, Structure
 from swimmer import RobotSpec
 
@@ -82,11 +84,6 @@ def _with_error(value: float, se: float) -> str:
 def with_sources(robot: RobotSpec, sources: Iterable[Source]) -> RobotSpec:
     """The robot with the numbers of these sources in the place of its own."""
     value = {source.quantity: source.value for source in sources}
-    tail = robot.tail.model_copy(
-        update={
-            "hinge_stiffness_n_m": value.get(STIFFNESS.key, robot.tail.hinge_stiffness_n_m),
-            "hinge_damping_n_m_s": value.get(DAMPING.key, robot.tail.hinge_damping_n_m_s),
-        }
-    )
-    crank = robot.crank.model_copy(update={"arm_m": value.get(ARM.key, robot.crank.arm_m)})
-    return robot.model_copy(update={"tail": tail, "crank": crank})
+    stiffness, damping = hinges_of(robot)
+    hinged = with_hinges(robot, value.get(STIFFNESS.key, stiffness), value.get(DAMPING.key, damping))
+    return with_arm(hinged, value.get(ARM.key, robot.crank.arm_m))
