@@ -12,7 +12,16 @@ LEAST_EXPLAINED = 0.98  # of the motion; a tail that decays like the twin leaves
 LEAST_SEEN = 0.9  # of a marker's samples; a marker that leaves or merges is missing where it swings widest
 FARTHEST_RAD = 1.2  # of a hinge; the published model stops it at 80 degrees (1.4 rad)
 MISFIT_M = 0.0015  # rms distance that tracking errors explain, however small the swing
+WRONG = ("head_moves", "poor_fit", "not_converged")  # flags of a decay that must not reach the swims
 WORST_SE = (0.03, 0.3)  # relative standard errors of stiffness and damping that are worth a flag
+
+
+def doubt_of_decay(fit: DecayFit) -> str | None:
+    """Why a free decay is not believed; None where it is."""
+    if doubt := next((flag.message for flag in fit.flags if flag.kind in WRONG), None):
+        return doubt
+    se = fit.stiffness_se_n_m / fit.stiffness_n_m
+    return None if se < WORST_SE[0] else f"it tells the stiffness to {100 * se:.0f} % only"
 
 
 def decay_flags(trial: DecayTrial, fit: DecayFit, rejected: np.ndarray) -> Iterator[Flag]:
