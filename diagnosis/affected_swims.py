@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.ground import Ground
-from fitting.forecast import fit_phase, forecast
+from fitting.forecast import SETTLED_S, fit_phase, forecast
 from fitting.in_pool import head_frame
-from fitting.phase import SETTLED_S
 from fitting.placement import place
 from fitting.posterior.session_model import START_PHASE_RAD
 from fitting.posterior.trial_model import TrialModel

@@ -15,9 +15,8 @@ import numpy as np
 from fitting.coefficient_fit import Restart
 from fitting.coefficients import refine_coefficients
 from fitting.ebt import FORMS, FROM_TWIN, EbtFit, fit_every_form, speeds_beside
-from fitting.forecast import forecast
+from fitting.forecast import forecast, phase_from_harmonic
 from fitting.objective import Swims
-from fitting.phase import phase_from_harmonic
 from fitting.search_space import Screened, SearchSpace
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData

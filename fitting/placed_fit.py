@@ -7,9 +7,8 @@ import numpy as np
 
 from fitting.coefficient_fit import CoefficientFit
 from fitting.coefficients import refine_coefficients
-from fitting.forecast import fit_phase, forecast
+from fitting.forecast import SETTLED_S, fit_phase, forecast
 from fitting.objective import Swims
-from fitting.phase import SETTLED_S
 from fitting.placement import BoxesOff, place
 from fitting.scoring import score
 from fitting.trial import MeasuredTrial

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import qmc
 
+from fitting.forecast import phase_from_harmonic
 from fitting.from_rest import seconds_from_rest, swims_forward
 from fitting.objective import COEFFICIENT_BOUNDS, Swims
-from fitting.phase import phase_from_harmonic
 from swimmer import PUBLISHED_COEFFICIENTS
 
 # Steps of the differences. Trajectories are smooth in the large, but Kutta lift switches its side within a fraction

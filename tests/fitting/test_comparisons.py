@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting import Comparison, MeasuredTrial, Swims
-from fitting.yaw import best_yaw, turn
+from fitting.objective import best_yaw, turn
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 from tracking import HeadFrame

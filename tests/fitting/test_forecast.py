@@ -10,8 +10,7 @@ import pytest
 from fitting import MeasuredTrial, Swims, fit_phase, forecast, score
 from fitting.forecast import _lowest as lowest
 from fitting.forecast import _shape_misfit as shape_misfit
-from fitting.phase import frames_in_step
-from fitting.swim import swim
+from fitting.forecast import frames_in_step, swim
 from synthetic import Truth
 
 

@@ -10,10 +10,9 @@ import pytest
 
 from fitting import MeasuredTrial, Swims, forecast, measure_trial
 from fitting.dry_run import measure_dry_run
+from fitting.forecast import phase_from_harmonic, swim
 from fitting.in_pool import head_frame
 from fitting.motor_clock import MotorRecord
-from fitting.phase import phase_from_harmonic
-from fitting.swim import swim
 from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks
 from swimmer import Runs, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
