@@ -96,7 +96,7 @@ def _ahead(
     view = view_of(trial, plain, ground.camera)
     twin = SettledTwin(AffectedTwin(ground.twin, effects), values, view) if effects else ground.twin
     coefficients = FluidCoefficients(*map(float, at))
-    return forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients), trial.start_frequency.hz)
+    return forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients))
 
 
 def noise_floor_m(ground: Ground, number: int, seed: int = 0) -> float:

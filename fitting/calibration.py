@@ -234,7 +234,7 @@ def _compare(
     fitted_hz: tuple[float, float],
 ) -> CalibratedTrial:
     hz = trial.start_frequency.hz
-    simulated = forecast(twin, trial, coefficients, phase_rad, hz)
+    simulated = forecast(twin, trial, coefficients, phase_rad)
     if not np.isfinite(simulated.path_m).all():
         raise SimulationDiverged(f"trial {trial.name}: the twin diverged with the fitted coefficients at {hz:.3g} Hz")
     return CalibratedTrial(

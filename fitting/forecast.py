@@ -108,12 +108,10 @@ def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:
     return float(tries[best] + off * (tries[1] - tries[0]))
 
 
-def forecast(
-    twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, phase_rad: float, frequency_hz: float
-) -> HeadFrame:
-    """The twin's head frame (n, m, 2) of one trial."""
+def forecast(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, phase_rad: float) -> HeadFrame:
+    """The twin's head frame (n, m, 2) of one trial, at the frequency of its known part."""
     values = np.array([coefficients], float)
-    return one_of(swim(twin, trial, values, np.array([phase_rad]), frequency_hz), 0)
+    return one_of(swim(twin, trial, values, np.array([phase_rad]), trial.start_frequency.hz), 0)
 
 
 def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> np.ndarray:

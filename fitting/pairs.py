@@ -135,7 +135,7 @@ def _speed_errors(
     """How far each model is off the speed of a trial held out, m/s, by its name."""
     hz = trial.start_frequency.hz
     phase = float(phase_from_harmonic(twin, trial, np.array([coefficients], float), hz)[0])
-    head = forecast(twin, trial, coefficients, phase, hz)
+    head = forecast(twin, trial, coefficients, phase)
     speeds = speeds_beside(trial, head, ebts, twin.robot)
     return {name: abs(speed - trial.speed) for name, speed in speeds.items()}
 

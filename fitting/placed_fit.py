@@ -101,7 +101,7 @@ def fit_placed(trials: Sequence[MeasuredTrial], twin: Twin, fit: CoefficientFit)
     for trial in trials:
         phase = phases.get(trial.name)
         phase = fit_phase(twin, trial, found.coefficients) if phase is None else float(phase)
-        heads[trial.name] = forecast(twin, trial, found.coefficients, phase, trial.start_frequency.hz)
+        heads[trial.name] = forecast(twin, trial, found.coefficients, phase)
     together = place(fitted, [heads[trial.name] for trial in fitted])
     told = []
     for trial in trials:

@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 
 from calib import cli, diagnosis_stage, pipeline, posterior_stage
-from fitting import QUICK, calibration, evidence, placed_fit, profile, sweep_frequencies
+from fitting import QUICK, calibration, evidence, placed_fit, profile
 from fitting.coefficients import refine_coefficients
 from fitting.posterior import exploration, findings, further_trial, naive, predictive, sampling
+from fitting.sweep import sweep_frequencies
 from session import write_whole
 from swimmer.effects import catalogue
 from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise

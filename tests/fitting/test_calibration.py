@@ -9,20 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting import (
-    FORMS,
-    QUICK,
-    Calibration,
-    MeasuredTrial,
-    Swims,
-    assumed,
-    calibrate,
-    calibration_payload,
-    fit_ebt,
-    read_fit,
-    sweep_frequencies,
-    sweep_speed,
-)
+from fitting import FORMS, QUICK, Calibration, MeasuredTrial, calibrate, calibration_payload, read_fit
+from fitting.ebt import fit_ebt
+from fitting.objective import Swims
+from fitting.structure import assumed
+from fitting.sweep import sweep_frequencies, sweep_speed
 from fitting.tail_tip import measured_tail
 from session import NotEnoughData, Provenance, read_result_json, write_result_json
 from swimmer import load_robot

@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import FORMS, EbtForm, TailSwim, fit_ebt, measured_tail, published_motion, smoothed_motion, tip_motion
+from fitting import FORMS
+from fitting.ebt import EbtForm, fit_ebt
+from fitting.tail_tip import TailSwim, measured_tail, published_motion, smoothed_motion, tip_motion
 from swimmer import TailMotion, load_robot
 from tests.fitting.swims import by_hand, straight_swim
 from tests.fitting.tails import PIXEL_M, on_half_pixels

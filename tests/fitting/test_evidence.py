@@ -9,16 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import (
-    CoefficientFit,
-    Evidence,
-    MeasuredTrial,
-    Swims,
-    evidence_payload,
-    gather_evidence,
-    read_evidence,
-)
+from fitting import CoefficientFit, Evidence, MeasuredTrial, evidence_payload, gather_evidence, read_evidence
 from fitting.coefficients import refine_coefficients
+from fitting.objective import Swims
 from fitting.pairs import MODELS, MOST_PAIRS, Screened, chosen_pairs, fit_pairs, screen, search_pair
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fitting import METHODS, QUICK, CoefficientFit, Swims, search
+from fitting import METHODS, QUICK, CoefficientFit
 from fitting.mean_distance import SOFTENING_M
+from fitting.methods import search
+from fitting.objective import Swims
 from fitting.published_objective import PENALTY, PublishedObjective
 from fitting.published_search import BATCH, INITIAL
 from fitting.valley_simplex import ROUGHNESS_M

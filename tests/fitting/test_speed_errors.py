@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fitting import CalibratedTrial, MeasuredTrial, Scores, speed_errors
+from fitting import CalibratedTrial, MeasuredTrial, speed_errors
+from fitting.scoring import Scores
 from tests.fitting.swims import by_hand, head_frame_of, straight_swim
 from tests.fitting.test_speed import errors_of_tracks
 

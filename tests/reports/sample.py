@@ -11,26 +11,26 @@ import numpy as np
 
 from fitting import (
     FORMS,
-    BoxesOff,
     CalibratedTrial,
     Calibration,
     CoefficientFit,
     CoefficientProfiles,
-    EbtFit,
     Evidence,
     MeasuredTrial,
     PairFit,
     PlacedFit,
-    PlacedTrial,
-    Restart,
     SearchRun,
     SpeedSweep,
-    SwimFrequency,
     YawFit,
-    assumed,
-    score,
     tail_markers,
 )
+from fitting.coefficient_fit import Restart
+from fitting.ebt import EbtFit
+from fitting.frequency import SwimFrequency
+from fitting.placed_fit import PlacedTrial
+from fitting.placement import BoxesOff
+from fitting.scoring import score
+from fitting.structure import assumed
 from reports.context import ReportContext
 from session import CameraSpec, Flag, Provenance, Session, TrialSpec
 from swimmer import FluidCoefficients, RobotSpec, load_robot

@@ -8,20 +8,12 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from fitting.dry_run import (
-    Cell,
-    CrankFit,
-    CrankGrid,
-    DryTrial,
-    JointFit,
-    TendonUse,
-    crank_response,
-    fit_crank,
-    fit_joint,
-    measure_dry_run,
-    with_arm,
-)
+from fitting.dry_run import CrankFit, DryTrial, crank_response, fit_crank, measure_dry_run
 from fitting.dry_run.crank_flags import trial_flags
+from fitting.dry_run.error_surface import Cell, CrankGrid
+from fitting.dry_run.joint import JointFit, fit_joint
+from fitting.dry_run.response import with_arm
+from fitting.dry_run.tendons import TendonUse
 from session import NotEnoughData, TrialSpec
 from tests.fitting.dry_run.runs import CAMERA, NOISELESS, ROBOT, clean_run, dry_trial, shared_response, tracks_of
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.dry_run import DryResponse, Turn, simulate_response, simulate_turns, with_arm
+from fitting.dry_run.response import DryResponse, Turn, simulate_response, simulate_turns, with_arm
 from session import FISHSIM_MARKERS, NotEnoughData
 from swimmer import DRY, Runs, Twin
 from tests.fitting.dry_run.runs import ROBOT, clean_run, shared_response

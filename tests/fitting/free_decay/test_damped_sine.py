@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fitting.free_decay import fit_damped_sine
-from fitting.free_decay.damped_sine import design, frequency_error
+from fitting.free_decay.damped_sine import design, fit_damped_sine, frequency_error
 
 TIME_S = np.arange(90) / 60.0
 SHAPE = np.array([[0.01, -0.02, 0.0], [0.05, 0.08, 0.1], [0.01, 0.0, -0.02]])  # rest, cosine, sine of three markers, m
