@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fitting.posterior import posterior as module
+from fitting.posterior import inference as module
 from fitting.posterior.inference import sample_posterior
 from fitting.posterior.noise import GaitNoise
 from fitting.posterior.noise_part import NoisePart
