@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.harmonics import design, weighted_fit
+from fitting.series import design, weighted_fit
 from fitting.trial import MeasuredTrial
 from swimmer import RobotSpec
 from tracking import HeadFrame

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import savgol_filter
 
-from fitting.harmonics import design, weighted_fit
+from fitting.series import bridged, design, weighted_fit
 from fitting.speed import whole_beats
 from fitting.trial import MeasuredTrial
 from swimmer import TailMotion, TipMotion
@@ -114,11 +114,7 @@ def _heading_trend(swim: TailSwim) -> np.ndarray:
 
 def _smooth(series_m: np.ndarray, time_s: np.ndarray, derivative: int) -> np.ndarray:
     """(n, 2, 2) smoothed series or its time derivative; missing samples are bridged before."""
-    flat = series_m.reshape(len(series_m), -1).copy()
-    for column in flat.T:
-        known = np.isfinite(column)
-        if known.any() and not known.all():
-            column[~known] = np.interp(time_s[~known], time_s[known], column[known])
+    flat = bridged(time_s, series_m.reshape(len(series_m), -1))
     window = min(WINDOW, len(flat) - 1 + len(flat) % 2)
     step = float(np.median(np.diff(time_s)))
     smooth = savgol_filter(flat, window, min(ORDER, window - 1), deriv=derivative, delta=step, axis=0)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.frequency import SwimFrequency, estimate_frequency
-from fitting.harmonics import design, weighted_fit
 from fitting.in_pool import head_frame, head_is_trusted, in_pool
 from fitting.motor_clock import MotorRecord
+from fitting.series import design, weighted_fit
 from fitting.speed import forward_speed
 from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
 from session.session_checks import OTHER_UNIT

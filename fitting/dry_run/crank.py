@@ -47,16 +47,6 @@ class CrankTrial:
         """As in the session."""
         return self.measured.name
 
-    @property
-    def stretch(self) -> float:
-        """Greatest stretch of a tendon, relative."""
-        return self.tendons.stretch
-
-    @property
-    def slack_share(self) -> float:
-        """Share of the turn and of the tendons in which a string would hang loose."""
-        return self.tendons.slack_share
-
 
 @dataclass(frozen=True, eq=False)
 class CrankFit:

@@ -79,15 +79,15 @@ def _of_motion(found: CrankTrial) -> Iterator[Flag]:
             "fitted arm and speed: simulate more arms"
         )
         yield Flag("coarse_table", message=message)
-    if found.slack_share > SLACK_SHARE:
+    if found.tendons.slack_share > SLACK_SHARE:
         message = (
-            f"for {100 * found.slack_share:.0f} % of the turn a tendon is shorter than at rest, by up to "
+            f"for {100 * found.tendons.slack_share:.0f} % of the turn a tendon is shorter than at rest, by up to "
             f"{100 * found.tendons.shortening:.1f} %: a string would hang slack there, the twin's springs push"
         )
         yield Flag("tendon_slack", message=message)
-    if found.stretch - PUBLISHED_STRETCH > STRETCH_OFF:
+    if found.tendons.stretch - PUBLISHED_STRETCH > STRETCH_OFF:
         message = (
-            f"the twin's tendons stretch by up to {100 * found.stretch:.1f} %, published are about "
+            f"the twin's tendons stretch by up to {100 * found.tendons.stretch:.1f} %, published are about "
             f"{100 * PUBLISHED_STRETCH:.0f} %"
         )
         yield Flag("tendon_stretch", message=message)

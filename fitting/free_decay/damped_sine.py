@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fitting.frequency_error import standard_error
-from fitting.harmonics import weighted_fit
+from fitting.series import weighted_fit
 
 RATIOS = (0.01, 0.03, 0.08, 0.16, 0.3, 0.5)  # damping ratios tried first
 BAND_HZ = (0.4, 15.0)

@@ -9,6 +9,7 @@ from scipy.signal.windows import hann
 
 from fitting.free_decay.damped_sine import DampedSine, fit_damped_sine, frequency_error
 from fitting.free_decay.decay_trial import DecayTrial
+from fitting.series import bridged
 from session import Flag
 
 HIGHEST_HZ = 15.0
@@ -63,10 +64,7 @@ def _spectrum(time_s: np.ndarray, lateral_m: np.ndarray, rest_m: np.ndarray) -> 
     """(b,) Hz and (b, k) amplitudes under the falling half of a Hann window: a decay is strongest at its start."""
     step = float(np.median(np.diff(time_s)))
     even_s = np.arange(0.0, time_s[-1] + step / 2, step)
-    swing = np.zeros((len(even_s), lateral_m.shape[1]))
-    for k, series in enumerate(lateral_m.T):
-        if (seen := np.isfinite(series)).any():
-            swing[:, k] = np.interp(even_s, time_s[seen], series[seen]) - rest_m[k]
+    swing = bridged(time_s, lateral_m - rest_m, even_s)
     window = hann(2 * len(even_s) + 1)[len(even_s) + 1 :]
     bins_hz = np.fft.rfftfreq(_FINER * len(even_s), step)
     amplitude = 2 * np.abs(np.fft.rfft(swing * window[:, None], _FINER * len(even_s), axis=0)) / window.sum()

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.in_pool import head_frame, head_is_trusted, in_pool
+from fitting.series import bridged
 from session import CameraSpec, Tracks
 from swimmer import RobotSpec
 
@@ -31,12 +32,8 @@ class TailMotion:
     def evenly(self) -> np.ndarray:
         """(f, k) lateral motion `frame_s` apart from the first frame on, missing samples bridged; m."""
         grid = np.arange(self.time_s[0], self.time_s[-1] + 1e-9, self.frame_s)
-        columns = [
-            np.interp(grid, self.time_s[used], lateral[used])
-            for lateral, used in zip(self.lateral_m.T, self.used.T, strict=True)
-            if used.any()
-        ]
-        return np.stack(columns, axis=1) if columns else np.zeros((len(grid), 0))
+        even = bridged(self.time_s, np.where(self.used, self.lateral_m, np.nan), grid)
+        return even[:, self.used.any(axis=0)]
 
 
 def tail_motion(tracks: Tracks, camera: CameraSpec, robot: RobotSpec) -> TailMotion:

@@ -109,8 +109,8 @@ def test_only_tendons_unlike_those_of_the_built_in_robot_are_flagged() -> None:
     odd = replace(first, tendons=TendonUse(0.05, 0.02, 0.95))
     flags = {flag.kind: flag.message for flag in trial_flags(odd, None, (0.03, 0.0415))}
 
-    assert first.slack_share > 0.5
-    assert first.stretch < 0.001
+    assert first.tendons.slack_share > 0.5
+    assert first.tendons.stretch < 0.001
     assert "a string would hang slack there, the twin's springs push" in flags["tendon_slack"]
     assert "published are about 3 %" in flags["tendon_stretch"]
 
