@@ -7,15 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.ground import Ground
-from fitting.forecast import fit_phase, forecast
-from fitting.phase import SETTLED_S
+from fitting.forecast import SETTLED_S, fit_phase, forecast
+from fitting.in_pool import head_frame
 from fitting.placement import place
 from fitting.posterior.session_model import START_PHASE_RAD
 from fitting.posterior.trial_model import TrialModel
 from fitting.scoring import score
 from fitting.signatures.view_of import view_of
 from fitting.speed import forward_speed
-from fitting.swim import head_frame
 from fitting.trial import MeasuredTrial
 from swimmer import FluidCoefficients, Runs, Trajectories
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect, View
@@ -97,7 +96,7 @@ def _ahead(
     view = view_of(trial, plain, ground.camera)
     twin = SettledTwin(AffectedTwin(ground.twin, effects), values, view) if effects else ground.twin
     coefficients = FluidCoefficients(*map(float, at))
-    return forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients), trial.start_frequency.hz)
+    return forecast(twin, trial, coefficients, fit_phase(twin, trial, coefficients))
 
 
 def noise_floor_m(ground: Ground, number: int, seed: int = 0) -> float:
@@ -118,6 +117,6 @@ def noise_floor_m(ground: Ground, number: int, seed: int = 0) -> float:
     ).marker_m[0]
     for _ in range(_DRAWS):
         noisy_m = clean_m + model.noise.drawn(trial.time_s, random)
-        frames = [head_frame(trial, each) for each in (clean_m, noisy_m)]
+        frames = [head_frame(trial.markers, each) for each in (clean_m, noisy_m)]
         found.append(score(replace(trial, head=frames[1]), frames[0]).marker_error_m)
     return float(np.mean(found))

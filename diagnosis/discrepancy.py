@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
+from fitting.in_pool import tail_markers
 from fitting.posterior.gait import OF_A_MARKER, SPEED, advanced
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Signature
 from fitting.signatures.slopes import little
-from fitting.trial import tail_markers
 from session import FISHSIM_MARKERS, Fault, InputError
 from swimmer import RobotSpec
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.free_decay import DecayTrial, Ring, fit_decay
-from fitting.structure.belief import doubt_of_decay
+from fitting.free_decay.decay_flags import doubt_of_decay
 from session import SimulationDiverged
 from swimmer import Twin
 

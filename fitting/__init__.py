@@ -1,37 +1,28 @@
 """What estimates numbers: swim frequency and phase, fluid coefficients, elongated body theory, and their scores."""
 
 from fitting.body_wave import BodyWave, SwimNumbers, body_wave, swim_numbers
-from fitting.calibration import CalibratedTrial, Calibration, Summary, assemble, calibrate, speeds_of
+from fitting.calibration import CalibratedTrial, Calibration, Summary, assemble, calibrate
 from fitting.calibration_file import CALIBRATION, CalibrationResult, calibration_result
-from fitting.coefficient_fit import CoefficientFit, Restart
-from fitting.coefficients import FULL, QUICK, Effort, fit_coefficients
+from fitting.coefficient_fit import CoefficientFit
+from fitting.coefficients import FULL, QUICK
 from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
-from fitting.course import Course, course_of
-from fitting.ebt import EBT_RATIO_ONLY, FORMS, EbtFit, EbtForm, fit_ebt
+from fitting.course import course_of
+from fitting.ebt import EBT_RATIO_ONLY, FORMS
 from fitting.evidence import EVIDENCE, Evidence, YawFit, gather_evidence
-from fitting.forecast import fit_phase, forecast
-from fitting.frequency import SwimFrequency, estimate_frequency
-from fitting.mean_distance import MeanDistance
-from fitting.method_comparison import (
-    SearchRun,
-    compare_methods,
-    comparison_payload,
-    comparison_table,
-    read_comparison,
-)
-from fitting.methods import METHODS, Method, MethodName, search
-from fitting.objective import Comparison, Swims
-from fitting.pairs import PairFit, fit_pairs
-from fitting.placed_fit import PlacedFit, PlacedTrial
-from fitting.placement import BoxesOff, Placement
-from fitting.profile import CoefficientProfiles, profile_objective
-from fitting.scoring import Scores, residuals, score
-from fitting.speed import forward_speed, speed_standard_error, whole_beats
+from fitting.in_pool import tail_markers
+from fitting.method_comparison import SearchRun, compare_methods, comparison_payload, comparison_table, read_comparison
+from fitting.methods import METHODS, MethodName
+from fitting.objective import Comparison
+from fitting.pairs import PairFit
+from fitting.placed_fit import PlacedFit
+from fitting.placement import Placement
+from fitting.profile import CoefficientProfiles
+from fitting.scoring import residuals
+from fitting.speed import forward_speed, whole_beats
 from fitting.speed_errors import Interval, SpeedErrors, speed_errors
-from fitting.structure import Source, Structure, assumed
-from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
-from fitting.tail_tip import TailSwim, measured_tail, published_motion, simulated_tail, smoothed_motion, tip_motion
-from fitting.trial import MeasuredTrial, measure_trial, tail_markers
+from fitting.structure import Source, Structure
+from fitting.sweep import SpeedSweep
+from fitting.trial import MeasuredTrial, measure_trial
 
 __all__ = [
     "CALIBRATION",
@@ -42,7 +33,6 @@ __all__ = [
     "METHODS",
     "QUICK",
     "BodyWave",
-    "BoxesOff",
     "CalibratedTrial",
     "Calibration",
     "CalibrationResult",
@@ -50,35 +40,22 @@ __all__ = [
     "CoefficientProfiles",
     "CommandForecast",
     "Comparison",
-    "Course",
-    "EbtFit",
-    "EbtForm",
-    "Effort",
     "Evidence",
     "Interval",
-    "MeanDistance",
     "MeasuredTrial",
-    "Method",
     "MethodName",
     "PairFit",
     "PlacedFit",
-    "PlacedTrial",
     "Placement",
-    "Restart",
-    "Scores",
     "SearchRun",
     "Source",
     "SpeedErrors",
     "SpeedSweep",
     "Structure",
     "Summary",
-    "SwimFrequency",
     "SwimNumbers",
-    "Swims",
-    "TailSwim",
     "YawFit",
     "assemble",
-    "assumed",
     "beat_to_command",
     "body_wave",
     "calibrate",
@@ -87,32 +64,14 @@ __all__ = [
     "comparison_payload",
     "comparison_table",
     "course_of",
-    "estimate_frequency",
-    "fit_coefficients",
-    "fit_ebt",
-    "fit_pairs",
-    "fit_phase",
-    "forecast",
     "forecast_from_command",
     "forward_speed",
     "gather_evidence",
     "measure_trial",
-    "measured_tail",
-    "profile_objective",
-    "published_motion",
     "read_comparison",
     "residuals",
-    "score",
-    "search",
-    "simulated_tail",
-    "smoothed_motion",
     "speed_errors",
-    "speed_standard_error",
-    "speeds_of",
-    "sweep_frequencies",
-    "sweep_speed",
     "swim_numbers",
     "tail_markers",
-    "tip_motion",
     "whole_beats",
 ]

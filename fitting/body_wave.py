@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.harmonics import design, weighted_fit
-from fitting.trial import MeasuredTrial, tail_markers
+from fitting.series import design, weighted_fit
+from fitting.trial import MeasuredTrial
 from swimmer import RobotSpec
 from tracking import HeadFrame
 
@@ -38,9 +38,9 @@ class SwimNumbers(NamedTuple):
     strouhal: float
 
 
-def body_wave(trial: MeasuredTrial, head: HeadFrame, robot: RobotSpec) -> BodyWave:
+def body_wave(trial: MeasuredTrial, head: HeadFrame) -> BodyWave:
     """The wave of a trial, or of a simulation of it (n, m, 2), over the kept frames."""
-    tail = tail_markers(robot, trial.markers)
+    tail = list(trial.tail)
     frames = trial.kept
     lateral = head.shape_m[frames][:, tail, 1]  # (k, t)
     weight = np.where(np.isfinite(lateral), (trial.weight[frames][:, tail] > 0).astype(float), 0.0)

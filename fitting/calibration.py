@@ -7,17 +7,15 @@ import numpy as np
 
 from fitting.coefficient_fit import CoefficientFit
 from fitting.coefficients import FULL, Effort, Progress
-from fitting.ebt import FORMS, FROM_TWIN, EbtFit, fit_ebt
+from fitting.ebt import EbtFit, fit_every_form, speeds_beside
 from fitting.forecast import fit_phase, forecast
 from fitting.methods import search
 from fitting.objective import Comparison, Swims
 from fitting.scoring import Scores, score
 from fitting.smooth_floor import settled
-from fitting.speed import forward_speed
 from fitting.structure import Structure
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
-from fitting.tail_tip import measured_tail, simulated_tail
-from fitting.trial import MeasuredTrial, tail_markers
+from fitting.trial import MeasuredTrial
 from session import Flag, NotEnoughData, SimulationDiverged
 from swimmer import FluidCoefficients, RobotSpec, Twin
 from tracking import HeadFrame
@@ -33,9 +31,7 @@ class CalibratedTrial:
         phase_rad: crank phase at time 0.
         simulated_hz: frequency the twin was driven with (held-out trials: from their known part only).
         scores: marker distances over the scored frames.
-        speed_twin: forward speed of the twin over the kept whole beats, m/s.
-        ebt: speed by each form of elongated body theory from the measured tail, m/s, by the form's name.
-        ebt_of_twin: the same from the twin's own tail, as EBT forecasts without the measured one.
+        speeds: forward speed over the kept whole beats by every model, m/s, see `fitting.ebt.speeds_beside`.
         flags: of tracks and frequency, and of this comparison.
     """
 
@@ -44,15 +40,18 @@ class CalibratedTrial:
     phase_rad: float
     simulated_hz: float
     scores: Scores
-    speed_twin: float
-    ebt: Mapping[str, float]
-    ebt_of_twin: Mapping[str, float]
+    speeds: Mapping[str, float]
     flags: tuple[Flag, ...]
 
     @property
+    def speed_twin(self) -> float:
+        """Of the twin, m/s."""
+        return self.speeds["twin"]
+
+    @property
     def speed_ebt(self) -> float:
-        """Speed by elongated body theory as published, m/s."""
-        return self.ebt["published"]
+        """By elongated body theory as published, m/s."""
+        return self.speeds["published"]
 
 
 @dataclass(frozen=True)
@@ -122,20 +121,11 @@ class Calibration:
         chosen = [t for t in self.trials if t.measured.role == role]
         if not chosen:
             return None
-        errors: dict[str, list[float]] = {}
-        for trial in chosen:
-            for name, speed in speeds_of(trial).items():
-                errors.setdefault(name, []).append(abs(speed - trial.measured.speed))
+        errors = [{name: abs(speed - t.measured.speed) for name, speed in t.speeds.items()} for t in chosen]
         return Summary(
             marker_error_m=float(np.mean([t.scores.marker_error_m for t in chosen])),
-            speed_mae={name: float(np.mean(values)) for name, values in errors.items()},
+            speed_mae={name: float(np.mean([error[name] for error in errors])) for name in errors[0]},
         )
-
-
-def speeds_of(trial: CalibratedTrial) -> dict[str, float]:
-    """Every model's forward speed for one trial, m/s: the twin, EBT from the measured tail, EBT from the twin's."""
-    from_twin = {name + FROM_TWIN: speed for name, speed in trial.ebt_of_twin.items()}
-    return {"twin": trial.speed_twin, **trial.ebt, **from_twin}
 
 
 def calibrate(
@@ -164,7 +154,7 @@ def calibrate(
     Raises:
         NotEnoughData: no fit trial, or trials without a usable sample; all of them at once.
     """
-    _refuse_unusable(trials, structure.robot)
+    _refuse_unusable(trials)
     fitted = [trial for trial in trials if trial.role == "fit"]
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
     swims = Swims(twin, tuple(fitted), comparison)
@@ -182,17 +172,16 @@ def _published_distance(swims: Swims, fit: CoefficientFit) -> float:
     return float(swims.mean_distance(np.append(fit.coefficients, fit.phase_rad)[:, None])[0])
 
 
-def _refuse_unusable(trials: list[MeasuredTrial], robot: RobotSpec) -> None:
+def _refuse_unusable(trials: list[MeasuredTrial]) -> None:
     problems = []
     if not any(trial.role == "fit" for trial in trials):
         problems.append('no swim has role = "fit"; give at least one trial of session.toml that role')
     for trial in trials:
-        tail = tail_markers(robot, trial.markers)
         if not trial.weight[trial.scored].any():
             problems.append(
                 f"trial {trial.name}: every sample to be compared is flagged or missing; leave the trial out"
             )
-        elif not trial.weight[trial.known][:, tail].any():
+        elif not trial.weight[trial.known][:, list(trial.tail)].any():
             problems.append(f"trial {trial.name}: no usable marker where its phase comes from; leave the trial out")
     if problems:
         raise NotEnoughData("\n".join(problems))
@@ -218,9 +207,7 @@ def assemble(
     """
     robot = structure.robot
     fitted = [trial for trial in trials if trial.role == "fit"]
-    tails = [measured_tail(trial, robot, trial.kept) for trial in fitted]
-    measured = np.array([trial.speed for trial in fitted])
-    ebts = {form.name: fit_ebt(form, tails, measured, robot) for form in FORMS}
+    ebts = fit_every_form(fitted, robot)
     fitted_hz = (min(t.frequency.hz for t in fitted), max(t.frequency.hz for t in fitted))
     compared = []
     for trial in trials:
@@ -247,22 +234,16 @@ def _compare(
     fitted_hz: tuple[float, float],
 ) -> CalibratedTrial:
     hz = trial.start_frequency.hz
-    simulated = forecast(twin, trial, coefficients, phase_rad, hz)
+    simulated = forecast(twin, trial, coefficients, phase_rad)
     if not np.isfinite(simulated.path_m).all():
         raise SimulationDiverged(f"trial {trial.name}: the twin diverged with the fitted coefficients at {hz:.3g} Hz")
-    robot = twin.robot
-    measured_swim = measured_tail(trial, robot, trial.kept)
-    tail = tail_markers(robot, trial.markers)[-2:]
-    twin_swim = simulated_tail(trial.time_s, simulated, tail, trial.kept, trial.frequency.hz)
     return CalibratedTrial(
         measured=trial,
         simulated=simulated,
         phase_rad=phase_rad,
         simulated_hz=hz,
         scores=score(trial, simulated),
-        speed_twin=float(forward_speed(trial.time_s, simulated.forward_m, trial.kept, trial.frequency.hz)),
-        ebt={name: ebt.speed(measured_swim, robot) for name, ebt in ebts.items()},
-        ebt_of_twin={name: ebt.speed(twin_swim, robot) for name, ebt in ebts.items()},
+        speeds=speeds_beside(trial, simulated, ebts, twin.robot),
         flags=(*trial.flags, *_extrapolated(trial, fitted_hz)),
     )
 

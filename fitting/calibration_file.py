@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from fitting.calibration import CalibratedTrial, Calibration
 from fitting.coefficient_fit import CoefficientFit
 from fitting.command_forecast import CommandForecast, forecast_from_command
+from fitting.ebt import FORMS, FROM_TWIN
 from fitting.marginal import Marginal
 from fitting.objective import Comparison
 from fitting.structure import Source, Structure
@@ -165,9 +166,9 @@ def _trial(trial: CalibratedTrial, foretold: CommandForecast | None) -> TrialRes
         speed_measured=measured.speed,
         speed_twin=trial.speed_twin,
         speed_ebt=trial.speed_ebt,
-        speed_ebt_large=trial.ebt["large"],
-        speed_ebt_smoothed=trial.ebt["smoothed"],
-        speed_ebt_of_twin=trial.ebt_of_twin,
+        speed_ebt_large=trial.speeds["large"],
+        speed_ebt_smoothed=trial.speeds["smoothed"],
+        speed_ebt_of_twin={form.name: trial.speeds[form.name + FROM_TWIN] for form in FORMS},
         head_displacement=measured.head.displacement,
         flags=trial.flags,
         from_command=foretold,

@@ -14,19 +14,18 @@ from itertools import count, zip_longest
 
 import numpy as np
 from mujoco.minimize import IterLog, least_squares
-from scipy.stats import qmc
 
 from fitting.coefficient_fit import CoefficientFit, Restart, flags_of
 from fitting.objective import Swims
 from fitting.precision import covariance, intervals
-from fitting.search_space import ROOTS, SearchSpace, parameters
-from fitting.starts import promising
+from fitting.search_space import SearchSpace, parameters
 from fitting.valley import along_valley
-from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
+from swimmer import FluidCoefficients
 
 Progress = Callable[[float, float], None]
 _TOLERANCE = 1e-3  # relative size of a step that ends a descent
 _DAMPING_FACTOR = 3.0  # between tries of a step
+_APART = 1.6  # starts, in roots
 _HOP_ITERATIONS = 5
 _FLOOR_WIDTH = 16  # hops along the floor of a valley
 _CHECKED = 8  # of the hops, whether they swim forward
@@ -38,8 +37,8 @@ class Effort:
 
     Attributes:
         screened: points of the box looked at.
-        starts: of these the best that lie `apart` (in roots), which all take part in the first heat, the better half of
-            them in the second.
+        starts: of these the best that lie apart, which all take part in the first heat, the better half of them in
+            the second.
         finalists: of these again the best, which are polished.
         heat_iterations, final_iterations: of Gauss-Newton at most.
         valley_steps: of the walk along the best one's valley, whose lowest two points elsewhere are polished, and then
@@ -58,7 +57,6 @@ class Effort:
     last_iterations: int
     budget_s: float
     finish_s: float
-    apart: float = 1.6
 
     @property
     def descents(self) -> int:
@@ -213,10 +211,9 @@ def _result(
 
 def _starts(space: SearchSpace, effort: Effort, random: np.random.Generator) -> list[np.ndarray]:
     """(p,) the most promising points of the box that lie apart, forward swimmers first, in step with the trials."""
-    roots = ROOTS[0] + np.ptp(ROOTS) * qmc.Sobol(5, rng=random).random(effort.screened)
-    points = space.in_step(np.vstack([PUBLISHED_COEFFICIENTS, roots**2]))
-    best = np.argsort(space.objectives(points))[: effort.screened // 2]
-    return promising(space, points[:, best], effort.starts, effort.apart)
+    screened = space.screened(effort.screened, random)
+    best = np.argsort(screened.objective_m)[: effort.screened // 2]
+    return space.promising(screened.points[:, best], effort.starts, _APART)
 
 
 def _elsewhere(space: SearchSpace, best: Restart, steps: int) -> list[np.ndarray]:

@@ -20,8 +20,8 @@ class CommandForecast(NamedTuple):
 
     Attributes:
         frequency_hz: of its beat; nan where no command is known.
-        speeds: m/s by the model's name as in `speeds_of`: the twin and elongated body theory from the twin's tail; nan
-            where the frequency is not known, or lies outside the sweep.
+        speeds: m/s by the model's name, as in `fitting.ebt.speeds_beside`: the twin and elongated body theory from the
+            twin's tail; nan where the frequency is not known, or lies outside the sweep.
         flags: why there is no speed.
     """
 

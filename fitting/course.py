@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.frequency_error import standard_error
-from fitting.harmonics import design, weighted_fit
+from fitting.series import design, weighted_fit
 from fitting.speed import LONGEST_BEATS
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
@@ -36,11 +36,6 @@ class Course(NamedTuple):
     forward: Rate
     sideways: Rate
     turning: Rate
-
-    @property
-    def slip_rad(self) -> float:
-        """Angle between the way the head points and the way it goes, to the left, rad."""
-        return float(np.arctan2(self.sideways.value, self.forward.value))
 
 
 def course_of(trial: MeasuredTrial, head: HeadFrame | None = None) -> Course:

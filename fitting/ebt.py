@@ -1,16 +1,19 @@
 """Elongated body theory in three forms, each fitted to the fit trials by the same search over its one free number."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from fitting.tail_tip import TailSwim, published_motion, smoothed_motion, tip_motion
+from fitting.speed import forward_speed
+from fitting.tail_tip import TailSwim, measured_tail, published_motion, simulated_tail, smoothed_motion, tip_motion
+from fitting.trial import MeasuredTrial
 from session import Flag
 from swimmer import RobotSpec, steady_speed, steady_speed_large
 from swimmer.ebt import BETA_BOUNDS, DRAG_BOUNDS
+from tracking import HeadFrame
 
 EBT_RATIO_ONLY = "ebt_ratio_only"
 """The flag that says what is not identifiable of elongated body theory; it belongs to every fit of it."""
@@ -88,6 +91,30 @@ def fit_ebt(form: EbtForm, swims: Sequence[TailSwim], speeds: np.ndarray, robot:
     ratio = float(found.x)
     beta = min(1.0, DRAG_BOUNDS[1] / ratio) if ratio > 0 else 1.0
     return EbtFit(form, beta, ratio * beta, _flags(ratio, highest))
+
+
+def fit_every_form(trials: Sequence[MeasuredTrial], robot: RobotSpec) -> dict[str, EbtFit]:
+    """Each form fitted to the same trials, by its name."""
+    tails = [measured_tail(trial, trial.kept) for trial in trials]
+    measured = np.array([trial.speed for trial in trials])
+    return {form.name: fit_ebt(form, tails, measured, robot) for form in FORMS}
+
+
+def speeds_beside(
+    trial: MeasuredTrial, simulated: HeadFrame, ebts: Mapping[str, EbtFit], robot: RobotSpec
+) -> dict[str, float]:
+    """Forward speed over the kept whole beats of a trial by the name of every model, m/s.
+
+    "twin" is the twin whose simulation (n, m, 2) is given; each form of the theory has its name for the measured tail,
+    and "<form>, twin's tail" for that of the twin, as it forecasts without the measured one.
+    """
+    tails = {
+        "": measured_tail(trial, trial.kept),
+        FROM_TWIN: simulated_tail(trial.time_s, simulated, trial.tail, trial.kept, trial.frequency.hz),
+    }
+    twin = float(forward_speed(trial.time_s, simulated.forward_m, trial.kept, trial.frequency.hz))
+    theory = {form + whose: ebt.speed(tail, robot) for whose, tail in tails.items() for form, ebt in ebts.items()}
+    return {"twin": twin, **theory}
 
 
 def _flags(ratio: float, highest: float) -> tuple[Flag, ...]:

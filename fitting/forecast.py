@@ -1,16 +1,81 @@
-"""What frozen coefficients say of a trial: its own phase from its own first beats, then the twin runs ahead alone."""
+"""What known coefficients say of a trial: its own phase from its own first beats, then the twin runs ahead alone."""
 
 import numpy as np
 
-from fitting.phase import frames_in_step, phase_from_harmonic
-from fitting.swim import swim
+from fitting.in_pool import head_frame
 from fitting.trial import MeasuredTrial
-from swimmer import FluidCoefficients, Twin
+from swimmer import FluidCoefficients, Runs, Twin
 from tracking import HeadFrame, one_of
 
+SETTLED_S = 0.25  # the tail has forgotten its start by then
+BEATS_IN_STEP = 3.0
 _REACH_RAD = 0.6  # the harmonic phase is right to within this
 _TRIES = (7, 5)  # phases a round
 _NEXT = 0.6  # reach of the second round, against the steps of the first
+
+
+def swim(
+    twin: Twin,
+    trial: MeasuredTrial,
+    coefficients: np.ndarray,
+    phase_rad: np.ndarray,
+    frequency_hz: float,
+    frames: int | None = None,
+) -> HeadFrame:
+    """Head frames (s, n, m, 2) of s simulations of one trial, started with its own velocity.
+
+    Args:
+        twin: with the trial's markers.
+        trial: n frames.
+        coefficients: (s, 5).
+        phase_rad: (s,) crank angle at time 0.
+        frequency_hz: of the crank, for all; a trial with a measured turn makes that instead.
+        frames: only so many from the first; default all n.
+    """
+    count = len(phase_rad)
+    runs = Runs(
+        coefficients=np.ascontiguousarray(coefficients),
+        frequency_hz=np.full(count, frequency_hz),
+        phase_rad=np.asarray(phase_rad, float),
+        velocity=np.tile(trial.start_velocity, (count, 1)),
+        turns=(trial.turn,) * count,
+    )
+    trajectories = twin.simulate(runs, trial.time_s[:frames], allow_divergence=True)
+    return head_frame(trial.markers, trajectories.marker_m)
+
+
+def frames_in_step(trial: MeasuredTrial) -> slice:
+    """The frames that set a trial's crank phase: of its known part, after the start is forgotten, three beats."""
+    end = SETTLED_S + BEATS_IN_STEP / trial.start_frequency.hz
+    frames = np.flatnonzero(trial.known & (trial.time_s > SETTLED_S) & (trial.time_s <= end))
+    return slice(int(frames[0]), int(frames[-1]) + 1)
+
+
+def phase_from_harmonic(twin: Twin, trial: MeasuredTrial, coefficients: np.ndarray, frequency_hz: float) -> np.ndarray:
+    """Crank phases at time 0 that bring the twin's tail in step with the measured one.
+
+    One simulation at phase 0 tells how far the tail's first harmonic, over the angle of the crank, lags behind it.
+
+    Args:
+        twin, trial, frequency_hz: as for `swim`.
+        coefficients: (s, 5).
+
+    Returns:
+        (s,) rad.
+    """
+    frames = frames_in_step(trial)
+    simulated = swim(twin, trial, coefficients, np.zeros(len(coefficients)), frequency_hz, frames.stop)
+    tail = list(trial.tail)
+    turn = np.exp(-1j * trial.crank_rad(trial.time_s[frames], frequency_hz))[:, None]
+    weight = trial.weight[frames][:, tail]  # (k, t)
+
+    def harmonic(shape_m: np.ndarray) -> np.ndarray:
+        lateral = np.nan_to_num(shape_m[..., frames, tail, 1])  # (..., k, t)
+        mean = (weight * lateral).sum(axis=-2, keepdims=True) / np.maximum(weight.sum(axis=0), 1e-12)
+        return (weight * (lateral - mean) * turn).sum(axis=-2)
+
+    measured, modelled = harmonic(trial.head.shape_m), harmonic(simulated.shape_m)
+    return np.angle((measured * modelled.conj()).sum(axis=-1))
 
 
 def fit_phase(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients) -> float:
@@ -43,12 +108,10 @@ def _lowest(tries: np.ndarray, misfit: np.ndarray) -> float:
     return float(tries[best] + off * (tries[1] - tries[0]))
 
 
-def forecast(
-    twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, phase_rad: float, frequency_hz: float
-) -> HeadFrame:
-    """The twin's head frame (n, m, 2) of one trial."""
+def forecast(twin: Twin, trial: MeasuredTrial, coefficients: FluidCoefficients, phase_rad: float) -> HeadFrame:
+    """The twin's head frame (n, m, 2) of one trial, at the frequency of its known part."""
     values = np.array([coefficients], float)
-    return one_of(swim(twin, trial, values, np.array([phase_rad]), frequency_hz), 0)
+    return one_of(swim(twin, trial, values, np.array([phase_rad]), trial.start_frequency.hz), 0)
 
 
 def _shape_misfit(trial: MeasuredTrial, simulated: HeadFrame, frames: slice) -> np.ndarray:

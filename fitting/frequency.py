@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import median_abs_deviation
 
 from fitting.frequency_error import standard_error
-from fitting.harmonics import design, weighted_fit
+from fitting.series import design, weighted_fit
 from session import Flag, NotEnoughData
 
 HARMONICS = 3

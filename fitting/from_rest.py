@@ -7,10 +7,10 @@ apart, but the robot itself does: it starts from rest.
 
 import numpy as np
 
+from fitting.in_pool import head_frame
 from fitting.speed import forward_speed
 from fitting.trial import MeasuredTrial
 from swimmer import Runs, Twin
-from tracking import to_head_frame
 
 BEATS = 6.0  # simulated, of which the second half counts
 FREQUENCIES = 3
@@ -31,7 +31,6 @@ def seconds_from_rest(trials: tuple[MeasuredTrial, ...]) -> float:
 def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
     """(s, f) forward speed after half of some beats from rest, m/s, for s sets of coefficients (s, 5)."""
     sets, hz = len(coefficients), np.tile(frequency_hz, len(coefficients))
-    nose, neck = twin.markers.index("nose"), twin.markers.index("neck")
     runs = Runs(np.repeat(np.asarray(coefficients, float), len(frequency_hz), axis=0), hz, np.zeros(len(hz)))
     times = [np.arange(0.0, BEATS / f, FRAME_S) for f in frequency_hz]
     longest = max(map(len, times))
@@ -40,7 +39,7 @@ def speed_from_rest(twin: Twin, coefficients: np.ndarray, frequency_hz: np.ndarr
     marker_m = marker_m.reshape(sets, len(times), longest, *marker_m.shape[2:])
     speeds = np.zeros((sets, len(times)))
     for i, (f, time_s) in enumerate(zip(frequency_hz, times, strict=True)):
-        head = to_head_frame(marker_m[:, i, : len(time_s)], nose, neck)
+        head = head_frame(twin.markers, marker_m[:, i, : len(time_s)])
         speeds[:, i] = forward_speed(time_s, head.forward_m, time_s >= BEATS / 2 / f, f)
     return speeds
 

@@ -87,8 +87,8 @@ def _searched(
     converged = spend(objective, budget, seed)
     if not np.isfinite(objective.best_m):
         raise SimulationDiverged(
-            f"{METHODS[method].label}: none of {objective.evaluations} points within {budget:g} simulated seconds "
-            "swims forward from rest; give a larger budget or use the gradient search"
+            f"{METHODS[method].label}: none of {objective.space.evaluations} points within {budget:g} simulated "
+            "seconds swims forward from rest; give a larger budget or use the gradient search"
         )
     best = _restart(objective, objective.best_point[:5], converged)
     interval = intervals(SearchSpace(swims), best.point)
@@ -97,7 +97,7 @@ def _searched(
         phase_rad=best.phase_rad,
         mean_distance_m=objective.best_m,
         restarts=(best,),
-        evaluations=objective.evaluations,
+        evaluations=objective.space.evaluations,
         seconds=time.perf_counter() - began,
         flags=flags_of([best], interval),
         method=method,
@@ -126,7 +126,7 @@ def _finished(swims: Swims, fit: CoefficientFit, budget_s: float) -> Coefficient
         phase_rad=restarts[0].phase_rad,
         mean_distance_m=objective.best_m,
         restarts=tuple(restarts),
-        evaluations=fit.evaluations + objective.evaluations,
+        evaluations=fit.evaluations + objective.space.evaluations,
         seconds=fit.seconds + time.perf_counter() - began,
         flags=flags_of(restarts, fit.interval),
         spent_s=fit.spent_s + objective.spent_s,

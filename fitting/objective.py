@@ -11,12 +11,11 @@ from typing import Literal
 
 import numpy as np
 
-from fitting.mean_distance import MeanDistance
+from fitting.in_pool import head_frame
+from fitting.mean_distance import SOFTENING_M, MeanDistance
 from fitting.placement import placed_residuals
-from fitting.scoring import residuals, scored_trajectory
-from fitting.swim import head_frame
+from fitting.scoring import residuals
 from fitting.trial import MeasuredTrial
-from fitting.yaw import best_yaw, turn
 from swimmer import Runs, Twin
 from tracking import HeadFrame
 
@@ -70,9 +69,9 @@ class Swims:
             velocity=np.repeat([t.start_velocity for t in self.trials], count, axis=0),
             turns=tuple(t.turn for t in self.trials for _ in range(count)),
         )
-        markers = self.twin.simulate(runs, np.repeat(times, count, axis=0), allow_divergence=True).marker_m
-        parts = np.split(markers, len(self.trials))
-        return [head_frame(trial, part[:, :n]) for trial, part, n in zip(self.trials, parts, frames, strict=True)]
+        marker_m = self.twin.simulate(runs, np.repeat(times, count, axis=0), allow_divergence=True).marker_m
+        parts = np.split(marker_m, len(self.trials))
+        return [head_frame(self.twin.markers, part[:, :n]) for part, n in zip(parts, frames, strict=True)]
 
     def errors(self, parameters: np.ndarray) -> np.ndarray:
         """(2 e, s) components of the e weighted marker errors, m: x and y of one marker follow each other.
@@ -99,18 +98,13 @@ class Swims:
         error = residuals(trial, simulated, trial.scored)
         if self.comparison == "published":
             return error
-        measured = scored_trajectory(trial)
-        turned = turn(measured, best_yaw(error + measured, measured, trial.weight[trial.scored])[:, None, None])
-        return error + measured - turned
+        measured = _measured(trial)
+        return error + measured - turn(measured, _yaw(trial, error)[:, None, None])
 
     def yaws(self, parameters: np.ndarray) -> np.ndarray:
         """(s, t) best turn of each trial's measured head frame for (p, s) parameters, rad, counter-clockwise."""
-        angles = []
-        for trial, simulated in zip(self.trials, self.simulate(parameters), strict=True):
-            measured = scored_trajectory(trial)
-            error = residuals(trial, simulated, trial.scored)
-            angles.append(best_yaw(error + measured, measured, trial.weight[trial.scored]))
-        return np.stack(angles, axis=1)
+        pairs = zip(self.trials, self.simulate(parameters), strict=True)
+        return np.stack([_yaw(trial, residuals(trial, head, trial.scored)) for trial, head in pairs], axis=1)
 
     @property
     def norm(self) -> MeanDistance:
@@ -126,3 +120,38 @@ class Swims:
             good = trial.weight[trial.scored] > 0
             total += np.nan_to_num(distance[:, good], nan=LOST_M).mean(axis=1)
         return total / len(self.trials)
+
+
+def _measured(trial: MeasuredTrial) -> np.ndarray:
+    """(k, m, 2) markers of the scored frames in the head frame, displacement counted from the first, m."""
+    path = trial.head.path_m[trial.scored]
+    return trial.head.shape_m[trial.scored] + (path - path[0])[:, None, :]
+
+
+def _yaw(trial: MeasuredTrial, error: np.ndarray) -> np.ndarray:
+    """(s,) best turn of a trial's head frame for residuals (s, k, m, 2) over the scored frames, rad."""
+    measured = _measured(trial)
+    return best_yaw(error + measured, measured, trial.weight[trial.scored])
+
+
+def best_yaw(simulated: np.ndarray, measured: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """(s,) turn of the measured markers (k, m, 2) that brings them closest to simulated ones (s, k, m, 2), rad.
+
+    Closest in mean distance: a weighted Procrustes rotation about the origin, reweighted a few times.
+    """
+    known, weight = np.nan_to_num(measured), np.where(np.isfinite(measured).all(axis=-1), weight, 0.0)
+    angle = np.zeros(len(simulated))
+    for _ in range(4):
+        distance = np.linalg.norm(simulated - turn(known, angle[:, None, None]), axis=-1)
+        pull = np.nan_to_num(weight / np.sqrt(distance**2 + SOFTENING_M**2))
+        cross = known[..., 0] * simulated[..., 1] - known[..., 1] * simulated[..., 0]
+        dot = (known * simulated).sum(axis=-1)
+        angle = np.arctan2((pull * np.nan_to_num(cross)).sum(axis=(1, 2)), (pull * np.nan_to_num(dot)).sum(axis=(1, 2)))
+    return angle
+
+
+def turn(points: np.ndarray, angle_rad: np.ndarray) -> np.ndarray:
+    """(..., 2) points turned counter-clockwise about the origin; the angles broadcast against the leading axes."""
+    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
+    x, y = points[..., 0], points[..., 1]
+    return np.stack([x * cos - y * sin, x * sin + y * cos], axis=-1)

@@ -1,7 +1,8 @@
 """One lucky pair of fit trials proves nothing: the identification repeated on other pairs of the session's swims.
 
-Every pair gets a search of its own (see `fitting.pair_search`), which knows nothing of the session's fit nor of the
-trials that the pair leaves out.
+Every pair gets a small search of its own, which knows nothing of the session's fit nor of the trials that the pair
+leaves out. What a point of the box is worth for a trial does not depend on which other trial it is paired with, so the
+screening is shared: the same points for every choice, looked at once for each trial.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -11,18 +12,21 @@ from itertools import combinations
 
 import numpy as np
 
-from fitting.ebt import FORMS, FROM_TWIN, EbtFit, fit_ebt
-from fitting.forecast import forecast
+from fitting.coefficient_fit import Restart
+from fitting.coefficients import refine_coefficients
+from fitting.ebt import FORMS, FROM_TWIN, EbtFit, fit_every_form, speeds_beside
+from fitting.forecast import forecast, phase_from_harmonic
 from fitting.objective import Swims
-from fitting.pair_search import Screened, screen, search_pair
-from fitting.phase import phase_from_harmonic
-from fitting.speed import forward_speed
-from fitting.tail_tip import measured_tail, simulated_tail
-from fitting.trial import MeasuredTrial, tail_markers
+from fitting.search_space import Screened, SearchSpace
+from fitting.trial import MeasuredTrial
 from session import NotEnoughData
 from swimmer import FluidCoefficients, Twin
 
 MOST_PAIRS = 10
+SCREENED = 64  # points of the box
+CHECKED, STARTS = 32, 2  # of these the best; of these again the best that lie apart and swim forward
+APART = 1.0  # in roots
+HEAT, POLISH = 3, 10  # iterations of Gauss-Newton at most
 MODELS = ("twin", *(form.name + tail for tail in ("", FROM_TWIN) for form in FORMS))
 
 Tell = Callable[[str, float], None]
@@ -92,9 +96,7 @@ def _fit_pair(
     best = search_pair(swims, [screened[name] for name in pair])
     coefficients = FluidCoefficients(*map(float, best.coefficients))
     held_out = _held_out(trial for name, trial in named.items() if name not in pair)
-    tails = [measured_tail(trial, twin.robot, trial.kept) for trial in fitted]
-    measured = np.array([trial.speed for trial in fitted])
-    ebts = {form.name: fit_ebt(form, tails, measured, twin.robot) for form in FORMS}
+    ebts = fit_every_form(fitted, twin.robot)
     return PairFit(
         fitted=pair,
         coefficients=coefficients,
@@ -103,6 +105,21 @@ def _fit_pair(
         swims_forward=best.swims_forward,
         converged=best.converged,
     )
+
+
+def screen(twin: Twin, trial: MeasuredTrial, seed: int) -> Screened:
+    """Points of the box, the same for every trial, each in step with this one."""
+    return SearchSpace(Swims(twin, (trial,))).screened(SCREENED, np.random.default_rng(seed))
+
+
+def search_pair(swims: Swims, screened: Sequence[Screened]) -> Restart:
+    """The best twin of some trials, from points screened for each; one that swims forward if any start led to one."""
+    points = np.vstack([screened[0].points[:5], *(of_trial.points[5] for of_trial in screened)])
+    best = np.argsort(np.mean([of_trial.objective_m for of_trial in screened], axis=0))[:CHECKED]
+    starts = SearchSpace(swims).promising(points[:, best], STARTS, APART)
+    heats = refine_coefficients(swims, starts, HEAT, central=False).restarts
+    polished = refine_coefficients(swims, [heats[0].point], POLISH, central=False).restarts
+    return min((*polished, *heats), key=lambda restart: (not restart.swims_forward, restart.objective_m))
 
 
 def _held_out(trials: Iterable[MeasuredTrial]) -> Iterator[MeasuredTrial]:
@@ -115,17 +132,11 @@ def _held_out(trials: Iterable[MeasuredTrial]) -> Iterator[MeasuredTrial]:
 def _speed_errors(
     trial: MeasuredTrial, twin: Twin, coefficients: FluidCoefficients, ebts: dict[str, EbtFit]
 ) -> dict[str, float]:
-    """How far each model is off the speed of a trial held out, m/s, by its name as in `speeds_of`."""
-    hz, robot = trial.start_frequency.hz, twin.robot
+    """How far each model is off the speed of a trial held out, m/s, by its name."""
+    hz = trial.start_frequency.hz
     phase = float(phase_from_harmonic(twin, trial, np.array([coefficients], float), hz)[0])
-    head = forecast(twin, trial, coefficients, phase, hz)
-    twin_tail = tail_markers(robot, trial.markers)[-2:]
-    tails = {
-        "": measured_tail(trial, robot, trial.kept),
-        FROM_TWIN: simulated_tail(trial.time_s, head, twin_tail, trial.kept, trial.frequency.hz),
-    }
-    speeds = {"twin": float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))}
-    speeds |= {form + whose: ebt.speed(tail, robot) for whose, tail in tails.items() for form, ebt in ebts.items()}
+    head = forecast(twin, trial, coefficients, phase)
+    speeds = speeds_beside(trial, head, ebts, twin.robot)
     return {name: abs(speed - trial.speed) for name, speed in speeds.items()}
 
 

@@ -7,9 +7,8 @@ import numpy as np
 
 from fitting.coefficient_fit import CoefficientFit
 from fitting.coefficients import refine_coefficients
-from fitting.forecast import fit_phase, forecast
+from fitting.forecast import SETTLED_S, fit_phase, forecast
 from fitting.objective import Swims
-from fitting.phase import SETTLED_S
 from fitting.placement import BoxesOff, place
 from fitting.scoring import score
 from fitting.trial import MeasuredTrial
@@ -102,7 +101,7 @@ def fit_placed(trials: Sequence[MeasuredTrial], twin: Twin, fit: CoefficientFit)
     for trial in trials:
         phase = phases.get(trial.name)
         phase = fit_phase(twin, trial, found.coefficients) if phase is None else float(phase)
-        heads[trial.name] = forecast(twin, trial, found.coefficients, phase, trial.start_frequency.hz)
+        heads[trial.name] = forecast(twin, trial, found.coefficients, phase)
     together = place(fitted, [heads[trial.name] for trial in fitted])
     told = []
     for trial in trials:

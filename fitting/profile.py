@@ -13,7 +13,7 @@ import numpy as np
 from fitting.coefficient_fit import CoefficientFit
 from fitting.objective import Swims
 from fitting.search_space import ROOTS, SearchSpace, parameters
-from fitting.valley import moved, settle
+from fitting.valley import walk
 
 POINTS = 6
 
@@ -69,11 +69,11 @@ def profile_objective(swims: Swims, fit: CoefficientFit) -> CoefficientProfiles:
     space, roots = SearchSpace(swims), np.linspace(ROOTS[0], ROOTS[1], POINTS)
     others = fit.restarts if fit.in_the_middle else fit.restarts[1:]  # the first restart is the fit itself
     ends = [restart.point for restart in others if restart.swims_forward]
-    known = np.column_stack([np.append(np.sqrt(fit.coefficients), fit.phase_rad), *ends])  # (p, 1 + r)
-    held = np.repeat(known[:, :1], 5 * POINTS, axis=1)
+    known = [np.append(np.sqrt(fit.coefficients), fit.phase_rad), *ends]  # (p,) each
+    held = np.tile(known[0][:, None], 5 * POINTS)
     for i in range(5):
         held[i, i * POINTS : (i + 1) * POINTS] = roots
-    distances = swims.mean_distance(parameters(np.hstack([held, known])))
+    distances = swims.mean_distance(parameters(np.column_stack([held, *known])))
     sliced, at_known = distances[: 5 * POINTS].reshape(5, POINTS), distances[5 * POINTS :]
     followed = np.array([_followed(space, known, i, roots, at_known[0]) for i in range(5)])
     return CoefficientProfiles(
@@ -81,29 +81,17 @@ def profile_objective(swims: Swims, fit: CoefficientFit) -> CoefficientProfiles:
         slice_m=sliced,
         profile_m=np.minimum(sliced, followed),
         best_m=float(at_known[0]),
-        restart=parameters(known[:5, 1:]).T,
+        restart=parameters(np.reshape(ends, (-1, space.size)).T)[:5].T,
         restart_m=at_known[1:],
     )
 
 
-def _followed(space: SearchSpace, known: np.ndarray, index: int, roots: np.ndarray, best_m: float) -> list[float]:
+def _followed(space: SearchSpace, known: list[np.ndarray], index: int, roots: np.ndarray, best_m: float) -> list[float]:
     """(k,) mean distance at each root of one coefficient, all else following from the first of known points, m."""
-    best = known[index, 0]
-    here = [best_m] * int((roots == best).sum())  # a fit at a bound
-    return (
-        _walk(space, known, index, roots[roots < best][::-1])[::-1]
-        + here
-        + _walk(space, known, index, roots[roots > best])
-    )
+    best = known[0]
 
+    def followed(to: np.ndarray) -> list[float]:
+        return [step.distance_m for step in walk(space, best, index, to, known)]
 
-def _walk(space: SearchSpace, known: np.ndarray, index: int, roots: np.ndarray) -> list[float]:
-    """(k,) mean distance at roots from near to far, each from the lower of the one before and the nearest known."""
-    distances, point = [], known[:, 0]
-    for root in roots:
-        nearest = known[:, np.argmin(np.abs(known[index] - root))]
-        starts = np.column_stack([moved(each, index, root) for each in (point, nearest)])
-        step = settle(space, np.unique(starts, axis=1), index)
-        distances.append(step.distance_m)
-        point = step.point
-    return distances
+    here = [best_m] * int((roots == best[index]).sum())  # a fit at a bound
+    return followed(roots[roots < best[index]][::-1])[::-1] + here + followed(roots[roots > best[index]])

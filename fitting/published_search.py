@@ -11,7 +11,7 @@ from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.published_objective import BudgetSpent, PublishedObjective
+from fitting.published_objective import PublishedObjective
 
 INITIAL, BATCH = 16, 4  # Sobol points before the first proposal; proposals a batch
 BAYESIAN_SHARE = 0.3  # of the budget, the rest is Nelder-Mead's
@@ -30,7 +30,7 @@ def bayesian(objective: PublishedObjective, budget_s: float, seed: int) -> None:
     )
 
     def evaluate(coefficients: np.ndarray) -> None:
-        distances = objective.in_step(coefficients)
+        distances = objective(objective.phased(coefficients))
         for values, distance in zip(coefficients, distances, strict=True):
             search.register(dict(zip(names, values, strict=True)), -float(distance))
 
@@ -59,18 +59,7 @@ def nelder_mead(objective: PublishedObjective, budget_s: float, start: np.ndarra
     steps[start + steps > high] *= -1
     optimiser.set_initial_step(steps)
     optimiser.set_xtol_rel(1e-5)
-
-    def value(x: np.ndarray, _gradient: np.ndarray) -> float:
-        if objective.spent_s >= budget_s:
-            raise BudgetSpent
-        return float(objective(np.array(x)[:, None])[0])
-
-    optimiser.set_min_objective(value)
-    try:
-        optimiser.optimize(np.clip(start, low, high))
-    except BudgetSpent:
-        return False
-    return bool(optimiser.last_optimize_result() == nlopt.XTOL_REACHED)
+    return objective.minimised(optimiser, np.clip(start, low, high), np.array, budget_s)
 
 
 def bayesian_then_nelder_mead(objective: PublishedObjective, budget_s: float, seed: int) -> bool:
@@ -100,5 +89,5 @@ def random_search(objective: PublishedObjective, budget_s: float, seed: int) -> 
     low, high = COEFFICIENT_BOUNDS
     random = np.random.default_rng(seed)
     while objective.spent_s < budget_s:
-        objective.in_step(low + (high - low) * random.random((INITIAL, 5)))
+        objective(objective.phased(low + (high - low) * random.random((INITIAL, 5))))
     return False

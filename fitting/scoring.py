@@ -57,11 +57,5 @@ def score(trial: MeasuredTrial, simulated: HeadFrame) -> Scores:
     )
 
 
-def scored_trajectory(trial: MeasuredTrial) -> np.ndarray:
-    """(k, m, 2) measured markers of the scored frames in the head frame, displacement counted from the first, m."""
-    path = trial.head.path_m[trial.scored]
-    return trial.head.shape_m[trial.scored] + (path - path[0])[:, None, :]
-
-
 def _mean(values: np.ndarray, good: np.ndarray) -> float:
     return float(values[good].mean()) if good.any() else float("nan")

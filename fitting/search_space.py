@@ -4,11 +4,15 @@ Marker distances change by factors of a coefficient rather than by amounts, so t
 searched in square roots: small coefficients are resolved, zero is still reached.
 """
 
-import numpy as np
+from typing import NamedTuple
 
+import numpy as np
+from scipy.stats import qmc
+
+from fitting.forecast import phase_from_harmonic
 from fitting.from_rest import seconds_from_rest, swims_forward
 from fitting.objective import COEFFICIENT_BOUNDS, Swims
-from fitting.phase import phase_from_harmonic
+from swimmer import PUBLISHED_COEFFICIENTS
 
 # Steps of the differences. Trajectories are smooth in the large, but Kutta lift switches its side within a fraction
 # of a degree where a thin plate moves edge-on, which roughens them by some 0.05 mm: small steps would measure that.
@@ -16,6 +20,13 @@ ROOT_STEP = 0.08
 PHASE_STEP_RAD = 0.03
 FREE_TURNS_RAD = 100.0  # phases are free; the optimiser asks for finite bounds
 ROOTS = np.sqrt(COEFFICIENT_BOUNDS)
+
+
+class Screened(NamedTuple):
+    """Points (p, s) of the box in step with the trials, and their softened mean distances (s,), m."""
+
+    points: np.ndarray
+    objective_m: np.ndarray
 
 
 class SearchSpace:
@@ -46,7 +57,7 @@ class SearchSpace:
     def errors(self, points: np.ndarray) -> np.ndarray:
         """(2 e, s) marker errors of points (p,) or (p, s), m."""
         columns = points.reshape(self.size, -1)
-        self._count(columns.shape[1])
+        self.count(columns.shape[1])
         return self.swims.errors(parameters(columns))
 
     def slopes(self, x: np.ndarray, _errors: np.ndarray) -> np.ndarray:
@@ -78,19 +89,57 @@ class SearchSpace:
         """(s,) softened mean distance of points (p, s), m."""
         return np.array([self.norm.value(column[:, None]) for column in self.errors(points).T])
 
-    def in_step(self, coefficients: np.ndarray) -> np.ndarray:
-        """(p, s) points: sets of coefficients (s, 5), each with the crank phases that bring the tail in step."""
-        twin, trials = self.swims.twin, self.swims.trials
-        self._count(len(coefficients))
-        phases = [phase_from_harmonic(twin, trial, coefficients, trial.frequency.hz) for trial in trials]
-        return np.vstack([np.sqrt(coefficients).T, phases])
+    def phases_in_step(self, coefficients: np.ndarray) -> np.ndarray:
+        """(t, s) crank phases that bring the tail in step with each trial, of sets of coefficients (s, 5), rad."""
+        self.count(len(coefficients))
+        trials = self.swims.trials
+        return np.array([phase_from_harmonic(self.swims.twin, t, coefficients, t.frequency.hz) for t in trials])
+
+    def screened(self, count: int, random: np.random.Generator) -> Screened:
+        """The published coefficients, and as many points of the whole box."""
+        roots = ROOTS[0] + np.ptp(ROOTS) * qmc.Sobol(5, rng=random).random(count)
+        coefficients = np.vstack([PUBLISHED_COEFFICIENTS, roots**2])
+        points = np.vstack([np.sqrt(coefficients).T, self.phases_in_step(coefficients)])
+        return Screened(points, self.objectives(points))
+
+    def promising(self, points: np.ndarray, wanted: int, apart: float) -> list[np.ndarray]:
+        """(p,) at most as many points as wanted to begin at; backward swimmers only where too few swim forward.
+
+        Args:
+            points: (p, s) best first.
+            wanted: how many.
+            apart: distance that any two keep at least, in roots of the coefficients.
+        """
+        chosen: list[np.ndarray] = []
+        backward: list[np.ndarray] = []
+
+        def choose(point: np.ndarray) -> None:
+            if len(chosen) < wanted and all(np.linalg.norm(point[:5] - other[:5]) > apart for other in chosen):
+                chosen.append(point)
+
+        for some in np.array_split(points, range(wanted, points.shape[1], wanted), axis=1):
+            if len(chosen) == wanted:
+                break
+            for point, forward in zip(some.T, self.swims_forward(some), strict=True):
+                if forward:
+                    choose(point)
+                else:
+                    backward.append(point)
+        for point in backward:
+            choose(point)
+        return chosen
 
     def swims_forward(self, points: np.ndarray) -> np.ndarray:
         """(s,) whether the twin of each point (p, s) swims forward from rest."""
-        self.spent_s += self._seconds_from_rest * points.shape[1]
-        return swims_forward(self.swims.twin, parameters(points)[:5].T, self.swims.trials)
+        return self.go_forward(parameters(points)[:5].T)
 
-    def _count(self, points: int) -> None:
+    def go_forward(self, coefficients: np.ndarray) -> np.ndarray:
+        """(s,) the same of sets of coefficients (s, 5)."""
+        self.spent_s += self._seconds_from_rest * len(coefficients)
+        return swims_forward(self.swims.twin, coefficients, self.swims.trials)
+
+    def count(self, points: int) -> None:
+        """Notes that so many points were simulated."""
         self.evaluations += points
         self.spent_s += self._seconds * points
 

@@ -19,6 +19,7 @@ from swimmer import FluidCoefficients
 _CLOUD = 40  # points, each with its mirror image among them
 _FAR_M = 0.01  # from the tracks: the twin, not the noise, makes the floor then
 _AS_GOOD = 1.1  # objective of the middle over that of the best, at most
+_ROUNDS = 3  # of a cloud around the last middle
 _STEPS = 10  # of Gauss-Newton on the linear errors, which cost no simulation
 
 
@@ -42,7 +43,7 @@ def _settled(swims: Swims, fit: CoefficientFit, seed: int) -> CoefficientFit:
     if fit.mean_distance_m > _FAR_M:
         return fit
     space = SearchSpace(swims)
-    point = middle_of_floor(space, fit, seed=seed)
+    point = middle_of_floor(space, fit, seed)
     distance_m = float(swims.mean_distance(parameters(point)[:, None])[0])
     if distance_m > _AS_GOOD * fit.mean_distance_m or not space.swims_forward(point[:, None])[0]:
         return fit
@@ -59,20 +60,19 @@ def _settled(swims: Swims, fit: CoefficientFit, seed: int) -> CoefficientFit:
     )
 
 
-def middle_of_floor(space: SearchSpace, fit: CoefficientFit, rounds: int = 3, seed: int = 0) -> np.ndarray:
+def middle_of_floor(space: SearchSpace, fit: CoefficientFit, seed: int) -> np.ndarray:
     """(p,) the point in the middle of the floor around a fit.
 
     Args:
         space: the search space of the fit trials.
         fit: of them.
-        rounds: of a cloud around the last middle, 40 simulations of the trials each.
         seed: of the cloud.
     """
     point = fit.restarts[0].point
     values, vectors = np.linalg.eigh(covariance(space, point))
     half = np.random.default_rng(seed).normal(size=(space.size, _CLOUD // 2))
     cloud = vectors @ (np.sqrt(np.abs(values))[:, None] * np.hstack([half, -half]))
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         point = _middle(space, point, cloud)
     return point
 

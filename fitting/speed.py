@@ -3,7 +3,7 @@
 import numpy as np
 
 from fitting.frequency_error import standard_error
-from fitting.harmonics import design, weighted_fit
+from fitting.series import design, weighted_fit
 
 LONGEST_BEATS = 1.5  # that errors of the tracks are thought to last
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.calibration import CalibratedTrial, speeds_of
+from fitting.calibration import CalibratedTrial
 from fitting.speed import speed_standard_error
 from fitting.trial import MeasuredTrial
 
@@ -35,7 +35,7 @@ class SpeedErrors(NamedTuple):
 def speed_errors(
     trials: Sequence[CalibratedTrial],
     seed: int = 0,
-    speeds: Callable[[CalibratedTrial], Mapping[str, float]] = speeds_of,
+    speeds: Callable[[CalibratedTrial], Mapping[str, float]] = lambda trial: trial.speeds,
 ) -> dict[str, SpeedErrors]:
     """The errors of every model over the trials, in whatever order, by the model's name; empty without trials.
 

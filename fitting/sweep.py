@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.ebt import EbtFit
+from fitting.in_pool import head_frame, tail_markers
 from fitting.speed import forward_speed
 from fitting.tail_tip import simulated_tail
-from fitting.trial import tail_markers
 from swimmer import FluidCoefficients, Runs, Twin
-from tracking import one_of, to_head_frame
+from tracking import one_of
 
 BEATS, SETTLING_BEATS, LEAST_S = 14.0, 6.0, 8.0
 START_SPEED_M_S = 0.10  # at low frequency the twin has two steady states; started forward it finds the forward one
@@ -72,8 +72,8 @@ def sweep_speed(
     )
     until = np.minimum(time_s, seconds[:, None])  # the last frame of a run comes again and again
     markers = twin.simulate(runs, until, allow_divergence=True).marker_m
-    head = to_head_frame(markers, twin.markers.index("nose"), twin.markers.index("neck"))
-    tail = tail_markers(twin.robot, twin.markers)[-2:]
+    head = head_frame(twin.markers, markers)
+    tail = tail_markers(twin.robot, twin.markers)
     speed_twin = np.full(count, np.nan)
     speeds = {name: np.full(count, np.nan) for name in ebts}
     for i, hz in enumerate(frequency_hz):

@@ -4,15 +4,16 @@ Derivatives are either the published finite difference between neighbouring fram
 (<h_t^2> by up to 80 % at low speed), or those of a Savitzky-Golay filter (quadratic over 11 frames).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import savgol_filter
 
-from fitting.harmonics import design, weighted_fit
+from fitting.series import bridged, design, weighted_fit
 from fitting.speed import whole_beats
-from fitting.trial import MeasuredTrial, tail_markers
-from swimmer import RobotSpec, TailMotion, TipMotion
+from fitting.trial import MeasuredTrial
+from swimmer import TailMotion, TipMotion
 from tracking import HeadFrame, from_head_frame
 
 WINDOW, ORDER = 11, 2  # frames and degree of the Savitzky-Golay filter
@@ -41,9 +42,9 @@ class TailSwim:
     frequency_hz: float
 
 
-def measured_tail(trial: MeasuredTrial, robot: RobotSpec, frames: np.ndarray) -> TailSwim:
+def measured_tail(trial: MeasuredTrial, frames: np.ndarray) -> TailSwim:
     """The tail of a measured trial over the whole beats of the frames (n,)."""
-    tail = tail_markers(robot, trial.markers)[-2:]
+    tail = list(trial.tail[-2:])
     return TailSwim(
         time_s=trial.time_s,
         tip_m=trial.head.shape_m[:, tail],
@@ -56,13 +57,14 @@ def measured_tail(trial: MeasuredTrial, robot: RobotSpec, frames: np.ndarray) ->
 
 
 def simulated_tail(
-    time_s: np.ndarray, head: HeadFrame, tail: list[int], frames: np.ndarray, frequency_hz: float
+    time_s: np.ndarray, head: HeadFrame, tail: Sequence[int], frames: np.ndarray, frequency_hz: float
 ) -> TailSwim:
-    """The tail of one simulated swim (n, m, 2); `tail` are the indices of its last two markers."""
+    """The tail of one simulated swim (n, m, 2); `tail` are the indices of its markers behind the head."""
+    last = list(tail[-2:])
     return TailSwim(
         time_s=time_s,
-        tip_m=head.shape_m[:, tail],
-        pool_m=from_head_frame(head)[:, tail],
+        tip_m=head.shape_m[:, last],
+        pool_m=from_head_frame(head)[:, last],
         heading_rad=head.heading_rad,
         weight=np.ones((len(time_s), 2)),
         used=whole_beats(time_s, frames, frequency_hz),
@@ -112,11 +114,7 @@ def _heading_trend(swim: TailSwim) -> np.ndarray:
 
 def _smooth(series_m: np.ndarray, time_s: np.ndarray, derivative: int) -> np.ndarray:
     """(n, 2, 2) smoothed series or its time derivative; missing samples are bridged before."""
-    flat = series_m.reshape(len(series_m), -1).copy()
-    for column in flat.T:
-        known = np.isfinite(column)
-        if known.any() and not known.all():
-            column[~known] = np.interp(time_s[~known], time_s[known], column[known])
+    flat = bridged(time_s, series_m.reshape(len(series_m), -1))
     window = min(WINDOW, len(flat) - 1 + len(flat) % 2)
     step = float(np.median(np.diff(time_s)))
     smooth = savgol_filter(flat, window, min(ORDER, window - 1), deriv=derivative, delta=step, axis=0)

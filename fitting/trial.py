@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fitting.frequency import SwimFrequency, estimate_frequency
-from fitting.harmonics import design, weighted_fit
+from fitting.in_pool import head_frame, head_is_trusted, in_pool
+from fitting.motor_clock import MotorRecord
+from fitting.series import design, weighted_fit
 from fitting.speed import forward_speed
 from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
 from session.session_checks import OTHER_UNIT
 from swimmer import CrankTurn, RobotSpec
-from tracking import HeadFrame, check_tracks, to_head_frame, to_pool
-
-if TYPE_CHECKING:
-    from fitting.motor_clock import MotorRecord  # which itself measures tails
+from tracking import HeadFrame
 
 Beat = Callable[[np.ndarray], SwimFrequency]
 """The frequency of some frames (n,)."""
@@ -98,7 +96,7 @@ class MeasuredTrial:
         Raises:
             NotEnoughData: held out, it leaves too few frames to score.
         """
-        return self if role == self.role else replace(self, role=role, **vars(_split(role, self)))
+        return self if role == self.role else _with_role(self, role)
 
     @property
     def without_log(self) -> MeasuredTrial:
@@ -111,8 +109,7 @@ class MeasuredTrial:
         """
         if self.turn is None or self.beat is None:
             return self
-        plain = replace(self, frequency=self.beat, motor=None, turn=None)
-        return replace(plain, **vars(_split(plain.role, plain)))
+        return _with_role(replace(self, frequency=self.beat, motor=None, turn=None), self.role)
 
     def weight_of(self, frames: int) -> np.ndarray:
         """(frames, m) weights in the tracks it was measured from; 0 before and after its own n frames."""
@@ -122,12 +119,6 @@ class MeasuredTrial:
     def used_fraction(self) -> float:
         """Share of the kept samples that count."""
         return float((self.weight[self.kept] > 0).mean())
-
-
-def tail_markers(robot: RobotSpec, markers: tuple[str, ...]) -> list[int]:
-    """Indices of the markers behind the head, from head to fin."""
-    behind = [i for i, name in enumerate(markers) if robot.markers[name].body != "head"]
-    return sorted(behind, key=lambda i: robot.markers[markers[i]].position_m[0])
 
 
 def measure_trial(
@@ -149,15 +140,9 @@ def measure_trial(
         NotEnoughData: no tail marker, too short for its warm-up, less than one beat, or a drive that was not filmed.
     """
     first_frame, tracks = (0, tracks) if motor is None else motor.driven(tracks, spec.name)
-    quality = check_tracks(tracks, robot)
-    heights = robot.marker_positions_m(tracks.markers)[:, 2]
-    pool = to_pool(tracks, camera, quality.weight, heights)
-    nose, neck = pool.markers.index("nose"), pool.markers.index("neck")
-    tail = tail_markers(robot, pool.markers)
-    if not tail:
-        raise NotEnoughData(f"trial {spec.name}: none of its markers sits on the tail; the fit needs at least one")
-    weight = quality.weight * ((quality.weight[:, nose] > 0) & (quality.weight[:, neck] > 0))[:, None]
-    head = to_head_frame(pool.position_m, nose, neck)
+    pool, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
+    weight = quality.weight * head_is_trusted(pool.markers, quality.weight)[:, None]
+    head = head_frame(pool.markers, pool.position_m)
     weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
     time_s = pool.time_s
 
@@ -166,20 +151,35 @@ def measure_trial(
     motor = None if motor is None else motor.against(beat, tracks.time_s)
     turn = motor.turn.shifted(float(tracks.time_s[0])) if motor is not None and motor.usable else None
     frequency = _of_crank(beat, turn, motor, time_s)
-    base = _Base(spec.name, spec.commanded_hz, time_s, head, weight, frequency, tuple(tail), warmup_s, motor, turn)
     of_frames = (*quality.flags, *doubts, *beat.flags)
-    return MeasuredTrial(
-        **vars(base),
-        **vars(_split(spec.role, base)),
-        role=spec.role,
+    every_frame = np.ones(len(time_s), bool)
+    trial = MeasuredTrial(
+        name=spec.name,
+        role="fit",
+        commanded_hz=spec.commanded_hz,
         markers=pool.markers,
+        time_s=time_s,
         position_m=pool.position_m,
+        head=head,
+        weight=weight,
+        frequency=frequency,
+        start_frequency=frequency,
+        start_velocity=np.zeros(3),
+        known=every_frame,
+        kept=every_frame,
+        scored=every_frame,
+        speed=np.nan,
+        warmup_s=warmup_s,
+        tail=tuple(tail),
         metres_per_px=pool.metres_per_px,
         flags=(*(flag.later(first_frame) for flag in of_frames), *(motor.flags if motor else ())),
         first_frame=first_frame,
+        motor=motor,
+        turn=turn,
         beat=beat,
         logged_hz=None if motor is None else motor.logged_hz,
     )
+    return _with_role(trial, spec.role)
 
 
 def _of_crank(
@@ -225,35 +225,8 @@ def _clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSpec) -
     return tuple(flags)
 
 
-@dataclass(frozen=True, eq=False)
-class _Base:
-    """What of a trial does not depend on its role, as far as its role's share needs it."""
-
-    name: str
-    commanded_hz: float | None
-    time_s: np.ndarray
-    head: HeadFrame
-    weight: np.ndarray
-    frequency: SwimFrequency
-    tail: tuple[int, ...]
-    warmup_s: float
-    motor: MotorRecord | None
-    turn: CrankTurn | None
-
-
-@dataclass(frozen=True, eq=False)
-class _Split:
-    """What of a trial depends on its role."""
-
-    start_frequency: SwimFrequency
-    start_velocity: np.ndarray
-    known: np.ndarray
-    kept: np.ndarray
-    scored: np.ndarray
-    speed: float
-
-
-def _split(role: str, trial: _Base | MeasuredTrial) -> _Split:
+def _with_role(trial: MeasuredTrial, role: str) -> MeasuredTrial:
+    """The trial with what is known of it and what is scored in this role."""
     time_s, head, tail = trial.time_s, trial.head, list(trial.tail)
 
     def beat(frames: np.ndarray) -> SwimFrequency:
@@ -264,7 +237,9 @@ def _split(role: str, trial: _Base | MeasuredTrial) -> _Split:
     known = _known(role, trial.commanded_hz, time_s, beat)
     start_frequency = trial.frequency if known.all() else _beat_of_part(beat, known, trial.name)
     kept = _kept(role, trial, known)
-    return _Split(
+    return replace(
+        trial,
+        role=role,
         start_frequency=start_frequency,
         start_velocity=_start_velocity(time_s[known], head.path_m[known], head.heading_rad[known], start_frequency.hz),
         known=known,
@@ -295,7 +270,7 @@ def _known(role: str, commanded_hz: float | None, time_s: np.ndarray, beat: Beat
     return time_s < end + 1e-9
 
 
-def _kept(role: str, trial: _Base | MeasuredTrial, known: np.ndarray) -> np.ndarray:
+def _kept(role: str, trial: MeasuredTrial, known: np.ndarray) -> np.ndarray:
     time_s, warmup_s = trial.time_s, trial.warmup_s
     kept = time_s >= warmup_s - 1e-9
     if role != "fit":

@@ -3,6 +3,7 @@
 A weakly held coefficient bends the valley and can leave it two floors, more apart than a descent or a hop reaches.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +49,9 @@ def along_valley(space: SearchSpace, floor: np.ndarray, index: int, steps: int) 
     return chosen[1:3]
 
 
-def walk(space: SearchSpace, floor: np.ndarray, index: int, roots: np.ndarray) -> list[Step]:
+def walk(
+    space: SearchSpace, floor: np.ndarray, index: int, roots: np.ndarray, known: Sequence[np.ndarray] = ()
+) -> list[Step]:
     """The floor at each root in turn of one coefficient, each from the one before.
 
     Args:
@@ -56,10 +59,13 @@ def walk(space: SearchSpace, floor: np.ndarray, index: int, roots: np.ndarray) -
         floor: (p,) where the walk begins.
         index: of the coefficient that is held at the roots.
         roots: (k,) of it, from near to far.
+        known: (p,) points, the nearest of which a place is looked for from as well, and the lower one taken.
     """
     steps, point = [], floor
     for root in roots:
-        step = settle(space, moved(point, index, root)[:, None], index)
+        nearest = sorted(known, key=lambda other: abs(other[index] - root))[:1]
+        starts = np.column_stack([moved(start, index, root) for start in (point, *nearest)])
+        step = settle(space, np.unique(starts, axis=1), index)
         steps.append(step)
         point = step.point
     return steps

@@ -8,7 +8,7 @@ takes, so that the simplex sees a round bowl. Where it ends, the next one starts
 import nlopt
 import numpy as np
 
-from fitting.published_objective import BudgetSpent, PublishedObjective
+from fitting.published_objective import PublishedObjective
 from fitting.search_space import SearchSpace, parameters
 
 RISE_M = 2e-4  # of the objective along an edge, four times its roughness
@@ -24,14 +24,9 @@ def descend_in_valley(objective: PublishedObjective, budget_s: float) -> bool:
     """
     converged = False
     while objective.spent_s < budget_s:
-        before_m = objective.best_m
-        best = objective.best_point
+        before_m, best = objective.best_m, objective.best_point
         point = np.append(np.sqrt(best[:5]), best[5:])
-        space = SearchSpace(objective.swims)
-        edges = _edges(space, point)
-        objective.spent_s += space.spent_s
-        objective.evaluations += space.evaluations
-        small = _descend(objective, budget_s, space, point, edges)
+        small = _descend(objective, budget_s, point, _edges(objective.space, point))
         converged = (small or converged) and before_m - objective.best_m <= ROUGHNESS_M
     return converged
 
@@ -43,22 +38,14 @@ def _edges(space: SearchSpace, point: np.ndarray) -> np.ndarray:
     return axes * np.minimum(np.sqrt(2 * RISE_M / np.maximum(np.abs(curvature), 1e-12)), LONGEST)
 
 
-def _descend(
-    objective: PublishedObjective, budget_s: float, space: SearchSpace, point: np.ndarray, edges: np.ndarray
-) -> bool:
+def _descend(objective: PublishedObjective, budget_s: float, point: np.ndarray, edges: np.ndarray) -> bool:
     """One simplex; whether it became small before the budget was spent."""
+    space = objective.space
     optimiser = nlopt.opt(nlopt.LN_NELDERMEAD, space.size)
     optimiser.set_initial_step(np.ones(space.size))
     optimiser.set_xtol_abs(SMALL)
 
-    def value(steps: np.ndarray, _gradient: np.ndarray) -> float:
-        if objective.spent_s >= budget_s:
-            raise BudgetSpent
-        return float(objective(parameters(np.clip(point + edges @ steps, space.low, space.high))[:, None])[0])
+    def along(steps: np.ndarray) -> np.ndarray:
+        return parameters(np.clip(point + edges @ steps, space.low, space.high))
 
-    optimiser.set_min_objective(value)
-    try:
-        optimiser.optimize(np.zeros(space.size))
-    except BudgetSpent:
-        return False
-    return bool(optimiser.last_optimize_result() == nlopt.XTOL_REACHED)
+    return objective.minimised(optimiser, np.zeros(space.size), along, budget_s)

@@ -26,7 +26,7 @@ import mujoco
 import numpy as np
 
 from calib import Options, Pipeline, open_session
-from fitting import FORMS, speeds_of
+from fitting import FORMS
 from reports import Gallery, picture_of_tracks
 
 # %matplotlib inline
@@ -154,7 +154,7 @@ for form in FORMS:
     print(f"{form.label:45} c_D / beta = {ebt.drag_coefficient / ebt.beta:.3f}")
 
 # %%
-models = list(speeds_of(calibration.trials[0]))
+models = list(calibration.trials[0].speeds)
 print(f"{'mean absolute speed error, mm/s':40} {'fit':>6} {'held out':>9}")
 for model in models:
     errors = [1000 * calibration.summary(role).speed_mae[model] for role in ("fit", "holdout")]

@@ -194,8 +194,8 @@ class Gallery:
 
     def body_wave(self) -> Picture:
         """Amplitude and phase lag along the tail, a polar panel a trial."""
-        robot, trials = self.calibration.robot, self.calibration.trials
-        waves = [tuple(body_wave(t.measured, head, robot) for head in (t.measured.head, t.simulated)) for t in trials]
+        trials = self.calibration.trials
+        waves = [tuple(body_wave(t.measured, head) for head in (t.measured.head, t.simulated)) for t in trials]
         figure = body_wave_figure([trial.measured.name for trial in trials], [(one, two) for one, two in waves])
         return Picture(figure, "amplitude and phase lag along the tail in each trial")
 

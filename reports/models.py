@@ -12,7 +12,7 @@ _COLOURS = {"twin": TWIN, "published": EBT, "smoothed": EBT_SMOOTHED, "large": E
 
 
 def model_label(name: str) -> str:
-    """What a key of `fitting.speeds_of` is called: `EBT, large amplitude (twin's tail)`."""
+    """What a key of `CalibratedTrial.speeds` is called: `EBT, large amplitude (twin's tail)`."""
     form, _, tail = name.partition(", ")
     label = _LABELS.get(form, form.replace("_", " "))
     return f"{label} ({tail.replace(chr(39), '’')})" if tail else label

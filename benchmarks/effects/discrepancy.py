@@ -23,10 +23,10 @@ from benchmarks.reality import Nuisances
 from benchmarks.spread import spread
 from diagnosis.discrepancy import Discrepancy, nearness
 from diagnosis.explaining import SCALES
+from fitting.in_pool import tail_markers
 from fitting.posterior.gait import advanced, beat_phase, harmonics_of
 from fitting.signatures.session_row import PRIOR_SD, row_slopes
 from fitting.signatures.slopes import little
-from fitting.trial import tail_markers
 from session import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import catalogue

@@ -16,7 +16,7 @@ from benchmarks.posterior.effects import effect_of
 from benchmarks.posterior.exact import exact_widths
 from benchmarks.posterior.truth import DrawnSession, draw_session
 from fitting.posterior import Posterior, sample_posterior
-from fitting.posterior.posterior import MISFIT_P
+from fitting.posterior.inference import MISFIT_P
 from fitting.signatures.score_tests import score_tests
 from session import Flag
 from swimmer.effects import catalogue

@@ -9,10 +9,10 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import minimum_filter
 
 from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import ANGLES, DryResponse
@@ -72,18 +72,10 @@ class ErrorSurface:
 
     def valleys(self, most: int = 5) -> list[Cell]:
         """The cells that are lower than all their neighbours (phase runs round), the deepest first."""
-        padded = np.pad(self.distance_m, ((1, 1), (1, 1), (0, 0)), constant_values=np.inf)
-        padded = np.concatenate([padded[..., -1:], padded, padded[..., :1]], axis=2)
-        size = self.distance_m.shape
-        around = [
-            padded[tuple(slice(k, k + n) for k, n in zip(shift, size, strict=True))]
-            for shift in product(range(3), repeat=3)
-            if shift != (1, 1, 1)
-        ]
-        low = np.argwhere(self.distance_m <= np.min(around, axis=0))
+        lowest = minimum_filter(self.distance_m, size=3, mode=("nearest", "nearest", "wrap"))
         cells = [
             Cell(float(self.arm_m[i]), float(self.hz[j]), float(self.phase_rad[k]), float(self.distance_m[i, j, k]))
-            for i, j, k in low
+            for i, j, k in np.argwhere(self.distance_m == lowest)
         ]
         return sorted(cells, key=lambda cell: cell.distance_m)[:most]
 

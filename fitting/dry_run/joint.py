@@ -7,7 +7,7 @@ heading and a scale of its own: the layout of all markers gives the scale, the m
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -153,10 +153,8 @@ def _respread(parts: list[_Part], point: np.ndarray) -> list[_Part]:
     freedom = _freedom(parts)
     offset = np.sqrt(sum(float((np.abs(mean) ** 2).sum()) for mean in means) / freedom)
     offset = float(np.clip(offset, *OFFSET_M))
-    return [
-        _Part(part.trial, part.response, part.branch, Spread(offset, _as_if_white(part, residual)))
-        for part, residual in zip(parts, residuals, strict=True)
-    ]
+    whites = map(_as_if_white, parts, residuals)
+    return [replace(part, spread=Spread(offset, white)) for part, white in zip(parts, whites, strict=True)]
 
 
 def _freedom(parts: list[_Part]) -> int:

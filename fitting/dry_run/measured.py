@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.frequency import SwimFrequency, estimate_frequency
+from fitting.in_pool import head_frame, head_is_trusted, in_pool
 from fitting.motor_clock import MotorRecord
-from fitting.trial import SCORED_S, tail_markers
+from fitting.trial import SCORED_S
 from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
 from swimmer import RobotSpec
-from tracking import check_tracks, to_head_frame, to_pool
 
 WARMUP_S = 1.0  # in which the motor comes up to speed
 HEAD_MOVES_M = 0.005  # of nose and neck together; a clamped head and a tracker's noise stay below
@@ -53,8 +53,7 @@ class DryTrial:
     @property
     def head_weight(self) -> np.ndarray:
         """(n, m) 0 also where nose or neck is not trusted, so that the head frame is not."""
-        nose, neck = self.markers.index("nose"), self.markers.index("neck")
-        trusted = (self.weight[:, nose] > 0) & (self.weight[:, neck] > 0) & np.isfinite(self.head_m).any(axis=1)
+        trusted = head_is_trusted(self.markers, self.weight) & np.isfinite(self.head_m).any(axis=1)
         return np.where(np.isfinite(self.head_m), self.weight * trusted[:, None], 0.0)
 
 
@@ -65,7 +64,6 @@ def measure_dry_run(
     robot: RobotSpec,
     warmup_s: float = WARMUP_S,
     motor: MotorRecord | None = None,
-    crank_rad: np.ndarray | None = None,
 ) -> DryTrial:
     """Checks and scales the tracks of a dry run and finds its beat.
 
@@ -74,7 +72,6 @@ def measure_dry_run(
         warmup_s: left out of every comparison, unless a usable log says when the drive is steady.
         motor: what the motor did (`fitting.motor_clock.read_motor`); only the frames of its steady drive are then
             used, and how unevenly it turned. Default: the crank turns evenly.
-        crank_rad: (n,) unwrapped shaft angle at each frame, in the direction of increasing angle, in place of a log.
 
     Raises:
         NotEnoughData: no tail marker, too few frames after the warm-up, less than one beat, or a drive that was not
@@ -84,11 +81,7 @@ def measure_dry_run(
     if motor is not None and motor.usable:
         first_frame, tracks = motor.driven(tracks, spec.name)
         warmup_s = 0.0
-    quality = check_tracks(tracks, robot)
-    pool = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
-    tail = tail_markers(robot, pool.markers)
-    if not tail:
-        raise NotEnoughData(f"trial {spec.name}: none of its markers sits on the tail; the crank needs at least one")
+    pool, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
     kept = pool.time_s >= warmup_s - 1e-9
     if kept.sum() < _FEWEST_FRAMES:
         raise NotEnoughData(
@@ -96,19 +89,20 @@ def measure_dry_run(
             f"warm-up; at least {_FEWEST_FRAMES} are needed: shorten [fit] warmup_s or record longer"
         )
     time_s, weight = pool.time_s[kept], quality.weight[kept]
-    head = to_head_frame(pool.position_m[kept], pool.markers.index("nose"), pool.markers.index("neck"))
+    head = head_frame(pool.markers, pool.position_m[kept])
     lateral = head.shape_m[:, tail, 1]
     frequency = estimate_frequency(time_s, lateral, weight[:, tail], spec.commanded_hz)
     motor = None if motor is None else motor.against(frequency, tracks.time_s[kept])
+    even_s = time_s
     if motor is not None and motor.usable:
-        crank_rad = motor.turn.angle(tracks.time_s)
+        even_s = _even(pool.time_s, motor.turn.angle(tracks.time_s))[kept]
     of_frames = (*quality.flags, *frequency.flags, *_moving_head(pool.position_m[kept], pool.markers))
     trial = DryTrial(
         name=spec.name,
         commanded_hz=spec.commanded_hz,
         markers=pool.markers,
         time_s=time_s,
-        even_s=time_s if crank_rad is None else _even(pool.time_s, crank_rad)[kept],
+        even_s=even_s,
         place_m=_as_complex(pool.position_m[kept]),
         head_m=_as_complex(head.position_m),
         weight=np.where(np.isfinite(pool.position_m[kept]).all(axis=-1), weight, 0.0),

@@ -23,6 +23,7 @@ ANGLES = 180  # of a turn in the table
 TIMESTEP_S = 0.0015  # a third of the twin's own: the markers are then within 0.05 mm of those at 0.5 ms, at 1.2 Hz
 FEWEST_ARMS = 4  # of a branch that is interpolated
 _SETTLING_TURNS = 1
+_SPEEDS = 6  # simulated of a range
 _JUMP = 3.0  # times the usual change between neighbouring arms
 
 
@@ -117,8 +118,6 @@ def simulate_response(
     markers: tuple[str, ...],
     arm_m: np.ndarray,
     range_hz: tuple[float, float],
-    speeds: int = 6,
-    timestep_s: float = TIMESTEP_S,
     workers: int = 0,
 ) -> DryResponse:
     """Turns the crank at every arm and at Chebyshev's nodes of a range of speeds.
@@ -130,18 +129,16 @@ def simulate_response(
         markers: names of the m markers.
         arm_m: (a,) increasing, m.
         range_hz: slowest and fastest turns a second asked for.
-        speeds: how many are simulated.
-        timestep_s: of the simulation.
         workers: threads; 0 for all cores.
 
     Raises:
         NotEnoughData: fewer than four neighbouring arms have a bounded and smooth motion.
     """
-    hz = _nodes(range_hz, speeds)
+    hz = _nodes(*range_hz)
     arms, turns = [], []
     for arm in arm_m:
         try:
-            turns.append(simulate_turns(with_arm(robot, float(arm)), markers, hz, timestep_s, workers))
+            turns.append(simulate_turns(with_arm(robot, float(arm)), markers, hz, workers))
         except SimulationDiverged:
             continue
         arms.append(float(arm))
@@ -161,15 +158,13 @@ def with_arm(robot: RobotSpec, arm_m: float) -> RobotSpec:
     return robot.model_copy(update={"crank": robot.crank.model_copy(update={"arm_m": arm_m})})
 
 
-def simulate_turns(
-    robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, timestep_s: float = TIMESTEP_S, workers: int = 0
-) -> Turn:
+def simulate_turns(robot: RobotSpec, markers: tuple[str, ...], hz: np.ndarray, workers: int = 0) -> Turn:
     """One settled turn of the crank at each of s speeds: marker_m (s, angles, m), lead_rad (s, angles).
 
     Raises:
         SimulationDiverged: it does not stay bounded.
     """
-    twin = Twin(robot, markers, replace(DRY, timestep_s=timestep_s), workers)
+    twin = Twin(robot, markers, replace(DRY, timestep_s=TIMESTEP_S), workers)
     fine = np.linspace(_SETTLING_TURNS - 0.05, _SETTLING_TURNS + 1.05, 2 * ANGLES + 1)
     time_s = fine[None, :] / hz[:, None]  # (s, 2 angles + 1)
     run = twin.simulate(Runs(np.zeros((len(hz), 5)), hz, np.zeros(len(hz))), time_s)
@@ -187,10 +182,9 @@ def _one_turn(time_s: np.ndarray, crank_rad: np.ndarray, marker_m: np.ndarray) -
     return Turn(CubicSpline(time_s, marker_m)(at), lead)
 
 
-def _nodes(range_hz: tuple[float, float], count: int) -> np.ndarray:
+def _nodes(low: float, high: float) -> np.ndarray:
     """(s,) Chebyshev's nodes, of which the outermost are the ends of the range."""
-    nodes = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    low, high = range_hz
+    nodes = -np.cos(np.pi * (np.arange(_SPEEDS) + 0.5) / _SPEEDS)
     return (low + high) / 2 + (high - low) / 2 * nodes / nodes[-1]
 
 

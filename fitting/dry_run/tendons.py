@@ -40,7 +40,8 @@ def tendon_use(robot: RobotSpec, hz: np.ndarray, workers: int = 0) -> tuple[Tend
     states = np.concatenate(
         [run.crank_rad[..., None], run.hinges_rad], axis=-1
     )  # (s, angles, q): a clamped head has none
-    return tuple(_use(_elongation(twin.model, turn)) for turn in states)
+    longer = [_elongation(twin.model, turn) for turn in states]
+    return tuple(TendonUse(float(e.max()), float(-e.min()), float((e < -SLACK).mean())) for e in longer)
 
 
 def _elongation(model: mujoco.MjModel, states: np.ndarray) -> np.ndarray:
@@ -54,7 +55,3 @@ def _elongation(model: mujoco.MjModel, states: np.ndarray) -> np.ndarray:
         mujoco.mj_tendon(model, data)
         length[i] = data.ten_length
     return length / model.tendon_lengthspring[:, 0] - 1
-
-
-def _use(elongation: np.ndarray) -> TendonUse:
-    return TendonUse(float(elongation.max()), float(-elongation.min()), float((elongation < -SLACK).mean()))

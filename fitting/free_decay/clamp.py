@@ -1,7 +1,5 @@
 """Whether the clamp holds the head: one that yields softens the tail, so that its hinges look softer than they are."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from session import Flag
@@ -11,20 +9,8 @@ LEAST_SHARE = 0.0075  # of the fin's swing: a springy clamp lowers the stiffness
 SURE_SE = 2.5  # standard errors from which a share is no tracking error
 
 
-class ClampYield(NamedTuple):
-    """The part of the fin's swing that is the head's, as a share of the whole, and its standard error."""
-
-    share: float
-    se: float
-
-    @property
-    def biases(self) -> bool:
-        """Whether it is there, and wrongs the stiffness by 1 % or more."""
-        return abs(self.share) > max(LEAST_SHARE, SURE_SE * self.se)
-
-
-def measure_yield(head_m: np.ndarray, fin_m: np.ndarray, reach: float) -> ClampYield:
-    """How far the head moves with the fin while the tail rings.
+def measure_yield(head_m: np.ndarray, fin_m: np.ndarray, reach: float) -> tuple[float, float]:
+    """The part of the fin's swing that is the head's, as a share of the whole, and its standard error.
 
     The line through nose and neck is carried on to the fin and regressed on the fin's motion. Errors of the tracks
     last, as the fin's motion does: the standard error is widened for both (Bartlett 1935).
@@ -37,15 +23,14 @@ def measure_yield(head_m: np.ndarray, fin_m: np.ndarray, reach: float) -> ClampY
     carried = head_m[:, 0] + reach * (head_m[:, 1] - head_m[:, 0])
     good = np.isfinite(carried) & np.isfinite(fin_m)
     if good.sum() < 4:
-        return ClampYield(0.0, np.inf)
+        return 0.0, np.inf
     carried, fin = carried[good] - carried[good].mean(), fin_m[good] - fin_m[good].mean()
     power = max(float(fin @ fin), 1e-300)
     share = float(carried @ fin) / power
     left = carried - share * fin
     lasting = max(_lag_one(left) * _lag_one(fin), 0.0)
-    return ClampYield(
-        share, float(np.sqrt(left @ left / (len(fin) - 2) / power * (1 + lasting) / max(1 - lasting, 1e-3)))
-    )
+    variance = left @ left / (len(fin) - 2) / power * (1 + lasting) / max(1 - lasting, 1e-3)
+    return share, float(np.sqrt(variance))
 
 
 def clamp_flags(position_m: np.ndarray, markers: tuple[str, ...], fin: int, reach: float) -> tuple[Flag, ...]:
@@ -64,11 +49,11 @@ def clamp_flags(position_m: np.ndarray, markers: tuple[str, ...], fin: int, reac
         if spread > HEAD_MOVES_M:
             message = f"{markers[i]} moves by {1000 * spread:.1f} mm (rms): the head is not clamped"
             flags.append(Flag("head_moves", (markers[i],), message=f"{message}, and its motion is not fitted"))
-    found = measure_yield(position_m[:, head, 1], position_m[:, fin, 1], reach)
-    if found.biases and not flags:
+    share, se = measure_yield(position_m[:, head, 1], position_m[:, fin, 1], reach)
+    if abs(share) > max(LEAST_SHARE, SURE_SE * se) and not flags:
         message = (
-            f"{100 * found.share:.1f} ± {100 * found.se:.1f} % of the fin's swing are the head's: the clamp yields; "
-            f"the stiffness comes out low by up to {135 * abs(found.share):.0f} %"
+            f"{100 * share:.1f} ± {100 * se:.1f} % of the fin's swing are the head's: the clamp yields; "
+            f"the stiffness comes out low by up to {135 * abs(share):.0f} %"
         )
         flags.append(Flag("head_moves", ("nose", "neck"), message=message))
     return tuple(flags)

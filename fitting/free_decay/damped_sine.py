@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fitting.frequency_error import standard_error
-from fitting.harmonics import weighted_fit
+from fitting.series import weighted_fit
 
 RATIOS = (0.01, 0.03, 0.08, 0.16, 0.3, 0.5)  # damping ratios tried first
 BAND_HZ = (0.4, 15.0)
@@ -81,8 +81,8 @@ def design(time_s: np.ndarray, frequency_hz: float, decay_1_s: float) -> np.ndar
     return np.stack([np.ones_like(time_s), envelope * np.cos(angle), envelope * np.sin(angle)], axis=1)
 
 
-def ring_errors(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, ring: DampedSine) -> tuple[float, float]:
-    """Standard errors of frequency (Hz) and decay rate (1/s), allowing for residuals that last and are shared."""
+def frequency_error(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, ring: DampedSine) -> float:
+    """Standard error of the frequency, Hz, allowing for residuals that last and are shared."""
     columns = design(time_s, ring.frequency_hz, ring.decay_1_s)
     coefficients = weighted_fit(columns, lateral_m, weight)
     slopes = []
@@ -90,13 +90,10 @@ def ring_errors(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, r
         moved = design(time_s, ring.frequency_hz + step[0], ring.decay_1_s + step[1])
         slope = (moved - columns) @ coefficients / _SLOPE_STEP  # (n, k)
         slopes.append(slope - columns @ weighted_fit(columns, slope, weight))
-    residual = np.nan_to_num(lateral_m) - ring.curve_m
+    of_hz, of_rate = slopes
+    alone = of_hz - of_rate * (weight * of_hz * of_rate).sum() / max(float((weight * of_rate**2).sum()), 1e-300)
     frames = len(time_s) / max(ring.frequency_hz * float(np.ptp(time_s)), 1.0)
-    errors = []
-    for own, other in (slopes, slopes[::-1]):
-        alone = own - other * (weight * own * other).sum() / max(float((weight * other**2).sum()), 1e-300)
-        errors.append(standard_error(columns, alone, residual, weight, frames))
-    return errors[0], errors[1]
+    return standard_error(columns, alone, np.nan_to_num(lateral_m) - ring.curve_m, weight, frames)
 
 
 def _natural(x: np.ndarray) -> tuple[float, float]:

@@ -7,7 +7,7 @@ the pose, the hinges' rates, where each box sits on its marker, and the tilt of 
 therefore not be clean, and the first frame fitted comes after it.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -15,17 +15,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fitting.free_decay.damped_sine import fit_damped_sine
-from fitting.free_decay.decay_flags import Match, decay_flags, rejected_flags
+from fitting.free_decay.decay_flags import decay_flags
 from fitting.free_decay.decay_trial import DecayTrial
-from fitting.free_decay.decay_twin import DecayTwin, stable_scene
-from fitting.free_decay.hinges import with_hinges
+from fitting.free_decay.decay_twin import DecayTwin, stable_scene, start_pose
+from fitting.free_decay.hinges import DecayFit
 from fitting.free_decay.lasting_noise import LastingNoise, Linearised, Regression, descend, regress, whitened
 from fitting.free_decay.spectrum import DecaySpectrum, measure_decay
-from fitting.free_decay.start_pose import start_pose
-from session import Flag, SimulationDiverged
+from session import SimulationDiverged
 from swimmer import RobotSpec
 
-Z95 = 1.959964
 ANGLE_SD_RAD, RATE_SD_RAD_S = 1.0, 15.0  # of a hinge at the first frame, before the decay is seen
 TILT_SD_RAD, SCALE_SD = 0.05, 0.02  # of the head's axis and of the scale: boxes of nose and neck sit 2 px off
 OFFSET_SD_M = 0.02  # of a box from its marker
@@ -43,84 +41,28 @@ _SHARES = (1.0, 0.4, 0.1)  # of a step tried
 _STEPS = (1e-4, 1e-4, 1e-4, 1e-2)  # of ln stiffness, ln damping, angle, rate in differences
 
 
-@dataclass(frozen=True, eq=False)
-class DecayFit:
-    """What a free decay says about the hinges.
-
-    Attributes:
-        name: of the trial.
-        stiffness_n_m, stiffness_se_n_m: of every hinge, N m/rad, with its standard error.
-        damping_n_m_s, damping_se_n_m_s: of every hinge, N m s/rad.
-        matched_stiffness_n_m, matched_damping_n_m_s: those whose twin rings alike, from frequency and decay alone.
-        spectrum: of the measured decay: frequency, damping ratio, agreement of the markers.
-        noise: of the tracks, as the fit found it.
-        start_rad: (2, h) hinge angles (rad) and rates (rad/s) in the first frame.
-        time_s: (n,) from the first frame after the release, s.
-        markers: the k tail markers.
-        measured_m, simulated_m: (n, k) lateral motion with the boxes' offsets taken off; nan where it does not count.
-        rms_m: of their difference.
-        explained: share of the motion about rest that the twin explains.
-        converged: whether the fit settled.
-        flags: when not to believe it, those of trial and spectrum among them.
-    """
-
-    name: str
-    stiffness_n_m: float
-    stiffness_se_n_m: float
-    damping_n_m_s: float
-    damping_se_n_m_s: float
-    matched_stiffness_n_m: float
-    matched_damping_n_m_s: float
-    spectrum: DecaySpectrum
-    noise: LastingNoise
-    start_rad: np.ndarray
-    time_s: np.ndarray
-    markers: tuple[str, ...]
-    measured_m: np.ndarray
-    simulated_m: np.ndarray
-    rms_m: float
-    explained: float
-    converged: bool
-    flags: tuple[Flag, ...]
-
-    @property
-    def stiffness_ci95_n_m(self) -> tuple[float, float]:
-        """95 % interval, even in the logarithm, N m/rad."""
-        return _interval(self.stiffness_n_m, self.stiffness_se_n_m)
-
-    @property
-    def damping_ci95_n_m_s(self) -> tuple[float, float]:
-        """95 % interval, even in the logarithm, N m s/rad."""
-        return _interval(self.damping_n_m_s, self.damping_se_n_m_s)
-
-    def applied_to(self, robot: RobotSpec) -> RobotSpec:
-        """The robot with these hinges."""
-        return with_hinges(robot, self.stiffness_n_m, self.damping_n_m_s)
-
-
-def fit_decay(trial: DecayTrial, robot: RobotSpec, spectrum: DecaySpectrum | None = None, workers: int = 0) -> DecayFit:
+def fit_decay(trial: DecayTrial, robot: RobotSpec, workers: int = 0) -> DecayFit:
     """One stiffness and one damping for all hinges such that the twin decays like the robot.
 
     Args:
         trial: the decay as measured.
         robot: its geometry and masses; its hinges are only where the search starts.
-        spectrum: of the trial; default: measured here.
         workers: threads; 0 for all cores.
 
     Raises:
         SimulationDiverged: the twin of this robot cannot be simulated with the measured damping.
     """
-    spectrum = spectrum or measure_decay(trial)
+    spectrum = measure_decay(trial)
     twin = DecayTwin(robot, trial.markers, stable_scene(_damping_over_stiffness_s(spectrum)), workers)
     problem = _Problem(trial, twin, spectrum)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
         matched = problem.matched(robot.tail.hinge_stiffness_n_m)
-        return _assembled(problem, _descended(problem, problem.start(*matched)), matched)
+        return _assembled(problem, _descended(problem, problem.start(*matched)), matched[0])
 
 
 def _damping_over_stiffness_s(spectrum: DecaySpectrum) -> float:
     """Of the hinges, s: a mode of a linear chain with equal hinges has the damping ratio w d / (2 k)."""
-    return max(2 * spectrum.damping_ratio / (2 * np.pi * spectrum.natural_hz), LEAST_DAMPING_S)
+    return max(2 * spectrum.ring.damping_ratio / (2 * np.pi * spectrum.ring.natural_hz), LEAST_DAMPING_S)
 
 
 class _Problem:
@@ -271,7 +213,7 @@ def _searched(problem: _Problem, x: np.ndarray, step: np.ndarray, noise: Lasting
     return tried[int(np.argmin(problem.costs(tried, noise)))]
 
 
-def _assembled(problem: _Problem, descent: _Descent, matched: tuple[float, float]) -> DecayFit:
+def _assembled(problem: _Problem, descent: _Descent, matched_stiffness_n_m: float) -> DecayFit:
     x, result, converged = descent
     trial, spectrum, k = problem.trial, problem.spectrum, len(problem.trial.markers)
     stiffness, damping = np.exp(x[:2])
@@ -280,35 +222,24 @@ def _assembled(problem: _Problem, descent: _Descent, matched: tuple[float, float
     left = np.where(problem.used, problem.lateral - simulated, np.nan)
     rest = (problem.used * problem.lateral).sum(axis=0) / np.maximum(problem.used.sum(axis=0), 1)  # (k,)
     moved = float(np.nansum(np.where(problem.used, problem.lateral - rest, 0.0) ** 2))
-    start = x[2 : 2 + 2 * problem.twin.hinges].reshape(2, -1)
-    explained = max(1.0 - float(np.nansum(left**2)) / max(moved, 1e-300), 0.0)
-    rms = float(np.sqrt(np.nanmean(left**2)))
-    doubts = (
-        *rejected_flags(trial, problem.seen & ~problem.used),
-        *decay_flags(trial, start[0], relative, Match(rms, explained, converged)),
-    )
-    return DecayFit(
+    found = DecayFit(
         name=trial.name,
         stiffness_n_m=float(stiffness),
         stiffness_se_n_m=float(stiffness * relative[0]),
         damping_n_m_s=float(damping),
         damping_se_n_m_s=float(damping * relative[1]),
-        matched_stiffness_n_m=matched[0],
-        matched_damping_n_m_s=matched[1],
+        matched_stiffness_n_m=matched_stiffness_n_m,
         spectrum=spectrum,
         noise=result.noise,
-        start_rad=start,
+        start_rad=x[2 : 2 + 2 * problem.twin.hinges].reshape(2, -1),
         time_s=trial.time_s,
         markers=trial.markers,
         measured_m=np.where(problem.used, problem.lateral, np.nan) - x[-k:],
         simulated_m=simulated - x[-k:],
-        rms_m=rms,
-        explained=explained,
+        rms_m=float(np.sqrt(np.nanmean(left**2))),
+        explained=max(1.0 - float(np.nansum(left**2)) / max(moved, 1e-300), 0.0),
         converged=converged,
-        flags=(*trial.flags, *spectrum.flags, *doubts),
+        flags=(*trial.flags, *spectrum.flags),
     )
-
-
-def _interval(value: float, se: float) -> tuple[float, float]:
-    reach = np.exp(Z95 * se / value)
-    return value / float(reach), value * float(reach)
+    doubts = decay_flags(trial, found, problem.seen & ~problem.used)
+    return replace(found, flags=(*found.flags, *doubts))

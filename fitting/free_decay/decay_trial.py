@@ -6,10 +6,10 @@ import numpy as np
 
 from fitting.free_decay.clamp import clamp_flags
 from fitting.free_decay.release import Release, find_release
-from fitting.trial import tail_markers
+from fitting.in_pool import in_pool
 from session import CameraSpec, Flag, NotEnoughData, Tracks
 from swimmer import RobotSpec
-from tracking import QualityLimits, check_tracks, to_head_frame, to_pool
+from tracking import QualityLimits, to_head_frame
 
 # The shape that `check_tracks` learns from a trial is that of its many frames at rest: the few in which the tail is
 # bent look wrong to it. Only gross faults are left to it; the twin judges the others (`fitting.free_decay.decay_fit`).
@@ -64,12 +64,7 @@ def measure_decay_trial(name: str, tracks: Tracks, camera: CameraSpec, robot: Ro
     Raises:
         NotEnoughData: no tail marker, no release, or too few frames after it.
     """
-    quality = check_tracks(tracks, robot, FAR_OUT)
-    heights = robot.marker_positions_m(tracks.markers)[:, 2]
-    pool = to_pool(tracks, camera, quality.weight, heights)
-    tail = tail_markers(robot, pool.markers)
-    if not tail:
-        raise NotEnoughData(f"trial {name}: none of its markers sits on the tail; a free decay needs at least one")
+    pool, quality, tail = in_pool(tracks, camera, robot, f"trial {name}", FAR_OUT)
     position_m = _in_robot_frame(pool.position_m, pool.markers, quality.weight, robot)
     weight = np.where(np.isfinite(position_m).all(axis=-1), quality.weight, 0.0)
     release = find_release(pool.time_s, position_m[:, tail, 1], weight[:, tail], name)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
+from fitting.series import bridged
 from session import Flag, NotEnoughData
 
 LEAST_SWING_M = 0.005  # way from side to side below which nothing was released
@@ -40,7 +41,7 @@ def find_release(time_s: np.ndarray, lateral_m: np.ndarray, weight: np.ndarray, 
     Raises:
         NotEnoughData: the tail does not swing.
     """
-    lateral = _filled(time_s, np.where(weight > 0, lateral_m, np.nan))  # (n, k)
+    lateral = bridged(time_s, np.where(weight > 0, lateral_m, np.nan))  # (n, k)
     if len(time_s) < 4 or (swing := float(np.ptp(lateral, axis=0).max())) < LEAST_SWING_M:
         raise NotEnoughData(
             f"trial {name}: its tail swings by {1000 * swing if len(time_s) > 3 else 0:.1f} mm only, so nothing was "
@@ -83,12 +84,3 @@ def _end(time_s: np.ndarray, size: np.ndarray, span: int) -> tuple[int, bool]:
     rest_s = time_s[int(faded[0])] + REST_S if len(faded) else np.inf
     latest_s = min(rest_s, time_s[0] + LONGEST_S, time_s[end])
     return int(np.searchsorted(time_s, latest_s, side="right")) - 1, bool(len(again)) and latest_s == time_s[end]
-
-
-def _filled(time_s: np.ndarray, lateral_m: np.ndarray) -> np.ndarray:
-    """(n, k) with missing samples interpolated in time; 0 where a marker is never seen."""
-    filled = np.zeros_like(lateral_m)
-    for k, series in enumerate(lateral_m.T):
-        if (seen := np.isfinite(series)).any():
-            filled[:, k] = np.interp(time_s, time_s[seen], series[seen])
-    return filled

@@ -12,10 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fitting.free_decay.decay_fit import DecayFit
 from fitting.free_decay.decay_trial import DecayTrial
 from fitting.free_decay.decay_twin import DecayTwin, stable_scene
-from fitting.free_decay.hinges import hinges_of, with_hinges
+from fitting.free_decay.hinges import DecayFit, hinges_of, with_hinges
 from swimmer import RobotSpec, Runs, Scene, Twin
 from swimmer.effects import AffectedRuns, AffectedTwin, Effect
 
@@ -51,7 +50,7 @@ class Ring:
     @classmethod
     def of(cls, trial: DecayTrial, fit: DecayFit, robot: RobotSpec) -> "Ring":
         """Of a decay, what was fitted to it, and the robot as described."""
-        fitted = fit.applied_to(robot)
+        fitted = with_hinges(robot, fit.stiffness_n_m, fit.damping_n_m_s)
         errors = np.array([fit.stiffness_se_n_m, fit.damping_se_n_m_s]) / hinges_of(fitted)
         used = replace(trial, weight=np.where(np.isfinite(fit.measured_m), trial.weight, 0.0))
         return cls(used, fit.start_rad, fitted, np.log(hinges_of(fitted) / hinges_of(robot)), errors)

@@ -65,17 +65,14 @@ def code_delay(tail: TailMotion, turn: CrankTurn, code: tuple[float, float], off
         return None
     columns = _crank(time_s, turn, found)[0]
     left, total = _residual(columns, lateral), _residual(columns[:, :2], lateral)
+    markers = int(seen.sum())
+    few = np.sqrt(markers / (markers - 1)) if markers > 1 else 1.0  # CR1; Cameron and Miller 2015
     return CodeDelay(
         offset_s=found,
-        se_s=_few(int(seen.sum())) * float(np.sqrt(result.covariance[0, 0])),
+        se_s=float(few * np.sqrt(result.covariance[0, 0])),
         middle_s=sum(code) / 2 - found,
         explained=1 - float((left**2).sum() / max(float((total**2).sum()), 1e-30)),
     )
-
-
-def _few(markers: int) -> float:
-    """By how much a standard error from the spread between markers is too small (CR1; Cameron and Miller 2015)."""
-    return float(np.sqrt(markers / (markers - 1))) if markers > 1 else 1.0
 
 
 def _crank(time_s: np.ndarray, turn: CrankTurn, offset_s: float) -> tuple[np.ndarray, np.ndarray]:

@@ -22,33 +22,22 @@ def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, c
         drive_s: the steady stretch, on the motor's clock, s.
         measured_hz, commanded_hz: turns a second over it; nan where not known.
     """
-    return (*log.flags, *_errors(log), *_slow(measured_hz, commanded_hz), *_holes(log, drive_s), *_sagging(log))
+    return (*log.flags, *_doubts(log, drive_s, measured_hz, commanded_hz))
 
 
-def _errors(log: MotorLog) -> Iterator[Flag]:
-    bits = int(np.bitwise_or.reduce(np.nan_to_num(log.error).astype(int)))
-    if bits:
+def _doubts(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> Iterator[Flag]:
+    if bits := int(np.bitwise_or.reduce(np.nan_to_num(log.error).astype(int))):
         named = [ERRORS.get(bit, f"bit {bit}") for bit in range(bits.bit_length()) if bits >> bit & 1]
         yield Flag("motor_error", message=f"the motor reported: {', '.join(named)}")
-
-
-def _slow(measured_hz: float, commanded_hz: float) -> Iterator[Flag]:
     if commanded_hz > 0 and abs(measured_hz / commanded_hz - 1) > OFF_COMMAND:
         off = 100 * (measured_hz / commanded_hz - 1)
         message = f"the motor made {measured_hz:.3f} turns a second, {off:+.0f} % off the commanded {commanded_hz:.3g}"
         yield Flag("motor_slow", message=message)
-
-
-def _holes(log: MotorLog, drive_s: tuple[float, float]) -> Iterator[Flag]:
     times = log.time_s[np.isfinite(log.position_rad)]
     times = times[(times >= drive_s[0]) & (times <= drive_s[1])]
-    longest = float(np.diff(times).max(initial=0.0))
-    if longest > HOLE_S:
+    if (longest := float(np.diff(times).max(initial=0.0))) > HOLE_S:
         message = f"up to {longest:.2f} s of the drive without a reading; the crank is taken to turn smoothly there"
         yield Flag("log_gap", message=message)
-
-
-def _sagging(log: MotorLog) -> Iterator[Flag]:
     voltage = log.voltage_v[np.isfinite(log.voltage_v)]
     if len(voltage) and voltage.min() < (1 - SAG) * voltage.max():
         message = (

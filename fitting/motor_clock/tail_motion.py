@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.trial import tail_markers
-from session import CameraSpec, NotEnoughData, Tracks
+from fitting.in_pool import head_frame, head_is_trusted, in_pool
+from fitting.series import bridged
+from session import CameraSpec, Tracks
 from swimmer import RobotSpec
-from tracking import check_tracks, to_head_frame, to_pool
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +32,8 @@ class TailMotion:
     def evenly(self) -> np.ndarray:
         """(f, k) lateral motion `frame_s` apart from the first frame on, missing samples bridged; m."""
         grid = np.arange(self.time_s[0], self.time_s[-1] + 1e-9, self.frame_s)
-        columns = [
-            np.interp(grid, self.time_s[used], lateral[used])
-            for lateral, used in zip(self.lateral_m.T, self.used.T, strict=True)
-            if used.any()
-        ]
-        return np.stack(columns, axis=1) if columns else np.zeros((len(grid), 0))
+        even = bridged(self.time_s, np.where(self.used, self.lateral_m, np.nan), grid)
+        return even[:, self.used.any(axis=0)]
 
 
 def tail_motion(tracks: Tracks, camera: CameraSpec, robot: RobotSpec) -> TailMotion:
@@ -46,13 +42,8 @@ def tail_motion(tracks: Tracks, camera: CameraSpec, robot: RobotSpec) -> TailMot
     Raises:
         NotEnoughData: no tail marker, or nose and neck are never seen apart.
     """
-    quality = check_tracks(tracks, robot)
-    pool = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
-    tail = tail_markers(robot, pool.markers)
-    if not tail:
-        raise NotEnoughData("none of the markers sits on the tail; a motor's code needs at least one to be seen in")
-    nose, neck = pool.markers.index("nose"), pool.markers.index("neck")
-    lateral = to_head_frame(pool.position_m, nose, neck).shape_m[:, tail, 1]  # (n, k)
-    trusted = (quality.weight[:, nose] > 0) & (quality.weight[:, neck] > 0)  # (n,)
+    pool, quality, tail = in_pool(tracks, camera, robot, "the code of a motor")
+    lateral = head_frame(pool.markers, pool.position_m).shape_m[:, tail, 1]  # (n, k)
+    trusted = head_is_trusted(pool.markers, quality.weight)  # (n,)
     used = (quality.weight[:, tail] > 0) & trusted[:, None] & np.isfinite(lateral)
     return TailMotion(tracks.time_s, lateral, used)

@@ -7,14 +7,12 @@ together: coefficients that make up for a stiff hinge belong to a robot with a s
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from fitting.posterior.posterior import Posterior
 from session import Flag
-
-if TYPE_CHECKING:
-    from fitting.posterior.posterior import Posterior
 
 _ASKED_SD = 2.0  # beyond which a robot that the swims ask for is worth a flag
 

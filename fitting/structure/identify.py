@@ -9,12 +9,14 @@ import numpy as np
 
 from fitting.dry_run import CrankFit, CrankTrial, DryTrial, crank_response, fit_crank
 from fitting.free_decay import DecayFit, DecayTrial, HingeEstimate, combine_decays, fit_decay
-from fitting.structure.belief import doubt_of_arm, doubt_of_decay, doubt_of_run
-from fitting.structure.sources import assumed_arm, assumed_hinges, measured_arm, measured_hinges, with_sources
+from fitting.free_decay.decay_flags import doubt_of_decay
+from fitting.structure.sources import ARM, DAMPING, HINGES, STIFFNESS, assumed_source, measured_source, with_sources
 from fitting.structure.structure import BUILT_IN, Source, Structure
 from session import Flag, SimulationDiverged
 from swimmer import RobotSpec
 
+WRONG_RUN = ("head_moves", "poor_fit")  # flags of a dry run that is not believed beside others
+WRONG_ARM = ("at_bound", "unidentifiable")  # flags of all of them together, whose arm is not
 Tell = Callable[[str], None]
 """Called with what is going on."""
 
@@ -42,7 +44,7 @@ def identify_structure(
 ) -> Structure:
     """The structure of a robot from its dry experiments; what they do not tell is taken from its description.
 
-    An experiment that could not be measured or must not be believed (`fitting.structure.belief`) is reported, not used.
+    An experiment that could not be measured or must not be believed is reported, not used.
 
     Args:
         experiments: as measured.
@@ -60,19 +62,19 @@ def identify_structure(
         tell(f"fitting the free decay {trial.name}")
         with _named(f"trial {trial.name}"):
             decays.append(fit_decay(trial, robot, workers=workers))
-    hinges = _hinges(decays, experiments.unmeasured_decays, robot, origin)
-    hinged = with_sources(robot, hinges.sources)
+    hinges, of_hinges, hinge_flags = _hinges(decays, experiments.unmeasured_decays, robot, origin)
+    hinged = with_sources(robot, of_hinges)
     if experiments.runs:
         tell(f"fitting the crank arm to {', '.join(trial.name for trial in experiments.runs)}")
     with _named(_listed("trial", [trial.name for trial in experiments.runs])):
-        crank = _crank(experiments, hinged, origin, workers)
+        crank, of_arm, crank_flags = _crank(experiments, hinged, origin, workers)
     return Structure(
-        robot=with_sources(hinged, (crank.source,)),
+        robot=with_sources(hinged, (of_arm,)),
         decays=tuple(decays),
-        hinges=hinges.estimate,
-        crank=crank.fit,
-        sources=(*hinges.sources, crank.source),
-        flags=(*hinges.flags, *crank.flags),
+        hinges=hinges,
+        crank=crank,
+        sources=(*of_hinges, of_arm),
+        flags=(*hinge_flags, *crank_flags),
     )
 
 
@@ -85,49 +87,41 @@ def _named(trials: str) -> Iterator[None]:
         raise SimulationDiverged(f"{trials}: {problem} If the recording shows something else, leave it out.") from None
 
 
-class _Hinges(NamedTuple):
-    """What the free decays say together."""
-
-    estimate: HingeEstimate | None
-    sources: tuple[Source, Source]
-    flags: tuple[Flag, ...]
-
-
-def _hinges(fits: Sequence[DecayFit], unmeasured: Mapping[str, str], robot: RobotSpec, origin: str) -> _Hinges:
+def _hinges(
+    fits: Sequence[DecayFit], unmeasured: Mapping[str, str], robot: RobotSpec, origin: str
+) -> tuple[HingeEstimate | None, tuple[Source, ...], tuple[Flag, ...]]:
+    """What the free decays say together, where stiffness and damping are from, and which decays are not believed."""
     doubts = {**unmeasured} | {fit.name: doubt for fit in fits if (doubt := doubt_of_decay(fit))}
     flags = tuple(_not_used(f"free decay {name}", doubt) for name, doubt in doubts.items())
     believed = [fit for fit in fits if fit.name not in doubts]
-    if believed:
-        estimate = combine_decays(believed)
-        names = tuple(fit.name for fit in believed)
-        return _Hinges(estimate, measured_hinges(estimate, names), (*flags, *estimate.flags))
-    why = f"{_listed('free decay', list(doubts))} not used" if doubts else "no free decay"
-    return _Hinges(None, assumed_hinges(robot, origin, why), flags)
+    if not believed:
+        why = f"{_listed('free decay', list(doubts))} not used" if doubts else "no free decay"
+        return None, tuple(assumed_source(quantity, robot, origin, why) for quantity in HINGES), flags
+    found, names = combine_decays(believed), tuple(fit.name for fit in believed)
+    stiffness = measured_source(STIFFNESS, found.stiffness_n_m, found.stiffness_se_n_m, names, "free decay")
+    damping = measured_source(DAMPING, found.damping_n_m_s, found.damping_se_n_m_s, names, "free decay")
+    return found, (stiffness, damping), (*flags, *found.flags)
 
 
-class _Crank(NamedTuple):
-    """What the dry runs say together."""
-
-    fit: CrankFit | None
-    source: Source
-    flags: tuple[Flag, ...]
-
-
-def _crank(experiments: DryExperiments, robot: RobotSpec, origin: str, workers: int) -> _Crank:
+def _crank(
+    experiments: DryExperiments, robot: RobotSpec, origin: str, workers: int
+) -> tuple[CrankFit | None, Source, tuple[Flag, ...]]:
+    """What the dry runs say together, where the arm is from, and which runs are not believed."""
     runs, unmeasured = experiments.runs, experiments.unmeasured_runs
     flags = tuple(_not_used(f"dry run {name}", why) for name, why in unmeasured.items())
     if not runs:
         why = f"{_listed('dry run', list(unmeasured))} not used" if unmeasured else "no dry run"
-        return _Crank(None, assumed_arm(robot, origin, why), flags)
+        return None, assumed_source(ARM, robot, origin, why), flags
     fit, refused = _believed_fit(runs, robot, workers)
     flags = (*flags, *(_not_used(f"dry run {name}", doubt) for name, doubt in refused.items()))
-    whole = _listed("dry run", [trial.name for trial in fit.trials])
-    doubt = doubt_of_arm(fit)
+    names = tuple(trial.name for trial in fit.trials)
+    whole = _listed("dry run", list(names))
+    doubt = _first(fit.flags, WRONG_ARM)
     if doubt is not None:
         flags = (*flags, _not_used(f"the crank arm of {whole}", doubt))
     if doubt is not None or len(refused) == len(runs):
-        return _Crank(fit, assumed_arm(robot, origin, f"{whole} not used"), flags)
-    return _Crank(fit, measured_arm(fit), (*flags, *fit.flags))
+        return fit, assumed_source(ARM, robot, origin, f"{whole} not used"), flags
+    return fit, measured_source(ARM, fit.arm_m, fit.arm_se_m, names, "dry run"), (*flags, *fit.flags)
 
 
 def _believed_fit(runs: Sequence[DryTrial], robot: RobotSpec, workers: int) -> tuple[CrankFit, dict[str, str]]:
@@ -138,7 +132,7 @@ def _believed_fit(runs: Sequence[DryTrial], robot: RobotSpec, workers: int) -> t
     response = crank_response(runs, robot, workers=workers)
     fit = whole = fit_crank(runs, robot, response=response, workers=workers)
     refused: dict[str, str] = {}
-    while doubts := {trial.name: doubt for trial in fit.trials if (doubt := doubt_of_run(trial))}:
+    while doubts := {trial.name: doubt for trial in fit.trials if (doubt := _first(trial.flags, WRONG_RUN))}:
         worst = max((trial for trial in fit.trials if trial.name in doubts), key=_misfit)
         refused[worst.name] = doubts[worst.name]
         left = [run for run in runs if run.name not in refused]
@@ -152,6 +146,11 @@ def _misfit(trial: CrankTrial) -> float:
     """How far the twin's motion is off, over the swing of the tail; infinite where the head is not clamped."""
     moves = any(flag.kind == "head_moves" for flag in trial.flags)
     return np.inf if moves else trial.motion_error_m / trial.measured.frequency.amplitude_m
+
+
+def _first(flags: tuple[Flag, ...], kinds: tuple[str, ...]) -> str | None:
+    """The message of the first flag of these kinds."""
+    return next((flag.message for flag in flags if flag.kind in kinds), None)
 
 
 def _not_used(what: str, why: str) -> Flag:

@@ -1,31 +1,38 @@
 """Sentences about where the numbers of a structure come from."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from fitting.dry_run import CrankFit, DryTrial
-from fitting.free_decay import HingeEstimate
+from fitting.dry_run import DryTrial
+from fitting.dry_run.response import with_arm
+from fitting.free_decay.hinges import with_hinges
 from fitting.structure.structure import BUILT_IN, STRUCTURE, Source, Structure
 from swimmer import RobotSpec
 
 
-class _Quantity(NamedTuple):
-    """A number of the structure: key, words, unit, the unit shown and how many of it make one unit."""
+class Quantity(NamedTuple):
+    """A number of the structure: key, words, unit, the unit shown and how many of it make one unit, and whose it is."""
 
     key: str
     words: str
     unit: str
     shown_unit: str
-    shown: float = 1.0
+    shown: float
+    of: Callable[[RobotSpec], float]
 
 
-STIFFNESS = _Quantity("hinge_stiffness", "hinge stiffness", "N m/rad", "N m/rad")
-DAMPING = _Quantity("hinge_damping", "hinge damping", "N m s/rad", "N m s/rad")
-ARM = _Quantity("crank_arm", "crank arm", "m", "mm", 1000.0)
+STIFFNESS = Quantity(
+    "hinge_stiffness", "hinge stiffness", "N m/rad", "N m/rad", 1.0, lambda robot: robot.tail.hinge_stiffness_n_m
+)
+DAMPING = Quantity(
+    "hinge_damping", "hinge damping", "N m s/rad", "N m s/rad", 1.0, lambda robot: robot.tail.hinge_damping_n_m_s
+)
+ARM = Quantity("crank_arm", "crank arm", "m", "mm", 1000.0, lambda robot: robot.crank.arm_m)
+HINGES = (STIFFNESS, DAMPING)
 
 
 def assumed(robot: RobotSpec, origin: str = BUILT_IN) -> Structure:
@@ -35,8 +42,8 @@ def assumed(robot: RobotSpec, origin: str = BUILT_IN) -> Structure:
         robot: as described.
         origin: where it is described, for the reader.
     """
-    sources = (*assumed_hinges(robot, origin, "no free decay"), assumed_arm(robot, origin, "no dry run"))
-    return Structure(robot, (), None, None, sources)
+    hinges = (assumed_source(quantity, robot, origin, "no free decay") for quantity in HINGES)
+    return Structure(robot, (), None, None, (*hinges, assumed_source(ARM, robot, origin, "no dry run")))
 
 
 def read_structure(results: Path, robot: RobotSpec, runs: Sequence[DryTrial]) -> Structure:
@@ -54,56 +61,24 @@ def read_structure(results: Path, robot: RobotSpec, runs: Sequence[DryTrial]) ->
     return replace(found, robot=with_sources(robot, found.sources))
 
 
-def assumed_hinges(robot: RobotSpec, origin: str, why: str) -> tuple[Source, Source]:
-    """Stiffness and damping of the hinges as described."""
-    tail = robot.tail
-    stiffness = _assumed(STIFFNESS, tail.hinge_stiffness_n_m, origin, why)
-    return stiffness, _assumed(DAMPING, tail.hinge_damping_n_m_s, origin, why)
-
-
-def assumed_arm(robot: RobotSpec, origin: str, why: str) -> Source:
-    """The crank arm as described."""
-    return _assumed(ARM, robot.crank.arm_m, origin, why)
-
-
-def measured_hinges(hinges: HingeEstimate, trials: tuple[str, ...]) -> tuple[Source, Source]:
-    """Stiffness and damping of the hinges from these free decays."""
-    stiffness = _measured(STIFFNESS, hinges.stiffness_n_m, hinges.stiffness_se_n_m, trials, "free decay")
-    return stiffness, _measured(DAMPING, hinges.damping_n_m_s, hinges.damping_se_n_m_s, trials, "free decay")
-
-
-def measured_arm(crank: CrankFit) -> Source:
-    """The crank arm from its dry runs."""
-    return _measured(ARM, crank.arm_m, crank.arm_se_m, tuple(trial.name for trial in crank.trials), "dry run")
-
-
-def _assumed(quantity: _Quantity, value: float, origin: str, why: str) -> Source:
+def assumed_source(quantity: Quantity, robot: RobotSpec, origin: str, why: str) -> Source:
+    """A number as described, and why it is not measured."""
+    value = quantity.of(robot)
     shown = f"{quantity.shown * value:.4g} {quantity.shown_unit}"
     return Source(quantity.key, value, quantity.unit, None, (), f"{why}: {quantity.words} {shown} as in {origin}")
 
 
-def _measured(quantity: _Quantity, value: float, se: float, trials: tuple[str, ...], experiment: str) -> Source:
-    shown = f"{_with_error(quantity.shown * value, quantity.shown * se)} {quantity.shown_unit}"
+def measured_source(quantity: Quantity, value: float, se: float, trials: tuple[str, ...], experiment: str) -> Source:
+    """A number, in the quantity's unit, with its standard error from these trials of an experiment."""
+    digits = max(1 - int(np.floor(np.log10(quantity.shown * se))), 0) if se > 0 else 6  # two of the error
+    shown = f"{quantity.shown * value:.{digits}f} ± {quantity.shown * se:.{digits}f} {quantity.shown_unit}"
     from_trials = f"{experiment}{'s' if len(trials) > 1 else ''} {', '.join(trials)}"
-    return Source(
-        quantity.key, value, quantity.unit, se, trials, f"{quantity.words} {shown} (standard error) from {from_trials}"
-    )
-
-
-def _with_error(value: float, se: float) -> str:
-    """`0.743 ± 0.011`: two digits of the error, and as many decimals of the value."""
-    decimals = max(1 - int(np.floor(np.log10(se))), 0) if se > 0 else 6
-    return f"{value:.{decimals}f} ± {se:.{decimals}f}"
+    sentence = f"{quantity.words} {shown} (standard error) from {from_trials}"
+    return Source(quantity.key, value, quantity.unit, se, trials, sentence)
 
 
 def with_sources(robot: RobotSpec, sources: Iterable[Source]) -> RobotSpec:
     """The robot with the numbers of these sources in the place of its own."""
-    value = {source.quantity: source.value for source in sources}
-    tail = robot.tail.model_copy(
-        update={
-            "hinge_stiffness_n_m": value.get(STIFFNESS.key, robot.tail.hinge_stiffness_n_m),
-            "hinge_damping_n_m_s": value.get(DAMPING.key, robot.tail.hinge_damping_n_m_s),
-        }
-    )
-    crank = robot.crank.model_copy(update={"arm_m": value.get(ARM.key, robot.crank.arm_m)})
-    return robot.model_copy(update={"tail": tail, "crank": crank})
+    given = {source.quantity: source.value for source in sources}
+    stiffness, damping, arm_m = (given.get(quantity.key, quantity.of(robot)) for quantity in (*HINGES, ARM))
+    return with_arm(with_hinges(robot, stiffness, damping), arm_m)

@@ -18,15 +18,16 @@ def decay_spectrum_figure(spectrum: DecaySpectrum) -> Figure:
     95 % interval is shaded.
     """
     figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
-    end_hz = min(max(round(SHOWN * spectrum.frequency_hz), 8), spectrum.bins_hz[-1])
+    rings_hz = spectrum.ring.frequency_hz
+    end_hz = min(max(round(SHOWN * rings_hz), 8), spectrum.bins_hz[-1])
     shown = spectrum.bins_hz <= end_hz
     bins_hz = spectrum.bins_hz[shown]
     axes.plot(bins_hz, spectrum.amplitude_m[shown] * MM, color=MUTED, linewidth=0.6, alpha=0.7)
     axes.plot([], [], color=MUTED, linewidth=0.6, label="markers")
     axes.plot(bins_hz, spectrum.rms_m[shown] * MM, color=INK, linewidth=1.6, label="rms of markers")
     reach = 1.96 * spectrum.frequency_se_hz
-    axes.axvspan(spectrum.frequency_hz - reach, spectrum.frequency_hz + reach, color=TWIN, alpha=0.25, linewidth=0)
-    axes.axvline(spectrum.frequency_hz, color=TWIN, linewidth=1.1, label=f"rings at {spectrum.frequency_hz:.2f} Hz")
+    axes.axvspan(rings_hz - reach, rings_hz + reach, color=TWIN, alpha=0.25, linewidth=0)
+    axes.axvline(rings_hz, color=TWIN, linewidth=1.1, label=f"rings at {rings_hz:.2f} Hz")
     if spectrum.peak_hz is not None:
         height = float(np.interp(spectrum.peak_hz, spectrum.bins_hz, spectrum.rms_m)) * MM
         label = f"peak at {spectrum.peak_hz:.2f} Hz"

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from fitting import Calibration, speeds_of
+from fitting import Calibration
 from reports.figures.role_marker import role_marker
 from reports.models import model_colour, model_label
 from reports.numbers import MM, shortened
@@ -20,7 +20,7 @@ def speed_errors_figure(calibration: Calibration) -> Figure:
     figure, axes = panel(HALF_WIDTH_IN, height, Margins(left=1.05, top=0.52))
     axes.axvline(0.0, color=INK, linewidth=0.8)
     for row, trial in enumerate(trials):
-        speeds = speeds_of(trial)
+        speeds = trial.speeds
         for name, shift in _SHOWN.items():
             colour, error = model_colour(name), (speeds[name] - trial.measured.speed) * MM
             axes.plot([0.0, error], [row + shift] * 2, color=colour, linewidth=1.2)

@@ -24,7 +24,7 @@ def speed_sweep_figure(calibration: Calibration) -> Figure:
     _shade_extrapolated(axes, sweep)
     _curves(axes, sweep)
     for trial in calibration.trials:
-        theory = [(model_colour(name), trial.ebt[name]) for name in _THEORY]
+        theory = [(model_colour(name), trial.speeds[name]) for name in _THEORY]
         for colour, speed in (*theory, (TWIN, trial.speed_twin), (INK, trial.measured.speed)):
             axes.plot(trial.measured.frequency.hz, speed * MM, **role_marker(colour, trial.measured.role))
     axes.set_xlabel("swim frequency (Hz)")

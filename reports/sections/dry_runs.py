@@ -102,8 +102,8 @@ def _row(trial: CrankTrial) -> tuple[str, ...]:
 
 
 def _tendons(fit: CrankFit) -> str:
-    stretch = max(trial.stretch for trial in fit.trials)
-    slack = max(trial.slack_share for trial in fit.trials)
+    stretch = max(trial.tendons.stretch for trial in fit.trials)
+    slack = max(trial.tendons.slack_share for trial in fit.trials)
     shortest = max(trial.tendons.shortening for trial in fit.trials)
     shortcut = max(1e-6, *(trial.shortcut_error_m for trial in fit.trials))
     return (

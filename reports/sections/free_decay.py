@@ -71,13 +71,13 @@ def _table(structure: Structure) -> Table:
 
 
 def _row(fit: DecayFit, used: bool) -> tuple[str, ...]:
-    spectrum = fit.spectrum
+    spectrum, ring = fit.spectrum, fit.spectrum.ring
     return (
         fit.name,
-        with_error(spectrum.frequency_hz, spectrum.frequency_se_hz),
+        with_error(ring.frequency_hz, spectrum.frequency_se_hz),
         shown(spectrum.peak_hz, 2),
-        shown(spectrum.natural_hz, 2),
-        shown(spectrum.damping_ratio, 3),
+        shown(ring.natural_hz, 2),
+        shown(ring.damping_ratio, 3),
         with_error(fit.stiffness_n_m, fit.stiffness_se_n_m),
         with_error(MILLI * fit.damping_n_m_s, MILLI * fit.damping_se_n_m_s),
         significant(fit.matched_stiffness_n_m),

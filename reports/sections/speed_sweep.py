@@ -85,7 +85,7 @@ def _mean_by_command(trials: Sequence[CalibratedTrial], foretold: Mapping[str, C
 def _row(trial: CalibratedTrial, foretold: CommandForecast | None) -> tuple[str, ...]:
     measured = trial.measured
     by_command = float("nan") if foretold is None else foretold.speeds["twin"]
-    models = (trial.speed_twin, by_command, trial.ebt["published"], trial.ebt["large"])
+    models = (trial.speed_twin, by_command, trial.speed_ebt, trial.speeds["large"])
     unknown = () if foretold is None else tuple(flag.kind.replace("_", " ") for flag in foretold.flags)
     return (
         measured.name,

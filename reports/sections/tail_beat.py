@@ -29,7 +29,7 @@ Waves = tuple[BodyWave, BodyWave]
 def build(context: ReportContext) -> Section:
     """Portraits, waves and numbers, measured beside simulated."""
     trials, robot = context.calibration.trials, context.calibration.robot
-    waves = [_waves(trial, robot) for trial in trials]
+    waves = [_waves(trial) for trial in trials]
     names = [trial.measured.name for trial in trials]
     last, wide = waves[0][0].markers[-1], small_multiples(len(trials)).wide
     plots = (
@@ -60,13 +60,13 @@ def build(context: ReportContext) -> Section:
     return Section("Tail beat", "tail-beat", blocks, _caveats(trials, waves))
 
 
-def _waves(trial: CalibratedTrial, robot: RobotSpec) -> Waves:
+def _waves(trial: CalibratedTrial) -> Waves:
     """Measured and simulated; the measured one is nan for a marker that is flagged too often to tell."""
     measured = trial.measured
-    wave = body_wave(measured, measured.head, robot)
+    wave = body_wave(measured, measured.head)
     told = _shares(trial, wave.markers) >= TOLD
     amplitude, lag = (np.where(told, values, np.nan) for values in (wave.amplitude_m, wave.lag_rad))
-    return wave._replace(amplitude_m=amplitude, lag_rad=lag), body_wave(measured, trial.simulated, robot)
+    return wave._replace(amplitude_m=amplitude, lag_rad=lag), body_wave(measured, trial.simulated)
 
 
 def _shares(trial: CalibratedTrial, markers: tuple[str, ...]) -> np.ndarray:

@@ -59,7 +59,7 @@ def _scores(trial: CalibratedTrial) -> Table:
         in_mm(measured.speed),
         in_mm(trial.speed_twin),
         in_mm(trial.speed_ebt),
-        in_mm(trial.ebt["large"]),
+        in_mm(trial.speeds["large"]),
     )
     return Table(
         f"Tail beat {shown(beat.hz, 4)} ± {shown(beat.se_hz, 4)} Hz{command}; "

@@ -14,7 +14,8 @@ import pytest
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
 from calib.stages.recording import _recorded
-from fitting.dry_run import CrankGrid, crank_response, fit_crank
+from fitting.dry_run import crank_response, fit_crank
+from fitting.dry_run.error_surface import CrankGrid
 from fitting.structure import identify
 from session import load_tracks
 from swimmer import load_robot, model_sha256

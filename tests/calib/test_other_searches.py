@@ -13,7 +13,8 @@ import pytest
 
 from calib import pipeline as pipeline_module
 from calib.pipeline import Options, Pipeline, open_session
-from fitting import METHODS, Swims, compare_methods
+from fitting import METHODS, compare_methods
+from fitting.objective import Swims
 from tests.calib.door import TINY, Front, edit, with_little_effort
 from tests.calib.test_run import remade
 from tests.cases import later

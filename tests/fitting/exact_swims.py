@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting import MeasuredTrial, SwimFrequency, forward_speed, tail_markers
+from fitting import MeasuredTrial, forward_speed, tail_markers
+from fitting.frequency import SwimFrequency
 from session import FISHSIM_MARKERS
 from swimmer import DRY, FluidCoefficients, Runs, Twin, load_robot
 from synthetic import PLAUSIBLE_COEFFICIENTS

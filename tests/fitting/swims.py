@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fitting import MeasuredTrial, SwimFrequency, measure_trial
+from fitting import MeasuredTrial, measure_trial
+from fitting.frequency import SwimFrequency
 from session import load_session, load_tracks
 from swimmer import load_robot
 from synthetic import NOISELESS, SyntheticPlan, SyntheticTrial, Truth, make_session, read_truth

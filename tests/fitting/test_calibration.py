@@ -10,20 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting import (
-    CALIBRATION,
-    FORMS,
-    QUICK,
-    Calibration,
-    MeasuredTrial,
-    Swims,
-    assumed,
-    calibrate,
-    calibration_result,
-    fit_ebt,
-    sweep_frequencies,
-    sweep_speed,
-)
+from fitting import CALIBRATION, FORMS, QUICK, Calibration, MeasuredTrial, calibrate, calibration_result
+from fitting.ebt import fit_ebt
+from fitting.objective import Swims
+from fitting.structure import assumed
+from fitting.sweep import sweep_frequencies, sweep_speed
 from fitting.tail_tip import measured_tail
 from session import NotEnoughData, Provenance
 from swimmer import load_robot
@@ -105,7 +96,7 @@ def test_trials_that_do_not_show_the_tail_tip_are_left_out_of_ebt(trials: dict[s
     slow, fast = trials["slow"], trials["fast"]
     weight = slow.weight.copy()
     weight[:, -1] = 0.0
-    tails = [measured_tail(trial, robot, trial.kept) for trial in (replace(slow, weight=weight), fast)]
+    tails = [measured_tail(trial, trial.kept) for trial in (replace(slow, weight=weight), fast)]
     for form in FORMS:
         alone = fit_ebt(form, tails[1:], np.array([fast.speed]), robot)
         both = fit_ebt(form, tails, np.array([slow.speed, fast.speed]), robot)
@@ -126,7 +117,8 @@ def test_its_file_has_the_public_form(calibration: Calibration, tmp_path: Path) 
 
 def test_what_is_not_known_is_null_in_the_file(calibration: Calibration, tmp_path: Path) -> None:
     slow, *others = calibration.trials
-    unknown = replace(slow, speed_twin=float("nan"), scores=slow.scores._replace(marker_error_m=float("nan")))
+    scores = slow.scores._replace(marker_error_m=float("nan"))
+    unknown = replace(slow, speeds={**slow.speeds, "twin": float("nan")}, scores=scores)
     data = written(replace(calibration, trials=(unknown, *others)), tmp_path)
 
     assert data["trials"]["slow"]["speed_twin"] is None

@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting import FULL, QUICK, CoefficientFit, Restart, Swims, fit_coefficients
-from fitting.coefficient_fit import flags_of
+from fitting import FULL, QUICK, CoefficientFit
+from fitting.coefficient_fit import Restart, flags_of
+from fitting.coefficients import fit_coefficients
+from fitting.objective import Swims
 from swimmer import FluidCoefficients, Twin, load_robot
 from synthetic import PLAUSIBLE_COEFFICIENTS, Truth
 from tests.fitting.swims import noise_free

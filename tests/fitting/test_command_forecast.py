@@ -47,7 +47,7 @@ def test_nothing_measured_in_the_trial_enters() -> None:
     calibration = commanded(1.0, 1.0, 1.5)
     slow, *fitted = calibration.trials
     lost = replace(slow.measured, weight=0 * slow.measured.weight, frequency=fitted[0].measured.frequency)
-    blind = replace(calibration, trials=(replace(slow, measured=lost, simulated_hz=np.nan, ebt={}), *fitted))
+    blind = replace(calibration, trials=(replace(slow, measured=lost, simulated_hz=np.nan, speeds={}), *fitted))
 
     assert forecast(blind) == forecast(calibration)
 

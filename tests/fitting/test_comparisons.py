@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import Comparison, MeasuredTrial, Swims
-from fitting.yaw import best_yaw, turn
+from fitting import Comparison, MeasuredTrial
+from fitting.objective import Swims, best_yaw, turn
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 from tracking import HeadFrame

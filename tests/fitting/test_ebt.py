@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import FORMS, EbtForm, TailSwim, fit_ebt, measured_tail, published_motion, smoothed_motion, tip_motion
+from fitting import FORMS
+from fitting.ebt import EbtForm, fit_ebt
+from fitting.tail_tip import TailSwim, measured_tail, published_motion, smoothed_motion, tip_motion
 from swimmer import TailMotion, load_robot
 from tests.fitting.swims import by_hand, straight_swim
 from tests.fitting.tails import PIXEL_M, on_half_pixels
@@ -134,6 +136,6 @@ def test_of_a_trial_the_two_rearmost_markers_count_however_it_lies_in_the_pool()
     cos, sin = np.cos(2.0), np.sin(2.0)
     trial = by_hand(position @ np.array([[cos, sin], [-sin, cos]]), fps=60.0)
 
-    motion = published_motion(measured_tail(trial, ROBOT, trial.kept))
+    motion = published_motion(measured_tail(trial, trial.kept))
     assert motion.lateral_speed_sq == pytest.approx((2 * np.pi * AMPLITUDE) ** 2 / 2, rel=5e-3)
     assert motion.slope_sq == pytest.approx(SLOPE**2 / 2, rel=5e-3)

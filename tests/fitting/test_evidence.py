@@ -9,17 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting import (
-    EVIDENCE,
-    CoefficientFit,
-    Evidence,
-    MeasuredTrial,
-    Swims,
-    gather_evidence,
-)
+from fitting import EVIDENCE, CoefficientFit, Evidence, MeasuredTrial, gather_evidence
 from fitting.coefficients import refine_coefficients
-from fitting.pair_search import Screened, screen, search_pair
-from fitting.pairs import MODELS, MOST_PAIRS, chosen_pairs, fit_pairs
+from fitting.objective import Swims
+from fitting.pairs import MODELS, MOST_PAIRS, Screened, chosen_pairs, fit_pairs, screen, search_pair
 from session import Provenance
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
@@ -33,7 +26,7 @@ def small() -> Iterator[None]:
     """Searches of pairs and profiles of a few points: what is tested here needs no more."""
     with pytest.MonkeyPatch.context() as patch:
         for name, value in {"SCREENED": 8, "CHECKED": 2, "STARTS": 1, "HEAT": 1, "POLISH": 1}.items():
-            patch.setattr(f"fitting.pair_search.{name}", value)
+            patch.setattr(f"fitting.pairs.{name}", value)
         patch.setattr("fitting.profile.POINTS", 4)
         yield
 
@@ -151,7 +144,7 @@ def test_each_pair_finds_a_twin_that_forecasts_what_it_has_not_seen(
 ) -> None:
     """From the box alone, with the search as it is; tracks half a millimetre off."""
     for name, value in {"SCREENED": 64, "CHECKED": 6, "STARTS": 2, "HEAT": 3, "POLISH": 10}.items():
-        monkeypatch.setattr(f"fitting.pair_search.{name}", value)
+        monkeypatch.setattr(f"fitting.pairs.{name}", value)
     for pair in fit_pairs(trials, exact_twin()):
         assert pair.swims_forward
         assert pair.speed_mae["twin"] < 0.01

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import MeasuredTrial, Swims, fit_phase, forecast, score
+from fitting import MeasuredTrial
 from fitting.forecast import _lowest as lowest
 from fitting.forecast import _shape_misfit as shape_misfit
-from fitting.phase import frames_in_step
-from fitting.swim import swim
+from fitting.forecast import fit_phase, forecast, frames_in_step, swim
+from fitting.objective import Swims
+from fitting.scoring import score
 from synthetic import Truth
 
 
@@ -63,7 +64,7 @@ def test_a_held_out_swim_is_foretold_by_the_true_coefficients(
 ) -> None:
     trial = trials["new"]
     phase = fit_phase(swims.twin, trial, truth.plan.coefficients)
-    simulated = forecast(swims.twin, trial, truth.plan.coefficients, phase, trial.start_frequency.hz)
+    simulated = forecast(swims.twin, trial, truth.plan.coefficients, phase)
 
     assert simulated.position_m.shape == trial.head.position_m.shape
     assert score(trial, simulated).marker_error_m < 5e-3

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import estimate_frequency, measure_trial
+from fitting import measure_trial
+from fitting.frequency import estimate_frequency
 from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks, TrialSpec, load_tracks
 from swimmer import load_robot
 from synthetic import Freeze, Gap, Jump, Merge, TrackFault, with_faults

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fitting import METHODS, QUICK, CoefficientFit, Swims, search
+from fitting import METHODS, QUICK, CoefficientFit
 from fitting.mean_distance import SOFTENING_M
+from fitting.methods import search
+from fitting.objective import Swims
 from fitting.published_objective import PENALTY, PublishedObjective
 from fitting.published_search import BATCH, INITIAL
 from fitting.valley_simplex import ROUGHNESS_M
@@ -40,10 +42,10 @@ class EasySwims(Swims):
 @pytest.fixture
 def easy(monkeypatch: pytest.MonkeyPatch) -> EasySwims:
     """Nothing is simulated: all swim forward, and all phases begin at zero."""
-    for module in ("published_objective", "search_space"):
-        monkeypatch.setattr(f"fitting.{module}.swims_forward", lambda _twin, c, _trials: np.ones(len(c), bool))
-        monkeypatch.setattr(f"fitting.{module}.seconds_from_rest", lambda _trials: 0.0)
-        monkeypatch.setattr(f"fitting.{module}.phase_from_harmonic", lambda _twin, _trial, c, _hz: np.zeros(len(c)))
+    space = "fitting.search_space"
+    monkeypatch.setattr(f"{space}.swims_forward", lambda _twin, c, _trials: np.ones(len(c), bool))
+    monkeypatch.setattr(f"{space}.seconds_from_rest", lambda _trials: 0.0)
+    monkeypatch.setattr(f"{space}.phase_from_harmonic", lambda _twin, _trial, c, _hz: np.zeros(len(c)))
     return EasySwims(exact_twin(), exact_swims(hz=(0.7, 1.2), seconds=1.2))
 
 
@@ -143,7 +145,7 @@ def test_the_budget_is_overdrawn_by_one_batch_at_most(
     point_s = sum(float(trial.time_s[trial.scored][-1]) for trial in swims.trials)
     objective = PublishedObjective(swims, BUDGET_S)
     batch = {"nelder-mead": 2, "bo-nm": BATCH, "random": INITIAL}[method]
-    from_rest_s = objective._seconds_from_rest
+    from_rest_s = objective.space._seconds_from_rest
 
     assert fits[method].spent_s <= BUDGET_S + 2 * batch * point_s + batch * from_rest_s
 
@@ -163,7 +165,7 @@ def test_an_unknown_search_is_refused(swims: Swims) -> None:
 
 
 def test_a_budget_too_small_for_one_forward_swimmer_says_so(swims: Swims, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fitting.published_objective.swims_forward", lambda *_: np.zeros(1, bool))
+    monkeypatch.setattr("fitting.search_space.swims_forward", lambda *_: np.zeros(1, bool))
 
     with pytest.raises(SimulationDiverged, match=r"none of \d+ points within 40 simulated seconds swims forward"):
         search("random", swims, TINY, budget_s=40.0)
@@ -173,11 +175,11 @@ def test_the_objective_counts_points_and_the_seconds_they_cost(swims: Swims) -> 
     objective = PublishedObjective(swims, BUDGET_S)
     point_s = sum(float(trial.time_s[trial.scored][-1]) for trial in swims.trials)
     points = objective.phased(np.array([PLAUSIBLE_COEFFICIENTS, PLAUSIBLE_COEFFICIENTS]))
-    assert (objective.evaluations, objective.spent_s) == (2, 2 * point_s)
+    assert (objective.space.evaluations, objective.spent_s) == (2, 2 * point_s)
 
     distances = objective(points)
-    assert objective.evaluations == 4
-    assert objective.spent_s == pytest.approx(4 * point_s + objective._seconds_from_rest)
+    assert objective.space.evaluations == 4
+    assert objective.spent_s == pytest.approx(4 * point_s + objective.space._seconds_from_rest)
     np.testing.assert_array_equal(distances, swims.mean_distance(points))
     assert objective.trace == [(objective.spent_s, distances.min())]
 
@@ -187,7 +189,7 @@ def test_what_would_win_but_swims_backward_is_handed_back_with_a_penalty(
 ) -> None:
     objective = PublishedObjective(swims, BUDGET_S)
     forward = {2.0: False, 3.0: True, 4.0: True}
-    monkeypatch.setattr("fitting.published_objective.swims_forward", lambda _twin, c, _trials: [forward[c[0, 0]]])
+    monkeypatch.setattr("fitting.search_space.swims_forward", lambda _twin, c, _trials: [forward[c[0, 0]]])
     points = np.tile(np.array([3.0, 2.0, 4.0]), (7, 1))
 
     considered = objective.consider(points, np.array([0.02, 0.01, 0.03]))

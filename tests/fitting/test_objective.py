@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fitting import MeanDistance, MeasuredTrial, Swims
-from fitting.mean_distance import SOFTENING_M
-from fitting.phase import phase_from_harmonic
+from fitting import MeasuredTrial
+from fitting.forecast import phase_from_harmonic
+from fitting.mean_distance import SOFTENING_M, MeanDistance
+from fitting.objective import Swims
 from fitting.search_space import PHASE_STEP_RAD, ROOT_STEP, SearchSpace, parameters
 from swimmer import Twin
 from synthetic import Truth

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import BoxesOff, MeasuredTrial, Placement, Swims
-from fitting.placement import BOX_SD_M, MARKER_SD_M, place, placed_residuals
+from fitting import MeasuredTrial, Placement
+from fitting.objective import Swims
+from fitting.placement import BOX_SD_M, MARKER_SD_M, BoxesOff, place, placed_residuals
 from swimmer import Runs, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, ROBOT, exact_swims, exact_twin, lasting_noise

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fitting import Restart
-from fitting.coefficient_fit import flags_of
+from fitting.coefficient_fit import Restart, flags_of
 from fitting.mean_distance import MeanDistance
 from fitting.precision import covariance, intervals
 from tests.fitting.exact_swims import lasting_noise

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from calib.pipeline import Options, Pipeline, open_session
-from fitting import CoefficientFit, CoefficientProfiles, Swims, profile_objective
+from fitting import CoefficientFit, CoefficientProfiles
 from fitting.coefficients import refine_coefficients
+from fitting.objective import Swims
+from fitting.profile import profile_objective
 from fitting.search_space import ROOTS, parameters
 from fitting.valley import moved
 from session import new_from_fishsim

@@ -8,19 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fitting import (
-    FULL,
-    METHODS,
-    QUICK,
-    CoefficientFit,
-    Effort,
-    MeasuredTrial,
-    Swims,
-    fit_coefficients,
-    measure_trial,
-    search,
-)
-from fitting.coefficients import refine_coefficients
+from fitting import FULL, METHODS, QUICK, CoefficientFit, MeasuredTrial, measure_trial
+from fitting.coefficients import Effort, fit_coefficients, refine_coefficients
+from fitting.methods import search
+from fitting.objective import Swims
 from fitting.smooth_floor import settled
 from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
 from swimmer import FluidCoefficients

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from fitting import forward_speed, speed_standard_error, whole_beats
+from fitting import forward_speed, whole_beats
+from fitting.speed import speed_standard_error
 from tests.cases import later
 
 

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fitting import CalibratedTrial, MeasuredTrial, Scores, speed_errors
+from fitting import CalibratedTrial, MeasuredTrial, speed_errors
+from fitting.scoring import Scores
 from tests.fitting.swims import by_hand, head_frame_of, straight_swim
 from tests.fitting.test_speed import errors_of_tracks
 
@@ -29,9 +30,9 @@ def trials(errors: Sequence[float], noise: float = 1.0) -> list[CalibratedTrial]
     made = []
     for i, error in enumerate(errors):
         trial = replace(measured(i, noise), name=f"trial {i}")
-        ebt = {"published": SPEED + 2 * error}
+        speeds = {"twin": SPEED + error, "published": SPEED + 2 * error}
         still, scores = head_frame_of(trial.position_m), Scores(0.0, 0.0, 0.0, 1.0)
-        made.append(CalibratedTrial(trial, still, 0.0, 1.0, scores, SPEED + error, ebt, {}, ()))
+        made.append(CalibratedTrial(trial, still, 0.0, 1.0, scores, speeds, ()))
     return made
 
 
@@ -78,7 +79,7 @@ def test_the_interval_of_the_bias_holds_the_mean_it_was_drawn_from_about_as_ofte
     hits = 0
     for _ in range(100):
         drawn = [
-            CalibratedTrial(**vars(trial) | {"speed_twin": SPEED + 0.01 + error})
+            replace(trial, speeds={"twin": SPEED + 0.01 + error})
             for trial, error in zip(made, random.normal(0, 0.02, 10), strict=True)
         ]
         bias = speed_errors(drawn)["twin"].bias

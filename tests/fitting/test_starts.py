@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.starts import promising
+from fitting.search_space import SearchSpace
 
 
 @dataclass
@@ -28,7 +28,7 @@ def places(*roots: float) -> np.ndarray:
 
 
 def begun(space: Forward, points: np.ndarray, wanted: int) -> list[float]:
-    return [float(point[0]) for point in promising(space, points, wanted, 0.2)]  # type: ignore[arg-type]
+    return [float(point[0]) for point in SearchSpace.promising(space, points, wanted, 0.2)]  # type: ignore[arg-type]
 
 
 def test_the_best_come_first_and_keep_their_distance_in_coefficients_alone() -> None:
@@ -43,5 +43,5 @@ def test_backward_swimmers_are_taken_only_where_too_few_swim_forward() -> None:
 
 def test_no_more_are_swum_from_rest_than_needed() -> None:
     space = Forward()
-    promising(space, places(*np.linspace(0.0, 1.4, 100)), 2, 0.01)  # type: ignore[arg-type]
+    SearchSpace.promising(space, places(*np.linspace(0.0, 1.4, 100)), 2, 0.01)  # type: ignore[arg-type]
     assert space.asked == 2

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import TailSwim, published_motion, smoothed_motion, tip_motion
+from fitting.tail_tip import TailSwim, published_motion, smoothed_motion, tip_motion
 from swimmer.large_amplitude import mean_thrust_large
 from tests.fitting.tails import PIXEL_M, on_half_pixels
 from tests.fitting.test_ebt import swim

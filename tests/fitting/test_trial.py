@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import MeasuredTrial, Swims, fit_phase, measure_trial, tail_markers
+from fitting import MeasuredTrial, measure_trial, tail_markers
+from fitting.forecast import fit_phase
+from fitting.objective import Swims
 from session import CameraSpec, NotEnoughData, Session, Tracks, load_session, load_tracks
 from swimmer import load_robot
 from synthetic import Truth, make_session

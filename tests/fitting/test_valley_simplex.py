@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting import Swims
+from fitting.objective import Swims
 from fitting.published_objective import PublishedObjective
 from fitting.published_search import nelder_mead
 from fitting.search_space import SearchSpace

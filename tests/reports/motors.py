@@ -4,7 +4,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fitting.motor_clock import MotorClock, MotorRecord
+from fitting.motor_clock import MotorRecord
+from fitting.motor_clock.clock import MotorClock
 from reports.logged_trial import LoggedTrial
 from session import MotorCommands, MotorLog
 from swimmer import CrankTurn

@@ -11,26 +11,26 @@ import numpy as np
 
 from fitting import (
     FORMS,
-    BoxesOff,
     CalibratedTrial,
     Calibration,
     CoefficientFit,
     CoefficientProfiles,
-    EbtFit,
     Evidence,
     MeasuredTrial,
     PairFit,
     PlacedFit,
-    PlacedTrial,
-    Restart,
     SearchRun,
     SpeedSweep,
-    SwimFrequency,
     YawFit,
-    assumed,
-    score,
     tail_markers,
 )
+from fitting.coefficient_fit import Restart
+from fitting.ebt import EbtFit
+from fitting.frequency import SwimFrequency
+from fitting.placed_fit import PlacedTrial
+from fitting.placement import BoxesOff
+from fitting.scoring import score
+from fitting.structure import assumed
 from reports.context import ReportContext
 from session import CameraSpec, Flag, Provenance, Session, TrialSpec
 from swimmer import FluidCoefficients, RobotSpec, load_robot
@@ -40,6 +40,15 @@ MARKERS = ("nose", "neck", "dorsal_fin", "tail_1", "tail_3", "tail_5", "caudal_f
 FPS = 30.0
 ROLES = {"slow": ("holdout", 0.5), "medium": ("fit", 0.8), "fast": ("fit", 1.3)}
 BEST = FluidCoefficients(0.4, 7.8, 2.8, 3.8, 0.0)
+SPEEDS_OVER_HZ = {
+    "twin": 0.11,
+    "published": 0.13,
+    "smoothed": 0.125,
+    "large": 0.12,
+    "published, twin's tail": 0.128,
+    "smoothed, twin's tail": 0.123,
+    "large, twin's tail": 0.121,
+}
 
 
 def made_session(name: str = "pool", **changes: Any) -> Session:
@@ -174,9 +183,7 @@ def made_trial(robot: RobotSpec, name: str, *, flagged: bool = False, seconds: f
         phase_rad=3.5,
         simulated_hz=hz * 1.001,
         scores=score(measured, twin),
-        speed_twin=0.11 * hz,
-        ebt={"published": 0.13 * hz, "smoothed": 0.125 * hz, "large": 0.12 * hz},
-        ebt_of_twin={"published": 0.128 * hz, "smoothed": 0.123 * hz, "large": 0.121 * hz},
+        speeds={name: factor * hz for name, factor in SPEEDS_OVER_HZ.items()},
         flags=(*measured.flags, *((extrapolated,) if role == "holdout" else ())),
     )
 

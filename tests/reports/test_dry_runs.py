@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from fitting import SwimFrequency
-from fitting.dry_run import Cell, CrankFit, CrankTrial, DryTrial, ErrorSurface, TendonUse
+from fitting.dry_run import CrankFit, CrankTrial, DryTrial
+from fitting.dry_run.error_surface import Cell, ErrorSurface
+from fitting.dry_run.tendons import TendonUse
+from fitting.frequency import SwimFrequency
 from reports.blocks import Prose, Table
 from reports.figures.crank_surface import crank_surface_figure
 from reports.sections.dry_runs import dry_run_section

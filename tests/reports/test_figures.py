@@ -45,7 +45,7 @@ TRACE = ((100.0, 0.06), (700.0, 0.031))
 
 
 def waves(trials):  # type: ignore[no-untyped-def]
-    return [tuple(body_wave(t.measured, head, ROBOT) for head in (t.measured.head, t.simulated)) for t in trials]
+    return [tuple(body_wave(t.measured, head) for head in (t.measured.head, t.simulated)) for t in trials]
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from fitting.motor_clock import MotorClock
+from fitting.motor_clock.clock import MotorClock
 from reports import render_report
 from reports.blocks import Plots, Table
 from reports.figures.motor_command import motor_command_figure

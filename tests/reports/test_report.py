@@ -139,8 +139,7 @@ def test_a_single_trial_is_enough() -> None:
 
 def test_what_is_not_known_is_a_dash() -> None:
     calibration = made_calibration(("slow", "medium"), flagged=False)
-    lost = dict.fromkeys(calibration.trials[0].ebt, np.nan)
-    unknown = replace(calibration.trials[0], ebt=lost, ebt_of_twin=lost, speed_twin=np.nan)
+    unknown = replace(calibration.trials[0], speeds=dict.fromkeys(calibration.trials[0].speeds, np.nan))
     sweep = replace(calibration.sweep, speed_twin=np.full(12, np.nan))
     page = page_of(replace(calibration, trials=(unknown, *calibration.trials[1:]), sweep=sweep))
 

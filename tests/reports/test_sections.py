@@ -7,7 +7,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from fitting import BoxesOff, Evidence, SearchRun
+from fitting import Evidence, SearchRun
+from fitting.placement import BoxesOff
 from reports import render_report
 from reports.sections import (
     SECTIONS,

@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from fitting import Source, Structure, assumed
+from fitting import Source, Structure
+from fitting.structure import assumed
 from reports.sections import dry_runs, free_decay, structure
 from session import Flag
 from tests.reports.sample import made_calibration, made_context

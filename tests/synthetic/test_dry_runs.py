@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.dry_run import CrankGrid, fit_crank, measure_dry_run
+from fitting.dry_run import fit_crank, measure_dry_run
+from fitting.dry_run.error_surface import CrankGrid
 from session import Tracks, load_motor, load_session
 from swimmer import DRY as DRY_SCENE
 from swimmer import CrankTurn, Runs, Twin

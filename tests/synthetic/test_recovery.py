@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting import FULL, CoefficientFit, Swims, fit_coefficients
+from fitting import FULL, CoefficientFit
+from fitting.coefficients import fit_coefficients
+from fitting.objective import Swims
 from swimmer import FluidCoefficients, Twin, load_robot
 from synthetic import NOISELESS, SyntheticPlan, default_plan, make_session, read_truth
 from tests.synthetic.plans import measured

@@ -7,7 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from fitting.dry_run import DryResponse, DryTrial, measure_dry_run, simulate_response, with_arm
+from fitting.dry_run import DryTrial, measure_dry_run
+from fitting.dry_run.response import DryResponse, simulate_response, with_arm
 from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
 from swimmer import DRY, RobotSpec, Runs, Twin, load_robot
 from synthetic.noise import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets

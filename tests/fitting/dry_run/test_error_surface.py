@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.dry_run import Cell, CrankGrid, ErrorSurface, error_surface, other_valley, refine_valleys, speed_range
-from fitting.dry_run.published import distance_at
+from fitting.dry_run.error_surface import Cell, CrankGrid, ErrorSurface, error_surface, speed_range
+from fitting.dry_run.published import distance_at, other_valley, refine_valleys
 from tests.fitting.dry_run.runs import NOISELESS, dry_trial, shared_response
 
 COARSE = CrankGrid(speeds=21, phases=30)

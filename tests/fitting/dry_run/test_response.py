@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.dry_run import DryResponse, Turn, simulate_response, simulate_turns, with_arm
+from fitting.dry_run.response import DryResponse, Turn, simulate_response, simulate_turns, with_arm
 from session import FISHSIM_MARKERS, NotEnoughData
 from swimmer import DRY, Runs, Twin
 from tests.fitting.dry_run.runs import ROBOT, clean_run, shared_response
@@ -93,4 +93,4 @@ def test_the_published_robot_snaps_beyond_its_measured_arm() -> None:
 
 def test_a_robot_without_a_smooth_motion_is_refused() -> None:
     with pytest.raises(NotEnoughData, match=r"no smooth motion .* from 0.039 to 0.04 m.*crank.arm_m = 0.0395"):
-        simulate_response(ROBOT, ("nose", "caudal_fin"), np.array([0.039, 0.0395, 0.04]), (0.5, 0.6), speeds=2)
+        simulate_response(ROBOT, ("nose", "caudal_fin"), np.array([0.039, 0.0395, 0.04]), (0.5, 0.6))

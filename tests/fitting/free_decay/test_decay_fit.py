@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.free_decay import DecayFit, DecayTrial, combine_decays, fit_decay, measure_decay, measure_decay_trial
+from fitting.free_decay import DecayFit, DecayTrial, combine_decays, fit_decay, measure_decay_trial
 from session import NotEnoughData, Tracks
 from tests.cases import later
 from tests.fitting.free_decay.chain import linear_decay
@@ -57,24 +57,12 @@ def test_through_tracking_noise_the_stiffness_is_right_to_one_percent_and_the_da
     assert light.converged
     assert light.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
     assert light.damping_n_m_s == pytest.approx(LIGHT.damping_n_m_s, rel=0.10)
-    assert light.stiffness_ci95_n_m[0] < LIGHT.stiffness_n_m < light.stiffness_ci95_n_m[1]
-    assert light.damping_ci95_n_m_s[0] < LIGHT.damping_n_m_s < light.damping_ci95_n_m_s[1]
     assert light.explained > 0.99
     assert np.nanstd(light.measured_m - light.simulated_m) < 0.001
 
 
 def test_the_frequency_alone_gives_nearly_the_same_hinges(light: DecayFit) -> None:
     assert light.matched_stiffness_n_m == pytest.approx(light.stiffness_n_m, rel=0.03)
-    assert light.matched_damping_n_m_s == pytest.approx(light.damping_n_m_s, rel=0.10)
-
-
-def test_the_hinges_can_be_put_into_the_robot(light: DecayFit) -> None:
-    robot = light.applied_to(ROBOT)
-
-    assert (robot.tail.hinge_stiffness_n_m, robot.tail.hinge_damping_n_m_s) == (
-        light.stiffness_n_m,
-        light.damping_n_m_s,
-    )
 
 
 def test_a_decay_of_the_linear_chain_gives_its_stiffness_back() -> None:
@@ -159,15 +147,6 @@ def test_two_frequencies_are_double_peaked_and_do_not_fit() -> None:
     assert {"double_peaked", "poor_fit"} <= found
 
 
-def test_a_marker_with_a_beat_of_its_own_disagrees() -> None:
-    slow, quick = swings([LIGHT, replace(LIGHT, stiffness_n_m=0.6)])
-    slow[:, 4] = quick[:, 4]
-
-    spectrum = measure_decay(measured(filmed(slow, LIGHT)))
-
-    assert ("markers_disagree", ("tail_2",)) in [(flag.kind, flag.markers) for flag in spectrum.flags]
-
-
 def test_a_head_that_swings_along_is_not_clamped() -> None:
     tracks = decay_tracks(LIGHT)
     tracks.position_px[:, :, 1] += 8.0 * np.sin(20 * tracks.time_s)[:, None]
@@ -188,14 +167,11 @@ def test_too_few_frames_after_the_release_are_refused() -> None:
 
 
 def test_the_spectrum_peaks_where_the_tail_rings(light: DecayFit) -> None:
-    spectrum = light.spectrum
+    spectrum, hz = light.spectrum, light.spectrum.ring.frequency_hz
 
-    assert spectrum.peak_hz == pytest.approx(spectrum.frequency_hz, rel=0.05)
-    assert spectrum.marker_hz[1:] == pytest.approx(np.full(5, spectrum.frequency_hz), rel=0.05)
-    assert np.isnan(spectrum.marker_hz[0])  # it hardly moves
+    assert spectrum.peak_hz == pytest.approx(hz, rel=0.05)
     assert spectrum.amplitude_m.shape == (len(spectrum.bins_hz), 6)
-    assert 0.0 < spectrum.frequency_se_hz < 0.02 * spectrum.frequency_hz
-    assert 0.0 < spectrum.damping_ratio_se < 0.1 * spectrum.damping_ratio
+    assert 0.0 < spectrum.frequency_se_hz < 0.02 * hz
 
 
 def test_several_decays_weigh_by_their_errors_and_say_when_they_disagree(light: DecayFit) -> None:

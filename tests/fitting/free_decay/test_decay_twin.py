@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.free_decay import DecayTwin, fit_damped_sine
+from fitting.free_decay import DecayTwin
+from fitting.free_decay.damped_sine import fit_damped_sine
 from fitting.free_decay.decay_twin import STEPS_S, stable_scene
 from tests.fitting.free_decay.chain import linear_decay, natural_hz
 from tests.fitting.free_decay.decays import MARKERS, ROBOT, Truth, swings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.free_decay import find_release
+from fitting.free_decay.release import find_release
 from session import NotEnoughData
 from tests.fitting.free_decay.decays import Truth, frame_times, swings
 

@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting import tail_markers
-from fitting.motor_clock import MotorRecord, TailMotion, motor_record
+from fitting.motor_clock import MotorRecord
+from fitting.motor_clock.record import motor_record
+from fitting.motor_clock.tail_motion import TailMotion
 from session import FISHSIM_MARKERS, MotorCommands, MotorLog, TrialSpec
 from swimmer import DRY, SWIM, Runs, Twin, load_robot
 from synthetic import PLAUSIBLE_COEFFICIENTS

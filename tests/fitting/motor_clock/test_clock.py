@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import SwimFrequency
-from fitting.motor_clock import MotorClock, TailMotion
-from fitting.motor_clock.clock import QUARTZ
+from fitting.frequency import SwimFrequency
+from fitting.motor_clock.clock import QUARTZ, MotorClock
+from fitting.motor_clock.tail_motion import TailMotion
 from session import Flag, NotEnoughData
 from synthetic.noise import TrackingNoise
 from tests.cases import later

@@ -8,11 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fitting import MeasuredTrial, Swims, forecast, measure_trial
+from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import measure_dry_run
+from fitting.forecast import phase_from_harmonic, swim
+from fitting.in_pool import head_frame
 from fitting.motor_clock import MotorRecord
-from fitting.phase import phase_from_harmonic
-from fitting.swim import head_frame, swim
+from fitting.objective import Swims
 from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks
 from swimmer import Runs, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
@@ -115,7 +116,7 @@ def test_a_held_out_trial_uses_the_turn_over_its_scored_part_too() -> None:
     assert trial.turn is not None
     assert trial.start_frequency.hz == pytest.approx(trial.turn.mean_hz(0.0, trial.time_s[trial.known][-1]))
     phase = phase_from_harmonic(twin, trial, COEFFICIENTS, trial.start_frequency.hz)[0]
-    one, other = (forecast(twin, trial, PLAUSIBLE_COEFFICIENTS, phase, hz) for hz in (0.5, 1.5))
+    one, other = (swim(twin, trial, COEFFICIENTS, np.array([phase]), hz) for hz in (0.5, 1.5))
     assert np.array_equal(one.position_m, other.position_m)
 
 
@@ -124,7 +125,7 @@ def test_a_trial_without_a_log_swims_exactly_as_before() -> None:
     hz, parameters = trial.frequency.hz, np.append(COEFFICIENTS[0], 0.7)[:, None]
     last = int(np.flatnonzero(trial.scored)[-1]) + 1
     runs = Runs(COEFFICIENTS, np.array([hz]), np.array([0.7]), trial.start_velocity[None])
-    before = head_frame(trial, twin.simulate(runs, trial.time_s[:last]).marker_m)
+    before = head_frame(FISHSIM_MARKERS, twin.simulate(runs, trial.time_s[:last]).marker_m)
     assert np.array_equal(Swims(twin, (trial,)).simulate(parameters)[0].position_m, before.position_m)
     assert np.array_equal(swim(twin, trial, COEFFICIENTS, np.array([0.7]), hz, last).position_m, before.position_m)
     time_s = trial.time_s

@@ -12,9 +12,10 @@ import pytest
 from fitting.marginal import Marginal
 from fitting.posterior.findings import FINDINGS, read_findings
 from fitting.posterior.identifiability import identifiability
+from fitting.posterior.inference import _flags
 from fitting.posterior.laplace import laplace
 from fitting.posterior.places_off import TAKEN
-from fitting.posterior.posterior import Posterior, _flags
+from fitting.posterior.posterior import Posterior
 from fitting.posterior.posterior_file import VARIABLES
 from session import Flag, Provenance
 from tests.reports.posteriors import made_findings

@@ -9,10 +9,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fitting.posterior import posterior as module
+from fitting.posterior import inference as module
+from fitting.posterior.inference import sample_posterior
 from fitting.posterior.noise import GaitNoise
 from fitting.posterior.noise_part import NoisePart
-from fitting.posterior.posterior import sample_posterior
 from fitting.posterior.whiteness import Whiteness, noise_flags, whiteness
 from session import FISHSIM_MARKERS
 from swimmer import Twin, load_robot

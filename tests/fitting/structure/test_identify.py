@@ -9,7 +9,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from fitting.dry_run import CrankGrid, crank_response, fit_crank
+from fitting.dry_run import crank_response, fit_crank
+from fitting.dry_run.error_surface import CrankGrid
 from fitting.free_decay import DecayTrial
 from fitting.structure import DryExperiments, Source, Structure, assumed, identify, identify_structure
 from session import Flag, SimulationDiverged

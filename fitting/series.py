@@ -1,6 +1,16 @@
-"""Weighted regression on a drift and the first harmonics of a beat: the linear part of all that is periodic here."""
+"""Series in time: missing samples bridged, and weighted regression on a drift and the first harmonics of a beat."""
 
 import numpy as np
+
+
+def bridged(time_s: np.ndarray, series: np.ndarray, at_s: np.ndarray | None = None) -> np.ndarray:
+    """(m, k) series (n, k) at m times, by default their own, interpolated over nan; 0 where one is never seen."""
+    at_s = time_s if at_s is None else at_s
+    result = np.zeros((len(at_s), series.shape[1]))
+    for k, column in enumerate(series.T):
+        if (seen := np.isfinite(column)).any():
+            result[:, k] = np.interp(at_s, time_s[seen], column[seen])
+    return result
 
 
 def design(time_s: np.ndarray, frequency_hz: float, harmonics: int, drift: int = 1) -> np.ndarray:

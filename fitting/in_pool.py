@@ -1,0 +1,44 @@
+"""Tracks checked and laid on the pool, with the markers of the tail: what every measurement begins with."""
+
+import numpy as np
+
+from session import CameraSpec, NotEnoughData, Tracks
+from swimmer import RobotSpec
+from tracking import HeadFrame, PoolTracks, QualityLimits, TrackQuality, check_tracks, to_head_frame, to_pool
+
+
+def in_pool(
+    tracks: Tracks, camera: CameraSpec, robot: RobotSpec, whose: str, limits: QualityLimits | None = None
+) -> tuple[PoolTracks, TrackQuality, list[int]]:
+    """Tracks on the pool, how far each sample is believed, and the indices of the markers of the tail.
+
+    Args:
+        tracks, camera, robot: all frames, what filmed them and what was filmed.
+        whose: the trial and what it is for, for the message.
+        limits: when a sample is not believed.
+
+    Raises:
+        NotEnoughData: no tail marker, or nose and neck are never seen apart.
+    """
+    quality = check_tracks(tracks, robot, limits)
+    pool = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
+    tail = tail_markers(robot, pool.markers)
+    if not tail:
+        raise NotEnoughData(f"{whose}: none of its markers sits on the tail; at least one is needed")
+    return pool, quality, tail
+
+
+def tail_markers(robot: RobotSpec, markers: tuple[str, ...]) -> list[int]:
+    """Indices of the markers behind the head, from head to fin."""
+    behind = [i for i, name in enumerate(markers) if robot.markers[name].body != "head"]
+    return sorted(behind, key=lambda i: robot.markers[markers[i]].position_m[0])
+
+
+def head_frame(markers: tuple[str, ...], position_m: np.ndarray) -> HeadFrame:
+    """Markers (..., n, m, 2) of these m names in the head frame."""
+    return to_head_frame(position_m, markers.index("nose"), markers.index("neck"))
+
+
+def head_is_trusted(markers: tuple[str, ...], weight: np.ndarray) -> np.ndarray:
+    """(n,) frames of which both nose and neck are believed; weight (n, m)."""
+    return (weight[:, markers.index("nose")] > 0) & (weight[:, markers.index("neck")] > 0)
