@@ -27,7 +27,7 @@ import numpy as np
 
 from calib import Options, Pipeline, open_session
 from fitting import FORMS
-from reports import Gallery, picture_of_tracks
+from reports import Gallery, ReportContext, picture_of_tracks
 
 # %matplotlib inline
 
@@ -98,7 +98,7 @@ for source in pipeline.structure.sources:
 
 # %%
 calibration = pipeline.calibrated()
-figures = Gallery(calibration)
+figures = Gallery(ReportContext(session, calibration, pipeline.job.provenance))
 
 for name, value in calibration.coefficients._asdict().items():
     print(f"{name:13} {value:6.3f}")
@@ -106,33 +106,33 @@ for flag in calibration.fit.flags:
     print(f"! {flag.message}")
 
 # %% [markdown]
-# The figures of the report are methods. Blue is the twin, black was measured; the dotted outline is the measured
-# envelope in both panels.
+# The figures of the report have the names under which its page saves them (`list(figures)` tells all). Blue is the
+# twin, black was measured; the dotted outline is the measured envelope in both panels.
 
 # %%
-figures.envelope("f1_30")
+figures["f1_30-envelope"]
 
 # %%
-figures.path("f1_00")
+figures["f1_00-path"]
 
 # %%
-figures.marker_residuals()
+figures["residual-markers"]
 
 # %% [markdown]
-# `coefficients` shows where every restart ended. Marks that lie apart although they fit about as well are a coefficient
-# that these data do not hold. `profiles` says the same without a search: where a curve stays flat, the markers hardly
-# care.
+# `coefficient-values` shows where every restart ended. Marks that lie apart although they fit about as well are a
+# coefficient that these data do not hold. `coefficient-profiles` says the same without a search: where a curve stays
+# flat, the markers hardly care.
 
 # %%
-figures.coefficients()
+figures["coefficient-values"]
 
 # %%
 evidence = pipeline.evidence(calibration)
-figures = Gallery(calibration, evidence)
-figures.profiles()
+figures = Gallery(ReportContext(session, calibration, pipeline.job.provenance, evidence=evidence))
+figures["coefficient-profiles"]
 
 # %% [markdown]
-# The head frame hangs on two boxes that a hand has placed. `mean_shapes` shows how much of the distance is a matter of
+# The head frame hangs on two boxes that a hand has placed. `mean-shapes` shows how much of the distance is a matter of
 # where these, and the markers on the body, sit: on the real robot it is more than the coefficients can mend. This
 # session was made with boxes some 2 px off.
 
@@ -140,7 +140,7 @@ figures.profiles()
 for trial in evidence.placed.trials:
     turned, larger = np.degrees(trial.boxes.turn_rad), trial.boxes.scale
     print(f"{trial.name}: the head frame is turned by {turned:+.1f} degrees, all seems {larger:.3f} times as large")
-figures.mean_shapes()
+figures["mean-shapes"]
 
 # %% [markdown]
 # ## 5. Compare with elongated body theory
@@ -166,10 +166,10 @@ for model in models:
 # (`fitting.forecast_from_command` looks at nothing of the trial but its command; the report has its errors.)
 
 # %%
-figures.sweep()
+figures["sweep"]
 
 # %%
-figures.speed_errors()
+figures["speed-errors"]
 
 # %% [markdown]
 # ## 6. Write the model

@@ -27,9 +27,10 @@ from tempfile import TemporaryDirectory
 import matplotlib.pyplot as plt
 import numpy as np
 from IPython.display import Image
+from rerun.chunk import RrdReader
 
 from benchmarks.video import ClipPlan, Occlusion, Swim, render_clip
-from reports.recording import RecordedTrial, make_proxy, read_recording, write_recording
+from reports.recording import RecordedTrial, make_proxy, write_recording
 from session import InputError, load_session, load_tracks
 from swimmer import load_robot
 from tracking import check_tracks
@@ -329,9 +330,9 @@ write_recording(
     folder / "poles.rrd", [RecordedTrial("poles", shown, folder / "poles.small.mp4", picture_px)], "hidden markers"
 )
 
-contents = read_recording(folder / "poles.rrd")
 print(f"{(folder / 'poles.rrd').stat().st_size / 1e6:.1f} MB")
-for entity in sorted(name for name in contents.entities if "/states/" not in name):
+entities = {chunk.entity_path for chunk in RrdReader(folder / "poles.rrd").stream()}
+for entity in sorted(name for name in entities if name.startswith("/poles/") and "/states/" not in name):
     print(entity)
 
 # %%

@@ -1,14 +1,23 @@
-"""What a report is built of: sections of blocks, all plain data.
+"""What a report is built of: sections of blocks.
 
 How each looks stands in `templates/blocks.html.j2`, one macro a kind.
 
 Text is escaped when it is rendered; only `markupsafe.Markup` goes in as it is.
 """
 
-from dataclasses import dataclass
+import io
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from reports.colours import SURFACE
+from reports.style import HALF_WIDTH_IN, Look, applied
+from reports.svg import inline_svg
+
+HIGHEST_IN = 3.5  # of a figure that shares a row on paper
+NOTEBOOK_DOTS_PER_INCH = 110.0
 
 
 @dataclass(frozen=True)
@@ -47,27 +56,47 @@ class Prose:
     lead: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Plot:
-    """A figure in the page.
+    """A figure with what to see in it: in a page, as a file, or as the value of a cell of a notebook.
 
     Attributes:
-        svg: from `reports.svg.inline_svg`.
+        figure: drawn with the colours of `reports.style`; may be changed and saved with matplotlib.
         name: unique in the page; also the name of a file saved from it.
-        caption: what to see in it.
+        caption: what to see in it; the first sentence is for those who cannot see it.
         caveat: what makes it doubtful; empty if nothing does.
-        wide: over the whole width instead of half of it.
-        scrolls: on a narrow screen it keeps its size and scrolls instead of shrinking.
-        tall: it has a row for each trial; on paper it may take most of a page.
     """
 
-    svg: Markup
+    figure: Figure = field(repr=False)
     name: str
     caption: str
     caveat: str = ""
-    wide: bool = False
-    scrolls: bool = False
-    tall: bool = False
+
+    @property
+    def svg(self) -> Markup:
+        """For a page."""
+        return inline_svg(self.figure, self.name, self.caption.partition(". ")[0].removesuffix("."))
+
+    @property
+    def wide(self) -> bool:
+        """Over the whole width instead of half of it; on a narrow screen it scrolls instead of shrinking."""
+        return bool(self.figure.get_figwidth() > HALF_WIDTH_IN)
+
+    @property
+    def tall(self) -> bool:
+        """On paper it may take most of a page."""
+        return len(self.figure.axes) > 2 or bool(self.figure.get_figheight() > HIGHEST_IN)
+
+    def png(self, dots_per_inch: float) -> bytes:
+        """On the light ground that it was drawn for; the same bytes for the same figure."""
+        buffer = io.BytesIO()
+        with applied():
+            options: Look = {"dpi": dots_per_inch, "facecolor": SURFACE, "metadata": {"Software": None}}
+            self.figure.savefig(buffer, format="png", **options)
+        return buffer.getvalue()
+
+    def _repr_png_(self) -> bytes:
+        return self.png(NOTEBOOK_DOTS_PER_INCH)
 
 
 @dataclass(frozen=True)
@@ -145,3 +174,9 @@ class Section:
     blocks: tuple[Block, ...] = ()
     caveats: tuple[str, ...] = ()
     parts: tuple["Section", ...] = ()
+
+    @property
+    def plots(self) -> tuple[Plot, ...]:
+        """Its figures, and those of its parts."""
+        own = [plot for block in self.blocks if isinstance(block, Plots) for plot in block.plots]
+        return (*own, *(plot for part in self.parts for plot in part.plots))

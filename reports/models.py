@@ -1,6 +1,6 @@
 """The models whose speeds are compared, as the reader meets them: a label and a colour each."""
 
-from reports.style import EBT, EBT_LARGE, EBT_SMOOTHED, MUTED, TWIN
+from reports.colours import EBT, EBT_LARGE, EBT_SMOOTHED, MUTED, TWIN
 
 _LABELS = {
     "twin": "twin",

@@ -5,7 +5,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from reports.style import INKS
+from reports.colours import INKS
 
 
 def render_page(template: str, **values: Any) -> str:

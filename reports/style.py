@@ -1,10 +1,6 @@
-"""One look for all figures: colours for light and dark pages, sizes, and matplotlib's settings.
+"""One look for all figures: matplotlib's settings, sizes, panels, legends and the marks of roles."""
 
-Figures are drawn in the light colours, so that they stand on their own in a notebook or a talk; in a page
-each colour becomes a CSS variable (`reports.svg`), and the page chooses.
-"""
-
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from functools import wraps
 from typing import Any, NamedTuple, ParamSpec
@@ -12,44 +8,14 @@ from typing import Any, NamedTuple, ParamSpec
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-
-class Ink(NamedTuple):
-    """A colour on light and on dark ground. No two share a light colour: it tells them apart."""
-
-    light: str
-    dark: str
-
-
-INKS: dict[str, Ink] = {
-    "ink": Ink("#1c2127", "#eceff3"),
-    "muted": Ink("#626b77", "#9ea8b4"),
-    "faint": Ink("#d3d9df", "#3c444e"),
-    "shade": Ink("#eceff2", "#262c34"),
-    "surface": Ink("#ffffff", "#14181d"),
-    "twin": Ink("#0a6ebd", "#5cb3f5"),
-    "ebt": Ink("#b65006", "#f5a65b"),
-    "ebt-large": Ink("#a3348b", "#e893d6"),
-    "ebt-smoothed": Ink("#1b7f5c", "#63d2a6"),
-    "gap": Ink("#c2352b", "#ff8a7a"),
-    "warn": Ink("#9a6200", "#f2c14e"),
-    "warn-ground": Ink("#fff6e0", "#2e2716"),
-    "flag-merged": Ink("#7b3fa0", "#c792ea"),
-    "flag-frozen": Ink("#00798c", "#4dd0e1"),
-    "flag-jump": Ink("#d08700", "#ffd54f"),
-    "flag-segment": Ink("#b8332b", "#ff8a80"),
-    "flag-gap": Ink("#8a94a0", "#6f7a86"),
-    "flag-other": Ink("#5d7a3a", "#aed581"),
-}
-"""Every colour of figures and pages, by the name of its CSS variable."""
-
-INK, MUTED, FAINT, SHADE, SURFACE, TWIN, WARN = (
-    INKS[name].light for name in ("ink", "muted", "faint", "shade", "surface", "twin", "warn")
-)
-EBT, EBT_LARGE, EBT_SMOOTHED = (INKS[name].light for name in ("ebt", "ebt-large", "ebt-smoothed"))
-GAP = INKS["gap"].light
+from reports.colours import FAINT, INK, MUTED, SURFACE
 
 HALF_WIDTH_IN, FULL_WIDTH_IN = 4.2, 8.7  # of figures that share a row, and of those that fill it
+
+Look = dict[str, Any]
+"""Options of something that is drawn."""
 
 _SETTINGS: dict[str, Any] = {
     "font.family": "DejaVu Sans",
@@ -122,12 +88,6 @@ class Margins(NamedTuple):
 MARGINS = Margins()
 
 
-def panel(width_in: float, height_in: float, margins: Margins = MARGINS) -> tuple[Figure, Axes]:
-    """A figure with one panel within fixed margins, which costs less than any automatic layout."""
-    figure = Figure(figsize=(width_in, height_in))
-    return figure, figure.add_axes(box(width_in, height_in, margins))
-
-
 class Grid(NamedTuple):
     """How small panels of one size are laid out.
 
@@ -140,6 +100,13 @@ class Grid(NamedTuple):
     columns: int
     height_in: float | None
     gap_in: tuple[float, float] = (0.14, 0.30)
+
+
+def panel(width_in: float, height_in: float, margins: Margins = MARGINS) -> tuple[Figure, Axes]:
+    """A figure with one panel within fixed margins, which costs less than any automatic layout."""
+    left, right, bottom, top = margins
+    figure = Figure(figsize=(width_in, height_in))
+    return figure, add_panel(figure, (left, bottom), (width_in - left - right, height_in - bottom - top))
 
 
 def panels(
@@ -155,31 +122,69 @@ def panels(
     drawn = []
     for i in range(count):
         row, column = divmod(i, grid.columns)
-        left = margins.left + column * (width + across)
-        bottom = total - margins.top - (row + 1) * height - row * down
-        place = (left / width_in, bottom / total, width / width_in, height / total)
-        drawn.append(figure.add_axes(place, projection=projection))
+        corner = margins.left + column * (width + across), total - margins.top - (row + 1) * height - row * down
+        drawn.append(add_panel(figure, corner, (width, height), projection))
     return figure, drawn
 
 
-def legend_on_top(figure: Figure, handles: list[Any], columns: int) -> None:
-    """One legend over all panels of a figure."""
-    left = figure.axes[0].get_position().x0 if figure.axes else 0.0
-    top = 1.0 - 0.03 / float(figure.get_size_inches()[1])
+def add_panel(
+    figure: Figure, corner: tuple[float, float], size: tuple[float, float], projection: str | None = None
+) -> Axes:
+    """A panel with this lower left corner and this width and height, all in inches."""
+    width_in, height_in = figure.get_size_inches()
+    place = (corner[0] / width_in, corner[1] / height_in, size[0] / width_in, size[1] / height_in)
+    return figure.add_axes(place, projection=projection)
+
+
+def small_multiples(count: int) -> tuple[float, int]:
+    """Width of a figure with a panel for each trial (inches), and panels in a row: few share half a page's width."""
+    if count <= 3:
+        return HALF_WIDTH_IN, max(count, 1)
+    return FULL_WIDTH_IN, 4 if count in (4, 7, 8) else 5
+
+
+def name_panels(drawn: Sequence[Axes], names: Sequence[str], columns: int, x: str = "", y: str = "") -> None:
+    """A title on each of some panels that share their scales; numbers and names of axes on the outer ones alone."""
+    for number, (axes, name) in enumerate(zip(drawn, names, strict=True)):
+        left, lowest = number % columns == 0, number + columns >= len(drawn)
+        axes.set_title(name, loc="left", fontweight="bold", pad=3)
+        axes.tick_params(labelleft=left, labelbottom=lowest)
+        axes.set(xlabel=x if lowest else "", ylabel=y if left else "")
+
+
+def legend_on_top(figure: Figure, columns: int, handles: Sequence[Any] = ()) -> None:
+    """One legend over all panels of a figure: of these handles, or of each label that is drawn, once."""
+    left, top = figure.axes[0].get_position().x0, 1.0 - 0.03 / float(figure.get_size_inches()[1])
+    handles = handles or _labelled(figure.axes)
     figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(left, top), ncols=columns)
 
 
-def box(width_in: float, height_in: float, margins: Margins) -> tuple[float, float, float, float]:
-    """Left, bottom, width and height of what the margins leave, as shares of the figure."""
-    left, right, bottom, top = margins
-    return (
-        left / width_in,
-        bottom / height_in,
-        (width_in - left - right) / width_in,
-        (height_in - bottom - top) / height_in,
-    )
+def legend_above(axes: Axes, columns: int, handles: Sequence[Any] = (), **options: Any) -> None:
+    """A legend in one or two lines over the panel: of these handles, or of each label that is drawn, once."""
+    handles = handles or _labelled([axes])
+    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.01), ncols=columns, **options)
 
 
-def legend_above(axes: Axes, columns: int, **options: Any) -> None:
-    """A legend in one or two lines over the panel."""
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.01), ncols=columns, **options)
+def _labelled(drawn: Sequence[Axes]) -> list[Any]:
+    found = [pair for axes in drawn for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
+    return list({label: handle for handle, label in found}.values())
+
+
+def role_marker(colour: str, role: str) -> Look:
+    """Plot options that tell roles apart: filled circles were fitted, open diamonds were held out."""
+    fit = role == "fit"
+    return {
+        "marker": "o" if fit else "D",
+        "markersize": 5.5 if fit else 5.0,
+        "markerfacecolor": colour if fit else SURFACE,
+        "markeredgecolor": colour,
+        "markeredgewidth": 1.3,
+        "linestyle": "none",
+        "zorder": 3,
+    }
+
+
+def role_handles(colour: str, roles: Iterable[str] = ("fit", "holdout")) -> list[Line2D]:
+    """For a legend of roles."""
+    names = {"fit": "fit trial", "holdout": "held-out trial"}
+    return [Line2D([], [], label=names[role], **role_marker(colour, role)) for role in roles]

@@ -6,7 +6,8 @@ import re
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from reports.style import INKS, applied
+from reports.colours import INKS
+from reports.style import applied
 
 _VARIABLE = {ink.light: f"var(--{name}, {ink.light})" for name, ink in INKS.items()}
 POINTS = 72.0  # of an inch

@@ -13,24 +13,8 @@ from benchmarks.effects.goals import Goal
 from benchmarks.effects.score import OTHER, Score
 from benchmarks.effects.shares import Share
 from benchmarks.effects.suite import DETECTABILITIES
-from reports.style import (
-    EBT,
-    EBT_LARGE,
-    EBT_SMOOTHED,
-    FAINT,
-    FULL_WIDTH_IN,
-    HALF_WIDTH_IN,
-    INK,
-    MUTED,
-    SHADE,
-    SURFACE,
-    TWIN,
-    WARN,
-    Margins,
-    legend_above,
-    panel,
-    styled,
-)
+from reports.colours import EBT, EBT_LARGE, EBT_SMOOTHED, FAINT, INK, MUTED, SHADE, SURFACE, TWIN, WARN
+from reports.style import FULL_WIDTH_IN, HALF_WIDTH_IN, Margins, legend_above, panel, styled
 
 _RULES = ((EBT, "s"), (EBT_LARGE, "^"), (WARN, "D"), (MUTED, "v"), (EBT_SMOOTHED, "P"))  # colours and marks
 _CELL_IN = 0.24  # of the confusion matrix, at most

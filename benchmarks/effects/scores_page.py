@@ -2,9 +2,6 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-
-from matplotlib.figure import Figure
 
 from benchmarks.effects.cases import write_cases
 from benchmarks.effects.folder import SuiteFolder
@@ -26,8 +23,6 @@ from benchmarks.effects.without import WithoutScore
 from benchmarks.reality.mechanisms import CATALOGUED
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.page import render_page
-from reports.png import png_of
-from reports.svg import inline_svg
 from session import plain_json, write_whole
 
 _ORDER = tuple(name for names in CATALOGUED.values() for name in names)
@@ -36,20 +31,6 @@ _D = (
     "Detectability d: how far what an effect does lies from what its nearest rival, refitted, can do, in standard "
     "deviations of noise, nuisances and discrepancy; two effects at d are confused in a share Φ(−d / 2) of cases."
 )
-
-
-@dataclass(frozen=True, eq=False)
-class _Drawn:
-    """A figure, and what to see in it."""
-
-    name: str
-    figure: Figure
-    caption: str
-    wide: bool = False
-
-    def plot(self) -> Plot:
-        svg = inline_svg(self.figure, self.name, self.caption)
-        return Plot(svg, self.name, self.caption, wide=self.wide, scrolls=self.wide)
 
 
 def write_scores(suite: SuiteFolder, outcome: Outcome) -> None:
@@ -63,14 +44,14 @@ def write_scores(suite: SuiteFolder, outcome: Outcome) -> None:
         write_cases(suite.folder / "cases.jsonl", outcome.scores[PROGRAM])
     write_whole(suite.folder / "scores.html", render_scores(outcome))
     for drawn in _drawn(outcome):
-        write_whole(suite.folder / "figures" / f"{drawn.name}.png", png_of(drawn.figure, _DOTS_PER_INCH))
+        write_whole(suite.folder / "figures" / f"{drawn.name}.png", drawn.png(_DOTS_PER_INCH))
 
 
 def render_scores(outcome: Outcome) -> str:
     """The page."""
     score = _main(outcome.scores)
     kinds = [case.answer.kind for case in score.cases]
-    plots = {drawn.name: drawn.plot() for drawn in _drawn(outcome)}
+    plots = {drawn.name: drawn for drawn in _drawn(outcome)}
     sections = [
         Section("Against what is asked", "asked", (Plots((plots["goals"],)), _goals_table(outcome.scores))),
         Section(
@@ -107,45 +88,43 @@ def render_scores(outcome: Outcome) -> str:
     )
 
 
-def _drawn(outcome: Outcome) -> list[_Drawn]:
+def _drawn(outcome: Outcome) -> list[Plot]:
     scores, score = outcome.scores, _main(outcome.scores)
     who = next(iter(scores))
     found = [
-        _Drawn(
-            "goals",
+        Plot(
             goals_figure({name: each.headline for name, each in scores.items()}, GOALS),
+            "goals",
             "Shares of sessions beside what is asked (shaded).",
-            wide=True,
         ),
-        _Drawn(
-            "by_detectability",
+        Plot(
             by_detectability_figure({name: each.by_detectability for name, each in scores.items()}, "right name first"),
+            "by_detectability",
             "Sessions with one effect: how often it is the first name, by how detectable it is.",
         ),
-        _Drawn(
-            "reliability",
+        Plot(
             reliability_figure(score),
+            "reliability",
             f"Probabilities of the {who}: on the diagonal they come true as often as they say.",
         ),
     ]
     if score.confusion:
         caption = f"Sessions with one effect and d ≥ 5: what the {who} named first."
-        found.append(_Drawn("confusion", confusion_figure(score.confusion, _ORDER), caption, wide=True))
+        found.append(Plot(confusion_figure(score.confusion, _ORDER), "confusion", caption))
     if any(case.told.shrinkage is not None for case in score.cases):
         caption = "Shrinkage of the gap on held-out swims: what was told, with its interval, over what can be reached."
-        found.append(_Drawn("shrinkage", shrinkage_figure(score), caption))
+        found.append(Plot(shrinkage_figure(score), "shrinkage", caption))
     if outcome.without is not None:
         of = outcome.without
         found += [
-            _Drawn(
-                "without_goals",
+            Plot(
                 goals_figure({PROGRAM: of.headline}, GOALS_WITHOUT),
+                "without_goals",
                 "The same sessions, diagnosed by a catalogue that lacks the effect that is there.",
-                wide=True,
             ),
-            _Drawn(
-                "without_by_detectability",
+            Plot(
                 by_detectability_figure({PROGRAM: of.by_detectability}, "unexplained"),
+                "without_by_detectability",
                 "How often such a session is told to be unexplained, by how detectable the effect is.",
             ),
         ]

@@ -1,32 +1,69 @@
-"""Where the coefficients ended, and where the other starts did."""
+"""The coefficients between their bounds: where searches ended, how the objective rises, how it came down."""
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
-from fitting import CoefficientFit
-from reports.figures.coefficient_scale import HIGH, LOW, NAMES, scale_by_root
-from reports.style import HALF_WIDTH_IN, INK, MUTED, SHADE, TWIN, WARN, Margins, legend_above, panel, styled
+from fitting import CoefficientFit, CoefficientProfiles
+from fitting.objective import COEFFICIENT_BOUNDS
+from reports.colours import INK, MUTED, SHADE, TWIN, WARN
+from reports.numbers import MM, in_words
+from reports.style import (
+    HALF_WIDTH_IN,
+    Grid,
+    Look,
+    Margins,
+    legend_above,
+    legend_on_top,
+    name_panels,
+    panel,
+    panels,
+    styled,
+)
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
+
+NAMES = tuple(map(in_words, FluidCoefficients._fields))
+_LOW, _HIGH = (float(root) for root in np.sqrt(COEFFICIENT_BOUNDS))
+_TICKS = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 7.0, 10.0)
+_HIGHEST = 2.0  # times the best distance, where the panel of a profile ends
 
 
 @styled
 def coefficients_figure(fit: CoefficientFit) -> Figure:
     """Each coefficient within its bounds, on the square-root scale of the search; dots are ends."""
-    figure, axes = panel(HALF_WIDTH_IN, 3.3, Margins(left=1.0, top=0.5))
-    rows = -np.arange(len(fit.coefficients))
-    axes.barh(rows, HIGH - LOW, left=LOW, height=0.5, color=SHADE)
+    figure, axes, rows = bounded_panel(3.3)
+    best, bound = np.sqrt(fit.coefficients), coefficients_at_bound(fit)
+    for chosen, colour, label in ((~bound, TWIN, "best"), (bound, WARN, "best, at its bound")):
+        if chosen.any():
+            axes.plot(best[chosen], rows[chosen], "D", color=colour, markersize=6, label=label, zorder=3)
+    published: Look = {"markersize": 11, "markeredgewidth": 1.6, "zorder": 2.5, "label": "published"}
+    axes.plot(np.sqrt(PUBLISHED_COEFFICIENTS), rows, "|", color=INK, **published)
     for restart in fit.restarts[1:]:
-        mark = "o" if restart.swims_forward else "x"
-        axes.plot(np.sqrt(restart.coefficients), rows, mark, color=MUTED, markersize=3.5, alpha=0.7)
-    axes.plot(np.sqrt(PUBLISHED_COEFFICIENTS), rows, "|", color=INK, markersize=11, markeredgewidth=1.6)
-    best = np.sqrt(fit.coefficients)
-    bound = coefficients_at_bound(fit)
-    axes.plot(best[~bound], rows[~bound], "D", color=TWIN, markersize=6)
-    axes.plot(best[bound], rows[bound], "D", color=WARN, markersize=6)
-    _dress(axes, rows)
-    _legend(axes, bool(bound.any()), any(not restart.swims_forward for restart in fit.restarts[1:]))
+        mark, label = ("o", "other starts") if restart.swims_forward else ("x", "backward")
+        axes.plot(np.sqrt(restart.coefficients), rows, mark, color=MUTED, markersize=3.5, alpha=0.7, label=label)
+    legend_above(axes, 3, columnspacing=1.0, handletextpad=0.3)
     return figure
+
+
+def bounded_panel(height_in: float) -> tuple[Figure, Axes, np.ndarray]:
+    """A panel with a grey bar for each coefficient from bound to bound, square roots across, and the rows (5,)."""
+    figure, axes = panel(HALF_WIDTH_IN, height_in, Margins(left=1.0, top=0.5))
+    rows = -np.arange(len(NAMES))
+    axes.barh(rows, _HIGH - _LOW, left=_LOW, height=0.5, color=SHADE)
+    axes.set_yticks(rows, NAMES)
+    axes.set_xlabel("coefficient (no unit; square-root scale)")
+    axes.grid(visible=False, axis="y")
+    _scale_by_root(axes, _TICKS)
+    return figure, axes, rows
+
+
+def _scale_by_root(axes: Axes, ticks: tuple[float, ...]) -> None:
+    """The horizontal axis of a coefficient, within its bounds; what is drawn on it is its square root."""
+    within = [tick for tick in ticks if _LOW <= np.sqrt(tick) <= _HIGH]
+    axes.set_xticks(np.sqrt(within), [f"{tick:g}" for tick in within])
+    axes.set_xlim(_LOW - 0.08, _HIGH + 0.08)
 
 
 def coefficients_at_bound(fit: CoefficientFit) -> np.ndarray:
@@ -35,19 +72,49 @@ def coefficients_at_bound(fit: CoefficientFit) -> np.ndarray:
     return np.array([any(name in message for message in messages) for name in FluidCoefficients._fields])
 
 
-def _legend(axes: Axes, any_at_bound: bool, any_backward: bool) -> None:
-    axes.plot([], [], "D", color=TWIN, label="best")
-    if any_at_bound:
-        axes.plot([], [], "D", color=WARN, label="best, at its bound")
-    axes.plot([], [], "|", color=INK, markersize=9, markeredgewidth=1.6, label="published")
-    axes.plot([], [], "o", color=MUTED, markersize=3.5, label="other starts")
-    if any_backward:
-        axes.plot([], [], "x", color=MUTED, markersize=3.5, label="backward")
-    legend_above(axes, 3, columnspacing=1.0, handletextpad=0.3)
+@styled
+def coefficient_profiles_figure(profiles: CoefficientProfiles, best: FluidCoefficients) -> Figure:
+    """A panel for each coefficient, all to one scale: all else held, all else following, and where restarts ended."""
+    figure, drawn = panels(len(NAMES), Grid(2, 0.66, gap_in=(0.2, 0.34)), HALF_WIDTH_IN, Margins(left=0.5, top=0.6))
+    lowest = np.nanmin(profiles.profile_m, initial=profiles.best_m) * MM
+    for i, axes in enumerate(drawn):
+        at = np.searchsorted(profiles.value[i], best[i])  # both curves pass through the fit
+        root = np.sqrt(np.insert(profiles.value[i], at, best[i]))
+        held = np.insert(profiles.slice_m[i], at, profiles.best_m)
+        value, follows = profiles.curve(i, best[i])
+        axes.plot(root, held * MM, color=MUTED, linewidth=0.9, linestyle=(0, (3, 2)))
+        axes.plot(np.sqrt(value), follows * MM, color=TWIN, linewidth=1.4)
+        axes.plot(np.sqrt(profiles.restart[:, i]), profiles.restart_m * MM, "o", color=MUTED, markersize=3)
+        axes.plot(np.sqrt(best[i]), profiles.best_m * MM, "D", color=TWIN, markersize=4.5)
+        _scale_by_root(axes, (0.0, 0.5, 2.0, 5.0, 10.0))
+        axes.set_ylim(0.95 * lowest, _HIGHEST * profiles.best_m * MM)
+        axes.locator_params(axis="y", nbins=4)
+    name_panels(drawn, NAMES, 2)
+    drawn[2].set_ylabel("mean marker distance (mm)")
+    drawn[-1].set_xlabel("coefficient (square-root scale)")
+    handles = [
+        Line2D([], [], color=TWIN, label="all else follows"),
+        Line2D([], [], color=MUTED, linewidth=0.9, linestyle=(0, (3, 2)), label="all else held"),
+        Line2D([], [], color=TWIN, marker="D", markersize=4.5, linestyle="none", label="fit"),
+        Line2D([], [], color=MUTED, marker="o", markersize=3, linestyle="none", label="other starts"),
+    ]
+    legend_on_top(figure, 2, handles)
+    return figure
 
 
-def _dress(axes: Axes, rows: np.ndarray) -> None:
-    axes.set_yticks(rows, NAMES)
-    axes.set_xlabel("coefficient (no unit; square-root scale)")
-    axes.grid(visible=False, axis="y")
-    scale_by_root(axes)
+@styled
+def convergence_figure(fit: CoefficientFit) -> Figure:
+    """The softened mean distance after each iteration; filled ends converged, open ones were stopped."""
+    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
+    first: Look = {"color": TWIN, "linewidth": 1.8, "zorder": 3, "label": "best"}
+    for rank, restart in enumerate(fit.restarts):
+        label = "backward" if not restart.swims_forward else "converged" if restart.converged else "stopped early"
+        look = first if rank == 0 else {"color": MUTED, "linewidth": 0.9, "alpha": 0.7, "label": label}
+        line, face = "-" if restart.swims_forward else ":", look["color"] if restart.converged else "none"
+        end: Look = {"marker": "o", "markevery": [-1], "markersize": 4.5, "markerfacecolor": face}
+        axes.plot(restart.history_m * MM, line, **look, **end)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_xlabel("iteration")
+    axes.set_ylabel("objective (mm)")
+    legend_above(axes, 2)
+    return figure

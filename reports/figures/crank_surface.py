@@ -7,8 +7,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from fitting.dry_run import CrankFit, CrankTrial
+from reports.colours import EBT, INK, MUTED, TWIN
 from reports.numbers import MM, shortened
-from reports.style import EBT, FULL_WIDTH_IN, INK, MUTED, TWIN, Grid, Margins, legend_on_top, panels, styled
+from reports.style import FULL_WIDTH_IN, Grid, Margins, legend_on_top, panels, styled
 
 ABOVE_MM = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # the lowest point: contours
 _SHADE = 0.11  # of each level; they lie on one another
@@ -33,7 +34,7 @@ def crank_surface_figure(fit: CrankFit) -> Figure:
         left.set_title(f"{shortened(trial.name)}: {lowest}", loc="left", pad=3)
     for axes in drawn[-2:]:
         axes.set_xlabel("crank arm (mm)")
-    legend_on_top(figure, _handles(fit), 5)
+    legend_on_top(figure, 5, _handles(fit))
     return figure
 
 

@@ -1,14 +1,14 @@
 """Which samples of a trial are flagged: markers by time."""
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fitting import MeasuredTrial
-from reports.figures.time_windows import runs
-from reports.numbers import shortened
-from reports.style import HALF_WIDTH_IN, INKS, SHADE, Margins, panel, styled
+from reports.colours import INKS, SHADE
+from reports.numbers import in_words, shortened
+from reports.style import HALF_WIDTH_IN, Margins, panel, styled
+from tracking.suspects import stretches
 
 _HEAD, _OTHER = "head not trusted", "other"
 _INK_OF_KIND = {
@@ -33,7 +33,7 @@ def flagged_samples_figure(trial: MeasuredTrial) -> Figure:
         for marker in range(rows):
             spans = [
                 (trial.time_s[first], trial.time_s[last] - trial.time_s[first] + frame_s)
-                for first, last in runs(kinds[:, marker] == kind)
+                for first, last in stretches(kinds[:, marker] == kind)
             ]
             axes.broken_barh(spans, (-marker - 0.36, 0.72), facecolor=_colour(str(kind)), linewidth=0)
     axes.set_yticks(-np.arange(rows), [shortened(name, 12) for name in trial.markers])
@@ -42,7 +42,9 @@ def flagged_samples_figure(trial: MeasuredTrial) -> Figure:
     axes.grid(visible=False)
     axes.set_xlabel("time (s)")
     axes.set_title(shortened(trial.name, 40), loc="left", fontweight="bold", pad=17)
-    _legend(axes, kinds)
+    handles = [Patch(color=_colour(kind), label=in_words(kind)) for kind in sorted(set(kinds[kinds != ""]))]
+    handles = handles or [Patch(color=SHADE, label="every sample counts")]
+    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, handlelength=1.0)
     return figure
 
 
@@ -61,10 +63,3 @@ def flagged_kinds(trial: MeasuredTrial) -> np.ndarray:
 
 def _colour(kind: str) -> str:
     return INKS[_INK_OF_KIND.get(kind, "flag-other")].light
-
-
-def _legend(axes: Axes, kinds: np.ndarray) -> None:
-    found = sorted(set(kinds[kinds != ""]))
-    handles = [Patch(color=_colour(kind), label=kind.replace("_", " ")) for kind in found]
-    handles = handles or [Patch(color=SHADE, label="every sample counts")]
-    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, handlelength=1.0)

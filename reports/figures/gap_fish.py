@@ -9,10 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 
+from reports.colours import FAINT, GAP, INK, MUTED, SURFACE, TWIN
 from reports.diagnosed import Diagnosed
 from reports.figures.planform import draw_head, draw_tail
 from reports.numbers import MM, whole_percent
-from reports.style import FAINT, FULL_WIDTH_IN, GAP, INK, MUTED, SURFACE, TWIN, Margins, box, styled
+from reports.style import FULL_WIDTH_IN, Margins, panel, styled
 from swimmer import RobotSpec
 
 _MARGINS = Margins(left=0.05, right=0.05, bottom=0.05, top=0.05)
@@ -37,8 +38,7 @@ def gap_fish_figure(found: Diagnosed, robot: RobotSpec, markers: tuple[str, ...]
     left, right = nose - 236, nose + robot.length_m * MM + 95
     width = FULL_WIDTH_IN - _MARGINS.left - _MARGINS.right
     height = width * (_UP + _DOWN) / (right - left) + _MARGINS.bottom + _MARGINS.top
-    figure = Figure(figsize=(FULL_WIDTH_IN, height))
-    axes = figure.add_axes(box(FULL_WIDTH_IN, height, _MARGINS))
+    figure, axes = panel(FULL_WIDTH_IN, height, _MARGINS)
     axes.set(xlim=(left, right), ylim=(-_DOWN, _UP))
     axes.set_axis_off()
     stages = found.shares("stage")

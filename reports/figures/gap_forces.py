@@ -7,24 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from reports.colours import EBT, EBT_LARGE, EBT_SMOOTHED, GAP, INKS, MUTED, TWIN, WARN
 from reports.missing_forces import FORCES, HEAD, MissingForces, force_name
 from reports.numbers import shortened
-from reports.style import (
-    EBT,
-    EBT_LARGE,
-    EBT_SMOOTHED,
-    FULL_WIDTH_IN,
-    GAP,
-    INKS,
-    MUTED,
-    TWIN,
-    WARN,
-    Grid,
-    Margins,
-    legend_on_top,
-    panels,
-    styled,
-)
+from reports.style import FULL_WIDTH_IN, Grid, Margins, legend_on_top, name_panels, panels, styled
 
 COLOURS = (TWIN, EBT, EBT_SMOOTHED, EBT_LARGE, WARN, GAP, *(INKS[n].light for n in ("flag-merged", "flag-frozen")))
 MILLI = 1000.0
@@ -39,23 +25,19 @@ def gap_forces_figure(forces: MissingForces) -> Figure:
     mean, sd = forces.over(_ANGLES)
     grid = Grid(_COLUMNS, 1.1, (0.42, 0.42))
     figure, drawn = panels(len(forces.joints), grid, FULL_WIDTH_IN, Margins(left=0.55, top=0.52, bottom=0.42))
-    for place, (axes, joint) in enumerate(zip(drawn, forces.joints, strict=True)):
+    for place, axes in enumerate(drawn):
         for trial in range(len(forces.trials)):
             _line(axes, mean[trial, place], sd[trial, place], COLOURS[trial % len(COLOURS)])
         axes.axhline(0.0, color=MUTED, linewidth=0.8)
-        unit = "mN" if joint in FORCES else "mN m"
-        axes.set_title(f"{force_name(joint)} ({unit})", loc="left", pad=3)
-        axes.set(xlim=(0, 360))
-        axes.set_xticks([0, 90, 180, 270, 360])
-        axes.tick_params(labelbottom=place + _COLUMNS >= len(drawn))
+        axes.set(xlim=(0, 360), xticks=[0, 90, 180, 270, 360])
         axes.locator_params(axis="y", nbins=5)
+    names = [f"{force_name(joint)} ({'mN' if joint in FORCES else 'mN m'})" for joint in forces.joints]
+    name_panels(drawn, names, _COLUMNS, "angle of the crank (°)")
     _level(drawn, forces.joints)
-    for axes in drawn[-min(_COLUMNS, len(drawn)) :]:
-        axes.set_xlabel("angle of the crank (°)")
     handles = [
         Line2D([], [], color=COLOURS[i % len(COLOURS)], label=shortened(name)) for i, name in enumerate(forces.trials)
     ]
-    legend_on_top(figure, handles, min(len(handles), 8))
+    legend_on_top(figure, min(len(handles), 8), handles)
     return figure
 
 
@@ -66,6 +48,7 @@ def _level(drawn: list[Axes], joints: tuple[str, ...]) -> None:
     for axes, joint in zip(drawn, joints, strict=True):
         end = max(reach[joint] if joint in HEAD else hinges, _FINEST)
         axes.set_ylim(-end, end)
+        axes.tick_params(labelleft=True)
 
 
 def _line(axes: Axes, mean: np.ndarray, sd: np.ndarray, colour: str) -> None:

@@ -1,13 +1,12 @@
 """Where markers are in the mean, trial by trial: measured, the twin's, and the twin's with boxes put right."""
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from fitting import CalibratedTrial, PlacedFit, Placement, whole_beats
+from reports.colours import FAINT, INK, SURFACE, TWIN
 from reports.numbers import MM
-from reports.style import FAINT, FULL_WIDTH_IN, INK, SURFACE, TWIN, Grid, Margins, legend_on_top, panels, styled
+from reports.style import FULL_WIDTH_IN, Grid, Look, Margins, legend_on_top, name_panels, panels, styled
 
 _MARGINS = Margins(left=0.55, bottom=0.40, top=0.52)
 _COLUMNS = 3
@@ -24,30 +23,18 @@ def mean_shapes_figure(trials: tuple[CalibratedTrial, ...], placed: PlacedFit) -
     width = (FULL_WIDTH_IN - _MARGINS.left - _MARGINS.right - 0.14 * (columns - 1)) / columns
     grid = Grid(columns, width * 2 * reach / (right - left))
     figure, drawn = panels(len(trials), grid, FULL_WIDTH_IN, _MARGINS)
-    for number, (axes, trial, shape) in enumerate(zip(drawn, trials, shapes, strict=True)):
-        _draw(axes, *shape)
+    for axes, (measured, plain, seen) in zip(drawn, shapes, strict=True):
+        axes.axhline(0.0, color=FAINT, linewidth=0.7, zorder=0)
+        rings: Look = {"markerfacecolor": SURFACE, "linewidth": 0.9, "markersize": 4.5}
+        axes.plot(*plain.T, "o--", color=TWIN, label="twin", **rings)
+        axes.plot(*seen.T, "o-", color=TWIN, linewidth=1.1, markersize=4.5, label="twin, boxes and markers put right")
+        axes.plot(*measured.T, "o", color=INK, markersize=4, label="measured")
         axes.set(xlim=(left, right), ylim=(-reach, reach))
-        role = "fit" if trial.measured.role == "fit" else "held out"
-        axes.set_title(f"{trial.measured.name}, {role}", loc="left", pad=3)
-        axes.tick_params(labelleft=number % columns == 0, labelbottom=number + columns >= len(trials))
-        if number % columns == 0:
-            axes.set_ylabel("across (mm)")
-        if number + columns >= len(trials):
-            axes.set_xlabel("behind the nose (mm)")
-    handles = [
-        Line2D([], [], color=INK, marker="o", linestyle="none", markersize=5, label="measured"),
-        Line2D([], [], color=TWIN, marker="o", linestyle="--", markerfacecolor=SURFACE, linewidth=1, label="twin"),
-        Line2D([], [], color=TWIN, marker="o", linestyle="-", label="twin, boxes and markers put right"),
-    ]
-    legend_on_top(figure, handles, columns=3)
+    roles = {"fit": "fit", "holdout": "held out"}
+    names = [f"{trial.measured.name}, {roles[trial.measured.role]}" for trial in trials]
+    name_panels(drawn, names, columns, "behind the nose (mm)", "across (mm)")
+    legend_on_top(figure, 3)
     return figure
-
-
-def _draw(axes: Axes, measured: np.ndarray, plain: np.ndarray, seen: np.ndarray) -> None:
-    axes.axhline(0.0, color=FAINT, linewidth=0.7, zorder=0)
-    axes.plot(*plain.T, "o--", color=TWIN, markerfacecolor=SURFACE, linewidth=0.9, markersize=4.5)
-    axes.plot(*seen.T, "o-", color=TWIN, linewidth=1.1, markersize=4.5)
-    axes.plot(*measured.T, "o", color=INK, markersize=4)
 
 
 def _means(trial: CalibratedTrial, placed: PlacedFit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

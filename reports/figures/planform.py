@@ -5,8 +5,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 
+from reports.colours import EBT, FAINT, INK, MUTED, SHADE, SURFACE, TWIN
 from reports.numbers import MM
-from reports.style import EBT, FAINT, FULL_WIDTH_IN, INK, MUTED, SHADE, SURFACE, TWIN, Margins, box, styled
+from reports.style import FULL_WIDTH_IN, Margins, panel, styled
 from swimmer import RobotSpec
 
 _MARGINS = Margins(left=0.15, right=0.15, bottom=0.05, top=0.05)
@@ -21,8 +22,7 @@ def planform_figure(robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
     left, right = nose - 45, nose + robot.length_m * MM + 75
     width = FULL_WIDTH_IN - _MARGINS.left - _MARGINS.right
     height = width * 2 * half_width / (right - left) + _MARGINS.bottom + _MARGINS.top
-    figure = Figure(figsize=(FULL_WIDTH_IN, height))
-    axes = figure.add_axes(box(FULL_WIDTH_IN, height, _MARGINS))
+    figure, axes = panel(FULL_WIDTH_IN, height, _MARGINS)
     axes.set(xlim=(left, right), ylim=(-half_width, half_width))
     axes.set_axis_off()
     draw_head(axes, robot)

@@ -9,8 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
+from reports.colours import INK, MUTED, SHADE, TWIN, WARN
 from reports.numbers import in_words, shortened
-from reports.style import FULL_WIDTH_IN, INK, MUTED, SHADE, TWIN, WARN, Margins, legend_above, panel, styled
+from reports.style import FULL_WIDTH_IN, Margins, legend_above, panel, styled
 
 if TYPE_CHECKING:
     from fitting.left_out import LeftOut

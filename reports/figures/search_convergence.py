@@ -7,8 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
+from reports.colours import EBT, EBT_LARGE, MUTED, TWIN
 from reports.numbers import MM
-from reports.style import EBT, EBT_LARGE, HALF_WIDTH_IN, MUTED, TWIN, Margins, legend_above, panel, styled
+from reports.style import HALF_WIDTH_IN, Margins, legend_above, panel, styled
 
 Trace = Sequence[tuple[float, float]]
 """(simulated seconds, best mean distance so far in m) at every new best."""

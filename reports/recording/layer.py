@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import rerun as rr
+
+from reports.recording.palette import marker_colour
 
 FRAME, TIME = "frame", "time"
 """The timelines: the number of the frame from 0, and the time in the trial's own video."""
@@ -34,11 +37,13 @@ class Layer(NamedTuple):
             index = [rr.TimeColumn(FRAME, sequence=self.rows), rr.TimeColumn(TIME, duration=time_s[self.rows])]
             stream.send_columns(self.entity, index, self.columns, strict=True)
 
-    def row_counts(self) -> dict[str, int]:
-        """How many rows each component has, by the component's name as the file holds it."""
-        static = (batch.component_descriptor() for part in self.static for batch in part.as_component_batches())
-        counts = {str(descriptor): 1 for descriptor in static}
-        return counts | {str(column.component_descriptor()): len(self.rows) for column in self.columns}
+
+def lines(entity: str, names: Sequence[str], values: np.ndarray) -> Layer:
+    """A line for each of k names over n frames, of (n, k) values."""
+    n, k = values.shape
+    style = rr.SeriesLines(names=list(names), colors=[marker_colour(i) for i in range(k)])
+    columns = rr.Scalars.columns(scalars=values.ravel()).partition([k] * n)
+    return Layer(entity, (style,), np.arange(n), tuple(columns))
 
 
 def entity_of(*parts: str) -> str:

@@ -9,8 +9,8 @@ import rerun as rr
 
 from fitting import CalibratedTrial
 from reports.missing_forces import FORCES, MissingForces
-from reports.recording.layer import Layer, entity_of
-from reports.recording.palette import GAP, marker_colour
+from reports.recording.layer import Layer, entity_of, lines
+from reports.recording.palette import GAP
 
 MISSING_FORCE, MISSING_TORQUE = "missing_force_mN", "missing_torque_mN_m"
 ARROW = "missing_force"
@@ -44,15 +44,6 @@ class MissingOverTime(NamedTuple):
         force[kept] = mean[forces.trials.index(measured.name)].T
         return cls(forces.joints, force)
 
-    def series(self) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
-        """By entity: names (k,) and values (n, k) in mN, and in mN m."""
-        is_force = np.array([joint in FORCES for joint in self.joints])
-        parts = {MISSING_FORCE: is_force, MISSING_TORQUE: ~is_force}
-        return {
-            entity: (tuple(np.array(self.joints)[part].tolist()), _MILLI * self.force[:, part])
-            for entity, part in parts.items()
-        }
-
 
 def missing_layers(trial: str, missing: MissingOverTime, nose_px: np.ndarray, neck_px: np.ndarray) -> list[Layer]:
     """The arrow in the picture and the lines beside it.
@@ -62,8 +53,12 @@ def missing_layers(trial: str, missing: MissingOverTime, nose_px: np.ndarray, ne
         missing: over n frames.
         nose_px, neck_px: (n, 2) in the picture; nan where they are not seen.
     """
-    lines = [_lines(trial, entity, *told) for entity, told in missing.series().items() if told[0]]
-    return [_arrow(trial, missing, nose_px, neck_px), *lines]
+    is_force = np.array([joint in FORCES for joint in missing.joints])
+    layers = [_arrow(trial, missing, nose_px, neck_px)]
+    for name, part in ((MISSING_FORCE, is_force), (MISSING_TORQUE, ~is_force)):
+        joints = np.array(missing.joints)[part].tolist()
+        layers.append(lines(entity_of(trial, name), joints, _MILLI * missing.force[:, part]))
+    return layers
 
 
 def arrows_px(missing: MissingOverTime, nose_px: np.ndarray, neck_px: np.ndarray) -> np.ndarray:
@@ -84,10 +79,3 @@ def _arrow(trial: str, missing: MissingOverTime, nose_px: np.ndarray, neck_px: n
     columns = rr.Arrows2D.columns(vectors=arrows[good], origins=neck_px[good]).partition(good.astype(int))
     style = rr.Arrows2D.from_fields(colors=[GAP], radii=-2.0, draw_order=30.0)
     return Layer(entity_of(trial, "picture", ARROW), (style,), np.arange(len(arrows)), tuple(columns))
-
-
-def _lines(trial: str, entity: str, names: tuple[str, ...], values: np.ndarray) -> Layer:
-    n, k = values.shape
-    style = rr.SeriesLines(names=list(names), colors=[marker_colour(i) for i in range(k)])
-    columns = rr.Scalars.columns(scalars=values.ravel()).partition([k] * n)
-    return Layer(entity_of(trial, entity), (style,), np.arange(n), tuple(columns))

@@ -2,7 +2,7 @@
 
 from colorsys import hsv_to_rgb
 
-from reports.style import INKS
+from reports.colours import INKS
 from tracking.records import SampleState
 
 Rgb = tuple[int, int, int]

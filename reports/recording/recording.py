@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import rerun as rr
+from rerun.chunk import RrdReader
+from rerun.error_utils import RerunWarning
 
+from reports.numbers import listed
 from reports.recording.blueprint import blueprint_of
-from reports.recording.contents import check_rows
 from reports.recording.layer import Layer
 from reports.recording.missing import missing_layers
 from reports.recording.picture import picture_layers
 from reports.recording.recorded_trial import RecordedTrial
 from reports.recording.series import series_layers
-from session import writing_whole
+from session import Fault, InputError, writing_whole
 
 APPLICATION = "swimcal"
 
@@ -55,16 +58,7 @@ def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "sw
                 layer.send(stream, trial.time_s)
         stream.flush()
         stream.disconnect()
-        _check(part, [layer for of_trial in layers.values() for layer in of_trial])
-
-
-def check_recording(path: Path, trials: Sequence[RecordedTrial]) -> None:
-    """Checks, without a viewer, that a recording holds every layer of these trials, row for row, and a layout.
-
-    Raises:
-        InputError: it cannot be read, or everything that is missing, at once.
-    """
-    _check(path, [layer for trial in trials for layer in trial_layers(trial)])
+        check_recording(part, [layer.entity for of_trial in layers.values() for layer in of_trial])
 
 
 def trial_layers(trial: RecordedTrial) -> list[Layer]:
@@ -76,8 +70,26 @@ def trial_layers(trial: RecordedTrial) -> list[Layer]:
     return layers
 
 
-def _check(path: Path, layers: Sequence[Layer]) -> None:
-    check_rows(path, {layer.entity: layer.row_counts() for layer in layers})
+def check_recording(path: Path, entities: Collection[str]) -> None:
+    """Checks, without a viewer, that a recording is whole and holds these entities and a layout.
+
+    Rerun says nothing of a file that it could not write whole, and only warns of one that breaks off.
+
+    Raises:
+        InputError: it cannot be read, or something is missing.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RerunWarning)
+            reader = RrdReader(path)
+            held = {chunk.entity_path for chunk in reader.stream()}
+            missing = [*sorted(set(entities) - held), *([] if reader.blueprints() else ["its layout"])]
+            found = f"nothing of {listed(missing)}" if missing else ""
+    except (OSError, ValueError, RuntimeError, RerunWarning) as error:
+        found = str(error)
+    if found:
+        expected, again = "a whole recording of Rerun", "Make it again with `calib view`."
+        raise InputError([Fault(str(path), "", "cannot be read back", found, expected, next_step=again)])
 
 
 def _check_names(trials: Sequence[RecordedTrial]) -> None:

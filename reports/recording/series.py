@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import rerun as rr
 
-from reports.recording.layer import Layer, entity_of
-from reports.recording.palette import STATE_COLOURS, WARN, marker_colour
+from reports.recording.layer import Layer, entity_of, lines
+from reports.recording.palette import STATE_COLOURS, WARN
 from reports.recording.recorded_trial import RecordedTrial
 from session import Flag
 from tracking.records import SampleState
@@ -16,21 +16,13 @@ CONFIDENCE, RESIDUAL, STATES, FLAGS, SUMMARY = "confidence", "residual_mm", "sta
 
 def series_layers(trial: RecordedTrial) -> list[Layer]:
     """The layers beside the picture; what the trial has no data for is left out."""
-    layers = [_lines(trial, CONFIDENCE, trial.tracked.tracks.confidence)]
+    layers = [lines(entity_of(trial.name, CONFIDENCE), trial.markers, trial.tracked.tracks.confidence)]
     if trial.residual_mm is not None:
-        layers.append(_lines(trial, RESIDUAL, trial.residual_mm))
+        layers.append(lines(entity_of(trial.name, RESIDUAL), trial.markers, trial.residual_mm))
     layers += [_states(trial, k) for k in range(len(trial.markers))]
     if trial.tracked.flags:
         layers.append(_flags(trial))
     return [*layers, _summary(trial)]
-
-
-def _lines(trial: RecordedTrial, name: str, values: np.ndarray) -> Layer:
-    """One entity with a line for each marker, of (n, m) values."""
-    n, m = values.shape
-    style = rr.SeriesLines(names=list(trial.markers), colors=[marker_colour(k) for k in range(m)])
-    columns = rr.Scalars.columns(scalars=values.ravel()).partition([m] * n)
-    return Layer(entity_of(trial.name, name), (style,), np.arange(n), tuple(columns))
 
 
 def _states(trial: RecordedTrial, k: int) -> Layer:
@@ -42,24 +34,20 @@ def _states(trial: RecordedTrial, k: int) -> Layer:
     style = rr.StateConfiguration(
         values=words, labels=[word.replace("_", " ") for word in words], colors=list(STATE_COLOURS.values())
     )
-    return Layer(states_entity(trial, k), (style,), rows, tuple(columns))
-
-
-def states_entity(trial: RecordedTrial, k: int) -> str:
-    """The path of the states of marker k: numbered, since the viewer orders lanes by their paths."""
-    return entity_of(trial.name, STATES, f"{k + 1:02d}_{trial.markers[k]}")
+    lane = f"{k + 1:02d}_{trial.markers[k]}"  # numbered, since the viewer orders lanes by their paths
+    return Layer(entity_of(trial.name, STATES, lane), (style,), rows, tuple(columns))
 
 
 def _flags(trial: RecordedTrial) -> Layer:
     last = len(trial.time_s) - 1
     first = [0 if flag.frames is None else min(max(flag.frames[0], 0), last) for flag in trial.tracked.flags]
     order = np.argsort(first, kind="stable")
-    texts = [flag_text(trial.tracked.flags[i]) for i in order]
+    texts = [_flag_text(trial.tracked.flags[i]) for i in order]
     columns = rr.TextLog.columns(text=texts, level=[rr.TextLogLevel.WARN] * len(texts), color=[WARN] * len(texts))
     return Layer(entity_of(trial.name, FLAGS), (), np.array(first)[order], tuple(columns))
 
 
-def flag_text(flag: Flag) -> str:
+def _flag_text(flag: Flag) -> str:
     """A flag in one line: kind, frames, markers, message."""
     frames = "whole trial" if flag.frames is None else f"frames {flag.frames[0]} to {flag.frames[1]}"
     return " · ".join(part for part in (flag.kind, frames, ", ".join(flag.markers), flag.message) if part)
@@ -74,9 +62,9 @@ def _summary(trial: RecordedTrial) -> Layer:
         **{f"samples_{state.word}": int(count[state]) for state in SampleState},
         **trial.metrics,
     }
-    lines = [
+    table = [
         f"| {name} | {value:.4g} |" if isinstance(value, float) else f"| {name} | {value} |"
         for name, value in rows.items()
     ]
-    text = "\n".join([f"# {trial.name}", "", "| | |", "|---|---|", *lines, ""])
+    text = "\n".join([f"# {trial.name}", "", "| | |", "|---|---|", *table, ""])
     return Layer(entity_of(trial.name, SUMMARY), (rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN),))

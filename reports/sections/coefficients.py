@@ -7,14 +7,9 @@ from fitting.coefficient_fit import equals_of, is_polished
 from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
-from reports.figures import (
-    coefficient_profiles_figure,
-    coefficients_figure,
-    convergence_figure,
-    search_convergence_figure,
-)
+from reports.figures.coefficients import coefficient_profiles_figure, coefficients_figure, convergence_figure
+from reports.figures.search_convergence import search_convergence_figure
 from reports.numbers import MISSING, counted, in_mm, listed, sentence, shown, significant
-from reports.svg import inline_svg
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
 NEARLY = 1.1  # distance within this factor of the best: a value that the data hardly refuse
@@ -45,7 +40,7 @@ def build(context: ReportContext) -> Section:
 
 def _values(fit: CoefficientFit, evidence: Evidence | None) -> tuple[Plot, ...]:
     values = Plot(
-        inline_svg(coefficients_figure(fit), "coefficient-values", "Coefficients within their bounds"),
+        coefficients_figure(fit),
         "coefficient-values",
         "Each coefficient within its bounds (grey). Dots where other starts ended: those far from the best "
         "and yet as good would mean that the data do not determine the coefficient. Crosses swim backward "
@@ -55,21 +50,20 @@ def _values(fit: CoefficientFit, evidence: Evidence | None) -> tuple[Plot, ...]:
         return (values,)
     figure = coefficient_profiles_figure(evidence.profiles, fit.coefficients)
     profiles = Plot(
-        inline_svg(figure, "coefficient-profiles", "Mean marker distance along each coefficient"),
+        figure,
         "coefficient-profiles",
         "Mean marker distance along each coefficient, from bound to bound: dashed with all else held, solid where the "
         "others follow (to first order); dots where other starts that swim forward ended. The true profile may lie "
         "below the solid line, not above it: the line is an upper bound at its corners, which the dots below it are "
         "among. A narrow valley is a coefficient that the data hold; a flat one can slide at no cost; a valley that is "
         "narrow dashed and wide solid is traded against the others.",
-        tall=True,
     )
     return values, profiles
 
 
 def _ways(fit: CoefficientFit) -> tuple[Plot, ...]:
     restarts = Plot(
-        inline_svg(convergence_figure(fit), "convergence", "Objective after each iteration of each start"),
+        convergence_figure(fit),
         "convergence",
         "The objective, a softened mean marker distance, after each iteration of each start. A filled end "
         "converged; an open one ran out of iterations or budget or was given up for a better start. Where a search "
@@ -80,7 +74,7 @@ def _ways(fit: CoefficientFit) -> tuple[Plot, ...]:
         return (restarts,)
     searches, label = {fit.method: [(fit.trace, fit.spent_s)]}, {fit.method: "best so far"}
     trace = Plot(
-        inline_svg(search_convergence_figure(searches, label), "trace", "Best mean distance over simulated time"),
+        search_convergence_figure(searches, label),
         "trace",
         "Best mean marker distance so far over the simulated time that the whole search had spent. A long flat end "
         "says that more of the same search would hardly help.",

@@ -10,7 +10,6 @@ from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures.crank_surface import crank_surface_figure
 from reports.numbers import MISSING, in_mm, listed, percent, sentence, shown
-from reports.svg import inline_svg
 
 T = TypeVar("T")
 
@@ -42,15 +41,12 @@ def build(context: ReportContext) -> Section | None:
 def dry_run_section(fit: CrankFit) -> Section:
     """The arm, a table of the runs, the error surface and the tendons."""
     surface = Plot(
-        inline_svg(crank_surface_figure(fit), "crank-surface", "Error surface of the crank over arm, speed and phase"),
+        crank_surface_figure(fit),
         "crank-surface",
         "Mean marker distance of each dry run from the twin, lowest where the blue is strongest; the contours are "
         "labelled in millimetres above the lowest point. Left over arm and speed with the best phase, right over arm "
         "and phase with the best speed. A long, flat valley is an arm that the run alone hardly determines; a dot away "
         "from the diamond is what misplaced boxes on nose and neck do to the published distance.",
-        wide=True,
-        scrolls=True,
-        tall=len(fit.trials) > 2,
     )
     return Section(
         TITLE, ANCHOR, (Prose(_arm(fit)), _table(fit), Plots((surface,)), Prose(_tendons(fit))), _caveats(fit)

@@ -4,10 +4,8 @@ from fitting import Structure
 from fitting.free_decay import DecayFit, HingeEstimate
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
-from reports.figures.decay_curve import decay_curve_figure
-from reports.figures.decay_spectrum import decay_spectrum_figure
+from reports.figures.decay import decay_curve_figure, decay_spectrum_figure
 from reports.numbers import counted, in_mm, percent, sentence, shown, significant, with_error
-from reports.svg import inline_svg
 
 TITLE, ANCHOR = "Free decay: hinge stiffness", "free-decay"
 PUBLISHED_HZ = 3.5  # "Simple Models, Real Swimming" (2026)
@@ -91,13 +89,13 @@ def _plots(fit: DecayFit, number: int) -> tuple[Plot, Plot]:
     spectrum, curve = f"decay-spectrum-{number}", f"decay-{number}"
     return (
         Plot(
-            inline_svg(decay_spectrum_figure(fit.spectrum), spectrum, f"Spectrum of the free decay {fit.name}"),
+            decay_spectrum_figure(fit.spectrum),
             spectrum,
             f"{fit.name}: amplitude of the tail markers under the falling half of a Hann window, the peak, and the "
             "frequency of the zero crossings with its 95 % interval.",
         ),
         Plot(
-            inline_svg(decay_curve_figure(fit), curve, f"Free decay {fit.name} beside the twin’s"),
+            decay_curve_figure(fit),
             curve,
             f"{fit.name}: tail markers after the release (dots) and the twin with the fitted hinges (lines), about the "
             "straight tail.",

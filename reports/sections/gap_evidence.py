@@ -3,13 +3,12 @@
 from collections.abc import Mapping, Sequence
 
 from diagnosis.result import FittedParameter, FreeDecay, Place, parameters_of
-from reports.blocks import Block, Column, Plot, Plots, Prose, Table
+from reports.blocks import Block, Column, Prose, Table
 from reports.context import ReportContext
 from reports.diagnosed import Diagnosed
-from reports.figures.gap_forces import MILLI, gap_forces_figure
+from reports.figures.gap_forces import MILLI
 from reports.missing_forces import FORCES, LEAST_CLEAR, LEAST_LIKE, Likeness, MissingForces, force_name, likenesses
 from reports.numbers import MISSING, in_words, of_its_size, shown, significant, whole_percent
-from reports.svg import inline_svg
 from swimmer.effects import catalogue
 
 FORCE = (
@@ -39,19 +38,10 @@ PARAMETER = (
 NEXT = (Column("what to do", numeric=False), Column("tells apart", numeric=False), Column("error left", "%"))
 
 
-def missing(found: Diagnosed, context: ReportContext) -> tuple[Block, ...]:
-    """The missing forces over the beat and what they go with."""
+def missing(found: Diagnosed, context: ReportContext) -> tuple[Prose, Table]:
+    """Which of the missing forces stands out, and what each goes with."""
     forces = found.data.missing_forces
     like = likenesses(forces, context.calibration.trials, context.calibration.robot)
-    figure = Plot(
-        inline_svg(gap_forces_figure(forces), "gap-forces", "Missing forces over the beat"),
-        "gap-forces",
-        "What would have to act on the plain twin, beside all that it has, for it to swim like the robot: along and "
-        "across the head, a moment on it, and a torque in every hinge. A line a swim, with two standard "
-        "deviations; where the band covers zero, nothing is called for.",
-        wide=True,
-        scrolls=True,
-    )
     rows = tuple(_force_row(forces, place, like) for place in range(len(forces.joints)))
     caption = (
         "Size of each missing force over all fitted swims, and the motion of that joint in the calibrated twin that it "
@@ -59,7 +49,7 @@ def missing(found: Diagnosed, context: ReportContext) -> tuple[Block, ...]:
         f"correlation below {LEAST_LIKE} names none, nor does a force that is clear of zero in less than "
         f"{100 * LEAST_CLEAR:.0f} % of the beat; motions within 0.03 of the best are both told."
     )
-    return Prose(_loudest(found, forces, like)), Plots((figure,)), Table(caption, FORCE, rows)
+    return Prose(_loudest(found, forces, like)), Table(caption, FORCE, rows)
 
 
 def _loudest(found: Diagnosed, forces: MissingForces, like: Mapping[str, Likeness]) -> str:

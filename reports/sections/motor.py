@@ -6,12 +6,9 @@ import numpy as np
 
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
-from reports.figures.motor_command import MOST_IN_HALF, motor_command_figure
-from reports.figures.motor_speed import motor_speed_figure
-from reports.figures.motor_turn import motor_turn_figure, motor_turn_layout
+from reports.figures.motor import motor_command_figure, motor_speed_figure, motor_turn_figure
 from reports.logged_trial import LoggedTrial
 from reports.numbers import MISSING, counted, listed, percent, sentence, shown, with_error
-from reports.svg import inline_svg
 
 FEWEST_FOR_COMMAND = 3
 MILLION = 1e6
@@ -134,13 +131,10 @@ def _plots(trials: tuple[LoggedTrial, ...]) -> tuple[Plot, ...]:
 
 def _speeds(trials: tuple[LoggedTrial, ...]) -> Plot:
     return Plot(
-        inline_svg(motor_speed_figure(trials), "motor-speed", "Speed of the crank over time beside its command"),
+        motor_speed_figure(trials),
         "motor-speed",
         "Speed of the crank over each trial, as the motor measured it, beside what it was told. On grey ground the "
         f"coded wiggles; the bar on top marks the steady stretch, over which the numbers are taken. {_times(trials)}",
-        wide=True,
-        scrolls=True,
-        tall=len(trials) > 4,
     )
 
 
@@ -152,21 +146,18 @@ def _times(trials: tuple[LoggedTrial, ...]) -> str:
 
 def _commands(trials: tuple[LoggedTrial, ...]) -> Plot:
     return Plot(
-        inline_svg(motor_command_figure(trials), "motor-command", "Measured speed off the commanded one"),
+        motor_command_figure(trials),
         "motor-command",
         "What becomes of a command: how far the mean speed is off it, and in the bar how far it swings within a turn. "
         "A motor at its limit falls below the line.",
-        wide=len(trials) > MOST_IN_HALF,
     )
 
 
 def _turns(trials: tuple[LoggedTrial, ...]) -> Plot:
     return Plot(
-        inline_svg(motor_turn_figure(trials), "motor-turn", "Speed of the crank through a turn"),
+        motor_turn_figure(trials),
         "motor-turn",
         "Speed through a turn of the shaft, about its mean: what an even turn would leave out. Each grey line is one "
         "turn, the heavy one their mean; grey that spreads is no pattern of the shaft. A pattern that all trials share "
         "belongs to the mechanism, one that grows with the speed to the load.",
-        wide=motor_turn_layout(len(trials)).wide,
-        tall=len(trials) > 8,
     )

@@ -5,10 +5,9 @@ import numpy as np
 from fitting import FORMS, PairFit
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
-from reports.figures import pair_coefficients_figure, pair_errors_figure
+from reports.figures.pairs import pair_coefficients_figure, pair_errors_figure
 from reports.models import model_label
 from reports.numbers import MISSING, counted, in_mm, listed, shown, significant
-from reports.svg import inline_svg
 from swimmer import FluidCoefficients
 
 SPREAD = (
@@ -72,13 +71,13 @@ def _plots(context: ReportContext, pairs: tuple[PairFit, ...]) -> tuple[Plot, ..
     best = context.calibration.coefficients
     return (
         Plot(
-            inline_svg(pair_errors_figure(pairs, own), "pair-errors", "Speed error of each model for each pair"),
+            pair_errors_figure(pairs, own),
             "pair-errors",
             "Speed error over the trials that each pair leaves out; a dot a pair, in the same order in every row. Look "
             "whether the open dot, this session’s own choice, sits amid the others or was lucky.",
         ),
         Plot(
-            inline_svg(pair_coefficients_figure(pairs, best), "pair-coefficients", "Coefficients of each pair"),
+            pair_coefficients_figure(pairs, best),
             "pair-coefficients",
             "Coefficients that each pair gives, within their bounds (grey). What scatters widely is set by the choice "
             "of trials as much as by the robot.",

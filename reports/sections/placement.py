@@ -7,7 +7,6 @@ from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures.mean_shapes import mean_shapes_figure
 from reports.numbers import counted, in_mm, sentence, shown, with_error
-from reports.svg import inline_svg
 
 TITLE, ANCHOR = "With boxes put right", "placement"
 CLEAR, LEAST_DEG = 3.0, 0.2  # standard errors, and degrees a beat, from which a trial turns
@@ -45,13 +44,11 @@ def build(context: ReportContext) -> Section | None:
         return None
     placed, trials = context.evidence.placed, context.calibration.trials
     figure = Plot(
-        inline_svg(mean_shapes_figure(trials, placed), "mean-shapes", "Mean places of the markers in each trial"),
+        mean_shapes_figure(trials, placed),
         "mean-shapes",
         "Mean places of the markers in each trial, to scale; the twin is that of the plain fit. What boxes of nose and "
         "neck do is a turn, a scale and a shift of a whole trial; what a marker's own place does is the same in all. A "
         "bend that neither makes is the fish's own.",
-        wide=True,
-        scrolls=True,
     )
     blocks: tuple[Block, ...] = (
         Prose(_text(context, placed)),

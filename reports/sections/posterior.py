@@ -10,16 +10,16 @@ from fitting.left_out import LeftOut, with_unit
 from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
-from reports.figures.coefficient_scale import NAMES
-from reports.figures.posterior_chains import posterior_ranks_figure, posterior_trace_figure
-from reports.figures.posterior_corner import posterior_corner_figure
-from reports.figures.posterior_further import posterior_further_figure
-from reports.figures.posterior_intervals import intervals_of, posterior_intervals_figure
+from reports.figures.coefficients import NAMES
+from reports.figures.posterior_checks import posterior_ranks_figure, posterior_trace_figure, posterior_whiteness_figure
+from reports.figures.posterior_coefficients import (
+    intervals_of,
+    posterior_corner_figure,
+    posterior_further_figure,
+    posterior_intervals_figure,
+)
 from reports.figures.posterior_left_out import posterior_left_out_figure
-from reports.figures.posterior_sweep import posterior_sweep_figure
-from reports.figures.posterior_trials import posterior_trials_figure
-from reports.figures.posterior_whiteness import posterior_whiteness_figure
-from reports.figures.small_multiples import small_multiples
+from reports.figures.posterior_predicted import posterior_sweep_figure, posterior_trials_figure
 from reports.numbers import (
     MISSING,
     MM,
@@ -34,7 +34,6 @@ from reports.numbers import (
     with_error,
 )
 from reports.sections.structure import WORDS
-from reports.svg import inline_svg
 
 if TYPE_CHECKING:
     from fitting.posterior.findings import Findings
@@ -104,28 +103,25 @@ def build(context: ReportContext) -> Section:
 def _determined(found: Findings, context: ReportContext) -> tuple[Block, ...]:
     fit = context.calibration.coefficients
     intervals = Plot(
-        inline_svg(posterior_intervals_figure(found), "posterior-intervals", "Prior, posterior and other intervals"),
+        posterior_intervals_figure(found),
         "posterior-intervals",
         "Left: the posterior within its prior (grey). Right: 90 % intervals. Laplace’s approximation knows the mode "
         "and its curvature alone. White noise is the usual way: every frame an independent sample, nothing unknown but "
         "the phase; it is too sure, and may lie elsewhere.",
     )
     sweep = Plot(
-        inline_svg(posterior_sweep_figure(found, context.calibration), "posterior-sweep", "Speed with its bands"),
+        posterior_sweep_figure(found, context.calibration),
         "posterior-sweep",
         "Speed over frequency as the posterior has it. Dark: what coefficients and robot leave open. Light: with "
         "the twin’s own error in speed, which the fit trials show. Below, all beside the median. Open points were held "
         "out.",
     )
     corner = Plot(
-        inline_svg(posterior_corner_figure(found, fit), "posterior-corner", "Posterior of each pair of coefficients"),
+        posterior_corner_figure(found, fit),
         "posterior-corner",
         "The posterior of each coefficient with its 90 % interval, of each pair, and their correlations. A slanted "
         "ellipse is a combination that the trials see better than either coefficient. The fit (orange) minimises "
         "another distance, without nuisances: it may lie beside.",
-        wide=True,
-        scrolls=True,
-        tall=True,
     )
     return (
         Prose(found.identifiability.sentence, lead=True),
@@ -202,12 +198,10 @@ def _directions(found: Findings) -> Table:
 
 def _predicted(found: Findings) -> tuple[Block, ...]:
     swings = Plot(
-        inline_svg(posterior_trials_figure(found), "posterior-trials", "Lateral amplitude with its bands"),
+        posterior_trials_figure(found),
         "posterior-trials",
         "How far each marker swings at the beat of the crank, from nose to fin. Dark: what coefficients and robot "
         "leave open; light: with noise, nuisances and the twin’s own error.",
-        wide=small_multiples(len(found.trials)).wide,
-        tall=True,
     )
     rows = tuple(
         (
@@ -257,7 +251,7 @@ def _further(found: Findings) -> tuple[Block, ...]:
         f"{listed([f'{shown(hz, 1)} Hz' for hz in further.frequency_hz[1:3]])}."
     )
     figure = Plot(
-        inline_svg(posterior_further_figure(found), "posterior-further-plot", "Standard deviations with one more swim"),
+        posterior_further_figure(found),
         "posterior-further-plot",
         "What each coefficient’s standard deviation would be with one more swim, by its frequency: a linear forecast "
         "from the twin. Thin dashed: coefficients that the trials determine already.",
@@ -290,13 +284,12 @@ def _left_out(found: Findings) -> tuple[Block, ...]:
         f"{_not_asked(found)}"
     )
     figure = Plot(
-        inline_svg(posterior_left_out_figure(found), "posterior-left-out-plot", "Effects that the twin leaves out"),
+        posterior_left_out_figure(found),
         "posterior-left-out-plot",
         "Each parameter of each effect that the twin leaves out, as large as robots usually have it. Right of the "
         f"dashed line ({shown(left_out.seen_from, 1)}) it is flagged in 19 of 20 sessions. Shaded: it may be there "
         "unseen, and coefficients are off, but for what the intervals allow for (hinges, crank arm, boxes, markers).",
         "Linear about the likeliest draw; the sizes are those of the catalogue, not of this robot.",
-        wide=True,
     )
     rows = tuple(_left_out_row(each) for each in left_out.tried[:_LIKELIEST] if each.z > 0)
     caption = (
@@ -333,24 +326,21 @@ def _checks(found: Findings) -> tuple[Block, ...]:
         f"Noise and nuisances alone would put gaits as far from the twin in {percent(found.misfit_p)} of sessions."
     )
     white = Plot(
-        inline_svg(posterior_whiteness_figure(found), "posterior-whiteness", "Autocorrelation of the residuals"),
+        posterior_whiteness_figure(found),
         "posterior-whiteness",
         "Errors of the tracks beside a smooth swim are alike from frame to frame (grey), as the noise model has it "
         "(line). What it leaves (blue) should lie within the band of white noise.",
-        wide=small_multiples(len(found.whiteness)).wide,
     )
     trace = Plot(
-        inline_svg(posterior_trace_figure(found), "posterior-trace", "Traces of the walkers"),
+        posterior_trace_figure(found),
         "posterior-trace",
         "Walkers after the burn-in: bands that neither drift nor pinch have settled.",
-        tall=True,
     )
     ranks = Plot(
-        inline_svg(posterior_ranks_figure(found), "posterior-ranks", "Ranks of groups of walkers"),
+        posterior_ranks_figure(found),
         "posterior-ranks",
         "Ranks of four groups of walkers among all draws: within the grey band (95 % of bins) they have drawn from the "
         "same distribution.",
-        tall=True,
     )
     return Prose(text), _noise(found), Plots((white,)), Plots((trace, ranks))
 

@@ -5,10 +5,8 @@ import numpy as np
 from fitting import CalibratedTrial
 from reports.blocks import Plot, Plots, Prose, Section
 from reports.context import ReportContext
-from reports.figures import marker_residuals_figure, residuals_over_time_figure
-from reports.figures.marker_residuals import TRUSTED, marker_distances
+from reports.figures.residuals import TRUSTED, marker_distances, marker_residuals_figure, residuals_over_time_figure
 from reports.numbers import in_mm, listed, percent
-from reports.svg import inline_svg
 
 DRIFTING = 2.0  # distance over that of the shape alone, above which the way swum makes up most of it
 
@@ -18,20 +16,18 @@ def build(context: ReportContext) -> Section:
     trials = context.calibration.trials
     plots = (
         Plot(
-            inline_svg(marker_residuals_figure(trials), "residual-markers", "Mean distance of each marker"),
+            marker_residuals_figure(trials),
             "residual-markers",
             "Mean distance of each marker from the twin’s over the scored window. The tick is the distance relative to "
             "the nose: a bar that is long where its tick is short comes from the way swum, not from the bend of the "
             "body; a tick beyond its bar, that the way makes up for the bend. Percentages: less than "
             f"{TRUSTED * 100:.0f} % of the marker’s samples are unflagged.",
-            tall=True,
         ),
         Plot(
-            inline_svg(residuals_over_time_figure(trials), "residual-time", "Mean distance over time"),
+            residuals_over_time_figure(trials),
             "residual-time",
             "Mean distance over the markers, frame by frame, from the first compared frame, where the nose is aligned. "
             "A steady rise is an error of speed or heading; a ripple at the beat is one of shape or phase.",
-            tall=True,
         ),
     )
     return Section("Residuals", "residuals", (Plots(plots), Prose(_where(trials))), _caveats(trials))

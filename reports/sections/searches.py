@@ -7,11 +7,9 @@ import numpy as np
 from fitting import METHODS, Comparison, SearchRun
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
-from reports.figures import search_convergence_figure
-from reports.figures.search_convergence import SHORT
+from reports.figures.search_convergence import SHORT, search_convergence_figure
 from reports.numbers import MISSING, counted, in_mm, listed, shown
 from reports.objectives import OBJECTIVES
-from reports.svg import inline_svg
 
 TITLE, ANCHOR = "Comparison of searches", "searches"
 LABELS = {name: method.label for name, method in METHODS.items()}
@@ -75,7 +73,7 @@ def _plot(objective: Comparison, runs: Sequence[SearchRun]) -> Plot:
     searches = {name: [(run.trace, run.simulated_s) for run in of] for name, of in _by_method(runs).items()}
     name = f"search-{objective}"
     return Plot(
-        inline_svg(search_convergence_figure(searches, SHORT), name, f"Convergence on the {objective} objective"),
+        search_convergence_figure(searches, SHORT),
         name,
         f"Best so far on the {objective} objective over the simulated time spent, a line a seed; dots are ends. Lower "
         "and further left is better; seeds that end apart are a search that depends on luck.",

@@ -5,10 +5,9 @@ import numpy as np
 from fitting import FORMS, Interval, SpeedErrors, beat_to_command, forecast_from_command, speed_errors
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
-from reports.figures import speed_intervals_figure
+from reports.figures.speed import speed_intervals_figure
 from reports.models import model_label
 from reports.numbers import counted, in_mm, listed, sentence, shown, significant
-from reports.svg import inline_svg
 
 COLUMNS = (
     Column("model", numeric=False),
@@ -25,12 +24,11 @@ def build(context: ReportContext) -> Section:
     seed = context.session.seed
     errors = {role: found for role in ROLES if (found := speed_errors(context.trials(role), seed))}
     plots = tuple(
-        Plot(inline_svg(speed_intervals_figure(errors, measure), name, alt), name, caption)  # type: ignore[arg-type]
-        for measure, name, alt, caption in (
+        Plot(speed_intervals_figure(errors, measure), name, caption)
+        for measure, name, caption in (
             (
                 "mean_absolute",
                 "speed-error-size",
-                "Mean absolute speed error of each model with its interval",
                 "Mean absolute speed error of each model, with its 90 % interval. Compare the open marks: a model that "
                 "is good on the fit trials only has learned them. Where intervals overlap, these trials do not rank "
                 "the models.",
@@ -38,7 +36,6 @@ def build(context: ReportContext) -> Section:
             (
                 "bias",
                 "speed-error-bias",
-                "Bias of each model's speed with its interval",
                 "Bias of the same predictions. A bar that stays clear of zero is a model that is always too fast or "
                 "always too slow, which more trials will not mend.",
             ),

@@ -8,9 +8,8 @@ from fitting import CalibratedTrial, Calibration, CommandForecast, beat_to_comma
 from reports.blocks import Column, Plot, Plots, Section, Table
 from reports.caveats import speed_caveats
 from reports.context import ReportContext
-from reports.figures import speed_errors_figure, speed_sweep_figure
+from reports.figures.speed import speed_errors_figure, speed_sweep_figure
 from reports.numbers import MISSING, in_mm, shown
-from reports.svg import inline_svg
 
 COLUMNS = (
     Column("trial", numeric=False),
@@ -33,7 +32,7 @@ def build(context: ReportContext) -> Section:
     low, high = calibration.sweep.fitted_hz
     diverged = int(np.isnan(calibration.sweep.speed_twin).sum())
     sweep = Plot(
-        inline_svg(speed_sweep_figure(calibration), "sweep", "Forward speed over swim frequency"),
+        speed_sweep_figure(calibration),
         "sweep",
         "Forward speed over swim frequency. Look for the measured points on the twin’s line, the open ones "
         "above all: they took no part in the fit. The lines are simulated from the crank’s frequency, without the "
@@ -42,7 +41,7 @@ def build(context: ReportContext) -> Section:
         + (f" The twin diverged at {diverged} frequencies, which are left out." if diverged else ""),
     )
     errors = Plot(
-        inline_svg(speed_errors_figure(calibration), "speed-errors", "Error of the predicted speed by trial"),
+        speed_errors_figure(calibration),
         "speed-errors",
         "How far off each prediction is, fastest trial on top. Filled marks are fit trials, open ones were held out.",
     )

@@ -7,10 +7,9 @@ from reports.blocks import Block, Plot, Plots, Points, Prose, Section, Tile, Til
 from reports.caveats import beats_compared, whole_trial_flags
 from reports.context import ReportContext
 from reports.diagnosed import Diagnosed
-from reports.figures import planform_figure
+from reports.figures.planform import planform_figure
 from reports.numbers import counted, in_mm, in_words, listed, percent, sentence, shown
 from reports.objectives import OBJECTIVES
-from reports.svg import inline_svg
 from session import FLAG_KINDS
 
 
@@ -18,13 +17,11 @@ def build(context: ReportContext) -> Section:
     """The summary; it says so when nothing was held out."""
     calibration = context.calibration
     robot = calibration.robot
-    alt = f"{robot.name} from above, {shown(robot.length_m)} m long"
     planform = Plot(
-        inline_svg(planform_figure(robot, context.session.markers), "robot", alt),
+        planform_figure(robot, context.session.markers),
         "robot",
         f"The robot from above, to scale ({in_mm(robot.length_m, 0)} mm long): rings are the tracked "
         "markers, dots the hinges, the orange lines the tendons.",
-        wide=True,
     )
     blocks: list[Block] = [Prose(_headline(context), lead=True), Tiles(_tiles(context))]
     if doubts := _doubts(context):

@@ -5,10 +5,8 @@ import numpy as np
 from fitting import BodyWave, CalibratedTrial, SwimNumbers, body_wave, swim_numbers
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
-from reports.figures import body_wave_figure, phase_portrait_figure
-from reports.figures.small_multiples import small_multiples
+from reports.figures.tail_beat import body_wave_figure, phase_portrait_figure
 from reports.numbers import counted, listed, shown, significant
-from reports.svg import inline_svg
 from swimmer import RobotSpec
 
 COLUMNS = (
@@ -31,28 +29,22 @@ def build(context: ReportContext) -> Section:
     trials, robot = context.calibration.trials, context.calibration.robot
     waves = [_waves(trial) for trial in trials]
     names = [trial.measured.name for trial in trials]
-    last, wide = waves[0][0].markers[-1], small_multiples(len(trials)).wide
+    last = waves[0][0].markers[-1]
     plots = (
         Plot(
-            inline_svg(phase_portrait_figure(trials, robot), "phase-portrait", "Phase portrait of the tail"),
+            phase_portrait_figure(trials, robot),
             "phase-portrait",
             f"Phase portrait of {last} over the scored window: lateral place across, lateral speed over angular "
             "frequency up. A pure sine is a circle as wide as its amplitude; corners are higher harmonics, loops that "
             "do not close are beats that differ. Flagged samples are left out.",
-            wide=wide,
-            scrolls=wide,
-            tall=True,
         ),
         Plot(
-            inline_svg(body_wave_figure(names, waves), "body-wave", "Amplitude and phase lag along the tail"),
+            body_wave_figure(names, waves),
             "body-wave",
             "The wave along the tail: each dot a tail marker, from the root outwards; radius is the amplitude of its "
             "beat, angle (counter-clockwise from the right) its lag behind the first. A spiral is a travelling wave, a "
             "ray a standing one. Where the two part in angle the wave runs at another speed; in radius, the tail bends "
             "more or less.",
-            wide=wide,
-            scrolls=wide,
-            tall=True,
         ),
     )
     rows = tuple(_row(trial, pair, robot) for trial, pair in zip(trials, waves, strict=True))

@@ -2,13 +2,12 @@
 
 from collections import Counter
 
-from fitting import CalibratedTrial
+from fitting import CalibratedTrial, MeasuredTrial
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.caveats import track_flags
 from reports.context import ReportContext
-from reports.figures import flagged_samples_figure
+from reports.figures.flagged_samples import flagged_samples_figure
 from reports.numbers import counted, listed, percent, shown
-from reports.svg import inline_svg
 from session import FLAG_KINDS
 
 COLUMNS = (
@@ -29,27 +28,22 @@ def build(context: ReportContext) -> Section:
         table: Table | Prose = Table(caption, COLUMNS, tuple(rows))
     else:
         table = Prose("No sample of any trial is flagged: every marker counts in every frame.")
+    plots = Plots(tuple(picture_of_tracks(trial.measured) for trial in trials))
     text = (
         "Tracks are judged before any fit, each sample by the other markers of its frame and by its own "
         "motion. Flagged samples get no weight."
     )
-    return Section("Track quality", "tracks", (Prose(text), Plots(_matrices(trials)), table), _caveats(context))
+    return Section("Track quality", "tracks", (Prose(text), plots, table), _caveats(context))
 
 
-def _matrices(trials: tuple[CalibratedTrial, ...]) -> tuple[Plot, ...]:
-    plots = []
-    for number, trial in enumerate(trials, start=1):
-        name, measured = f"flags-{number}", trial.measured
-        share = float((measured.weight > 0).mean())
-        plots.append(
-            Plot(
-                inline_svg(flagged_samples_figure(measured), name, f"Flagged samples of {measured.name}"),
-                name,
-                f"{measured.name}: {percent(share)} of {counted(measured.weight.size, 'sample')} count. A long "
-                "coloured row is a marker to track again, a coloured column a moment at which no marker can be used.",
-            )
-        )
-    return tuple(plots)
+def picture_of_tracks(trial: MeasuredTrial) -> Plot:
+    """Which samples of a measured trial are flagged; needs no fit."""
+    count = f"{percent(float((trial.weight > 0).mean()))} of {counted(trial.weight.size, 'sample')} count"
+    caption = (
+        f"{trial.name}: {count}. A long coloured row is a marker to track again, a coloured column a moment at which "
+        "no marker can be used."
+    )
+    return Plot(flagged_samples_figure(trial), f"{trial.name}-flags", caption)
 
 
 def _rows(trial: CalibratedTrial) -> list[tuple[str, ...]]:

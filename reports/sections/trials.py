@@ -6,9 +6,8 @@ from fitting import CalibratedTrial
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.caveats import beats_compared, scored_seconds, track_flags, trial_caveats
 from reports.context import ReportContext
-from reports.figures import beat_midlines, forward_path_figure, lateral_motion_figure, tail_envelope_figure
+from reports.figures.trial import beat_midlines, forward_path_figure, lateral_motion_figure, tail_envelope_figure
 from reports.numbers import MISSING, counted, in_mm, percent, sentence, shown
-from reports.svg import inline_svg
 from swimmer import RobotSpec
 
 SCORES = (
@@ -38,7 +37,7 @@ def build(context: ReportContext) -> Section:
 def _part(number: int, trial: CalibratedTrial, robot: RobotSpec) -> Section:
     measured = trial.measured
     role = "fit" if measured.role == "fit" else "held out"
-    plots = (_envelope(number, trial, robot), _path(number, trial), _lateral(number, trial, robot))
+    plots = (_envelope(trial, robot), _path(trial), _lateral(trial, robot))
     return Section(
         f"{measured.name} – {shown(measured.frequency.hz, 2)} Hz, {role}",
         f"trial-{number}",
@@ -83,11 +82,11 @@ def _degrees(phase_rad: float) -> float:
     return float((np.degrees(phase_rad) + 180.0) % 360.0 - 180.0)
 
 
-def _envelope(number: int, trial: CalibratedTrial, robot: RobotSpec) -> Plot:
+def _envelope(trial: CalibratedTrial, robot: RobotSpec) -> Plot:
     measured, simulated = beat_midlines(trial, robot)
     return Plot(
-        inline_svg(tail_envelope_figure(trial, robot), f"trial-{number}-envelope", "Midlines of the body in a beat"),
-        f"trial-{number}-envelope",
+        tail_envelope_figure(trial, robot),
+        f"{trial.measured.name}-envelope",
         "Midlines at sixteen phases of the beat, mean over all compared beats, to scale; the nose is at 0. "
         f"The dotted outline is the measured envelope in both. The last marker sweeps {_sweep(measured)} "
         f"mm, the twin's {_sweep(simulated)} mm.",
@@ -100,27 +99,21 @@ def _sweep(midlines_m: np.ndarray) -> str:
     return MISSING if np.isnan(tip).all() else in_mm(float(np.nanmax(tip) - np.nanmin(tip)), 0)
 
 
-def _path(number: int, trial: CalibratedTrial) -> Plot:
+def _path(trial: CalibratedTrial) -> Plot:
     return Plot(
-        inline_svg(forward_path_figure(trial), f"trial-{number}-path", "Distance swum over time"),
-        f"trial-{number}-path",
+        forward_path_figure(trial),
+        f"{trial.measured.name}-path",
         "Distance swum along the head's own axis, 0 at the first compared frame. The lines part as fast as "
         "the speeds differ; the dashed line has the slope that elongated body theory as published gives.",
     )
 
 
-def _lateral(number: int, trial: CalibratedTrial, robot: RobotSpec) -> Plot:
+def _lateral(trial: CalibratedTrial, robot: RobotSpec) -> Plot:
     return Plot(
-        inline_svg(
-            lateral_motion_figure(trial, robot),
-            f"trial-{number}-lateral",
-            "Lateral motion of the tail over time",
-        ),
-        f"trial-{number}-lateral",
+        lateral_motion_figure(trial, robot),
+        f"{trial.measured.name}-lateral",
         "Lateral motion of the tail markers relative to the head, from root (top) to fin, all to the scale "
         "on the right. A steady lag is an error of phase, a growing one an error of frequency.",
-        wide=True,
-        scrolls=True,
     )
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reports.recording import RecordingContents, read_recording
 from tests.calib.door import Front, assert_told, edit, files_in
 from tests.calib.filmed import FRAMES, NAMES, cut_short, with_tracks
 from tests.calib.test_left_out import MOTOR_LOG
 from tests.cases import later
+from tests.reports.recording.contents import RecordingContents, read_recording
 
 SCALARS = "Scalars:scalars"
 

@@ -11,9 +11,9 @@ import pytest
 
 from reports import IndexEntry, write_index, write_report
 from tests.cases import later
-from tests.reports.bench import made_bench_calibration
 from tests.reports.sample import made_context, made_evidence, made_searches
 from tests.reports.test_index import RESULT
+from tests.reports.whole import made_bench_calibration
 
 FLAGS = [
     "--headless",

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from fitting.dry_run import CrankFit, CrankTrial, DryTrial
 from fitting.dry_run.error_surface import Cell, ErrorSurface
@@ -63,19 +62,6 @@ def made_run(name: str, hz: float, phase_rad: float, **changes: object) -> Crank
 def made_crank(*runs: CrankTrial, smooth_m: tuple[float, float] = (0.03, 0.0415)) -> CrankFit:
     both = runs or (made_run("dry_slow", 0.6, 0.1), made_run("dry_fast", 1.19, 4.0))
     return CrankFit(0.0384, 6e-5, smooth_m, both, (Flag("at_bound", message="the arm is at the end of its range"),))
-
-
-@pytest.mark.parametrize("fit", [made_crank(), made_crank(made_run("a_run_with_a_long_name", 0.6, 6.2))])
-def test_the_surface_draws_within_its_frame(fit: CrankFit) -> None:
-    drawn: Figure = crank_surface_figure(fit)
-    drawn.canvas.draw()
-    box = drawn.get_tightbbox()
-    width, height = drawn.get_size_inches()
-
-    assert box.x0 > -0.02
-    assert box.y0 > -0.02
-    assert box.x1 < width + 0.02
-    assert box.y1 < height + 0.02
 
 
 def test_both_estimates_stand_on_the_surface() -> None:

@@ -1,90 +1,91 @@
 """Figures show what was measured, and nothing they should not."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 
-from fitting import body_wave, speed_errors
-from reports.figures import (
-    beat_midlines,
-    body_wave_figure,
-    coefficient_profiles_figure,
-    coefficients_figure,
-    convergence_figure,
-    flagged_samples_figure,
-    forward_path_figure,
-    lateral_motion_figure,
-    marker_residuals_figure,
-    pair_coefficients_figure,
-    pair_errors_figure,
-    phase_portrait_figure,
-    planform_figure,
-    residuals_over_time_figure,
-    search_convergence_figure,
-    speed_errors_figure,
-    speed_intervals_figure,
-    speed_sweep_figure,
-    tail_envelope_figure,
-)
-from reports.figures.coefficients import coefficients_at_bound
+from reports import Gallery, ReportContext, picture_of_tracks
+from reports.blocks import Plot
+from reports.colours import SURFACE, TWIN
+from reports.figures.coefficients import coefficient_profiles_figure, coefficients_at_bound
 from reports.figures.flagged_samples import flagged_kinds
-from reports.figures.marker_residuals import marker_distances
-from reports.figures.phase_portrait import beat_loops
-from reports.figures.residuals_over_time import distances_over_time
-from reports.figures.time_windows import runs
-from reports.style import SURFACE, TWIN
+from reports.figures.pairs import pair_errors_figure
+from reports.figures.residuals import distances_over_time, marker_distances
+from reports.figures.search_convergence import search_convergence_figure
+from reports.figures.speed import speed_sweep_figure
+from reports.figures.tail_beat import beat_loops
+from reports.figures.trial import beat_midlines
 from swimmer import load_robot
-from tests.reports.sample import BEST, MARKERS, made_calibration, made_evidence, made_fit, made_trial
+from tests.reports.diagnoses import made_diagnosed, made_everything
+from tests.reports.sample import BEST, MARKERS, made_calibration, made_context, made_evidence, made_fit, made_trial
+from tests.reports.whole import made_whole_context, of_trials
 
 ROBOT = load_robot()
-TRIALS = made_calibration().trials
 TRACE = ((100.0, 0.06), (700.0, 0.031))
 
 
-def waves(trials):  # type: ignore[no-untyped-def]
-    return [tuple(body_wave(t.measured, head) for head in (t.measured.head, t.simulated)) for t in trials]
+FEWEST_WORDS = 8  # of a caption
+
+
+def gap_of(verdict: str, **changes: object) -> ReportContext:
+    return replace(made_context(), diagnosed=made_diagnosed(verdict, **changes))
+
+
+def swims(count: int) -> ReportContext:
+    return made_context(of_trials(made_calibration(flagged=count < 3), count, logged=True))
+
+
+@pytest.fixture(scope="module")
+def whole() -> Gallery:
+    """Of a session that lacks nothing."""
+    return Gallery(made_whole_context())
+
+
+def outside(plot: Plot) -> bool:
+    """Whether something is drawn outside the frame."""
+    plot.figure.canvas.draw()
+    box, (width, height) = plot.figure.get_tightbbox(), plot.figure.get_size_inches()
+    return bool(box.x0 < -0.02 or box.y0 < -0.02 or box.x1 > width + 0.02 or box.y1 > height + 0.02)
+
+
+def test_every_figure_stays_within_its_frame(whole: Gallery) -> None:
+    assert [name for name, plot in whole.items() if outside(plot)] == []
+    assert len(whole) > 50
 
 
 @pytest.mark.parametrize(
-    "figure",
+    "context",
     [
-        lambda: speed_sweep_figure(made_calibration()),
-        lambda: speed_errors_figure(made_calibration()),
-        lambda: tail_envelope_figure(made_trial(ROBOT, "slow", flagged=True), ROBOT),
-        lambda: lateral_motion_figure(made_trial(ROBOT, "slow", flagged=True), ROBOT),
-        lambda: forward_path_figure(made_trial(ROBOT, "slow", flagged=True)),
-        lambda: coefficients_figure(made_fit()),
-        lambda: convergence_figure(made_fit()),
-        lambda: flagged_samples_figure(made_trial(ROBOT, "slow", flagged=True).measured),
-        lambda: planform_figure(ROBOT, tuple(ROBOT.markers)),
-        lambda: marker_residuals_figure(TRIALS),
-        lambda: residuals_over_time_figure(TRIALS),
-        lambda: phase_portrait_figure(TRIALS, ROBOT),
-        lambda: phase_portrait_figure(TRIALS[:1] * 7, ROBOT),
-        lambda: body_wave_figure([trial.measured.name for trial in TRIALS], waves(TRIALS)),
-        lambda: body_wave_figure(["x"] * 7, waves(TRIALS[:1] * 7)),
-        lambda: coefficient_profiles_figure(made_evidence().profiles, BEST),
-        lambda: pair_errors_figure(made_evidence().pairs, frozenset({"medium", "fast"})),
-        lambda: pair_coefficients_figure(made_evidence().pairs, BEST),
-        lambda: speed_intervals_figure({"fit": speed_errors(TRIALS)}, "mean_absolute"),
-        lambda: speed_intervals_figure({"fit": speed_errors(TRIALS), "holdout": speed_errors(TRIALS)}, "bias"),
-        lambda: search_convergence_figure({"gradient": [(TRACE, 1000.0)], "random": [((), 900.0)]}, {}),
-        lambda: search_convergence_figure({"random": [((), 900.0)]}, {}),
+        *(lambda n=n: swims(n) for n in (1, 2, 4, 5, 7, 9)),
+        lambda: gap_of("inseparable"),
+        lambda: gap_of("unexplained", everything=made_everything()),
+        lambda: gap_of("no_gap"),
+        lambda: replace(gap_of("named"), session=replace(made_context().session, markers=tuple(ROBOT.markers))),
     ],
 )
-def test_every_figure_draws_within_its_frame(figure) -> None:  # type: ignore[no-untyped-def]
-    drawn: Figure = figure()
-    drawn.canvas.draw()
-    box = drawn.get_tightbbox()
-    width, height = drawn.get_size_inches()
+def test_it_does_so_in_other_sessions_too(context: Callable[[], ReportContext]) -> None:
+    assert [name for name, plot in Gallery(context()).items() if outside(plot)] == []
 
-    assert box.x0 > -0.02
-    assert box.y0 > -0.02
-    assert box.x1 < width + 0.02
-    assert box.y1 < height + 0.02
+
+def test_every_figure_says_in_sentences_what_to_see_in_it(whole: Gallery) -> None:
+    captions = {name: plot.caption.strip() for name, plot in whole.items()}
+
+    assert [name for name, text in captions.items() if len(text.split()) < FEWEST_WORDS or text[-1] != "."] == []
+
+
+def test_a_figure_shows_itself_in_a_notebook(whole: Gallery) -> None:
+    tracks = picture_of_tracks(made_trial(ROBOT, "medium").measured)
+
+    assert tracks._repr_png_().startswith(b"\x89PNG")
+    assert tracks._repr_png_() == whole["medium-flags"]._repr_png_()
+    assert repr(tracks).startswith("Plot(name='medium-flags', caption='medium: 100 % of 1260 samples count.")
+    with pytest.raises(ValueError, match=r"found 'nonsense', expected one of robot, .*, slow-envelope, "):
+        whole["nonsense"]
 
 
 def test_midlines_of_a_beat_are_those_of_the_wave() -> None:
@@ -130,11 +131,6 @@ def test_each_sample_left_out_has_a_reason_and_no_other_has() -> None:
     assert set(kinds[100:140, MARKERS.index("tail_3")]) == {"merged_markers"}
     assert set(kinds[20:25, MARKERS.index("neck")]) == {"jump"}
     assert set(kinds[20:25, MARKERS.index("tail_1")]) == {"head not trusted"}
-
-
-def test_runs_are_the_unbroken_stretches() -> None:
-    assert runs(np.array([1, 1, 0, 1, 0, 0, 1], bool)) == [(0, 1), (3, 3), (6, 6)]
-    assert runs(np.zeros(3, bool)) == []
 
 
 def test_a_coefficient_at_its_bound_is_told_apart() -> None:

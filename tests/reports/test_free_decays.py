@@ -7,15 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 
 from fitting import Source, Structure
 from fitting.free_decay import DecayFit, combine_decays, fit_decay, measure_decay_trial
 from reports.blocks import Plots, Prose, Table
-from reports.figures.decay_curve import decay_curve_figure
-from reports.figures.decay_spectrum import decay_spectrum_figure
+from reports.colours import TWIN
+from reports.figures.decay import decay_curve_figure
 from reports.sections.free_decay import free_decay_section
-from reports.style import TWIN
 from session import Flag
 from tests.fitting.free_decay.decays import CAMERA, ROBOT, Truth, decay_tracks
 
@@ -32,19 +30,6 @@ def structure_of(*fits: DecayFit, believed: tuple[str, ...] = ("decay_1",)) -> S
     hinges = combine_decays(used) if used else None
     source = Source("hinge_stiffness", 0.65, "N m/rad", 0.004 if used else None, believed, "")
     return Structure(ROBOT, fits, hinges, None, (source,))
-
-
-def within(figure: Figure) -> bool:
-    """Whether nothing leaves the frame."""
-    box = figure.get_tightbbox()
-    width, height = figure.get_size_inches()
-    return bool(box.x0 > -0.02 and box.y0 > -0.02 and box.x1 < width + 0.02 and box.y1 < height + 0.02)
-
-
-def test_the_figures_stay_within_their_frames(fit: DecayFit) -> None:
-    assert within(decay_spectrum_figure(fit.spectrum))
-    assert within(decay_spectrum_figure(replace(fit.spectrum, peak_hz=None)))
-    assert within(decay_curve_figure(fit))
 
 
 def test_every_marker_is_drawn_beside_the_twin(fit: DecayFit) -> None:

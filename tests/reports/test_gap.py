@@ -13,11 +13,14 @@ from matplotlib.figure import Figure
 
 from diagnosis.result import DIAGNOSIS, AllEffects
 from diagnosis.verdict import HELD
-from reports import Diagnosed, figures, read_diagnosed, render_report
-from reports.figures import gap_effects
+from reports import Diagnosed, read_diagnosed, render_report
+from reports.colours import EBT_SMOOTHED, GAP, WARN
+from reports.figures import gap_which
+from reports.figures.gap_fish import gap_fish_figure
+from reports.figures.gap_how_far import gap_waterfall_figure
+from reports.figures.gap_which import gap_separation_figure
 from reports.page import render_page
 from reports.sections import gap
-from reports.style import EBT_SMOOTHED, GAP, WARN
 from session.records import to_plain
 from swimmer import load_robot
 from tests.reports.diagnoses import PROVENANCE, made_diagnosed, made_everything, made_forces
@@ -147,8 +150,8 @@ def test_a_gap_that_grows_is_said_and_drawn_as_such() -> None:
     found = made_diagnosed(gap=shrunk)
 
     assert "What explains the fitted swims does not carry over." in page_of(found).text
-    assert colours_of(figures.gap_waterfall_figure(found)) >= {WARN}
-    assert EBT_SMOOTHED not in colours_of(figures.gap_waterfall_figure(found))
+    assert colours_of(gap_waterfall_figure(found)) >= {WARN}
+    assert EBT_SMOOTHED not in colours_of(gap_waterfall_figure(found))
 
 
 @pytest.mark.usefixtures("words_alone")
@@ -263,7 +266,7 @@ def test_effort_and_a_shorter_catalogue_are_caveats() -> None:
 
 
 def test_an_effect_that_these_swims_would_not_have_is_left_out_of_the_matrix() -> None:
-    figure = figures.gap_separation_figure(made_diagnosed())
+    figure = gap_separation_figure(made_diagnosed())
     alike = [patch for patch in figure.axes[0].patches if patch.get_facecolor()[:3] == rgb(WARN)]
 
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == [
@@ -280,42 +283,15 @@ def test_a_matrix_of_one_effect_is_not_drawn() -> None:
 
 
 def test_names_are_said_from_where_the_verdict_says_them() -> None:
-    assert gap_effects.HELD == HELD == 0.5, "as the caption says"
+    assert gap_which.HELD == HELD == 0.5, "as the caption says"
 
 
 def test_the_fuller_a_stage_the_fuller_its_colour() -> None:
-    figure = figures.gap_fish_figure(made_diagnosed(), ROBOT, MARKERS)
+    figure = gap_fish_figure(made_diagnosed(), ROBOT, MARKERS)
     opacity = [patch.get_facecolor()[3] for patch in figure.axes[0].patches if patch.get_facecolor()[:3] == rgb(GAP)]
 
     body, tail, drive = opacity
     assert tail > body > drive
-
-
-@pytest.mark.parametrize("verdict", VERDICTS)
-@pytest.mark.parametrize(
-    "draw",
-    [
-        lambda found: figures.gap_fish_figure(found, ROBOT, MARKERS),
-        lambda found: figures.gap_fish_figure(found, ROBOT, tuple(ROBOT.markers)),
-        figures.gap_shares_figure,
-        figures.gap_effects_figure,
-        figures.gap_waterfall_figure,
-        lambda found: figures.gap_held_out_figure(found.data.gap, bool(found.refitted)),
-        lambda _: figures.gap_held_out_figure(of_everything().gap, True),
-        figures.gap_separation_figure,
-        figures.gap_slides_figure,
-        lambda found: figures.gap_forces_figure(found.data.missing_forces),
-    ],
-)
-def test_every_figure_draws_within_its_frame(draw, verdict: str) -> None:  # type: ignore[no-untyped-def]
-    figure: Figure = draw(made_diagnosed(verdict))
-    figure.canvas.draw()
-    box, (width, height) = figure.get_tightbbox(), figure.get_size_inches()
-
-    assert box.x0 > -0.02
-    assert box.y0 > -0.02
-    assert box.x1 < width + 0.02
-    assert box.y1 < height + 0.02
 
 
 def test_sliding_markers_are_drawn_where_they_are_much_of_the_gap() -> None:

@@ -7,39 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
 
 from fitting.motor_clock.clock import MotorClock
 from reports import render_report
 from reports.blocks import Plots, Table
-from reports.figures.motor_command import motor_command_figure
-from reports.figures.motor_speed import motor_speed_figure
-from reports.figures.motor_turn import motor_turn_figure
+from reports.colours import EBT
+from reports.figures.motor import motor_speed_figure
 from reports.logged_trial import BINS
 from reports.sections import motor, structure
 from reports.sections.motor import motor_section
-from reports.style import EBT
 from session import Flag
-from tests.reports.bench import made_bench_calibration
 from tests.reports.motors import OFFSET_S, RATE, SWING, made_logged
 from tests.reports.page import Page
 from tests.reports.sample import made_calibration, made_context
+from tests.reports.whole import made_bench_calibration
 
 SEVERAL = tuple(made_logged(f"a_run_with_a_long_name_{i}", 0.5 + 0.05 * i, "dry" if i else "swim") for i in range(7))
-
-
-@pytest.mark.parametrize("draw", [motor_speed_figure, motor_turn_figure, motor_command_figure])
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7])
-def test_the_figures_stay_within_their_frames(draw, count: int) -> None:  # type: ignore[no-untyped-def]
-    drawn: Figure = draw(SEVERAL[:count])
-    drawn.canvas.draw()
-    box = drawn.get_tightbbox()
-    width, height = drawn.get_size_inches()
-
-    assert box.x0 > -0.02
-    assert box.y0 > -0.02
-    assert box.x1 < width + 0.02
-    assert box.y1 < height + 0.02
 
 
 @pytest.mark.parametrize("forward", [1.0, -1.0])

@@ -9,7 +9,9 @@ import pytest
 from fitting.left_out import EffectsLeftOut
 from fitting.posterior.findings import Findings
 from fitting.posterior.whiteness import noise_flags
-from reports import figures, render_report
+from reports import render_report
+from reports.figures.posterior_coefficients import posterior_corner_figure
+from reports.figures.posterior_predicted import posterior_sweep_figure
 from reports.sections import posterior
 from tests.reports.page import Page
 from tests.reports.posteriors import left_out, made_findings
@@ -128,7 +130,7 @@ def test_a_coefficient_at_its_bound_does_not_break_the_corner() -> None:
     chains = found.chains.copy()
     chains[..., 4] = np.abs(chains[..., 4] - 5.0) * 1e-3
 
-    figure = figures.posterior_corner_figure(replace(found, chains=chains), made_calibration().coefficients)
+    figure = posterior_corner_figure(replace(found, chains=chains), made_calibration().coefficients)
     assert len(figure.axes) == 25
 
 
@@ -136,7 +138,7 @@ def test_a_sweep_that_diverged_everywhere_leaves_a_gap() -> None:
     found = made_findings()
     inner, outer = found.sweep.inner.copy(), found.sweep.outer.copy()
     inner[:, 2] = outer[:, 2] = np.nan
-    figure = figures.posterior_sweep_figure(
+    figure = posterior_sweep_figure(
         replace(found, sweep=replace(found.sweep, inner=inner, outer=outer)), made_calibration()
     )
 

@@ -46,6 +46,16 @@ class Frame:
         """(h, w, 3) uint8 colours, upright, a copy; costs several times what decoding costs."""
         return np.ascontiguousarray(np.rot90(self._picture.to_ndarray(format="rgb24"), self._quarter_turns))
 
+    def scaled(self, width_px: int, height_px: int) -> av.VideoFrame:
+        """The picture in another size, upright, in YUV 4:2:0 (BT.601, which players assume), to be encoded."""
+        turned = self._quarter_turns % 2
+        stored = (height_px, width_px) if turned else (width_px, height_px)
+        small = self._picture.reformat(*stored, format="yuv420p", dst_colorspace="ITU601", interpolation="AREA")
+        if self._quarter_turns:
+            upright: np.ndarray = np.ascontiguousarray(np.rot90(small.to_ndarray(format="rgb24"), self._quarter_turns))
+            small = av.VideoFrame.from_ndarray(upright, format="rgb24").reformat(format="yuv420p")
+        return small
+
 
 def _brightness(picture: av.VideoFrame) -> np.ndarray:
     """(h, w) uint8 brightness of a picture as it is stored."""

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reports.recording import MissingOverTime, check_recording, read_recording, write_recording
+from reports.recording import MissingOverTime, write_recording
 from reports.recording.missing import LONGEST, arrows_px
 from swimmer import load_robot
 from tests.reports.diagnoses import JOINTS, made_forces
-from tests.reports.recording.test_recording import rows_of
+from tests.reports.recording.contents import read_recording, rows_of
 from tests.reports.recording.trials import FRAMES, made_trial
 from tests.reports.sample import made_trial as made_swim
 
@@ -30,7 +30,6 @@ def test_every_layer_is_in_the_recording(tmp_path: Path) -> None:
     write_recording(tmp_path / "session.rrd", [trial])
     entities = read_recording(tmp_path / "session.rrd").entities
 
-    check_recording(tmp_path / "session.rrd", [trial])
     vectors = rows_of(entities["/f1_00/picture/missing_force"], "Arrows2D:vectors")
     assert [len(row) for row in vectors] == [0, 0, *[1] * (FRAMES - 2)]
     torques = entities["/f1_00/missing_torque_mN_m"]

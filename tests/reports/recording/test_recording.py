@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import rerun as rr
 
-from reports.recording import EntityContents, RecordedTrial, check_recording, read_recording, write_recording
+from reports.recording import RecordedTrial, write_recording
+from reports.recording.recording import check_recording
 from session import InputError
+from tests.reports.recording.contents import EntityContents, read_recording, rows_of
 from tests.reports.recording.trials import (
     FRAMES,
     HEIGHT_PX,
@@ -42,11 +42,6 @@ def file(trial: RecordedTrial, tmp_path_factory: pytest.TempPathFactory) -> Path
 @pytest.fixture(scope="module")
 def entities(file: Path) -> dict[str, EntityContents]:
     return dict(read_recording(file).entities)
-
-
-def rows_of(contents: EntityContents, component: str) -> list[Any]:
-    """Every row that holds something, one a frame, as Python values."""
-    return [row for part in contents.columns[component] for row in part.to_pylist() if row is not None]
 
 
 def test_every_row_stands_on_both_timelines(entities: dict[str, EntityContents]) -> None:
@@ -169,61 +164,29 @@ def test_bare_tracks_make_a_recording(tmp_path: Path) -> None:
     assert "/bare/picture/boxes" not in entities
 
 
-def test_the_whole_recording_passes_its_check(file: Path, trial: RecordedTrial) -> None:
-    check_recording(file, [trial])
+def test_a_recording_is_laid_out(file: Path) -> None:
     assert read_recording(file).blueprints == 1
 
 
-def test_an_empty_file_fails_the_check(tmp_path: Path, trial: RecordedTrial) -> None:
-    empty = tmp_path / "session.rrd"
-    empty.write_bytes(b"")
-    with pytest.raises(InputError, match="calib view"):
-        check_recording(empty, [trial])
+def test_one_that_is_not_whole_fails_its_check(tmp_path: Path, file: Path) -> None:
+    whole, path = file.read_bytes(), tmp_path / "session.rrd"
+    middle = len(whole) // 2
+    noise = whole[:middle] + np.random.default_rng(0).bytes(4000) + whole[middle + 4000 :]
+    for content in (b"", whole[: int(0.3 * len(whole))], whole[: int(0.8 * len(whole))], noise):
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=r"session\.rrd.*cannot be read back.*calib view"):
+            check_recording(path, ["/f1_00/picture/markers"])
 
 
-def test_a_recording_without_entities_fails_the_check(tmp_path: Path, trial: RecordedTrial) -> None:
-    path = tmp_path / "session.rrd"
+def test_one_without_its_layers_or_layout_fails_its_check(tmp_path: Path, file: Path) -> None:
+    check_recording(file, ["/f1_00/picture/markers"])
+    with pytest.raises(InputError, match="found nothing of /f2/flags; expected"):
+        check_recording(file, ["/f1_00/picture/markers", "/f2/flags"])
     stream = rr.RecordingStream("swimcal")
-    stream.save(path)
-    stream.flush()
+    stream.save(tmp_path / "session.rrd")
     stream.disconnect()
-    with pytest.raises(InputError, match=r"(?s)no layout.*/f1_00/picture/markers: not whole; found 0 rows"):
-        check_recording(path, [trial])
-
-
-@pytest.mark.parametrize("share", [0.3, 0.8])
-def test_a_recording_cut_short_fails_the_check(tmp_path: Path, file: Path, trial: RecordedTrial, share: float) -> None:
-    whole = file.read_bytes()
-    cut = tmp_path / "session.rrd"
-    cut.write_bytes(whole[: int(share * len(whole))])
-    with pytest.raises(InputError, match=r"session\.rrd"):
-        check_recording(cut, [trial])
-
-
-def test_noise_in_the_middle_fails_the_check(tmp_path: Path, file: Path, trial: RecordedTrial) -> None:
-    whole = bytearray(file.read_bytes())
-    middle = slice(len(whole) // 2, len(whole) // 2 + 4000)
-    whole[middle] = np.random.default_rng(0).bytes(4000)
-    spoilt = tmp_path / "session.rrd"
-    spoilt.write_bytes(whole)
-    with pytest.raises(InputError, match=r"session\.rrd"):
-        check_recording(spoilt, [trial])
-
-
-def test_a_recording_of_fewer_frames_fails_the_check(tmp_path: Path) -> None:
-    trial = RecordedTrial("f1_00", made_trial().tracked)
-    tracks = trial.tracked.tracks
-    short = replace(
-        tracks, time_s=tracks.time_s[:-1], position_px=tracks.position_px[:-1], confidence=tracks.confidence[:-1]
-    )
-    write_recording(tmp_path / "session.rrd", [RecordedTrial("f1_00", TrackedTrial.of(short))])
-    with pytest.raises(InputError, match=f"{FRAMES - 1} rows of Points2D:positions.*expected {FRAMES}, "):
-        check_recording(tmp_path / "session.rrd", [trial])
-
-
-def test_a_missing_recording_says_how_to_make_it(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="calib view"):
-        read_recording(tmp_path / "session.rrd")
+    with pytest.raises(InputError, match="found nothing of its layout"):
+        check_recording(tmp_path / "session.rrd", [])
 
 
 def test_a_proxy_that_is_no_video_leaves_what_stood_there(tmp_path: Path) -> None:

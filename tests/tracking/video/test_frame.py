@@ -66,13 +66,14 @@ def test_every_layout_gives_the_same_brightness(pixels: str, tmp_path: Path) -> 
     np.testing.assert_allclose(full_range, picture(2), atol=2)
 
 
-@pytest.mark.parametrize("turned_deg", [90, 180, 270])
+@pytest.mark.parametrize("turned_deg", [0, 90, 180, 270])
 def test_a_turned_camera_gives_upright_pictures(turned_deg: int, tmp_path: Path) -> None:
     with Video(Clip(".mp4", "libx264", frames=5, turned_deg=turned_deg).write(tmp_path)) as video:
         assert (video.info.width_px, video.info.height_px) == (160, 96)
         assert video.info.rotation_deg == turned_deg
         assert [number_in(frame.luma) for frame in video.frames()] == list(range(5))
         assert number_in(video.frame(3).rgb()[..., 1]) == 3
+        assert number_in(video.frame(3).scaled(160, 96).to_ndarray()[:96]) == 3
 
 
 def test_rgb_has_three_channels_of_a_gray_picture(clip: Callable[[str], Path]) -> None:

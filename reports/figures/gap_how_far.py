@@ -1,6 +1,8 @@
-"""Each held-out swim before and after the effects were added: marker distance and speed."""
+"""The held-out swims before and after the effects were added."""
 
 from __future__ import annotations
+
+from math import isnan
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,21 +10,46 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from diagnosis.result import GapSize
-from reports.numbers import MM, shortened, shown
-from reports.style import (
-    EBT_SMOOTHED,
-    FAINT,
-    HALF_WIDTH_IN,
-    INK,
-    MUTED,
-    SURFACE,
-    WARN,
-    Grid,
-    Margins,
-    legend_on_top,
-    panels,
-    styled,
-)
+from reports.colours import EBT_SMOOTHED, FAINT, GAP, INK, MUTED, SURFACE, TWIN, WARN
+from reports.diagnosed import Diagnosed
+from reports.numbers import MM, in_words, of_its_size, shortened, shown, whole_percent
+from reports.style import HALF_WIDTH_IN, Grid, Margins, legend_on_top, panel, panels, styled
+
+_FLOOR = 1.0  # mean squared whitened residual of noise alone
+
+
+@styled
+def gap_waterfall_figure(found: Diagnosed) -> Figure:
+    """Mean squared whitened residual of the held-out swims; needs at least one."""
+    gap = found.data.gap
+    before, after = gap.squares_before, gap.squares_after
+    highest = max(before, after, _FLOOR)
+    figure, axes = panel(HALF_WIDTH_IN, 2.6, Margins(left=0.52, right=0.08, bottom=0.62, top=0.28))
+    names = {"plain twin": of_its_size(before)}
+    ends, colours = [(0.0, before)], [MUTED]
+    if found.refitted:
+        name = "with\n" + "\nand ".join(shortened(in_words(effect), 22) for effect in found.refitted)
+        names[name] = of_its_size(after - before, signed=True)
+        ends.append((before, after))
+        colours.append(EBT_SMOOTHED if after <= before else WARN)
+        if not isnan(gap.shrinkage):
+            share, above = f"{whole_percent(gap.shrinkage)} of the gap", max(before, after) + 0.105 * highest
+            axes.text(1, above, share, ha="center", va="bottom", fontsize=7.5)
+    names |= {"left": of_its_size(after), "noise": "1"}
+    ends += [(max(after, _FLOOR), _FLOOR), (_FLOOR, 0.0)]
+    for place, ((start, end), colour, value) in enumerate(
+        zip(ends, [*colours, GAP, TWIN], names.values(), strict=True)
+    ):
+        height = max(abs(end - start), 0.004 * highest)
+        axes.bar(place, height, bottom=min(start, end), width=0.72, color=colour, alpha=0.85)
+        above = max(start, end) + 0.02 * highest
+        axes.text(place, above, value, ha="center", va="bottom", fontsize=9, fontweight="bold")
+        axes.plot([place + 0.36, place + 0.64], [end, end], color=MUTED, linewidth=0.8 if end else 0.0)
+    axes.set_xticks(range(len(names)), list(names))
+    axes.set(xlim=(-0.55, len(names) - 0.45), ylim=(0.0, 1.22 * highest), ylabel="mean squared residual")
+    axes.tick_params(axis="x", length=0)
+    axes.grid(visible=False, axis="x")
+    return figure
 
 
 @styled
@@ -30,7 +57,7 @@ def gap_held_out_figure(gap: GapSize, added: bool) -> Figure:
     """A row a swim and one for the mean; left millimetres, right mm/s.
 
     Args:
-        gap: of a diagnosis, with at least one held-out swim.
+        gap: of a `diagnosis.json`, with at least one held-out swim.
         added: whether there are effects.
     """
     trials = gap.trials or {}
@@ -94,4 +121,4 @@ def _legend(figure: Figure, changed: bool, worse: bool) -> None:
         if worse:
             handles.append(Line2D([], [], color=WARN, label="worse with them", **dot))  # type: ignore[arg-type]
     handles.append(Line2D([], [], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), label="noise"))
-    legend_on_top(figure, handles, 2)
+    legend_on_top(figure, 2, handles)

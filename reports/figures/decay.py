@@ -1,0 +1,90 @@
+"""A free decay: its curves beside the twin's, and its spectrum."""
+
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fitting.free_decay import DecayFit, DecaySpectrum
+from reports.colours import FAINT, INK, MUTED, TWIN
+from reports.numbers import MM, shortened
+from reports.style import HALF_WIDTH_IN, Margins, legend_above, panel, styled
+
+_LABEL_GAP = 0.074  # least distance between two names, of the height
+_CLOSE = 0.24  # of the time, before 0, that is left for the names
+_STEP_S = 0.1  # in which the end of the time axis is chosen, so that like decays are drawn alike
+_FADED = 0.02  # of the first swing, below which nothing is to be seen
+_SHOWN = 2.6  # times the frequency, up to where the spectrum is drawn, to a whole Hz
+
+
+@styled
+def decay_curve_figure(fit: DecayFit) -> Figure:
+    """Measured samples as dots, the twin as lines, about the straight tail; dotted, the widest swing's envelope."""
+    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
+    for k in range(len(fit.markers)):
+        axes.plot(fit.time_s, fit.measured_m[:, k] * MM, ".", color=INK, markersize=2.2, label="measured", zorder=2.1)
+        axes.plot(fit.time_s, fit.simulated_m[:, k] * MM, color=TWIN, linewidth=1.1, label="twin")
+    envelope = fit.spectrum.ring.envelope_m
+    widest = envelope[:, int(envelope[0].argmax())] * MM
+    first = np.abs(fit.simulated_m).max() * MM
+    near = widest <= 1.15 * first
+    for sign in (-1.0, 1.0):
+        axes.plot(fit.time_s[near], sign * widest[near], ":", color=MUTED, linewidth=0.9, label="envelope")
+    end_s = _end_s(fit.time_s, widest)
+    axes.set_xlim(-_CLOSE * end_s, end_s)
+    axes.set_xticks([tick for tick in axes.get_xticks() if 0.0 <= tick <= end_s])
+    _name_curves(axes, fit)
+    axes.set_xlabel("time after the release (s)")
+    axes.set_ylabel("lateral position (mm)")
+    legend_above(axes, 3)
+    return figure
+
+
+def _end_s(time_s: np.ndarray, envelope: np.ndarray) -> float:
+    """Up to when the curves are worth a look: until the envelope (n,) has faded, or to the end."""
+    swinging = np.flatnonzero(envelope > _FADED * envelope[0])
+    faded_s = float(time_s[min(int(swinging[-1]) + 1, len(time_s) - 1)])
+    return min(_STEP_S * float(np.ceil(faded_s / _STEP_S)), float(time_s[-1]))
+
+
+def _name_curves(axes: Axes, fit: DecayFit) -> None:
+    """Names left of where the curves begin, apart from each other."""
+    start = fit.simulated_m[0] * MM
+    low, high = axes.get_ylim()
+    order, place = np.argsort(start), start.copy()
+    for before, k in pairwise(order):
+        place[k] = max(place[k], place[before] + _LABEL_GAP * (high - low))
+    place -= (place - start).mean()
+    for name, at in zip(fit.markers, place, strict=True):
+        text = shortened(name, 12)
+        axes.annotate(text, (0.0, at), (-4, 0), textcoords="offset points", ha="right", va="center", fontsize=7.0)
+
+
+@styled
+def decay_spectrum_figure(spectrum: DecaySpectrum) -> Figure:
+    """Amplitude over frequency of every tail marker, their rms, and the two frequencies.
+
+    The peak is what a Fourier transform reports; damping draws it away from the frequency of the zero crossings, whose
+    95 % interval is shaded.
+    """
+    figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
+    rings_hz = spectrum.ring.frequency_hz
+    end_hz = min(max(round(_SHOWN * rings_hz), 8), spectrum.bins_hz[-1])
+    shown = spectrum.bins_hz <= end_hz
+    bins_hz = spectrum.bins_hz[shown]
+    axes.plot(bins_hz, spectrum.amplitude_m[shown] * MM, color=MUTED, linewidth=0.6, alpha=0.7, label="markers")
+    axes.plot(bins_hz, spectrum.rms_m[shown] * MM, color=INK, linewidth=1.6, label="rms of markers")
+    reach = 1.96 * spectrum.frequency_se_hz
+    axes.axvspan(rings_hz - reach, rings_hz + reach, color=TWIN, alpha=0.25, linewidth=0)
+    axes.axvline(rings_hz, color=TWIN, linewidth=1.1, label=f"rings at {rings_hz:.2f} Hz")
+    if spectrum.peak_hz is not None:
+        height = float(np.interp(spectrum.peak_hz, spectrum.bins_hz, spectrum.rms_m)) * MM
+        label = f"peak at {spectrum.peak_hz:.2f} Hz"
+        axes.plot(spectrum.peak_hz, height, "o", color=INK, markerfacecolor=FAINT, markersize=5, label=label)
+    axes.set_xlim(0.0, end_hz)
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel("frequency (Hz)")
+    axes.set_ylabel("lateral amplitude (mm)")
+    legend_above(axes, 2)
+    return figure

@@ -1,0 +1,110 @@
+"""Where the gap lies and shows by numbers, and how markers slide along the fish."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from reports.colours import FAINT, GAP, INK, MUTED, SURFACE, TWIN
+from reports.diagnosed import Diagnosed
+from reports.numbers import MM, in_words, shortened, whole_percent
+from reports.style import FULL_WIDTH_IN, Margins, add_panel, legend_on_top, panel, styled
+
+_ROW_IN, _LEFT_IN, _TOP_IN, _BOTTOM_IN, _LABEL_IN, _GAP_IN = 0.2, 0.62, 0.52, 0.34, 0.82, 0.3
+_NAMES = {"floor": "noise"}
+_WORTH = 0.02  # of the gap, from which sliding is
+_MARKS = ("o", "s", "^", "D", "v", "P")  # of as many trials
+
+
+@styled
+def gap_shares_figure(found: Diagnosed) -> Figure:
+    """Four panels, all from 0 to 100 %."""
+    splits = {split: found.shares(split) for split in ("stage", "trial", "band", "axis")}
+    rows = max(len(shares) for shares in splits.values())
+    height = _TOP_IN + rows * _ROW_IN + _BOTTOM_IN
+    figure = Figure(figsize=(FULL_WIDTH_IN, height))
+    width = (FULL_WIDTH_IN - _LEFT_IN - 3 * (_LABEL_IN + _GAP_IN) - 0.1) / 4.6
+    left = _LEFT_IN
+    for split, shares in splits.items():
+        size = width * (1.6 if split == "stage" else 1.0), len(shares) * _ROW_IN
+        axes = add_panel(figure, (left, height - _TOP_IN - size[1]), size)
+        _bars(axes, shares, found.data.stage_alone if split == "stage" else {}, split)
+        left += size[0] + _GAP_IN + _LABEL_IN
+    handles = [
+        Patch(facecolor=GAP, alpha=0.8, label="share, all stages together"),
+        Line2D([], [], color=INK, linewidth=1.2, marker="|", markersize=7, label="up to: if it were the only stage"),
+        Patch(facecolor=MUTED, alpha=0.6, label="noise"),
+    ]
+    legend_on_top(figure, 3, handles)
+    return figure
+
+
+def _bars(axes: Axes, shares: Mapping[str, float], alone: Mapping[str, float], split: str) -> None:
+    for row, (name, share) in enumerate(shares.items()):
+        colour = MUTED if name == "floor" else GAP if split == "stage" else TWIN
+        axes.barh(-row, 1.0, height=0.68, color=FAINT, alpha=0.35)
+        axes.barh(-row, share, height=0.68, color=colour, alpha=0.6 if name == "floor" else 0.8)
+        end = share
+        if name in alone:
+            end = max(share, alone[name])
+            axes.plot([share, alone[name]], [-row, -row], color=INK, linewidth=1.2)
+            axes.plot(alone[name], -row, "|", color=INK, markersize=7, markeredgewidth=1.3)
+        text = whole_percent(share) if name not in alone else _range(share, alone[name])
+        axes.text(max(end, 0.0) + 0.03, -row, text, va="center_baseline", fontsize=7, color=INK)
+    axes.set(xlim=(min(0.0, *shares.values()), 1.32), ylim=(-len(shares) + 0.5, 0.5))
+    axes.set_yticks(
+        [-row for row in range(len(shares))],
+        [shortened(name if split == "trial" else _NAMES.get(name, in_words(name)), 13) for name in shares],
+    )
+    axes.set_xticks([0.0, 0.5, 1.0], ["0", "50", "100 %"])
+    axes.set_title(f"by {split}", loc="left", pad=3, fontweight="bold")
+    axes.tick_params(axis="y", length=0)
+    axes.grid(visible=False)
+    axes.spines["left"].set_visible(False)
+
+
+def _range(share: float, alone: float) -> str:
+    """`3 to 10 %`, or one number where both are the same."""
+    told = [whole_percent(value) for value in sorted((share, alone))]
+    return told[0] if told[0] == told[1] else f"{told[0][:-2]} to {told[1]}"
+
+
+def slides(found: Diagnosed) -> bool:
+    """Whether that is so much of the gap that it is worth a figure."""
+    return found.shares("band").get("drift", 0.0) >= _WORTH
+
+
+@styled
+def gap_slides_figure(found: Diagnosed) -> Figure:
+    """A place for each marker, a mark for each fitted trial; forward is up, in mm/s."""
+    told = found.data.evidence.sliding
+    trials, markers = told.trials[: len(_MARKS)], told.markers
+    figure, axes = panel(FULL_WIDTH_IN, 2.3, Margins(left=0.62, right=0.15, top=0.38, bottom=0.46))
+    axes.axhline(0.0, color=MUTED, linewidth=0.9)
+    beside = np.linspace(-0.24, 0.24, len(trials)) if len(trials) > 1 else np.zeros(1)
+    at = np.arange(len(markers))
+    for number, (shift, plain) in enumerate(zip(beside, told.beside_plain, strict=False)):
+        mark: dict[str, Any] = {"marker": _MARKS[number], "linestyle": "none", "markersize": 5}
+        after = None if told.beside_effects is None else MM * told.beside_effects[number]
+        if after is not None:
+            axes.vlines(at + shift, MM * plain, after, color=FAINT, linewidth=1.6, zorder=1)
+            axes.plot(at + shift, after, color=TWIN, **mark)
+        axes.plot(at + shift, MM * plain, color=INK, markerfacecolor=SURFACE, **mark)
+    axes.set(ylabel="slides forward (mm/s)", xlim=(-0.6, len(markers) - 0.4))
+    axes.set_xticks(at, [in_words(name).replace(" ", "\n") for name in markers])
+    axes.tick_params(axis="x", length=0)
+    axes.grid(visible=False, axis="x")
+    handles = [
+        Line2D([], [], color=INK, markerfacecolor=SURFACE, marker=mark, linestyle="none", label=shortened(name, 14))
+        for mark, name in zip(_MARKS, trials, strict=False)
+    ]
+    if told.beside_effects is not None:
+        handles.append(Line2D([], [], color=TWIN, marker="o", linestyle="none", label="left with effects"))
+    legend_on_top(figure, len(handles), handles)
+    return figure

@@ -1,0 +1,149 @@
+"""The motor: its speed over time, through a turn, and against its command."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from reports.colours import EBT, INK, MUTED, SHADE, SURFACE
+from reports.logged_trial import BINS, LoggedTrial
+from reports.numbers import shortened, shown
+from reports.style import (
+    FULL_WIDTH_IN,
+    HALF_WIDTH_IN,
+    Grid,
+    Look,
+    Margins,
+    legend_above,
+    legend_on_top,
+    name_panels,
+    panel,
+    panels,
+    small_multiples,
+    styled,
+)
+
+_MOST_TURNS = 40  # drawn of each trial
+_TALL_IN, _ROW_IN = 2.2, 1.4  # of all panels where there are one or two rows, of each row where there are more
+_LEAST_REACH = 1.0, 0.3  # per cent above and below: of the mean speed of a turn, of the command
+_MOST_IN_HALF = 4  # dots, with names beside them
+
+
+@styled
+def motor_speed_figure(trials: Sequence[LoggedTrial]) -> Figure:
+    """A panel a trial, all to one scale: the log's speed and the command over time."""
+    columns, margins = min(len(trials), 2), Margins(top=0.5, right=0.14)
+    figure, drawn = panels(len(trials), Grid(columns, 1.25, gap_in=(0.3, 0.5)), FULL_WIDTH_IN, margins)
+    limits = _limits(trials)
+    name_panels(drawn, [shortened(trial.name, 24) for trial in trials], columns, "time (s)", "crank (turns/s)")
+    for trial, axes in zip(trials, drawn, strict=True):
+        _draw_speed(axes, trial)
+        axes.set_ylim(*limits)
+        axes.tick_params(labelbottom=True)
+        hz = trial.motor.commanded_hz
+        result = f"{shown(trial.motor.measured_hz, 3)}{f' of {shown(hz, 3)}' if hz > 0 else ''} turns/s"
+        axes.set_title(result, loc="right", pad=3)
+    legend_on_top(figure, 4)
+    return figure
+
+
+def _limits(trials: Sequence[LoggedTrial]) -> tuple[float, float]:
+    """Of the axis of speeds that all panels share, with room for the bar on top."""
+    speeds = np.concatenate([np.concatenate([trial.speed[1], _told(trial)[1]]) for trial in trials])
+    known = speeds[np.isfinite(speeds)]
+    slowest, fastest = float(known.min(initial=0.0)), float(known.max(initial=0.1))
+    room = 0.12 * (fastest - slowest)
+    return slowest - room, fastest + 1.6 * room
+
+
+def _draw_speed(axes: Axes, trial: LoggedTrial) -> None:
+    time_s, speed = trial.speed
+    told_s, told = _told(trial)
+    stepped: Look = {"drawstyle": "steps-post", "solid_joinstyle": "miter", "linewidth": 2.4, "alpha": 0.8}
+    axes.plot(time_s - trial.zero_s, speed, color=INK, linewidth=0.9, label="measured by the motor", zorder=2.1)
+    axes.plot(told_s - trial.zero_s, told, color=EBT, label="commanded", **stepped)
+    drive_s, on_top = np.array(trial.motor.drive_s) - trial.zero_s, axes.get_xaxis_transform()
+    axes.plot(drive_s, [0.985, 0.985], color=MUTED, linewidth=2.5, transform=on_top, label="steady stretch")
+    for start, end in np.array(trial.codes).reshape(-1, 2) - trial.zero_s:
+        axes.axvspan(start, end, facecolor=SHADE, linewidth=0, label="code")
+    axes.set_xlim(time_s[0] - trial.zero_s, time_s[-1] - trial.zero_s)
+
+
+def _told(trial: LoggedTrial) -> tuple[np.ndarray, np.ndarray]:
+    """The command, its last speed held to the end of the log; where none was kept, one over the steady stretch."""
+    command = trial.command
+    if command is None:
+        return np.array(trial.motor.drive_s), np.full(2, trial.motor.commanded_hz)
+    end_s = max(trial.speed[0][-1], command[0][-1])
+    return np.append(command[0], end_s), np.append(command[1], command[1][-1])
+
+
+@styled
+def motor_turn_figure(trials: Sequence[LoggedTrial]) -> Figure:
+    """A panel a trial, to one scale: off its mean speed over the shaft's angle, every turn and their mean."""
+    width, columns = _turn_layout(len(trials))
+    rows, gap = -(-len(trials) // columns), 0.42
+    height = _ROW_IN if rows > 2 else (_TALL_IN - gap * (rows - 1)) / rows
+    figure, drawn = panels(len(trials), Grid(columns, height, gap_in=(0.28, gap)), width, Margins(top=0.5, right=0.16))
+    turns = [100 * (trial.turns - 1) for trial in trials]
+    reach = 1.1 * max([_LEAST_REACH[0], *(float(np.abs(percent).max()) for percent in turns if len(percent))])
+    for percent, axes in zip(turns, drawn, strict=True):
+        _draw_turns(axes, percent)
+        axes.set_ylim(-reach, reach)
+    names = [shortened(trial.name) for trial in trials]
+    name_panels(drawn, names, columns, "angle of the shaft", "off its mean (%)")
+    legend_on_top(figure, 2)
+    return figure
+
+
+def _turn_layout(count: int) -> tuple[float, int]:
+    """As of all small multiples, but one or two fill the width, where nothing stands beside them, and four do not."""
+    if count < 3:
+        return FULL_WIDTH_IN, max(count, 1)
+    return (HALF_WIDTH_IN, 2) if count == 4 else small_multiples(count)
+
+
+def _draw_turns(axes: Axes, percent: np.ndarray) -> None:
+    """Turns (t, BINS) as thin lines, closed to a whole turn, and their mean."""
+    angle_deg = 360 * np.arange(BINS + 1) / BINS
+    closed = np.concatenate([percent, percent[:, :1]], axis=1)
+    axes.axhline(0.0, color=MUTED, linewidth=0.7)
+    for turn in closed[-_MOST_TURNS:]:
+        axes.plot(angle_deg, turn, color=MUTED, linewidth=0.5, alpha=0.5, label="a turn")
+    if len(closed):
+        axes.plot(angle_deg, closed.mean(axis=0), color=INK, linewidth=1.6, label="mean of the turns")
+    axes.set_xlim(0, 360)
+    axes.set_xticks([0, 180, 360], ["0°", "180°", "360°"])
+
+
+@styled
+def motor_command_figure(trials: Sequence[LoggedTrial]) -> Figure:
+    """A dot a trial whose command is known; its bar is how far the speed swings within a turn."""
+    figure, axes = panel(FULL_WIDTH_IN if len(trials) > _MOST_IN_HALF else HALF_WIDTH_IN, 3.1)
+    axes.axhline(0.0, color=MUTED, linewidth=0.8)
+    reach = _LEAST_REACH[1]
+    commanded = [trial for trial in trials if trial.motor.commanded_hz > 0]
+    middle = np.median([trial.motor.commanded_hz for trial in commanded])
+    for trial in commanded:
+        hz, off, swim = trial.motor.commanded_hz, 100 * trial.off_command, trial.kind == "swim"
+        low, high = off + (100 + off) * _swing(trial)
+        axes.plot([hz, hz], [low, high], color=MUTED, linewidth=3.0, alpha=0.5, label="within a turn")
+        face, label = (INK, "swim") if swim else (SURFACE, "dry run")
+        axes.plot(hz, off, "o", color=INK, markerfacecolor=face, markersize=5.0, label=label)
+        side = -1 if hz > middle else 1  # of the name: towards the middle of the figure
+        place: Look = {"xytext": (5 * side, 3), "textcoords": "offset points", "ha": "left" if side > 0 else "right"}
+        axes.annotate(shortened(trial.name), (hz, off), fontsize=7.0, **place)
+        reach = max(reach, -low, high)
+    axes.set_ylim(-1.15 * reach, 1.15 * reach)
+    axes.margins(x=0.18)
+    axes.set_xlabel("commanded (turns/s)")
+    axes.set_ylabel("measured, off the command (%)")
+    legend_above(axes, 3)
+    return figure
+
+
+def _swing(trial: LoggedTrial) -> np.ndarray:
+    """(2,) how far the speed falls and rises within the mean turn, of its mean."""
+    mean = trial.turns.mean(axis=0) - 1 if len(trial.turns) else np.zeros(1)
+    return np.array([mean.min(), mean.max()])

@@ -1,0 +1,107 @@
+"""Whether to believe the posterior: the walkers' traces and ranks, and the noise of the tracks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from scipy.stats import rankdata
+
+from reports.colours import EBT, EBT_LARGE, FAINT, INK, MUTED, SHADE, TWIN
+from reports.figures.coefficients import NAMES
+from reports.numbers import shortened
+from reports.style import HALF_WIDTH_IN, Grid, Margins, legend_on_top, name_panels, panels, small_multiples, styled
+
+if TYPE_CHECKING:
+    from fitting.posterior.findings import Findings
+
+_POINTS = 120  # drawn of a trace
+_GROUPS, _BINS = 4, 10
+_COLOURS = (TWIN, EBT, EBT_LARGE, INK)
+
+
+@styled
+def posterior_trace_figure(found: Findings) -> Figure:
+    """A panel a coefficient: where the middle half and 90 % of the walkers are, and two walkers, draw after draw."""
+    figure, drawn = _panel_each("draw of each walker, after the burn-in, thinned")
+    chains = found.chains[:, :: max(found.chains.shape[1] // _POINTS, 1)]
+    draws = np.linspace(0, found.chains.shape[1], chains.shape[1])
+    for i, axes in enumerate(drawn):
+        low, lower, upper, high = np.quantile(chains[..., i], [0.05, 0.25, 0.75, 0.95], axis=0)
+        axes.fill_between(draws, low, high, color=TWIN, alpha=0.18, linewidth=0)
+        axes.fill_between(draws, lower, upper, color=TWIN, alpha=0.3, linewidth=0)
+        for chain, colour in zip(chains[[0, len(chains) // 2], :, i], (INK, EBT), strict=True):
+            axes.plot(draws, chain, color=colour, linewidth=0.6)
+        axes.set_xlim(draws[0], draws[-1])
+        axes.locator_params(axis="y", nbins=3)
+    handles = [
+        Patch(facecolor=TWIN, alpha=0.5, label="half of the walkers"),
+        Patch(facecolor=TWIN, alpha=0.18, label="90 %"),
+        Line2D([], [], color=INK, linewidth=0.8, label="two of them"),
+    ]
+    legend_on_top(figure, 3, handles)
+    return figure
+
+
+@styled
+def posterior_ranks_figure(found: Findings) -> Figure:
+    """A panel a coefficient: how the ranks of four groups of walkers spread; flat within the band means well mixed."""
+    figure, drawn = _panel_each("rank among all draws")
+    edges = np.linspace(0.0, 1.0, _BINS + 1)
+    for i, axes in enumerate(drawn):
+        ranks = rankdata(found.chains[..., i]).reshape(found.chains.shape[:2]) / found.chains[..., i].size
+        each = found.ess_bulk[i] / _GROUPS
+        spread = 1.96 * np.sqrt((1 - 1 / _BINS) * _BINS / each)  # of a bin's share over 1 / bins
+        axes.axhspan(1 - spread, 1 + spread, facecolor=SHADE, linewidth=0)
+        for group, colour in zip(np.array_split(ranks, _GROUPS), _COLOURS, strict=True):
+            share = np.histogram(group, edges)[0] * _BINS / group.size
+            axes.stairs(share, edges, color=colour, linewidth=0.9, baseline=None)
+        axes.axhline(1.0, color=MUTED, linewidth=0.6)
+        reach = max(0.3, 1.6 * spread)
+        axes.set(xlim=(0, 1), ylim=(1 - reach, 1 + reach))
+        axes.locator_params(axis="y", nbins=3)
+    drawn[2].set_ylabel("density of the ranks")
+    handles = [Line2D([], [], color=colour, label=f"quarter {k + 1}") for k, colour in enumerate(_COLOURS)]
+    legend_on_top(figure, 4, handles)
+    return figure
+
+
+def _panel_each(x: str) -> tuple[Figure, list[Axes]]:
+    """A low panel for each coefficient, one below the other."""
+    margins = Margins(left=0.6, top=0.5)
+    figure, drawn = panels(len(NAMES), Grid(1, 0.52, gap_in=(0.0, 0.22)), HALF_WIDTH_IN, margins)
+    name_panels(drawn, NAMES, 1, x)
+    return figure, drawn
+
+
+@styled
+def posterior_whiteness_figure(found: Findings) -> Figure:
+    """A panel a fit trial: autocorrelation of the tracks' residuals, of the model, and of what it leaves."""
+    width, columns = small_multiples(len(found.whiteness))
+    wide = width > HALF_WIDTH_IN
+    grid = Grid(columns if wide else min(columns, 2), 1.3, gap_in=(0.16, 0.36))
+    figure, drawn = panels(len(found.whiteness), grid, width, Margins(left=0.5, top=0.5 if wide else 0.62))
+    name_panels(drawn, [shortened(white.trial) for white in found.whiteness], grid.columns)
+    for axes, white in zip(drawn, found.whiteness, strict=True):
+        axes.axhspan(-white.limit, white.limit, facecolor=FAINT, linewidth=0)
+        axes.plot(white.lag_s, white.modelled, color=MUTED, linewidth=1.0)
+        axes.plot(white.lag_s, white.raw, "o", color=MUTED, markersize=2.8)
+        axes.plot(white.lag_s, white.left, "o", color=TWIN, markersize=3.2)
+        axes.set_ylim(-0.35, 1.0)
+        axes.set_xlim(left=0)
+        axes.locator_params(axis="x", nbins=4)
+        axes.tick_params(labelbottom=True)
+    drawn[0].set_ylabel("autocorrelation")
+    drawn[-1].set_xlabel("lag (s)")
+    handles = [
+        Line2D([], [], color=MUTED, marker="o", markersize=2.8, linestyle="none", label="tracks beside a smooth swim"),
+        Line2D([], [], color=MUTED, linewidth=1.0, label="noise model"),
+        Line2D([], [], color=TWIN, marker="o", markersize=3.2, linestyle="none", label="left after it"),
+        Patch(facecolor=FAINT, label="white, 95 %"),
+    ]
+    legend_on_top(figure, 4 if wide else 2, handles)
+    return figure
