@@ -54,7 +54,7 @@ def page_of(calibration: Calibration, session: Session | None = None) -> Page:
 
 def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
     sections = ["summary", "structure", "speed", "errors", "pairs", "trials", "residuals", "tail-beat", "coefficients"]
-    sections += ["gap", "yaw", "searches", "tracks", "provenance", "reading"]
+    sections += ["gap", "searches", "tracks", "provenance", "reading"]
     links = [target[1:] for target in page.targets if target.startswith("#")]
 
     assert [name for name in page.ids if name in sections] == sections
