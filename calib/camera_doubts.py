@@ -2,14 +2,14 @@
 
 from collections.abc import Iterable
 
-from calib.stages.videos import VideoTracks
 from session import CameraSpec, Flag, NotEnoughData
 from swimmer import RobotSpec
 from tracking import to_pool
 from tracking.lens import lens_flags
+from tracking.records import TrackedTrial
 
 
-def camera_doubts(found: Iterable[VideoTracks], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
+def camera_doubts(found: Iterable[TrackedTrial], camera: CameraSpec, robot: RobotSpec) -> tuple[Flag, ...]:
     """The doubts about lens, size and height, of each kind the first: the videos share one camera.
 
     Args:
@@ -25,11 +25,11 @@ def camera_doubts(found: Iterable[VideoTracks], camera: CameraSpec, robot: Robot
     return tuple(flags.values())
 
 
-def _metres_per_px(found: VideoTracks, camera: CameraSpec, robot: RobotSpec) -> float | None:
+def _metres_per_px(found: TrackedTrial, camera: CameraSpec, robot: RobotSpec) -> float | None:
     """The scale by the nose-neck distance; None where nose and neck are never seen."""
     tracks = found.counting
     heights_m = robot.marker_positions_m(tracks.markers)[:, 2]
     try:
-        return to_pool(tracks, camera, tracks.confidence, heights_m).metres_per_px
+        return to_pool(tracks, camera, tracks.confidence, heights_m)[1]
     except NotEnoughData:
         return None

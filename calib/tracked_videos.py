@@ -11,10 +11,9 @@ import numpy as np
 
 from calib.camera_doubts import camera_doubts
 from calib.options import Options
-from calib.stages.videos import VideoTracks
 from calib.working import working
 from session import FaultCollector, InputError, Session, TrialSpec, plain_json
-from tracking.records import EditLog, SampleState, export_tracks
+from tracking.records import EditLog, SampleState, TrackedTrial, export_tracks
 from tracking.tracker import TrackerName
 from tracking.video import Video
 
@@ -57,7 +56,7 @@ def track_videos(session: Path, method: TrackerName | None, export: str, workers
         if export:
             for name, found in tracks.items():
                 exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
-                export_tracks(found.tracked, exported[-1], export)
+                export_tracks(found, exported[-1], export)
     doubts = camera_doubts(tracks.values(), pipeline.session.camera, pipeline.robot)
     lines = {name: TrackLine.of(found, videos.folder / f"{name}.csv") for name, found in tracks.items()}
     if as_json:
@@ -153,18 +152,19 @@ class TrackLine:
     tracks: str
 
     @classmethod
-    def of(cls, found: VideoTracks, file: Path) -> Self:
+    def of(cls, tracked: TrackedTrial, file: Path) -> Self:
         """What is said of these tracks, which stand in `file`."""
-        tracked, since = found.tracked, slice(found.boxes.frame, None)
+        assert tracked.weight is not None
+        since = slice(tracked.first_frame, None)
         seen, present = tracked.seen[since], tracked.state[since] != SampleState.MISSING
         return cls(
             frames=len(tracked.state),
             seen=float(seen.mean()),
-            counts=float((found.weight[since] > 0).mean()),
+            counts=float((tracked.weight[since] > 0).mean()),
             filled=float((present & ~seen).mean()),
             missing=float((~present).mean()),
             confidence=float(np.average(tracked.tracks.confidence[since], weights=seen)) if seen.any() else 0.0,
-            flags=dict(Counter(flag.kind for flag in found.flags)),
+            flags=dict(Counter(flag.kind for flag in tracked.flags)),
             tracks=str(file),
         )
 

@@ -4,13 +4,13 @@ import numpy as np
 
 from session import CameraSpec, NotEnoughData, Tracks
 from swimmer import RobotSpec
-from tracking import HeadFrame, PoolTracks, QualityLimits, TrackQuality, check_tracks, to_head_frame, to_pool
+from tracking import HeadFrame, QualityLimits, TrackQuality, check_tracks, to_head_frame, to_pool
 
 
 def in_pool(
     tracks: Tracks, camera: CameraSpec, robot: RobotSpec, whose: str, limits: QualityLimits | None = None
-) -> tuple[PoolTracks, TrackQuality, list[int]]:
-    """Tracks on the pool, how far each sample is believed, and the indices of the markers of the tail.
+) -> tuple[np.ndarray, float, TrackQuality, list[int]]:
+    """Markers (n, m, 2) on the pool and their scale (m/px), how far each sample is believed, and which are the tail's.
 
     Args:
         tracks, camera, robot: all frames, what filmed them and what was filmed.
@@ -21,11 +21,11 @@ def in_pool(
         NotEnoughData: no tail marker, or nose and neck are never seen apart.
     """
     quality = check_tracks(tracks, robot, limits)
-    pool = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
-    tail = tail_markers(robot, pool.markers)
+    position_m, metres_per_px = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
+    tail = tail_markers(robot, tracks.markers)
     if not tail:
         raise NotEnoughData(f"{whose}: none of its markers sits on the tail; at least one is needed")
-    return pool, quality, tail
+    return position_m, metres_per_px, quality, tail
 
 
 def tail_markers(robot: RobotSpec, markers: tuple[str, ...]) -> list[int]:

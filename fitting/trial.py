@@ -140,11 +140,11 @@ def measure_trial(
         NotEnoughData: no tail marker, too short for its warm-up, less than one beat, or a drive that was not filmed.
     """
     first_frame, tracks = (0, tracks) if motor is None else motor.driven(tracks, spec.name)
-    pool, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
-    weight = quality.weight * head_is_trusted(pool.markers, quality.weight)[:, None]
-    head = head_frame(pool.markers, pool.position_m)
+    position_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
+    weight = quality.weight * head_is_trusted(tracks.markers, quality.weight)[:, None]
+    head = head_frame(tracks.markers, position_m)
     weight = np.where(np.isfinite(head.shape_m).all(axis=-1), weight, 0.0)
-    time_s = pool.time_s
+    time_s = tracks.time_s - tracks.time_s[0]
 
     doubts = _clock_and_scale(time_s, camera, robot)
     beat = estimate_frequency(time_s, head.shape_m[:, tail, 1], weight[:, tail], spec.commanded_hz)
@@ -157,9 +157,9 @@ def measure_trial(
         name=spec.name,
         role="fit",
         commanded_hz=spec.commanded_hz,
-        markers=pool.markers,
+        markers=tracks.markers,
         time_s=time_s,
-        position_m=pool.position_m,
+        position_m=position_m,
         head=head,
         weight=weight,
         frequency=frequency,
@@ -171,7 +171,7 @@ def measure_trial(
         speed=np.nan,
         warmup_s=warmup_s,
         tail=tuple(tail),
-        metres_per_px=pool.metres_per_px,
+        metres_per_px=metres_per_px,
         flags=(*(flag.later(first_frame) for flag in of_frames), *(motor.flags if motor else ())),
         first_frame=first_frame,
         motor=motor,

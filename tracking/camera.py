@@ -1,33 +1,12 @@
 """From pixels to metres on the pool: lens, parallax, scale, and the change to a right-handed frame seen from above."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from session import CameraCalibration, CameraSpec, Fault, InputError, NotEnoughData, Tracks
 from tracking.lens.parallax import true_over_apparent
 from tracking.lens.undistort import to_rays, undistort
 
-__all__ = ["PoolTracks", "to_pool", "undistort"]
-
-
-@dataclass(frozen=True, eq=False)
-class PoolTracks:
-    """Marker tracks on the plane of the pool.
-
-    Attributes:
-        markers: names of the m markers.
-        time_s: (n,) from the first frame, s.
-        position_m: (n, m, 2) x to the right of the image, y up in the image (so z points to the camera), m.
-        metres_per_px: the scale used.
-        scale_jitter: standard deviation of the nose-neck distance over its median.
-    """
-
-    markers: tuple[str, ...]
-    time_s: np.ndarray
-    position_m: np.ndarray
-    metres_per_px: float
-    scale_jitter: float
+__all__ = ["to_pool", "undistort"]
 
 
 def to_pool(
@@ -36,7 +15,7 @@ def to_pool(
     weight: np.ndarray | None = None,
     marker_height_m: np.ndarray | None = None,
     metres_per_px: float | None = None,
-) -> PoolTracks:
+) -> tuple[np.ndarray, float]:
     """Scales tracks by the median nose-neck distance, after undoing the lens and the parallax where they are known.
 
     "Simple Models, Real Swimming" (2026): pixels become metres by the nose-neck distance.
@@ -46,6 +25,10 @@ def to_pool(
     scale, is the surface of the water. Markers above it are in air; those below it are seen through the surface,
     with Snell's refraction (see `tracking.lens.parallax`). Nose and neck themselves are not moved when they are
     equally high.
+
+    Returns:
+        (n, m, 2) markers on the plane of the pool, x to the right of the image, y up in the image (so z points to the
+        camera), m; and the scale used, m/px.
 
     Args:
         tracks: n frames of m markers, with nose and neck among them.
@@ -66,15 +49,8 @@ def to_pool(
         good = trusted
     if not good.any():
         raise NotEnoughData("nose and neck are never seen apart, so the tracks have no scale; track them again")
-    median_px = float(np.median(span_px[good]))
-    scale = camera.scale_length_m / median_px if metres_per_px is None else metres_per_px
-    return PoolTracks(
-        markers=tracks.markers,
-        time_s=tracks.time_s - tracks.time_s[0],
-        position_m=position_px * np.array([scale, -scale]),
-        metres_per_px=scale,
-        scale_jitter=float(np.std(span_px[good]) / median_px),
-    )
+    scale = camera.scale_length_m / float(np.median(span_px[good])) if metres_per_px is None else metres_per_px
+    return position_px * np.array([scale, -scale]), scale
 
 
 def _on_plane(tracks: Tracks, camera: CameraSpec, marker_height_m: np.ndarray | None) -> np.ndarray:

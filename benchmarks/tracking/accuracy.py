@@ -16,7 +16,7 @@ from session import Flag, InputError, Tracks
 from swimmer import load_robot
 from tracking.boxes import Box, StartBoxes
 from tracking.records import SampleState, TrackedTrial, fill_gaps
-from tracking.tracker import TrustedTracks, follow_video, trusted
+from tracking.tracker import follow_video, trusted
 from tracking.video import Video
 
 WRONG = 0.5  # diameters from its marker, from which on a measured sample is on something else
@@ -177,7 +177,7 @@ def _track_nearest(video: Video, boxes: StartBoxes, markers: tuple[str, ...]) ->
 
 
 def _score(
-    case: Case, method: str, truth: ClipTruth, judged: TrustedTracks, tracked: TrackedTrial, seconds: float
+    case: Case, method: str, truth: ClipTruth, judged: TrackedTrial, tracked: TrackedTrial, seconds: float
 ) -> TrackingScore:
     error = tracked.tracks.position_px - truth.shown_px  # (n, m, 2)
     measured = tracked.state == SampleState.MEASURED

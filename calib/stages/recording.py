@@ -51,17 +51,16 @@ def _recorded(
     proxy: Path | None = None
     if spec.tracks is not None:
         tracks = load_tracks(spec.tracks, session.markers, session.camera.fps)
-        tracked, first = TrackedTrial.of(tracks, check_tracks(tracks, pipeline.robot).flags), 0
+        tracked = TrackedTrial.of(tracks, check_tracks(tracks, pipeline.robot).flags)
     else:
-        seen = pipeline.recordings.videos.tracks(spec)
-        tracked, first = replace(seen.tracked, flags=seen.flags), seen.boxes.frame
+        tracked = pipeline.recordings.videos.tracks(spec)
     if spec.video is not None:
         with Video(spec.video, pipeline.options.workers) as video:
             picture, frames = (video.info.width_px, video.info.height_px), video.info.frames
         proxy = _proxy(pipeline, spec.name, spec.video, frames)
     if fitted is None:
         return RecordedTrial(spec.name, tracked, proxy, picture)
-    first += fitted.measured.first_frame
+    first = tracked.first_frame + fitted.measured.first_frame
     twin_px, residual_mm = _twin(fitted, tracked, first)
     missing = None if forces is None else MissingOverTime.of(forces, fitted, len(tracked.state), first)
     more = tuple(flag for flag in fitted.flags if flag not in tracked.flags)

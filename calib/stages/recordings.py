@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TypeVar
@@ -19,9 +19,7 @@ from fitting.motor_clock import read_motor
 from fitting.out_of_water import OutOfWater
 from fitting.structure import DryExperiments
 from session import (
-    CameraSpec,
     FaultCollector,
-    Flag,
     NotEnoughData,
     Stage,
     Tracks,
@@ -32,6 +30,7 @@ from session import (
 )
 from tracking import check_tracks
 from tracking.lens import lens_flags
+from tracking.records import TrackedTrial
 
 AnyTrial = MeasuredTrial | DryTrial | DecayTrial
 T = TypeVar("T", bound=AnyTrial)
@@ -123,12 +122,12 @@ class Recordings:
         found, robot = [], self._robot
         for spec in self._usable:
             if spec.kind == "dry" and spec.role == "fit":
-                recorded = self._recorded(spec)
-                tracks, camera = recorded.tracks, recorded.camera
+                recorded, camera = self._recorded(spec), self._session.camera
+                tracks = recorded.counting.since(recorded.first_frame)
                 with suppress(NotEnoughData):
                     motor = read_motor(spec, tracks, camera, robot)
                     run = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
-                    found.append(recorded.flagged(run, run.metres_per_px))
+                    found.append(self._flagged(run, recorded, run.metres_per_px))
         return found
 
     @property
@@ -177,30 +176,35 @@ class Recordings:
             self._save(spec, tracks, partial(np.ones, tracks.confidence.shape))
         return measured
 
-    def _recorded(self, spec: TrialSpec) -> "_Recorded":
-        camera = self._session.camera
-        if spec.tracks is not None:
-            return _Recorded(load_tracks(spec.tracks, self._session.markers, camera.fps), camera)
-        seen = self.videos.tracks(spec)
-        first = seen.boxes.frame
-        return _Recorded(seen.counting.since(first), camera, first, seen.flags, seen.picture_px)
+    def _recorded(self, spec: TrialSpec) -> TrackedTrial:
+        if spec.tracks is None:
+            return self.videos.tracks(spec)
+        return TrackedTrial.of(load_tracks(spec.tracks, self._session.markers, self._session.camera.fps))
 
-    def _measure(self, spec: TrialSpec, recorded: "_Recorded") -> AnyTrial:
+    def _measure(self, spec: TrialSpec, recorded: TrackedTrial) -> AnyTrial:
         """One trial by its kind; tracks that are not our own are saved as they are used."""
-        tracks, camera, robot = recorded.tracks, recorded.camera, self._robot
+        tracks, camera, robot = recorded.counting.since(recorded.first_frame), self._session.camera, self._robot
         if spec.kind == "free_decay":
             decay = measure_decay_trial(spec.name, tracks, camera, robot)
             self._save(spec, tracks, lambda: check_tracks(tracks, robot, FAR_OUT).weight)
-            decay = replace(decay, first_frame=decay.first_frame + recorded.first)
-            return recorded.flagged(decay, decay.metres_per_px)
+            decay = replace(decay, first_frame=decay.first_frame + recorded.first_frame)
+            return self._flagged(decay, recorded, decay.metres_per_px)
         motor = read_motor(spec, tracks, camera, robot)
         if spec.kind == "dry":
             run = measure_dry_run(spec, tracks, camera, robot, self._session.warmup_s, motor)
             self._save(spec, tracks, lambda: check_tracks(tracks, robot).weight)
-            return recorded.flagged(run)
+            return self._flagged(run, recorded)
         swim = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
         self._save(spec, tracks, lambda: swim.weight_of(len(tracks.time_s)))
-        return recorded.flagged(swim, swim.metres_per_px)
+        return self._flagged(swim, recorded, swim.metres_per_px)
+
+    def _flagged(self, trial: T, recorded: TrackedTrial, metres_per_px: float | None = None) -> T:
+        """The trial with the tracker's and the lens's doubts beside its own, if it was filmed."""
+        if recorded.picture_px is None:
+            return trial
+        doubts = lens_flags(self._session.camera, picture_px=recorded.picture_px, metres_per_px=metres_per_px)
+        flags = (*recorded.flags, *(flag.later(recorded.first_frame) for flag in trial.flags), *doubts)
+        return replace(trial, flags=tuple(dict.fromkeys(flags)))
 
     def _file(self, trial: str) -> Path:
         return self._session.results / "tracks" / f"{trial}.csv"
@@ -217,30 +221,3 @@ class Recordings:
         confidence = np.where(weight() > 0, tracks.confidence, 0.0)
         save_tracks(stage.file, Tracks(tracks.markers, tracks.time_s, tracks.position_px, confidence))
         stage.mark()
-
-
-@dataclass(frozen=True)
-class _Recorded:
-    """The tracks of a trial, those of a video from its first boxes on.
-
-    Attributes:
-        tracks: in pixels.
-        camera: of the session.
-        first: frame of the recording that they begin with.
-        flags: of the tracker, its frames counted from the beginning of the video.
-        picture_px: width and height of the video; None where tracks were given.
-    """
-
-    tracks: Tracks
-    camera: CameraSpec
-    first: int = 0
-    flags: tuple[Flag, ...] = ()
-    picture_px: tuple[int, int] | None = None
-
-    def flagged(self, trial: T, metres_per_px: float | None = None) -> T:
-        """The trial with the tracker's and the lens's doubts beside its own, if it was filmed."""
-        if self.picture_px is None:
-            return trial
-        doubts = lens_flags(self.camera, picture_px=self.picture_px, metres_per_px=metres_per_px)
-        flags = (*self.flags, *(flag.later(self.first) for flag in trial.flags), *doubts)
-        return replace(trial, flags=tuple(dict.fromkeys(flags)))

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,8 @@ import numpy as np
 from calib.job import Job
 from session import (
     FaultCollector,
-    Flag,
     InputError,
     Stage,
-    Tracks,
     TrialSpec,
     save_tracks,
     sha256_of,
@@ -37,27 +35,6 @@ from tracking.video import Video
 _SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought until they are found
 
 
-@dataclass(frozen=True)
-class VideoTracks:
-    """The tracks of one video.
-
-    Attributes:
-        tracked: after edits and filled gaps.
-        boxes: they began with.
-        picture_px: width and height of the video.
-        counting: the tracks with confidence 0 where a sample was not seen, or is flagged by the tracker's judgement.
-        weight: (n, m) in [0, 1], what each sample counts in a fit.
-        flags: all there are, see `tracking.tracker.trusted`.
-    """
-
-    tracked: TrackedTrial
-    boxes: StartBoxes
-    picture_px: tuple[int, int]
-    counting: Tracks
-    weight: np.ndarray
-    flags: tuple[Flag, ...]
-
-
 class Videos:
     """Tracks the videos of a session; what has not changed is not tracked again.
 
@@ -72,15 +49,15 @@ class Videos:
         self._job = job
         self._hashes: dict[Path, str] = {}
         self._boxes: dict[str, StartBoxes] = {}
-        self._tracks: dict[str, VideoTracks] = {}
+        self._tracks: dict[str, TrackedTrial] = {}
 
     @property
     def folder(self) -> Path:
         """``results/tracking``."""
         return self._job.results / "tracking"
 
-    def tracks(self, spec: TrialSpec) -> VideoTracks:
-        """The tracks of one trial, up to date.
+    def tracks(self, spec: TrialSpec) -> TrackedTrial:
+        """The tracks of one trial after edits, with filled gaps and judged, up to date.
 
         Raises:
             InputError: the video cannot be read, or its boxes are missing, faulty or not found.
@@ -90,12 +67,12 @@ class Videos:
                 self._tracks[spec.name] = self._tracked(spec, video)
         return self._tracks[spec.name]
 
-    def _tracked(self, spec: TrialSpec, video: Video) -> VideoTracks:
+    def _tracked(self, spec: TrialSpec, video: Video) -> TrackedTrial:
         boxes = self._boxes_in(spec, video)
         raw = self._raw(spec, video, boxes)
         tracked = self._corrected(spec, video, raw, boxes)
-        judged = trusted(tracked, self._job.robot)
-        return VideoTracks(tracked, boxes, _size_px(video), judged.counting, judged.weight, judged.flags)
+        size_px = video.info.width_px, video.info.height_px
+        return replace(trusted(tracked, self._job.robot), first_frame=boxes.frame, picture_px=size_px)
 
     def boxes(self, spec: TrialSpec) -> StartBoxes:
         """The start boxes of one trial: those of the session, else found in the first frames; always with a picture.
@@ -222,11 +199,10 @@ class Videos:
             return load_tracked(self.folder, spec.name)
         if log.edits:
             self._job.tell(f"{spec.name}: replaying {len(log.in_force)} edits", None)
-        tracked = fill_gaps(apply_edits(raw, log, retracker(video)))
-        judged = trusted(tracked, self._job.robot)
-        tracked = replace(tracked, flags=judged.flags)
+        tracked = trusted(fill_gaps(apply_edits(raw, log, retracker(video))), self._job.robot)
         save_tracked(self.folder, spec.name, tracked)
-        save_tracks(used, replace(judged.counting, confidence=judged.weight))
+        assert tracked.weight is not None
+        save_tracks(used, replace(tracked.counting, confidence=tracked.weight))
         stage.mark((*files, used))
         self._job.made.extend([files.tracks, used])
         return tracked
@@ -263,8 +239,3 @@ class Videos:
     def _video(spec: TrialSpec) -> Path:
         assert spec.video is not None
         return spec.video
-
-
-def _size_px(video: Video) -> tuple[int, int]:
-    """Width and height of its pictures."""
-    return video.info.width_px, video.info.height_px

@@ -81,31 +81,32 @@ def measure_dry_run(
     if motor is not None and motor.usable:
         first_frame, tracks = motor.driven(tracks, spec.name)
         warmup_s = 0.0
-    pool, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
-    kept = pool.time_s >= warmup_s - 1e-9
+    position_m, _, quality, tail = in_pool(tracks, camera, robot, f"trial {spec.name}")
+    since_s = tracks.time_s - tracks.time_s[0]
+    kept = since_s >= warmup_s - 1e-9
     if kept.sum() < _FEWEST_FRAMES:
         raise NotEnoughData(
-            f"trial {spec.name}: {pool.time_s[-1]:.2f} s leave {int(kept.sum())} frames after {warmup_s:g} s of "
+            f"trial {spec.name}: {since_s[-1]:.2f} s leave {int(kept.sum())} frames after {warmup_s:g} s of "
             f"warm-up; at least {_FEWEST_FRAMES} are needed: shorten [fit] warmup_s or record longer"
         )
-    time_s, weight = pool.time_s[kept], quality.weight[kept]
-    head = head_frame(pool.markers, pool.position_m[kept])
+    time_s, weight = since_s[kept], quality.weight[kept]
+    head = head_frame(tracks.markers, position_m[kept])
     lateral = head.shape_m[:, tail, 1]
     frequency = estimate_frequency(time_s, lateral, weight[:, tail], spec.commanded_hz)
     motor = None if motor is None else motor.against(frequency, tracks.time_s[kept])
     even_s = time_s
     if motor is not None and motor.usable:
-        even_s = _even(pool.time_s, motor.turn.angle(tracks.time_s))[kept]
-    of_frames = (*quality.flags, *frequency.flags, *_moving_head(pool.position_m[kept], pool.markers))
+        even_s = _even(since_s, motor.turn.angle(tracks.time_s))[kept]
+    of_frames = (*quality.flags, *frequency.flags, *_moving_head(position_m[kept], tracks.markers))
     trial = DryTrial(
         name=spec.name,
         commanded_hz=spec.commanded_hz,
-        markers=pool.markers,
+        markers=tracks.markers,
         time_s=time_s,
         even_s=even_s,
-        place_m=_as_complex(pool.position_m[kept]),
+        place_m=_as_complex(position_m[kept]),
         head_m=_as_complex(head.position_m),
-        weight=np.where(np.isfinite(pool.position_m[kept]).all(axis=-1), weight, 0.0),
+        weight=np.where(np.isfinite(position_m[kept]).all(axis=-1), weight, 0.0),
         scored=time_s < time_s[0] + SCORED_S - 1e-9,
         frequency=frequency,
         tail=tuple(tail),

@@ -64,27 +64,28 @@ def measure_decay_trial(name: str, tracks: Tracks, camera: CameraSpec, robot: Ro
     Raises:
         NotEnoughData: no tail marker, no release, or too few frames after it.
     """
-    pool, quality, tail = in_pool(tracks, camera, robot, f"trial {name}", FAR_OUT)
-    position_m = _in_robot_frame(pool.position_m, pool.markers, quality.weight, robot)
+    place_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {name}", FAR_OUT)
+    time_s = tracks.time_s - tracks.time_s[0]
+    position_m = _in_robot_frame(place_m, tracks.markers, quality.weight, robot)
     weight = np.where(np.isfinite(position_m).all(axis=-1), quality.weight, 0.0)
-    release = find_release(pool.time_s, position_m[:, tail, 1], weight[:, tail], name)
+    release = find_release(time_s, position_m[:, tail, 1], weight[:, tail], name)
     kept = slice(release.first, release.last + 1)
     if release.last - release.first + 1 < FEWEST_FRAMES:
         raise NotEnoughData(
             f"trial {name}: {release.last - release.first + 1} frames after the release at "
-            f"{pool.time_s[release.first]:.2f} s; at least {FEWEST_FRAMES} are needed. Record until the tail is at rest"
+            f"{time_s[release.first]:.2f} s; at least {FEWEST_FRAMES} are needed. Record until the tail is at rest"
         )
     seen_m = np.where(weight[kept, :, None] > 0, position_m[kept], np.nan)
-    clamp = clamp_flags(seen_m, pool.markers, tail[-1], _reach(robot, pool.markers[tail[-1]]))
+    clamp = clamp_flags(seen_m, tracks.markers, tail[-1], _reach(robot, tracks.markers[tail[-1]]))
     return DecayTrial(
         name=name,
-        markers=tuple(pool.markers[i] for i in tail),
-        time_s=pool.time_s[kept] - pool.time_s[release.first],
+        markers=tuple(tracks.markers[i] for i in tail),
+        time_s=time_s[kept] - time_s[release.first],
         position_m=position_m[kept][:, tail],
         weight=weight[kept][:, tail],
         first_frame=release.first,
-        release_s=float(pool.time_s[release.first]),
-        metres_per_px=pool.metres_per_px,
+        release_s=float(time_s[release.first]),
+        metres_per_px=metres_per_px,
         flags=(*_within(quality.flags, release), *release.flags, *clamp),
     )
 

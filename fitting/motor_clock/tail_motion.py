@@ -42,8 +42,8 @@ def tail_motion(tracks: Tracks, camera: CameraSpec, robot: RobotSpec) -> TailMot
     Raises:
         NotEnoughData: no tail marker, or nose and neck are never seen apart.
     """
-    pool, quality, tail = in_pool(tracks, camera, robot, "the code of a motor")
-    lateral = head_frame(pool.markers, pool.position_m).shape_m[:, tail, 1]  # (n, k)
-    trusted = head_is_trusted(pool.markers, quality.weight)  # (n,)
+    position_m, _, quality, tail = in_pool(tracks, camera, robot, "the code of a motor")
+    lateral = head_frame(tracks.markers, position_m).shape_m[:, tail, 1]  # (n, k)
+    trusted = head_is_trusted(tracks.markers, quality.weight)  # (n,)
     used = (quality.weight[:, tail] > 0) & trusted[:, None] & np.isfinite(lateral)
     return TailMotion(tracks.time_s, lateral, used)

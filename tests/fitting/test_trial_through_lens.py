@@ -31,7 +31,7 @@ def test_lens_and_heights_of_the_markers_are_undone(tmp_path: Path) -> None:
     spec = session.trial("fast")
     assert spec.tracks is not None
     flat = load_tracks(spec.tracks, session.markers, session.camera.fps)
-    true = to_pool(flat, session.camera).position_m
+    true = to_pool(flat, session.camera)[0]
     above_m = robot.marker_positions_m(flat.markers)[:, 2] - robot.markers["nose"].position_m[2]  # (m,)
     ray = (true - np.nanmean(true, axis=(0, 1))) * [1, -1] / (2.4 - above_m)[:, None]
     filmed = replace(flat, position_px=to_pixels(ray, LENS))

@@ -14,8 +14,8 @@ def head_frame_of(swim: TrueRun, plan: SyntheticPlan) -> HeadFrame:
     """The head frame that the program finds in the pixels of a swim."""
     confidence = np.ones(swim.position_px.shape[:2])
     tracks = Tracks(plan.markers, swim.time_s, swim.position_px, confidence)
-    pool = to_pool(tracks, CameraSpec(plan.camera.fps, plan.swimmer.scale_length_m))
-    return to_head_frame(pool.position_m, plan.markers.index("nose"), plan.markers.index("neck"))
+    position_m, _ = to_pool(tracks, CameraSpec(plan.camera.fps, plan.swimmer.scale_length_m))
+    return to_head_frame(position_m, plan.markers.index("nose"), plan.markers.index("neck"))
 
 
 def test_the_pixels_show_the_swim_of_the_twin() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from session import CameraCalibration, CameraSpec, InputError, NotEnoughData, Tracks
 from swimmer import load_robot
-from tracking import PoolTracks, to_pool
+from tracking import to_pool
 from tracking.lens import to_pixels
 
 ROBOT = load_robot()
@@ -44,55 +44,53 @@ def distances(position_m: np.ndarray) -> np.ndarray:
     return np.linalg.norm(position_m[:, :, None] - position_m[:, None], axis=-1)
 
 
-def error_mm(pool: PoolTracks, true: np.ndarray) -> float:
-    return float(1e3 * np.abs(distances(pool.position_m) - distances(true)).max())
+def error_mm(position_m: np.ndarray, true: np.ndarray) -> float:
+    return float(1e3 * np.abs(distances(position_m) - distances(true)).max())
 
 
 def test_distances_between_markers_at_their_heights_come_back() -> None:
     true, tracks = filmed(PLACE_M, LENS)
-    pool = to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2])
-    assert error_mm(pool, true) < 0.1
-    assert pool.metres_per_px == pytest.approx(LENS.height_above_water_m / LENS.fx_px, rel=1e-9)
-    assert pool.scale_jitter < 1e-6
+    position_m, scale = to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2])
+    assert error_mm(position_m, true) < 0.1
+    assert scale == pytest.approx(LENS.height_above_water_m / LENS.fx_px, rel=1e-9)
 
 
 def test_paths_over_the_pool_come_back() -> None:
     true, tracks = filmed(PLACE_M, LENS)
-    pool = to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2])
-    moved = (pool.position_m - pool.position_m[0]) - (true - true[0])
+    position_m, _ = to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2])
+    moved = (position_m - position_m[0]) - (true - true[0])
     assert 1e3 * np.abs(moved).max() < 0.1
 
 
 def test_without_heights_the_fins_are_displaced_by_parallax() -> None:
     true, tracks = filmed(PLACE_M, LENS)
-    assert 5 < error_mm(to_pool(tracks, CAMERA), true) < 100
+    assert 5 < error_mm(to_pool(tracks, CAMERA)[0], true) < 100
 
 
 def test_without_the_cameras_height_the_heights_change_nothing() -> None:
     _, tracks = filmed(PLACE_M, LENS)
     flat = CameraSpec(60.0, ROBOT.scale_length_m, LENS.model_copy(update={"height_above_water_m": None}))
-    with_heights = to_pool(tracks, flat, marker_height_m=PLACE_M[:, 2])
-    assert np.array_equal(with_heights.position_m, to_pool(tracks, flat).position_m)
+    with_heights, _ = to_pool(tracks, flat, marker_height_m=PLACE_M[:, 2])
+    assert np.array_equal(with_heights, to_pool(tracks, flat)[0])
 
 
 def test_without_a_lens_pixels_are_scaled_and_nothing_else() -> None:
     _, tracks = filmed(PLACE_M, LENS)
-    pool = to_pool(tracks, CameraSpec(60.0, ROBOT.scale_length_m), marker_height_m=PLACE_M[:, 2])
-    scale = pool.metres_per_px
-    assert np.array_equal(pool.position_m, tracks.position_px * np.array([scale, -scale]))
+    position_m, scale = to_pool(tracks, CameraSpec(60.0, ROBOT.scale_length_m), marker_height_m=PLACE_M[:, 2])
+    assert np.array_equal(position_m, tracks.position_px * np.array([scale, -scale]))
 
 
 def test_the_zero_of_the_heights_does_not_matter() -> None:
     _, tracks = filmed(PLACE_M, LENS)
-    lifted = to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2] + 0.7)
-    assert lifted.position_m == pytest.approx(to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2]).position_m)
+    lifted, _ = to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2] + 0.7)
+    assert lifted == pytest.approx(to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2])[0])
 
 
 def test_a_scale_from_a_board_is_used_as_it_is() -> None:
     true, tracks = filmed(PLACE_M, LENS)
     wrong = CameraSpec(60.0, 2 * ROBOT.scale_length_m, LENS)
-    pool = to_pool(tracks, wrong, None, PLACE_M[:, 2], metres_per_px=LENS.height_above_water_m / LENS.fx_px)
-    assert error_mm(pool, true) < 0.1
+    position_m, _ = to_pool(tracks, wrong, None, PLACE_M[:, 2], metres_per_px=LENS.height_above_water_m / LENS.fx_px)
+    assert error_mm(position_m, true) < 0.1
 
 
 def test_a_camera_that_hangs_too_low_is_an_error_of_its_file() -> None:

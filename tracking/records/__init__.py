@@ -10,13 +10,14 @@ from tracking.records.gaps import GapLimits, fill_gaps
 from tracking.records.movement import load_movement, save_movement, to_movement
 from tracking.records.only_csrt import ONLY_CSRT, only_csrt_flags, seen_only_by_csrt
 from tracking.records.storage import TrackedFiles, load_tracked, save_tracked
-from tracking.records.tracked import SEEN, STATE_WORDS, SampleState, TrackedTrial
+from tracking.records.tracked import SEEN, STATE_WORDS, UNTRUSTED, SampleState, TrackedTrial
 
 __all__ = [
     "FORMATS",
     "ONLY_CSRT",
     "SEEN",
     "STATE_WORDS",
+    "UNTRUSTED",
     "Drop",
     "Edit",
     "EditLog",

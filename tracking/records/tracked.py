@@ -34,6 +34,8 @@ STATE_WORDS = {state.word: state for state in SampleState}
 """The states by the words that files use."""
 SEEN = (SampleState.MEASURED, SampleState.BY_HAND)
 """The states of samples that somebody or something saw; the others are guesses."""
+UNTRUSTED = ("lost_marker", "drift", "size", "swap")
+"""Flags of the tracker's own judgement whose samples count nowhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +47,18 @@ class TrackedTrial:
         state: (n, m) int8 of `SampleState`; MISSING exactly where the position is nan.
         size_px: (n, m) apparent diameter of the marker, px; nan where not measured.
         flags: what is doubtful.
+        weight: (n, m) in [0, 1], what each sample counts in a fit (`tracking.tracker.trusted`); None: not judged yet.
+        first_frame: that of the boxes.
+        picture_px: width and height of the video; None where the tracks come from elsewhere.
     """
 
     tracks: Tracks
     state: np.ndarray
     size_px: np.ndarray
     flags: tuple[Flag, ...] = ()
+    weight: np.ndarray | None = None
+    first_frame: int = 0
+    picture_px: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         expected = self.tracks.confidence.shape
@@ -79,6 +87,16 @@ class TrackedTrial:
         """(n, m) True where the sample is measured or set by hand."""
         return np.isin(self.state, SEEN)
 
+    @property
+    def counting(self) -> Tracks:
+        """The tracks with confidence 0 where a sample was not seen, or is flagged by the tracker's judgement."""
+        counts = self.seen
+        for flag in self.flags:
+            if flag.kind in UNTRUSTED and flag.frames is not None:
+                columns = [self.tracks.markers.index(name) for name in flag.markers]
+                counts[flag.frames[0] : flag.frames[1] + 1, columns] = False
+        return replace(self.tracks, confidence=np.where(counts, self.tracks.confidence, 0.0))
+
     def with_samples(
         self,
         position_px: np.ndarray,
@@ -93,4 +111,4 @@ class TrackedTrial:
             ValueError: arrays that do not fit each other.
         """
         tracks = replace(self.tracks, position_px=position_px, confidence=confidence)
-        return TrackedTrial(tracks, state.astype(np.int8), size_px, flags)
+        return replace(self, tracks=tracks, state=state.astype(np.int8), size_px=size_px, flags=flags)

@@ -7,12 +7,11 @@ from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.retrack import retracker
 from tracking.tracker.tracker import MarkerTracker, Sighting
-from tracking.tracker.trusted import UNTRUSTED, TrustedTracks, trusted
+from tracking.tracker.trusted import trusted
 
 __all__ = [
     "PREDICTED_FOR",
     "TRACKERS",
-    "UNTRUSTED",
     "JudgementLimits",
     "MarkerTracker",
     "Partial",
@@ -20,7 +19,6 @@ __all__ = [
     "Progress",
     "Sighting",
     "TrackerName",
-    "TrustedTracks",
     "doubtful_boxes",
     "follow_video",
     "judge",
