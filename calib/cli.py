@@ -5,9 +5,8 @@ from typing import Annotated
 
 import typer
 
-from calib.capture.lost_terminal import let_go_of_a_lost_terminal
+from calib.capture.lost_terminal import INTERRUPTED, let_go_of_a_lost_terminal
 from calib.commands import benchmarks, cameras, hardware, results, sessions, tracks, videos
-from calib.entry import INTERRUPTED
 from session import SwimcalError
 
 app = typer.Typer(

@@ -2,9 +2,6 @@
 
 import sys
 
-INTERRUPTED = 130
-"""The exit code after Ctrl-C, 128 + SIGINT as shells have it; what typer makes of it too."""
-
 
 def main() -> None:
     """Entry point: Ctrl-C ends with one line and exit code 130 from the first import on."""
@@ -12,5 +9,5 @@ def main() -> None:
         from calib.cli import main as command_line
     except KeyboardInterrupt:
         print("\ncalib: stopped before anything was begun.", file=sys.stderr)
-        sys.exit(INTERRUPTED)
+        sys.exit(130)
     command_line()

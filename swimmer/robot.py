@@ -53,7 +53,7 @@ class Head(Table):
     @field_validator("part")
     @classmethod
     def _differ(cls, part: tuple[Part, ...]) -> tuple[Part, ...]:
-        raise_together(part_faults(part))
+        raise_together(part_faults([one.name for one in part]))
         return part
 
 
@@ -105,7 +105,7 @@ class Tail(Table):
     @field_validator("segment")
     @classmethod
     def _hold_their_guides(cls, segment: tuple[Segment, ...], info: ValidationInfo) -> tuple[Segment, ...]:
-        raise_together(guide_faults(segment, info.data.get("guide_inset_m")))
+        raise_together(guide_faults([one.length_m for one in segment], info.data.get("guide_inset_m")))
         return segment
 
     @property
@@ -172,14 +172,19 @@ class RobotSpec(Table):
     @field_validator("tail")
     @classmethod
     def _clear_of_the_crank(cls, tail: Tail, info: ValidationInfo) -> Tail:
-        raise_together(crank_faults(info.data.get("crank"), tail.start_m))
+        crank: Crank | None = info.data.get("crank")
+        reach_m = None if crank is None else crank.position_m[0] + crank.arm_m
+        raise_together(crank_faults(reach_m, tail.start_m))
         return tail
 
     @field_validator("markers")
     @classmethod
     def _on_the_robot(cls, markers: dict[str, Marker], info: ValidationInfo) -> dict[str, Marker]:
         tail = info.data.get("tail")
-        raise_together(marker_faults(markers, tail.links if tail else ()))
+        body, x_m = {}, {}
+        for name, marker in markers.items():
+            body[name], x_m[name] = marker.body, marker.position_m[0]
+        raise_together(marker_faults(body, x_m, tail.links if tail else ()))
         return markers
 
     @cached_property

@@ -6,15 +6,11 @@ Each check needs a few valid tables only, so its faults come out together with t
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from session import did_you_mean, key_error, shown
-
-if TYPE_CHECKING:
-    from swimmer.robot import Crank, Marker, Part, Segment
 
 HEAD_MARKERS = ("nose", "neck")
 """The markers that make the head frame; every robot has them."""
@@ -30,70 +26,76 @@ def raise_together(faults: Iterable[InitErrorDetails]) -> None:
         raise ValidationError.from_exception_data("robot", details)
 
 
-def part_faults(parts: Sequence[Part]) -> Iterator[InitErrorDetails]:
+def part_faults(names: Sequence[str]) -> Iterator[InitErrorDetails]:
     """Parts of the head that bear the name of an earlier one: each becomes a geom of its own name."""
-    names = [part.name for part in parts]
     for number, name in enumerate(names):
         if name in names[:number]:
             error = key_error("two parts of one name", found=shown(name), expected="names that differ")
             yield _fault(error, number, "name")
 
 
-def guide_faults(segments: Sequence[Segment], guide_inset_m: float | None) -> Iterator[InitErrorDetails]:
+def guide_faults(lengths_m: Iterable[float], guide_inset_m: float | None) -> Iterator[InitErrorDetails]:
     """Segments too short to hold a tendon guide."""
-    for number, segment in enumerate(segments):
-        if guide_inset_m is not None and segment.length_m < guide_inset_m:
+    for number, length_m in enumerate(lengths_m):
+        if guide_inset_m is not None and length_m < guide_inset_m:
             error = key_error(
                 "the tendon guide lies before the segment",
-                found=shown(segment.length_m),
+                found=shown(length_m),
                 expected=f"at least tail.guide_inset_m = {guide_inset_m:g}",
             )
             yield _fault(error, number, "length_m")
 
 
-def crank_faults(crank: Crank | None, tail_start_m: float) -> Iterator[InitErrorDetails]:
+def crank_faults(reach_m: float | None, tail_start_m: float) -> Iterator[InitErrorDetails]:
     """A tail that begins within the crank's reach."""
-    if crank is not None and (reach := crank.position_m[0] + crank.arm_m) >= tail_start_m:
+    if reach_m is not None and reach_m >= tail_start_m:
         error = key_error(
             "the crank would hit the tail",
             found=shown(tail_start_m),
-            expected=f"more than crank.position_m[0] + crank.arm_m = {reach:g}",
+            expected=f"more than crank.position_m[0] + crank.arm_m = {reach_m:g}",
         )
         yield _fault(error, "start_m")
 
 
-def marker_faults(markers: Mapping[str, Marker], links: Sequence[str]) -> Iterator[InitErrorDetails]:
-    """Markers on links the robot lacks (`links` empty: not known), and a head frame that cannot be made."""
-    for name, marker in markers.items():
-        if links and marker.body not in links:
+def marker_faults(
+    body: Mapping[str, str], x_m: Mapping[str, float], links: Sequence[str]
+) -> Iterator[InitErrorDetails]:
+    """Markers on links the robot lacks (`links` empty: not known), and a head frame that cannot be made.
+
+    Args:
+        body, x_m: the link of each marker, and where along the robot it sits.
+        links: of the robot.
+    """
+    for name, link in body.items():
+        if links and link not in links:
             error = key_error(
                 "the marker is on a link the robot lacks",
-                found=shown(marker.body),
+                found=shown(link),
                 expected="a link of the robot",
                 choices=links,
-                next_step=did_you_mean(marker.body, links),
+                next_step=did_you_mean(link, links),
             )
             yield _fault(error, name, "body")
-    yield from _head_frame_faults(markers)
+    yield from _head_frame_faults(body, x_m)
 
 
-def _head_frame_faults(markers: Mapping[str, Marker]) -> Iterator[InitErrorDetails]:
+def _head_frame_faults(body: Mapping[str, str], x_m: Mapping[str, float]) -> Iterator[InitErrorDetails]:
     for name in HEAD_MARKERS:
-        if name not in markers:
+        if name not in body:
             error = key_error(
                 f"marker {name!r} is missing",
-                found=shown(list(markers)),
+                found=shown(list(body)),
                 expected="nose and neck among the markers: they make the head frame",
             )
             yield _fault(error, name)
-        elif markers[name].body != "head":
+        elif body[name] != "head":
             error = key_error(
                 "a marker of the head frame is not on the head",
-                found=shown(markers[name].body),
+                found=shown(body[name]),
                 expected="'head'",
             )
             yield _fault(error, name, "body")
-    nose, neck = (markers[name].position_m[0] if name in markers else None for name in HEAD_MARKERS)
+    nose, neck = (x_m.get(name) for name in HEAD_MARKERS)
     if nose is not None and neck is not None and nose >= neck:
         error = key_error(
             "the nose is not before the neck",

@@ -12,6 +12,7 @@ from pathlib import Path
 from calib.capture.bus import BAUD_RATES, open_port
 from calib.capture.errors import CaptureError, Interrupted, UserError
 from calib.capture.guard import Limits
+from calib.capture.lost_terminal import INTERRUPTED
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
 from calib.capture.run import CaptureSettings, capture
 from calib.capture.scan import BAUD_ORDER, PORT_PATTERNS, ports, scan
@@ -19,7 +20,6 @@ from calib.motor import ALL_FAULTS, Fault, Faults, MotorConstants, TimedFault, r
 
 HIGHEST_SUPPLY_V = 14.8
 STALL_N_M = MotorConstants().stall_torque_nm
-INTERRUPTED = 130
 REACH = f"up to {RATED_TURNS_PER_S:g} crank turns/s at 12 V, in proportion to the voltage"
 
 

@@ -1,7 +1,10 @@
-"""How a command ends whose terminal, or the program it wrote to, is gone."""
+"""How a command ends that was interrupted, or whose terminal, or the program it wrote to, is gone."""
 
 import os
 import sys
+
+INTERRUPTED = 130
+"""The exit code after Ctrl-C, 128 + SIGINT as shells have it; what typer makes of it too."""
 
 
 def let_go_of_a_lost_terminal() -> None:
