@@ -16,7 +16,7 @@ from calib.capture.lost_terminal import INTERRUPTED
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
 from calib.capture.run import CaptureSettings, capture
 from calib.capture.scan import BAUD_ORDER, PORT_PATTERNS, ports, scan
-from calib.motor import ALL_FAULTS, Fault, Faults, MotorConstants, TimedFault, run_emulator
+from calib.motor import MotorConstants, run_emulator
 
 HIGHEST_SUPPLY_V = 14.8
 STALL_N_M = MotorConstants().stall_torque_nm
@@ -84,17 +84,7 @@ def _add_emulate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--id", type=int, default=1, help="of the emulated motor (default: 1)")
     parser.add_argument("--baud", type=int, default=57600, choices=BAUD_RATES, help="its baud rate (default: 57600)")
     parser.add_argument("--load", type=float, default=0.0, help="friction on its shaft, N m; 6.9 stall it (default: 0)")
-    parser.add_argument(
-        "--seed", type=int, default=0, help="draws the angle it starts at, and what faults damage (default: 0)"
-    )
-    parser.add_argument(
-        "--fault",
-        action="append",
-        default=[],
-        metavar="KIND@SECONDS",
-        help="what goes wrong, and when after the first packet it hears, such as overheating@5; may be given again. "
-        f"Kinds: {', '.join(ALL_FAULTS)}",
-    )
+    parser.add_argument("--seed", type=int, default=0, help="draws the angle it starts at (default: 0)")
     parser.set_defaults(command=_emulate)
 
 
@@ -131,34 +121,10 @@ def _emulate(options: argparse.Namespace) -> int:
     _check_id(options.id, faults)
     if not 0 <= options.load <= STALL_N_M:
         faults.append(f"--load: found {options.load:g}; expected: 0 to {STALL_N_M:g} N m, the motor's stall torque")
-    timed = _timed_faults(options.fault, faults)
     if faults:
         raise UserError(faults)
-    run_emulator(
-        id=options.id,
-        baud=options.baud,
-        load_nm=options.load,
-        seed=options.seed,
-        faults=Faults(options.seed, rate=0.0, timed=timed) if timed else None,
-        tell=_say,
-    )
+    run_emulator(id=options.id, baud=options.baud, load_nm=options.load, seed=options.seed, tell=_say)
     return 0
-
-
-def _timed_faults(texts: Sequence[str], faults: list[str]) -> tuple[TimedFault, ...]:
-    """The faults of ``--fault``; what is no kind, or at no time, is a fault of the user's."""
-    timed = []
-    for text in texts:
-        kind, _, time = text.partition("@")
-        try:
-            found = TimedFault(Fault(kind), float(time))
-        except ValueError:
-            found = None
-        if found is None or not 0 <= found.time_s < math.inf:
-            faults.append(f"--fault: found {text!r}; expected: KIND@SECONDS; choices of KIND: {', '.join(ALL_FAULTS)}")
-        else:
-            timed.append(found)
-    return tuple(timed)
 
 
 def _settings(options: argparse.Namespace) -> CaptureSettings:

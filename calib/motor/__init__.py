@@ -11,9 +11,7 @@ It speaks Protocol 2.0 byte for byte, from the manuals and without ROBOTIS' SDK;
 from typing import TYPE_CHECKING, Any
 
 from calib.motor.control_table import ControlTable
-from calib.motor.device import Device
 from calib.motor.emulator import Emulator
-from calib.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator, TimedFault
 from calib.motor.motor_physics import MotorConstants
 from calib.motor.serve import run_emulator
 from calib.motor.servo import HardwareError, MotorState
@@ -24,18 +22,12 @@ if TYPE_CHECKING:
     from calib.motor.pseudo_terminal import PseudoTerminal
 
 __all__ = [
-    "ALL_FAULTS",
     "ControlTable",
-    "Device",
     "Emulator",
-    "Fault",
-    "Faults",
-    "FaultyEmulator",
     "HardwareError",
     "MotorConstants",
     "MotorState",
     "PseudoTerminal",
-    "TimedFault",
     "VirtualClock",
     "VirtualPort",
     "run_emulator",

@@ -12,7 +12,7 @@ from collections import deque
 from types import TracebackType
 
 from calib.motor.baud import BAUD_RATES
-from calib.motor.device import Device
+from calib.motor.emulator import Emulator
 
 TICK_S = 0.05
 """How often the server looks up without being called: the motor's own clock then acts."""
@@ -31,7 +31,7 @@ class PseudoTerminal:
         ValueError: if `baud` is given and is not the motor's.
     """
 
-    def __init__(self, device: Device, baud: int | None = None) -> None:
+    def __init__(self, device: Emulator, baud: int | None = None) -> None:
         if baud is not None and baud != device.baud:
             raise ValueError(f"the terminal is to run at {baud}, the motor at {device.baud}: make them the same")
         self.device = device

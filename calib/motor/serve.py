@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from calib.motor.emulator import Emulator
-from calib.motor.faults import Faults, FaultyEmulator
 
 
 def run_emulator(
@@ -17,7 +16,6 @@ def run_emulator(
     baud: int = 1_000_000,
     load_nm: float = 0.0,
     seed: int = 0,
-    faults: Faults | None = None,
     tell: Callable[[str], None] = print,
     until: threading.Event | None = None,
 ) -> None:
@@ -36,8 +34,7 @@ def run_emulator(
         raise OSError("the emulator needs pseudo-terminals, which this system does not have: use Linux") from error
 
     motor = Emulator(id=id, load=load_nm, seed=seed, baud=baud)
-    device = FaultyEmulator(motor, faults) if faults else motor
-    with PseudoTerminal(device) as terminal, _sigterm_as_ctrl_c():
+    with PseudoTerminal(motor) as terminal, _sigterm_as_ctrl_c():
         try:
             tell(terminal.path)
             tell(f"An emulated XW540-T140-R, id {id}, at {baud} baud. Ctrl-C ends it.")
@@ -46,7 +43,7 @@ def run_emulator(
             tell("")
         state = motor.state
     turns_s = state.velocity_rad_s / (2 * math.pi)
-    left = "not driven" if device.stopped else "STILL DRIVEN"
+    left = "not driven" if motor.stopped else "STILL DRIVEN"
     tell(f"Ended. The motor is {left}, at {turns_s:.2f} turns/s, {state.temperature_c:.0f} degrees C.")
 
 

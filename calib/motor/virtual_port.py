@@ -6,7 +6,7 @@ import errno
 from collections import deque
 from collections.abc import Sequence
 
-from calib.motor.device import Device
+from calib.motor.emulator import Emulator
 from calib.motor.virtual_clock import VirtualClock
 
 SUPPORTED = (
@@ -29,7 +29,7 @@ class VirtualPort:
     that is no OSError.
     """
 
-    def __init__(self, device: Device, latency_s: float = 1e-3, port_name: str = "virtual") -> None:
+    def __init__(self, device: Emulator, latency_s: float = 1e-3, port_name: str = "virtual") -> None:
         if not isinstance(device.clock, VirtualClock):
             raise TypeError(f"the motor's clock is {device.clock!r}: a VirtualPort needs a motor with a VirtualClock")
         self.device = device

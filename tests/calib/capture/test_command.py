@@ -150,32 +150,18 @@ def test_emulate_serves_a_motor_that_can_be_captured(tmp_path: Path) -> None:
     assert process.returncode == 0
 
 
-def test_an_emulated_motor_that_overheats_ends_the_capture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command = [sys.executable, "-m", "calib.capture", "emulate", "--baud", str(BAUD), "--fault", "overheating@0.5"]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        path = process.stdout.readline().strip()
-        assert main(arguments(path, tmp_path, "--seconds", "20")) == 3
-        process.send_signal(signal.SIGINT)
-        assert "not driven" in process.communicate(timeout=20)[0]
-    assert "the motor reports: overheated" in capsys.readouterr().err
-
-
 def test_the_load_and_the_seed_reach_the_emulated_motor(monkeypatch: pytest.MonkeyPatch) -> None:
     given: dict[str, object] = {}
     monkeypatch.setattr("calib.capture.command.run_emulator", lambda **options: given.update(options))
     assert main(["emulate", "--load", "1.5", "--seed", "7"]) == 0
-    assert (given["load_nm"], given["seed"], given["faults"]) == (1.5, 7, None)
+    assert (given["load_nm"], given["seed"]) == (1.5, 7)
 
 
 def test_an_emulated_motor_that_cannot_be_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    bad = ["--load", "9", "--id", "300", "--fault", "cold@3", "--fault", "overload", "--fault", "garbage@-1"]
-    assert main(["emulate", *bad]) == 2
+    assert main(["emulate", "--load", "9", "--id", "300"]) == 2
     told = capsys.readouterr().err
     assert "--load: found 9; expected: 0 to 6.9 N m" in told
     assert "--id: found 300" in told
-    for text in ("cold@3", "overload", "garbage@-1"):
-        assert f"--fault: found '{text}'; expected: KIND@SECONDS; choices of KIND: request_lost" in told
 
 
 def test_all_that_is_wrong_with_the_options_is_said_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

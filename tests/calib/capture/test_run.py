@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.motor.faults import Fault, Faults, FaultyEmulator
 from calib.capture import COMMANDS_HEADER, START_CODE, Interrupted, Limits, MotorFault, UserError
 from calib.capture import run as run_module
-from calib.motor import Fault, Faults, FaultyEmulator, HardwareError
+from calib.motor import HardwareError
 from session import load_motor, load_session
 from swimmer import load_robot
 from tests.calib.capture.virtual import bench
@@ -146,7 +147,7 @@ def test_a_drive_too_short_to_tell_its_speed_says_so(tmp_path: Path) -> None:
 
 def test_a_lost_cable_is_told_and_the_watchdog_stops_the_motor(tmp_path: Path) -> None:
     one = bench()
-    one.events.append((3.0, lambda: setattr(one.device, "connected", False)))
+    one.events.append((3.0, lambda: setattr(one.motor, "connected", False)))
     with pytest.raises(MotorFault, match="the port is gone"):
         one.capture(tmp_path, seconds=10.0)
     assert any("did not confirm that it stopped" in line for line in one.told)
@@ -217,8 +218,8 @@ def test_no_answer_is_logged_under_the_time_of_another_question(tmp_path: Path) 
         line = np.polynomial.Polynomial.fit(log.time_s[steady], log.position_rad[steady], 1)
         off_s = (log.position_rad[steady] - line(log.time_s[steady])) / (2 * math.pi * 0.6)
         assert np.abs(off_s).max() < 0.005
-        assert isinstance(one.device, FaultyEmulator)
-        assert len(one.device.happened) > 5
+        assert isinstance(one.motor, FaultyEmulator)
+        assert len(one.motor.happened) > 5
 
 
 def test_a_slow_adapter_is_warned_of(tmp_path: Path) -> None:

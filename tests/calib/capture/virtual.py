@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from benchmarks.motor.faults import Faults, FaultyEmulator
 from calib.capture import CaptureSettings, Clock, TrialResult, capture
-from calib.motor import Device, Emulator, Faults, FaultyEmulator, VirtualClock, VirtualPort
+from calib.motor import Emulator, VirtualClock, VirtualPort
 
 SILENCE_S = 0.4
 
@@ -20,7 +21,6 @@ class Bench:
     """
 
     motor: Emulator
-    device: Device
     port: VirtualPort
     clock: VirtualClock
     told: list[str] = field(default_factory=list)
@@ -45,8 +45,8 @@ class Bench:
 def bench(faults: Faults | None = None, load: float = 0.3, latency_s: float = 1e-3, seed: int = 0) -> Bench:
     """A motor with factory settings at 1 Mbaud."""
     clock = VirtualClock()
-    motor = Emulator(clock=clock, load=load, seed=seed)
-    device = FaultyEmulator(motor, faults) if faults else motor
-    port = VirtualPort(device, latency_s)
+    settings = {"clock": clock, "load": load, "seed": seed}
+    motor = FaultyEmulator(faults, **settings) if faults else Emulator(**settings)
+    port = VirtualPort(motor, latency_s)
     port.openPort()
-    return Bench(motor, device, port, clock)
+    return Bench(motor, port, clock)

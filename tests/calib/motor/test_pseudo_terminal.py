@@ -9,7 +9,8 @@ import time
 import dynamixel_sdk as sdk
 import pytest
 
-from calib.motor import Emulator, Fault, Faults, FaultyEmulator, PseudoTerminal
+from benchmarks.motor.faults import Fault, Faults, FaultyEmulator
+from calib.motor import Emulator, PseudoTerminal
 from calib.motor.protocol import Packet, PacketReader, encode
 from tests.calib.motor.terminal import PATIENCE_MS, open_port
 
@@ -63,7 +64,7 @@ def test_a_client_at_another_speed_finds_nothing() -> None:
 
 
 def test_a_lost_cable_ends_the_terminal_under_its_client() -> None:
-    device = FaultyEmulator(Emulator(), Faults(kinds=(Fault.DISCONNECT,), rate=1.0, after=1))
+    device = FaultyEmulator(Faults(kinds=(Fault.DISCONNECT,), rate=1.0, after=1))
     with PseudoTerminal(device) as terminal:
         port = open_port(terminal.path)
         assert PACKETS.ping(port, 1)[1] == sdk.COMM_SUCCESS

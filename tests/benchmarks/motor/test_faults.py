@@ -6,23 +6,14 @@ import termios
 import dynamixel_sdk as sdk
 import pytest
 
-from calib.motor import (
-    ALL_FAULTS,
-    Emulator,
-    Fault,
-    Faults,
-    FaultyEmulator,
-    HardwareError,
-    TimedFault,
-    VirtualClock,
-    VirtualPort,
-)
+from benchmarks.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
+from calib.motor import HardwareError, VirtualClock, VirtualPort
 
 PACKETS = sdk.Protocol2PacketHandler()
 
 
 def faulty(kind: Fault, rate: float = 1.0, after: int = 0) -> tuple[FaultyEmulator, VirtualPort]:
-    motor = FaultyEmulator(Emulator(clock=VirtualClock()), Faults(seed=1, kinds=(kind,), rate=rate, after=after))
+    motor = FaultyEmulator(Faults(seed=1, kinds=(kind,), rate=rate, after=after), clock=VirtualClock())
     port = VirtualPort(motor)
     assert port.openPort()
     return motor, port
@@ -97,7 +88,7 @@ def test_a_lost_cable_raises_what_pyserial_and_the_terminal_raise() -> None:
 
 
 def test_a_motor_on_a_lost_cable_goes_on_until_its_watchdog_trips() -> None:
-    motor = FaultyEmulator(Emulator(clock=VirtualClock()), Faults(kinds=(Fault.DISCONNECT,), rate=1.0, after=4))
+    motor = FaultyEmulator(Faults(kinds=(Fault.DISCONNECT,), rate=1.0, after=4), clock=VirtualClock())
     port = VirtualPort(motor)
     port.openPort()
     for address, size, value in ((11, 1, 1), (98, 1, 10), (64, 1, 1), (104, 4, 200)):
@@ -130,7 +121,7 @@ def test_a_power_cycle_silences_it_and_then_it_knows_nothing() -> None:
 def test_the_same_seed_gives_the_same_faults_and_another_seed_others() -> None:
     def happened(seed: int) -> list[tuple[int, Fault]]:
         kinds = tuple(kind for kind in ALL_FAULTS if kind is not Fault.DISCONNECT)
-        motor = FaultyEmulator(Emulator(clock=VirtualClock()), Faults(seed, kinds, rate=0.3))
+        motor = FaultyEmulator(Faults(seed, kinds, rate=0.3), clock=VirtualClock())
         port = VirtualPort(motor)
         port.openPort()
         for _ in range(30):
@@ -140,49 +131,9 @@ def test_the_same_seed_gives_the_same_faults_and_another_seed_others() -> None:
     assert happened(1) == happened(1) != happened(2)
 
 
-def test_a_timed_fault_comes_once_when_its_time_has_come() -> None:
-    timed = (TimedFault(Fault.OVERHEATING, 5.0), TimedFault(Fault.REPLY_LOST, 2.0))
-    motor = FaultyEmulator(Emulator(clock=VirtualClock()), Faults(rate=0.0, timed=timed))
-    port = VirtualPort(motor)
-    port.openPort()
-    port.clock.sleep(9.0)  # before the first packet nothing is counted
-    heard = []
-    for _ in range(70):
-        heard.append(PACKETS.ping(port, 1)[1:])
-        port.clock.sleep(0.1)
-
-    assert [kind for _, kind in motor.happened] == [Fault.REPLY_LOST, Fault.OVERHEATING]
-    assert [result for result, _ in heard].count(sdk.COMM_RX_TIMEOUT) == 1
-    assert {error for _, error in heard[:45]} == {0}
-    assert {error for _, error in heard[55:]} == {0x80}
-
-
-def test_timed_faults_leave_the_drawn_ones_as_they_were() -> None:
-    def happened(*timed: TimedFault) -> list[tuple[int, Fault]]:
-        motor = FaultyEmulator(Emulator(clock=VirtualClock()), Faults(3, (Fault.REPLY_LOST,), rate=0.3, timed=timed))
-        port = VirtualPort(motor)
-        port.openPort()
-        for _ in range(30):
-            PACKETS.ping(port, 1)
-        return motor.happened
-
-    assert set(happened(TimedFault(Fault.ENCODER, 0.0))) - set(happened()) == {(1, Fault.ENCODER)}
-
-
-def test_a_fault_before_the_first_packet_is_refused() -> None:
-    with pytest.raises(ValueError, match="timed faults at 0 s or later"):
-        Faults(timed=(TimedFault(Fault.GARBAGE, -1.0),))
-
-
-@pytest.mark.parametrize("wrong", [{"kinds": ()}, {"rate": 1.5}, {"after": -1}])
-def test_faults_that_cannot_be_are_refused(wrong: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match="expected one kind or more"):
-        Faults(**wrong)  # type: ignore[arg-type]
-
-
 def test_the_sdk_comes_through_any_faults_and_the_watchdog_stops_the_motor() -> None:
     for seed in range(200):
-        motor = FaultyEmulator(Emulator(clock=VirtualClock(), seed=seed), Faults(seed, rate=0.1))
+        motor = FaultyEmulator(Faults(seed, rate=0.1), clock=VirtualClock(), seed=seed)
         port = VirtualPort(motor)
         port.openPort()
         rng = random.Random(seed)
