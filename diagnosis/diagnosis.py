@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
@@ -40,6 +40,7 @@ from swimmer import Twin
 from swimmer.effects import Effect
 
 Tell = Callable[[str, float | None], None]
+Refitting = Callable[[Sequence[str]], Refit]
 _UNEXPLAINED = 0.5  # share of a gap that may remain beside a name
 _COMPARED = 12  # effects in the table of separations
 _ROUNDS = {"quick": 2, "full": 5}
@@ -60,6 +61,9 @@ class Settings:
     effort: Literal["quick", "full"] = "full"
     belief: Belief = field(default_factory=Belief)
     seed: int = 0
+
+
+DEFAULT = Settings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +124,7 @@ def diagnose(
     camera: CameraSpec,
     effects: Mapping[str, Effect],
     discrepancy: Discrepancy,
-    settings: Settings | None = None,
+    settings: Settings = DEFAULT,
     tell: Tell = lambda _message, _share: None,
     dry: OutOfWater = NOTHING,
 ) -> Diagnosis:
@@ -143,12 +147,72 @@ def diagnose(
         SimulationDiverged: the plain twin, from every start.
         NotEnoughData: no fitted swim.
     """
-    settings = settings or Settings()
-    trials, runs = ([trial.without_log for trial in each] for each in (trials, dry.runs))
-    fitted, held = ([trial for trial in trials if (trial.role == "fit") == own] for own in (True, False))
-    camera = with_picture(camera, (*trials, *runs))
+    trials = [trial.without_log for trial in trials]
+    weighed = _weighed(trials, twin, camera, effects, discrepancy, settings.belief, tell, dry)
+
+    def refitting(names: Sequence[str]) -> Refit:
+        chosen = [effects[name] for name in names]
+        return refitted(weighed.ground, weighed.explanations, chosen, _ROUNDS[settings.effort])
+
+    tell("refitting with the effects", 0.75)
+    named = _named(weighed, refitting, settings.belief, len(effects))
+    swims = HeldOut(weighed.ground, tuple(trial for trial in trials if trial.role != "fit"), settings.seed)
+    tell("held-out swims", 0.85)
+    said, remainder = _held_out(weighed, named, swims, refitting) if swims.swims else named
+    tell("what to do next", 0.9)
+    return Diagnosis(
+        ground=weighed.ground,
+        signatures=weighed.signatures,
+        shown=tuple(weighed.explanations.effects),
+        elsewhere=weighed.elsewhere,
+        beside=weighed.beside,
+        explanations=weighed.explanations,
+        probabilities=said.probabilities,
+        verdict=said.verdict,
+        where=locate(weighed.ground, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
+        refit=said.best,
+        remainder=remainder,
+        gap=said.gap,
+        refutations=said.refutations,
+        everything=_everything(weighed, effects, said, swims, settings.effort),
+        experiments=_experiments(weighed, said, effects, settings.seed),
+        decays_left_out=weighed.decays_left_out,
+    )
+
+
+class _Weighed(NamedTuple):
+    """What the fitted swims say of every explanation."""
+
+    ground: Ground
+    signatures: tuple[Signature, ...]
+    forces: Responses
+    elsewhere: tuple[Stranger, ...]
+    beside: BesideTheBeat
+    explanations: Explanations
+    probabilities: Probabilities
+    decays_left_out: Mapping[str, str]
+
+    @property
+    def placed(self) -> Sequence[Stranger]:
+        """Where something that is in no catalogue is likely."""
+        return likely_of(self.elsewhere, self.probabilities.at_place)
+
+
+def _weighed(
+    trials: Sequence[MeasuredTrial],
+    twin: Twin,
+    camera: CameraSpec,
+    effects: Mapping[str, Effect],
+    discrepancy: Discrepancy,
+    belief: Belief,
+    tell: Tell,
+    dry: OutOfWater,
+) -> _Weighed:
+    """Arguments as in `diagnose`; trials without the logs of their motors."""
     tell("fitting the plain twin", 0.0)
-    rings = rings_of(dry.decays, twin)
+    runs = [trial.without_log for trial in dry.runs]
+    camera = with_picture(camera, (*trials, *runs))
+    fitted, rings = [trial for trial in trials if trial.role == "fit"], rings_of(dry.decays, twin)
     ground = Ground.fitted(fitted, twin, camera, discrepancy, runs, rings=rings.believed)
     signatures = []
     for number, effect in enumerate(effects.values()):
@@ -159,77 +223,72 @@ def diagnose(
     tell("weighing explanations", 0.65)
     elsewhere = strangers(ground, forces)
     beside = beside_the_beat(ground.swims)
-    odds = tuple(each.log_odds for each in beside)
-    weighed = explained(ground, signatures, settings.belief, elsewhere, odds)
-    ground, explanations, probabilities = weighed.ground, weighed.explanations, weighed.probabilities
-    placed = likely_of(elsewhere, probabilities.at_place)
-    verdict = verdict_of(probabilities)
-    best, gap = None, None
-    rounds = _ROUNDS[settings.effort]
-
-    def refitting(names: Sequence[str]) -> Refit:
-        return refitted(ground, explanations, [effects[name] for name in names], rounds)
-
-    if verdict.first:
-        tell("refitting with the effects", 0.75)
-        best, gone, kept = pruned(ground, refitting(verdict.first), refitting, settings.belief, len(effects))
-        probabilities = _beside(probabilities, verdict, gone, kept)
-        verdict = verdict.without(gone, probabilities) if gone else verdict
-    remainder = _remainder(ground, best, forces, signatures, placed) if best is not None and verdict.first else None
-    stays = remainder is None or (remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5)
-    if best is not None and stays:
-        verdict, best, remainder = Verdict("unexplained", ()), None, None
-    refutations: tuple[Refutation, ...] = ()
-    swims = HeldOut(ground, tuple(held), settings.seed)
-    if held:
-        tell("held-out swims", 0.85)
-        placebo = None if best is None else placebo_for(explanations, probabilities, set(verdict.effects))
-        other = None if placebo is None else refitting([placebo])
-
-        def forecast(twin: Refit | None) -> Gap | None:
-            return swims.gap(twin, None if twin is None else other)
-
-        said = Stood(verdict, probabilities, best, forecast(best), ())
-        verdict, probabilities, best, gap, refutations = stood(said, explanations, refitting, forecast)
-        if refutations:
-            remainder = None if best is None else _remainder(ground, best, forces, signatures, placed)
-    where = locate(ground, forces, signatures, verdict.effects, placed)
-    asked = settings.effort in ALL_AT_ONCE and verdict.name != "no_gap"
-    tell("all effects at once" if asked else "what to measure next", 0.9)
-    together = _everything(ground, signatures, effects, best, rounds, swims) if asked else None
-    tell("what to measure next", 0.95)
-    experiments = next_experiments(ground, explanations, verdict, probabilities, effects, settings.seed)
-    return Diagnosis(
-        ground,
+    found = explained(ground, signatures, belief, elsewhere, tuple(each.log_odds for each in beside))
+    return _Weighed(
+        found.ground,
         tuple(signatures),
-        tuple(explanations.effects),
+        forces,
         elsewhere,
         beside,
-        explanations,
-        probabilities,
-        verdict,
-        where,
-        best,
-        remainder,
-        gap,
-        refutations,
-        together,
-        experiments,
+        found.explanations,
+        found.probabilities,
         rings.left_out,
     )
 
 
+def _named(weighed: _Weighed, refitting: Refitting, belief: Belief, effects: int) -> tuple[Stood, Remainder | None]:
+    """What is said of the fitted swims alone, and what the twin with it leaves of them.
+
+    Args:
+        weighed: the explanations.
+        refitting: a twin with effects of these names.
+        belief: before the session.
+        effects: how many the catalogue has.
+    """
+    probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
+    if not verdict.first:
+        return Stood(verdict, probabilities, None, None, ()), None
+    best, gone, kept = pruned(weighed.ground, refitting(verdict.first), refitting, belief, effects)
+    probabilities = _beside(probabilities, verdict, gone, kept)
+    verdict = verdict.without(gone, probabilities) if gone else verdict
+    remainder = _remainder(weighed, best) if best is not None and verdict.first else None
+    stays = remainder is None or (remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5)
+    if best is not None and stays:
+        return Stood(Verdict("unexplained", ()), probabilities, None, None, ()), None
+    return Stood(verdict, probabilities, best, None, ()), remainder
+
+
+def _held_out(
+    weighed: _Weighed, named: tuple[Stood, Remainder | None], swims: HeldOut, refitting: Refitting
+) -> tuple[Stood, Remainder | None]:
+    """What is still said once the held-out swims are forecast with it, and what the twin with it leaves."""
+    said, remainder = named
+    effects = set(said.verdict.effects)
+    placebo = None if said.best is None else placebo_for(weighed.explanations, said.probabilities, effects)
+    other = None if placebo is None else refitting([placebo])
+
+    def forecast(twin: Refit | None) -> Gap | None:
+        return swims.gap(twin, None if twin is None else other)
+
+    found = stood(said._replace(gap=forecast(said.best)), weighed.explanations, refitting, forecast)
+    if found.refutations:
+        remainder = None if found.best is None else _remainder(weighed, found.best)
+    return found, remainder
+
+
 def _everything(
-    ground: Ground,
-    signatures: Sequence[Signature],
-    effects: Mapping[str, Effect],
-    named: Refit | None,
-    rounds: int,
-    swims: HeldOut,
+    weighed: _Weighed, effects: Mapping[str, Effect], said: Stood, swims: HeldOut, effort: str
 ) -> tuple[Everything, Gap | None] | None:
-    """The twin with all effects, and what it leaves of held-out swims, just as it was fitted."""
-    every = everything(ground, signatures, effects, named or Refit.plain(ground), rounds)
+    """The twin with all effects, and what it leaves of held-out swims, just as it was fitted; None if not asked."""
+    if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
+        return None
+    named = said.best or Refit.plain(weighed.ground)
+    every = everything(weighed.ground, weighed.signatures, effects, named, _ROUNDS[effort])
     return None if every is None else (every, swims.gap(every.refit, as_fitted=True))
+
+
+def _experiments(weighed: _Weighed, said: Stood, effects: Mapping[str, Effect], seed: int) -> tuple[Experiment, ...]:
+    return next_experiments(weighed.ground, weighed.explanations, said.verdict, said.probabilities, effects, seed)
 
 
 def _beside(
@@ -245,16 +304,11 @@ def _beside(
     return found
 
 
-def _remainder(
-    ground: Ground,
-    best: Refit,
-    forces: Responses,
-    signatures: Sequence[Signature],
-    placed: Sequence[Stranger],
-) -> Remainder:
+def _remainder(weighed: _Weighed, best: Refit) -> Remainder:
+    ground = weighed.ground
     rest = replace(ground)
     rest.__dict__["left"] = best.left
-    where = locate(rest, forces, signatures, placed=placed)
+    where = locate(rest, weighed.forces, weighed.signatures, placed=weighed.placed)
     plain, left = whitened(ground, ground.left), whitened(ground, best.left)
     freedom = max(len(left) - 5 - len(best.values), 1)
     excess, before = left @ left - freedom, plain @ plain - len(plain) + 5

@@ -19,11 +19,7 @@ from benchmarks.posterior import effects, exact, truth
 from benchmarks.posterior import score as scoring
 from benchmarks.posterior.effect_names import Effect
 from benchmarks.posterior.score import PosteriorScore
-from fitting import objective, signatures, structure
-from fitting import posterior as inference
 from session import FaultCollector, fingerprint_of, plain_json, sha256_of, write_whole
-
-_MEASURED = ("calibration", "frequency", "from_rest", "left_out", "speed", "swim", "trial")  # modules of `fitting`
 
 
 class Failure(NamedTuple):
@@ -165,9 +161,7 @@ def _code() -> dict[str, str]:
     """What a score depends on: the twin, the inference, how sessions are drawn and scored, and MuJoCo."""
     modules = (scoring, effects, exact, truth)
     files = [Path(str(module.__file__)) for module in modules]
-    files += [Path(fitting.__file__).with_name(f"{name}.py") for name in _MEASURED]
-    files.append(Path(str(objective.__file__)))
-    for package in (inference, signatures, structure, swimmer, synthetic):
+    for package in (fitting, swimmer, synthetic):
         files += Path(str(package.__file__)).parent.rglob("*.py")
         files += Path(str(package.__file__)).parent.rglob("*.toml")
     libraries = {"mujoco": mujoco.__version__, "emcee": emcee.__version__, "arviz": version("arviz")}
