@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from benchmarks.effects.suite import Shard, SuiteSize
 from benchmarks.posterior.effect_names import Effect
 from calib.commands.arguments import AsJson, SessionFolder, Workers
 
@@ -106,41 +107,61 @@ def effects(
     as_json: AsJson = False,
 ) -> None:
     """Makes sessions whose effect is withheld from what diagnoses them, has them diagnosed, and scores that."""
-    from benchmarks.effects.cases import read_cases
-    from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
-    from benchmarks.effects.folder import SuiteFolder
-    from benchmarks.effects.following import follow_suite
-    from benchmarks.effects.program import program_of
-    from benchmarks.effects.report import outcome_text
-    from benchmarks.effects.ruling import judge_suite
-    from benchmarks.effects.run import make_suite
-    from benchmarks.effects.scores_page import write_scores
-    from benchmarks.effects.scoring import PROGRAM, Outcome, score_all
     from benchmarks.effects.suite import suite_named
-    from calib.working import progress_bar
-    from session import plain_json
 
-    where = SuiteFolder(folder)
     try:
         size, shard = suite_named(suite)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--suite") from error
     if part == "score":
-        if folder.suffix == ".jsonl":
-            outcome = Outcome({PROGRAM: read_cases(folder)})
-        else:
-            outcome = score_all(where)
-            write_scores(where, outcome)
-        print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome_text(outcome))
-        return
+        _score_effects(folder, as_json)
+    else:
+        _do_effects(folder, part, (seed, size, shard), program, (workers, scheduler), as_json)
+
+
+def _score_effects(folder: Path, as_json: bool) -> None:
+    """Of a suite, or of its cases in a file."""
+    from benchmarks.effects.cases import read_cases
+    from benchmarks.effects.folder import SuiteFolder
+    from benchmarks.effects.report import outcome_text
+    from benchmarks.effects.scores_page import write_scores
+    from benchmarks.effects.scoring import PROGRAM, Outcome, score_all
+    from session import plain_json
+
+    if folder.suffix == ".jsonl":
+        outcome = Outcome({PROGRAM: read_cases(folder)})
+    else:
+        outcome = score_all(SuiteFolder(folder))
+        write_scores(SuiteFolder(folder), outcome)
+    print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome_text(outcome))
+
+
+def _do_effects(
+    folder: Path,
+    part: Literal["make", "rules", "diagnose", "withhold", "follow"],
+    sessions: tuple[int, SuiteSize, Shard],
+    program: str,
+    where: tuple[int, str | None],
+    as_json: bool,
+) -> None:
+    """One part but the score; `sessions` are a seed, a size and a shard, `where` workers and a scheduler."""
+    from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
+    from benchmarks.effects.folder import SuiteFolder
+    from benchmarks.effects.following import follow_suite
+    from benchmarks.effects.program import program_of
+    from benchmarks.effects.ruling import judge_suite
+    from benchmarks.effects.run import make_suite
+    from calib.working import progress_bar
+
+    suite, (seed, size, shard) = SuiteFolder(folder), sessions
     with progress_bar(as_json) as tell:
         if part == "make":
-            failures = make_suite(where, seed, size, workers, scheduler, tell, shard)
+            failures = make_suite(suite, seed, size, *where, tell, shard)
         elif part == "rules":
-            failures = judge_suite(where, workers, scheduler, tell)
+            failures = judge_suite(suite, *where, tell)
         else:
             run = {"diagnose": diagnose_suite, "withhold": diagnose_without, "follow": follow_suite}[part]
-            failures = run(where, program_of(program), workers, scheduler, tell)
+            failures = run(suite, program_of(program), *where, tell)
     told = {"failed": [failure._asdict() for failure in failures]}
     print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
     for failure in [] if as_json else failures:

@@ -20,17 +20,16 @@
 # the model? `calib diagnose SESSION` answers in three sentences; here its parts are looked at one by one.
 #
 # The session is one of `datasets/withheld/small`. It was not made with the twin: a second simulator that shares no code
-# with it swam, with something in it that the twin leaves out. What that was stands in a sealed answer, which the last
+# with it swam, with something in it that the twin leaves out. What that was stands in an answer apart, which the last
 # cell opens.
 
 # %%
-import json
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from benchmarks.effects.answer import unseal
+from benchmarks.effects.answer import Answer
 from calib import Options, Pipeline, open_session
 from diagnosis.result import DIAGNOSIS
 from diagnosis.sentences import sentences
@@ -128,6 +127,5 @@ print("shrinkage of the whitened gap:", found.gap.shrinkage, found.gap.shrinkage
 # data cannot tell from it.
 
 # %%
-checksums = json.loads((suite / "checksums.json").read_text())
-for answer in unseal(suite / "answers" / f"{name}.sealed", checksums[name]):
-    print(answer.kind, answer.effects, f"d = {answer.detectability}", "alike:", answer.alike)
+answer = Answer.read(suite / "answers" / f"{name}.json")
+print(answer.kind, answer.effects, f"d = {answer.detectability}", "alike:", answer.alike)

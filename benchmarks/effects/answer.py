@@ -1,19 +1,13 @@
-"""What is true of a withheld session, sealed apart from it until every diagnosis is written."""
+"""What is true of a withheld session, in a file apart from it."""
 
-import base64
 import json
-import zlib
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from hashlib import sha256, shake_256
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from session import FaultCollector, plain_json, write_whole
+from session import plain_json, write_whole
 
 Kind = Literal["null", "single", "double", "many", "outside"]
-_PER_LINE = 120
-_BLOCK = 1024  # bytes that every sealed file is filled up to: how long an answer is would tell how much there is to say
 
 
 @dataclass(frozen=True)
@@ -50,54 +44,30 @@ class Answer:
         """Whether an effect of this name is."""
         return name in self.effects
 
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """The answer in a file.
 
-def seal(answers: Iterable[Answer], path: Path) -> str:
-    """Writes answers so that nobody reads them by chance; returns the sha256 of the file, to be published beside it.
+        Raises:
+            KeyError, TypeError, ValueError: it holds none.
+        """
+        return cls.of(json.loads(path.read_text()))
 
-    Sealed is not secret: it keeps an eye, a search or a classifier off, not somebody who wants to know.
+    @classmethod
+    def of(cls, stands: dict[str, Any]) -> Self:
+        """From its fields as JSON.
 
-    Raises:
-        ResultsNotWritable: the folder is not writable.
-    """
-    plain = json.dumps([plain_json(asdict(answer)) for answer in answers]).encode()
-    packed = zlib.compress(plain, 9)
-    text = base64.b64encode(packed + shake_256(packed).digest(-len(packed) % _BLOCK)).decode()
-    lines = [text[i : i + _PER_LINE] for i in range(0, len(text), _PER_LINE)]
-    write_whole(path, "\n".join(lines) + "\n")
-    return checksum(path)
+        Raises:
+            KeyError, TypeError: these are no fields of an answer.
+        """
+        alike = tuple(tuple(names) for names in stands["alike"])
+        strengths = tuple(stands.get("strengths", ()))
+        return cls(**stands | {"effects": tuple(stands["effects"]), "alike": alike, "strengths": strengths})
 
+    def write(self, path: Path) -> None:
+        """As plain JSON: nothing that diagnoses imports this package or looks into the folder of answers.
 
-def unseal(path: Path, expected: str) -> tuple[Answer, ...]:
-    """Answers whose file has the checksum that was published.
-
-    Raises:
-        InputError: it has another, or holds no answers.
-    """
-    faults = FaultCollector(str(path))
-    if (found := checksum(path)) != expected:
-        faults.add(
-            "",
-            "not the answers of these sessions: another checksum",
-            found=found,
-            expected=expected,
-            next_step="Take sessions and answers from the same suite.",
-        )
-    faults.raise_if_any()
-    stands: list[dict[str, Any]] = json.loads(zlib.decompressobj().decompress(base64.b64decode(path.read_text())))
-    return tuple(answer_of(each) for each in stands)
-
-
-def checksum(path: Path) -> str:
-    """Of a file."""
-    return sha256(path.read_bytes()).hexdigest()
-
-
-def answer_of(stands: dict[str, Any]) -> Answer:
-    """From its fields as JSON.
-
-    Raises:
-        KeyError, TypeError: these are no fields of an answer.
-    """
-    alike = tuple(tuple(names) for names in stands["alike"])
-    strengths = tuple(stands.get("strengths", ()))
-    return Answer(**stands | {"effects": tuple(stands["effects"]), "alike": alike, "strengths": strengths})
+        Raises:
+            ResultsNotWritable: the folder is not writable.
+        """
+        write_whole(path, json.dumps(plain_json(asdict(self)), indent=1) + "\n")

@@ -7,7 +7,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from benchmarks.effects.answer import answer_of
+from benchmarks.effects.answer import Answer
 from benchmarks.effects.score import Case, Score
 from benchmarks.effects.told import told_of
 from session import FaultCollector, InputError, plain_json, write_whole
@@ -41,7 +41,7 @@ def read_cases(path: Path) -> Score:
     for number, line in enumerate(lines, start=1):
         try:
             stands = json.loads(line)
-            cases.append(Case(answer_of(stands["answer"]), told_of(stands["told"], f"{path}:{number}")))
+            cases.append(Case(Answer.of(stands["answer"]), told_of(stands["told"], f"{path}:{number}")))
         except InputError as error:
             faults.extend_capped(list(error.faults))
         except (ValueError, KeyError, TypeError, AttributeError) as error:

@@ -68,7 +68,7 @@ def diagnose_without(
 
 def lacking(suite: SuiteFolder) -> Mapping[str, str]:
     """The effect of each session that holds a single one of the catalogue."""
-    return {answer.session: answer.effects[0] for answer in suite.unsealed() if answer.kind == "single"}
+    return {answer.session: answer.effects[0] for answer in suite.true() if answer.kind == "single"}
 
 
 def _copy(session: Path, folder: Path) -> None:

@@ -1,11 +1,10 @@
 """A suite as a folder: sessions that anybody may diagnose, answers apart from them, and what came of it."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks.effects.answer import Answer, unseal
+from benchmarks.effects.answer import Answer
 from session import FaultCollector
 
 Tell = Callable[[str, float | None], None]
@@ -37,13 +36,8 @@ class SuiteFolder(NamedTuple):
 
     @property
     def answers(self) -> Path:
-        """A sealed file a session; nothing but the scorer opens them."""
+        """A file a session; nothing but the scorer opens them."""
         return self.folder / "answers"
-
-    @property
-    def checksums(self) -> Path:
-        """Of the answers, published with the sessions."""
-        return self.folder / "checksums.json"
 
     @property
     def discrepancy(self) -> Path:
@@ -72,7 +66,19 @@ class SuiteFolder(NamedTuple):
         Raises:
             InputError: there is no whole suite.
         """
-        return tuple(sorted(self._sums))
+        names = sorted(path.stem for path in self.answers.glob("*.json"))
+        begun = {path.name for path in self.sessions.glob("[!.]*")} - set(names)
+        if not names or begun:
+            faults = FaultCollector(str(self.folder))
+            faults.add(
+                "",
+                "no suite of withheld effects",
+                found="one that broke off" if begun or self.sessions.is_dir() else "no answers",
+                expected="a folder that `calib benchmark effects FOLDER --part make` has finished",
+                next_step="Make it, or copy datasets/withheld/small.",
+            )
+            faults.raise_if_any()
+        return tuple(names)
 
     def check_every(self, stands: Callable[[str], bool], what: str, next_step: str) -> None:
         """That something stands of every session.
@@ -104,35 +110,17 @@ class SuiteFolder(NamedTuple):
             "Go on with --part diagnose, or with a program of yours.",
         )
 
-    def unsealed(self) -> tuple[Answer, ...]:
+    def true(self) -> tuple[Answer, ...]:
         """All answers, in the order of the names.
 
         Raises:
-            InputError: there is no whole suite, or an answer has another checksum than was published.
+            InputError: there is no whole suite.
         """
-        sums = self._sums
-        return tuple(answer for name in sorted(sums) for answer in unseal(self.answer(name), sums[name]))
-
-    @property
-    def _sums(self) -> dict[str, str]:
-        sums: dict[str, str] = json.loads(self.checksums.read_text()) if self.checksums.exists() else {}
-        answers = {path.stem for path in self.answers.glob("*.sealed")}
-        if not sums or answers - sums.keys():  # they are summed up last
-            begun = self.sessions.is_dir()
-            faults = FaultCollector(str(self.folder))
-            faults.add(
-                "",
-                "no suite of withheld effects",
-                found="one that broke off, or whose next shard did" if begun else "no checksums.json",
-                expected="a folder that `calib benchmark effects FOLDER --part make` has finished",
-                next_step="Make it, or copy datasets/withheld/small.",
-            )
-            faults.raise_if_any()
-        return sums
+        return tuple(Answer.read(self.answer(name)) for name in self.names)
 
     def answer(self, name: str) -> Path:
-        """The sealed answer of a session."""
-        return self.answers / f"{name}.sealed"
+        """The answer of a session."""
+        return self.answers / f"{name}.json"
 
     def made(self, name: str) -> bool:
         """Whether a session is there, and its answer."""

@@ -54,7 +54,7 @@ def wanted(suite: SuiteFolder) -> Mapping[str, Wanted]:
     """
     suite.check_diagnosed()
     found = {}
-    for answer in suite.unsealed():
+    for answer in suite.true():
         left = confused(answer, read_told(suite.sessions / answer.session / DIAGNOSIS))
         if left is not None:
             found[answer.session] = Wanted(answer, left)

@@ -1,6 +1,5 @@
 """Makes the sessions of a suite, and their answers; broken off, it goes on where it was."""
 
-import json
 import os
 import shutil
 from collections.abc import Sequence
@@ -9,10 +8,9 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.effects.answer import checksum, seal
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.folder import Failure, SuiteFolder, Tell
-from benchmarks.effects.making import Making, undated
+from benchmarks.effects.making import Making
 from benchmarks.effects.suite import WHOLE, SessionPlan, Shard, SuiteSize, plan_suite
 from benchmarks.reality.mechanisms import catalogued, uncatalogued
 from benchmarks.spread import spread
@@ -61,9 +59,6 @@ def make_suite(
         done += made
         if tell is not None:
             tell(f"{done} of {len(todo)} sessions", done / len(todo))
-    there = sorted(path.stem for path in suite.answers.glob("*.sealed"))
-    sums = {name: checksum(suite.answer(name)) for name in there}
-    write_whole(suite.checksums, json.dumps(sums, indent=1) + "\n")
     return tuple(failures)
 
 
@@ -90,9 +85,7 @@ def _made(suite: SuiteFolder, plan: SessionPlan) -> Filming[Failure | None]:
         answer = yield from making_of(suite).make(plan, suite.sessions)
     except (SwimcalError, ValueError, ArithmeticError) as error:
         return Failure(plan.name, f"{type(error).__name__}: {error}")
-    suite.answers.mkdir(parents=True, exist_ok=True)
-    seal([answer], suite.answer(plan.name))
-    undated(suite.answer(plan.name))
+    answer.write(suite.answer(plan.name))
     return None
 
 

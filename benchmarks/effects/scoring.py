@@ -77,7 +77,7 @@ def score_suite(suite: SuiteFolder, told: Callable[[str], Told] | None = None) -
         InputError: a diagnosis is missing or not by the contract, or an answer has another checksum; all at once.
     """
     found = _all_told(suite, suite.names, told or (lambda name: _told(suite.sessions / name)))
-    return scored(suite.unsealed(), found)  # opened last: a diagnosis that is still to come could have seen them
+    return scored(suite.true(), found)  # opened last: a diagnosis that is still to come could have seen them
 
 
 def score_rules(suite: SuiteFolder) -> dict[str, Score]:
@@ -100,7 +100,7 @@ def score_without(suite: SuiteFolder) -> WithoutScore:
     Raises:
         InputError: as of `score_suite`, or a diagnosis was made by another catalogue.
     """
-    answers = [answer for answer in suite.unsealed() if answer.kind == "single"]
+    answers = [answer for answer in suite.true() if answer.kind == "single"]
     lacking = {answer.session: frozenset(answer.effects) for answer in answers}
     told = _all_told(suite, tuple(lacking), lambda name: _told(suite.without / name, lacking[name]))
     return WithoutScore(scored(answers, told))

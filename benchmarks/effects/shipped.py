@@ -8,18 +8,17 @@ import sys
 from hashlib import sha256
 from pathlib import Path
 
-from benchmarks.effects.answer import checksum
 from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SMALL
 from diagnosis import shipped_discrepancy
-from session import write_whole
+from session import sha256_of, write_whole
 
 SEED = 1
 
 
 def ship(folder: Path, workers: int = 0) -> None:
-    """Makes `small/` in a folder, and writes its checksums into the card beside it.
+    """Makes `small/` in a folder, and writes the checksum of its sessions into the card beside it.
 
     Raises:
         InputError: `small/` holds another suite.
@@ -30,17 +29,14 @@ def ship(folder: Path, workers: int = 0) -> None:
     if failures := make_suite(suite, SEED, SMALL, workers, tell=lambda said, _: print(said, file=sys.stderr)):
         raise RuntimeError(f"small suite: {len(failures)} sessions failed, the first: {failures[0].message}")
     card = folder / "CARD.md"
-    sums = {"small/checksums.json": checksum(suite.checksums), "small/sessions": checksum_of_sessions(suite)}
-    text = card.read_text()
-    for name, found in sums.items():
-        text = re.sub(rf"(\| `{name}` \| `)[^`]*`", rf"\g<1>{found}`", text)
-    write_whole(card, text)
+    found = checksum_of_sessions(suite)
+    write_whole(card, re.sub(r"(\| `small/sessions` \| `)[^`]*`", rf"\g<1>{found}`", card.read_text()))
 
 
 def checksum_of_sessions(suite: SuiteFolder) -> str:
     """Of the lines `<sha256>  sessions/<file>` of all files, but for results, in the order of the paths."""
     files = sorted(path for path in suite.sessions.rglob("*") if path.is_file() and "results" not in path.parts)
-    lines = [f"{checksum(path)}  {path.relative_to(suite.folder).as_posix()}\n" for path in files]
+    lines = [f"{sha256_of(path)}  {path.relative_to(suite.folder).as_posix()}\n" for path in files]
     return sha256("".join(lines).encode()).hexdigest()
 
 

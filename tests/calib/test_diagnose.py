@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import jsonschema
@@ -11,12 +12,14 @@ import mujoco
 import numpy as np
 import pytest
 
+from calib.options import Options
+from calib.pipeline import Pipeline, open_session
 from calib.stages import recording, report
 from diagnosis import Verdict, diagnosis
 from diagnosis.everything import Everything
 from diagnosis.result import DIAGNOSIS, SUPPOSITION
 from reports import ReportContext
-from tests.calib.door import ROOT, Front, assert_told, edit, files_in
+from tests.calib.door import ROOT, Front, assert_told, edit, files_in, with_little_effort
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "diagnosis.schema.json"
 QUICK = ("--effort", "quick")
@@ -25,9 +28,6 @@ QUICK = ("--effort", "quick")
 @pytest.fixture(scope="module")
 def diagnosed_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A session with a diagnosis of two effects, in which one is named and all are called for whatever the data say."""
-    from calib.pipeline import Options, Pipeline, open_session
-    from tests.calib.door import with_little_effort
-
     folder = Path(shutil.copytree(fresh_session, tmp_path_factory.mktemp("diagnosed") / "pool"))
     with pytest.MonkeyPatch.context() as patch:
         with_little_effort(patch)
@@ -166,3 +166,28 @@ def test_what_nobody_knows_cannot_be_supposed(calib: Front, diagnosed: Path) -> 
     assert_told(outcome, "gremlins", "elves", "scale_error")
     assert calib("diagnose", diagnosed, "--suppose", "scale_error", "--without", "wave_drag").code == 2
     assert not (diagnosed / "results" / "supposed.json").exists()
+
+
+_OPENED: list[Path] | None = None
+
+
+def _note(event: str, arguments: tuple[object, ...]) -> None:
+    if _OPENED is not None and event in ("open", "os.listdir", "os.scandir") and isinstance(arguments[0], (str, Path)):
+        _OPENED.append(Path(arguments[0]))
+
+
+def test_it_opens_nothing_of_a_suite_but_its_session(
+    fresh_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Answers lie beside the sessions as plain files; a diagnosis neither lists nor reads them."""
+    folder = Path(shutil.copytree(fresh_session, tmp_path / "suite" / "sessions" / "pool"))
+    (tmp_path / "suite" / "answers").mkdir()
+    (tmp_path / "suite" / "answers" / "pool.json").write_text("{}")
+    sys.addaudithook(_note)
+    monkeypatch.setitem(globals(), "_OPENED", [])
+    with_little_effort(monkeypatch)
+    Pipeline(open_session(folder), Options("quick", workers=1)).diagnosis()
+    opened = [path for path in _OPENED or () if path.is_relative_to(tmp_path / "suite")]
+
+    assert folder / "results" / "diagnosis.json" in [path.with_name("diagnosis.json") for path in opened]
+    assert [path for path in opened if not path.is_relative_to(folder)] == []

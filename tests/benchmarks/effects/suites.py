@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.effects.answer import Answer, seal
+from benchmarks.effects.answer import Answer
 from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
 from benchmarks.effects.suite import SessionPlan
 from diagnosis import Discrepancy
@@ -25,13 +25,10 @@ _NO_BENCH: dict[str, Any] = {"dry_hz": None, "free_decay": False}
 def suite_in(folder: Path, answers: Sequence[Answer] = ANSWERS) -> SuiteFolder:
     suite = SuiteFolder(folder)
     Discrepancy.independent(np.eye(127)).save(suite.discrepancy, [0])
-    sums = {}
     for answer in answers:
         (suite.sessions / answer.session).mkdir(parents=True)
         (suite.sessions / answer.session / "session.toml").write_text(f'[session]\nname = "{answer.session}"\n')
-        suite.answers.mkdir(exist_ok=True)
-        sums[answer.session] = seal([answer], suite.answer(answer.session))
-    suite.checksums.write_text(json.dumps(sums))
+        answer.write(suite.answer(answer.session))
     return suite
 
 

@@ -68,7 +68,7 @@ def test_without_the_effect_the_sessions_with_one_are_diagnosed_in_copies(suite:
     }
     assert withheld == {NAMES[1]: ["tendon_slack"], NAMES[2]: ["scale_error"]}
     assert (suite.sessions / NAMES[1] / DIAGNOSIS).read_text() == before
-    assert not list(suite.without.rglob("*.sealed"))
+    assert not list(suite.without.rglob("answers"))
 
 
 def test_scores_without_the_effect(suite: SuiteFolder) -> None:
@@ -105,7 +105,7 @@ def test_no_answer_is_opened_while_a_diagnosis_is_missing(suite: SuiteFolder, mo
     def opened(_suite: SuiteFolder) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(SuiteFolder, "unsealed", opened)
+    monkeypatch.setattr(SuiteFolder, "true", opened)
     with pytest.raises(InputError, match=rf"{len(NAMES)} of {len(NAMES)} are missing.*--part diagnose"):
         diagnose_without(suite, says_slack, 1)
     with pytest.raises(InputError, match=r"diagnosis\.json"):

@@ -12,10 +12,9 @@ from sklearn.ensemble import RandomForestClassifier
 from sklearn.metrics import roc_auc_score
 from sklearn.model_selection import cross_val_predict
 
-from benchmarks.effects.answer import Answer, seal
 from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import Filming, film_together
-from benchmarks.effects.making import undated, write_session
+from benchmarks.effects.making import write_session
 from benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
 from benchmarks.reality.mechanisms import CATALOGUED, catalogued, uncatalogued
 from session import load_session
@@ -40,7 +39,6 @@ def plans() -> tuple[SessionPlan, ...]:
 def folder(plans: tuple[SessionPlan, ...], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Written as a suite is, but for the search of the severity, which leaves no trace in the files."""
     folder, mechanisms = tmp_path_factory.mktemp("suite"), {**catalogued(), **uncatalogued()}
-    (folder / "answers").mkdir()
 
     def made(plan: SessionPlan) -> Filming[None]:
         drawn, random = (yield from draw_world(plan)), np.random.default_rng([plan.seed, 3])
@@ -52,17 +50,12 @@ def folder(plans: tuple[SessionPlan, ...], tmp_path_factory: pytest.TempPathFact
         write_session(folder / "sessions" / plan.name, drawn, recordings, present)
 
     film_together((made(plan) for plan in plans), TOGETHER)
-    for plan in plans:
-        alike = (tuple(CATALOGUED["fluid"]),) * len(plan.effects)
-        answer = Answer(plan.name, plan.kind, plan.effects, alike=alike)
-        seal([answer], folder / "answers" / plan.name)
-        undated(folder / "answers" / plan.name)
     return folder
 
 
 def traces(folder: Path, number: int, plan: SessionPlan) -> list[float]:
     """Numbers of all that can be seen without reading a number of tracks or logs."""
-    session, answer = folder / "sessions" / plan.name, folder / "answers" / plan.name
+    session = folder / "sessions" / plan.name
     files = sorted(path for path in session.rglob("*") if path.is_file())
     packed = [path for path in files if path.suffix == ".gz"]
     told = [path.read_bytes() for path in files if path.name.endswith(".motor.csv")]
@@ -78,9 +71,8 @@ def traces(folder: Path, number: int, plan: SessionPlan) -> list[float]:
         sum(text.count(b"\n") for text in told),
         float(np.mean(offsets)),
         (session / "session.toml").stat().st_size,
-        answer.stat().st_size,
-        *(path.stat().st_mtime for path in (session, session / "trials", answer, *packed)),
-        *(sha256(path.read_bytes()).digest()[0] for path in (*packed, session / "session.toml", answer)),
+        *(path.stat().st_mtime for path in (session, session / "trials", *packed)),
+        *(sha256(path.read_bytes()).digest()[0] for path in (*packed, session / "session.toml")),
         *(packed[0].read_bytes()[:10]),
     ]
 
@@ -133,7 +125,7 @@ def test_tracks_and_logs_are_as_long_as_was_planned(folder: Path, plans: tuple[S
 
 
 def test_what_gives_it_away_is_seen(seen: np.ndarray, null: np.ndarray, plans: tuple[SessionPlan, ...]) -> None:
-    """The check can fail: with the length that an answer has before it is filled up, it does."""
+    """The check can fail: with the length of the names of what is present, it does."""
     said = [len(repr(plan.effects)) for plan in plans]
     assert not within_chance(np.column_stack([seen, said]), null)
 
@@ -143,6 +135,4 @@ def test_sizes_rows_heads_and_times_are_those_of_every_session(folder: Path) -> 
     assert len({path.stat().st_size for path in packed}) == 1
     plain = [gzip.decompress(path.read_bytes()) for path in packed]
     assert len({text.splitlines()[0] for text in plain}) == 1
-    assert len({path.stat().st_size for path in (folder / "answers").iterdir()}) == 1
-    inside = [path for part in ("sessions", "answers") for path in (folder / part).rglob("*")]
-    assert len({path.stat().st_mtime for path in inside}) == 1
+    assert len({path.stat().st_mtime for path in (folder / "sessions").rglob("*")}) == 1

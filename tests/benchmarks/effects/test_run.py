@@ -1,6 +1,5 @@
 """A suite is made once, whoever makes it, and also when a worker is killed over it."""
 
-import json
 import os
 import signal
 from pathlib import Path
@@ -10,7 +9,7 @@ import pytest
 from distributed import LocalCluster
 
 from benchmarks.effects import run
-from benchmarks.effects.answer import Answer, seal
+from benchmarks.effects.answer import Answer
 from benchmarks.effects.folder import Failure, SuiteFolder
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import LARGE, SMALL, WHOLE, SessionPlan, Shard, SuiteSize, plan_suite, suite_named
@@ -63,7 +62,7 @@ def test_with_one_of_two_workers_killed_midway_nothing_is_lost_or_counted_twice(
     assert len(progress) == 3  # two sessions at a time
     assert progress[-1] == 1.0
     assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
-    assert suite.unsealed() == tuple(Answer(plan.name, "null", seed=plan.seed) for plan in PLANS)
+    assert suite.true() == tuple(Answer(plan.name, "null", seed=plan.seed) for plan in PLANS)
     alone = empty_suite(tmp_path / "alone")
     assert make_suite(alone, 4, SIZE, workers=1) == ()
     assert tracks(alone) == tracks(suite)
@@ -89,7 +88,7 @@ def test_broken_off_it_goes_on_where_it_was(tmp_path: Path) -> None:
     assert len(made) == 2
     assert all((session / "session.toml").stat().st_ino == node for session, node in made.items())
     assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
-    assert sorted(json.loads(suite.checksums.read_text())) == NAMES
+    assert list(suite.names) == NAMES
 
 
 def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -100,7 +99,7 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
         for plan in plans:
             tried.append(plan.name)
             write_whole(suite.sessions / plan.name / "session.toml", b"")
-            seal([Answer(plan.name, "null")], suite.answer(plan.name))
+            Answer(plan.name, "null").write(suite.answer(plan.name))
         return len(plans), []
 
     monkeypatch.setattr(run, "_made_together", made)
@@ -112,7 +111,7 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
     assert sorted(tried) == sorted([NAMES[1], *NAMES[::2]])
     assert make_suite(suite, 4, SIZE, workers=1) == ()
     assert sorted(tried) == NAMES
-    assert suite.unsealed() == tuple(Answer(name, "null") for name in NAMES)
+    assert suite.true() == tuple(Answer(name, "null") for name in NAMES)
 
 
 def test_a_suite_goes_by_its_name() -> None:
@@ -143,8 +142,8 @@ def test_what_was_made_stands_when_a_cluster_asks_for_it_again(tmp_path: Path) -
 
 
 def test_a_folder_without_a_whole_suite_is_told_plainly(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"found no checksums\.json; .*--part make"):
-        SuiteFolder(tmp_path).unsealed()
+    with pytest.raises(InputError, match=r"found no answers; .*--part make"):
+        SuiteFolder(tmp_path).true()
     (tmp_path / "sessions").mkdir()
     with pytest.raises(InputError, match="found one that broke off"):
         _ = SuiteFolder(tmp_path).names
