@@ -20,17 +20,20 @@ def search(
     workers: Workers = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Compares the searches on a session's fit trials: same budget, both objectives; the report then shows them."""
+    """Compares the searches on a session's fit trials: same budget, both objectives."""
+    from benchmarks.searches import compare_methods, comparison_table
     from calib.options import Options
     from calib.working import working
-    from fitting import compare_methods, comparison_payload, comparison_table
+    from session import plain_json
+    from session.records import to_plain
     from swimmer import Twin
 
     with working(session, as_json, Options(workers=workers)) as pipeline:
         fitted = [trial for trial in pipeline.trials if trial.role == "fit"]
         twin = Twin(pipeline.structure.robot, fitted[0].markers, workers=workers)
         runs = compare_methods(fitted, twin, seeds, budget, tell=pipeline.job.tell)
-    print(json.dumps(comparison_payload(runs), indent=1) if as_json else "\n".join(comparison_table(runs)))
+    told = {"runs": plain_json(to_plain(runs))}
+    print(json.dumps(told, indent=1) if as_json else "\n".join(comparison_table(runs)))
 
 
 def tracking(

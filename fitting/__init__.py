@@ -10,7 +10,6 @@ from fitting.course import course_of
 from fitting.ebt import EBT_RATIO_ONLY, FORMS
 from fitting.evidence import EVIDENCE, Evidence, YawFit, gather_evidence
 from fitting.in_pool import tail_markers
-from fitting.method_comparison import SearchRun, compare_methods, comparison_payload, comparison_table, read_comparison
 from fitting.methods import METHODS, MethodName
 from fitting.objective import Comparison
 from fitting.pairs import PairFit
@@ -47,7 +46,6 @@ __all__ = [
     "PairFit",
     "PlacedFit",
     "Placement",
-    "SearchRun",
     "Source",
     "SpeedErrors",
     "SpeedSweep",
@@ -60,15 +58,11 @@ __all__ = [
     "body_wave",
     "calibrate",
     "calibration_result",
-    "compare_methods",
-    "comparison_payload",
-    "comparison_table",
     "course_of",
     "forecast_from_command",
     "forward_speed",
     "gather_evidence",
     "measure_trial",
-    "read_comparison",
     "residuals",
     "speed_errors",
     "swim_numbers",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from fitting import CalibratedTrial, Calibration, Evidence, MeasuredTrial, SearchRun
+from fitting import CalibratedTrial, Calibration, Evidence, MeasuredTrial
 from fitting.dry_run import DryTrial
 from reports.diagnosed import Diagnosed
 from reports.logged_trial import LoggedTrial
@@ -25,7 +25,6 @@ class ReportContext:
         provenance: what it was made with.
         notes: further sentences for the reader, such as what was left out.
         evidence: what stands beside the fit; None where it was not worked out.
-        searches: the searches compared on this session; empty where they were not.
         posterior: how sure the coefficients are; None where it was not sampled.
         diagnosed: where the sim-to-real gap lies and what makes it; None where it was not diagnosed.
     """
@@ -35,7 +34,6 @@ class ReportContext:
     provenance: Provenance
     notes: tuple[str, ...] = ()
     evidence: Evidence | None = None
-    searches: tuple[SearchRun, ...] = ()
     posterior: Findings | None = None
     diagnosed: Diagnosed | None = None
 

@@ -14,8 +14,6 @@ from reports.style import HALF_WIDTH_IN, Margins, legend_above, panel, styled
 Trace = Sequence[tuple[float, float]]
 """(simulated seconds, best mean distance so far in m) at every new best."""
 
-SHORT = {"gradient": "Gauss-Newton + NM", "bo-nm": "BO + NM (published)", "nelder-mead": "NM alone", "random": "random"}
-"""Labels of the methods that leave room for the lines."""
 _COLOURS = {"gradient": TWIN, "bo-nm": EBT, "nelder-mead": EBT_LARGE, "random": MUTED}
 _DASHES = {"gradient": "-", "bo-nm": (0, (5, 1.5)), "nelder-mead": (0, (2, 1.2)), "random": (0, (1, 1))}
 _WORST = 1.5  # times the best distance of all, where the panel ends

@@ -19,7 +19,6 @@ from fitting import (
     MeasuredTrial,
     PairFit,
     PlacedFit,
-    SearchRun,
     SpeedSweep,
     YawFit,
     tail_markers,
@@ -144,27 +143,6 @@ def made_pair(fitted: tuple[str, str], rank: int) -> PairFit:
         speed_mae={name: value + 0.001 * rank * (name != "large") for name, value in errors.items()},
         swims_forward=rank != 1,
         converged=rank != 2,
-    )
-
-
-def made_searches(seeds: int = 2) -> tuple[SearchRun, ...]:
-    """The gradient search ends at 31 mm, the published one at 33, random search finds nothing."""
-    ends = {"gradient": 0.031, "bo-nm": 0.033, "random": np.nan}
-    return tuple(
-        SearchRun(
-            method=method,
-            comparison=comparison,
-            seed=seed,
-            coefficients=None if np.isnan(best) else BEST,
-            best_m=best,
-            evaluations=100,
-            simulated_s=1000.0 + seed,
-            seconds=9.0,
-            trace=() if np.isnan(best) else ((100.0, 0.06), (700.0, best)),
-        )
-        for comparison in ("published", "shape")
-        for method, best in ends.items()
-        for seed in range(seeds)
     )
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from reports import IndexEntry, write_index, write_report
 from tests.cases import later
-from tests.reports.sample import made_context, made_evidence, made_searches
+from tests.reports.sample import made_context, made_evidence
 from tests.reports.test_index import RESULT
 from tests.reports.whole import made_bench_calibration
 
@@ -40,7 +40,7 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports")
-    context = replace(made_context(made_bench_calibration()), evidence=made_evidence(), searches=made_searches())
+    context = replace(made_context(made_bench_calibration()), evidence=made_evidence())
     write_report(folder / "report.html", context)
     entry = IndexEntry.from_calibration("pool", folder / "report.html", RESULT)
     write_index(folder / "index.html", [entry])

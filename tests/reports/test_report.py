@@ -17,7 +17,6 @@ from tests.reports.sample import (
     made_context,
     made_evidence,
     made_provenance,
-    made_searches,
     made_session,
     made_trial,
 )
@@ -31,7 +30,6 @@ def page() -> Page:
                 made_context(),
                 notes=("free decay was left out",),
                 evidence=made_evidence(),
-                searches=made_searches(),
             )
         )
     )
@@ -54,7 +52,7 @@ def page_of(calibration: Calibration, session: Session | None = None) -> Page:
 
 def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
     sections = ["summary", "structure", "speed", "errors", "pairs", "trials", "residuals", "tail-beat", "coefficients"]
-    sections += ["gap", "searches", "tracks", "provenance", "reading"]
+    sections += ["gap", "tracks", "provenance", "reading"]
     links = [target[1:] for target in page.targets if target.startswith("#")]
 
     assert [name for name in page.ids if name in sections] == sections

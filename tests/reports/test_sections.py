@@ -7,7 +7,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from fitting import Evidence, SearchRun
+from fitting import Evidence
 from fitting.placement import BoxesOff
 from reports import render_report
 from reports.sections import (
@@ -16,7 +16,6 @@ from reports.sections import (
     other_pairs,
     placement,
     residuals,
-    searches,
     speed_sweep,
     tail_beat,
     trials,
@@ -27,7 +26,6 @@ from tests.reports.sample import (
     made_calibration,
     made_context,
     made_evidence,
-    made_searches,
     made_trial,
 )
 from tests.reports.undrawn import nothing_drawn
@@ -37,18 +35,17 @@ def page_of(
     *only: ModuleType,
     names: tuple[str, ...] = ("slow", "medium", "fast"),
     evidence: Evidence | None = None,
-    searches: tuple[SearchRun, ...] = (),
     **changes: object,
 ) -> Page:
     """The report, or only some of its sections."""
     calibration = replace(made_calibration(names), **changes)  # type: ignore[arg-type]
-    context = replace(made_context(calibration), evidence=evidence, searches=searches)
+    context = replace(made_context(calibration), evidence=evidence)
     return Page(render_report(context, [section.build for section in only] or SECTIONS))
 
 
 @pytest.fixture(scope="module")
 def bare() -> Page:
-    """Without evidence or searches."""
+    """Without evidence."""
     with nothing_drawn():
         return page_of()
 
@@ -56,18 +53,13 @@ def bare() -> Page:
 @pytest.fixture(scope="module")
 def full() -> Page:
     with nothing_drawn():
-        return page_of(evidence=made_evidence(), searches=made_searches())
+        return page_of(evidence=made_evidence())
 
 
 def test_without_evidence_each_section_says_what_was_not_made(bare: Page) -> None:
     assert "The fit was not repeated on other pairs of trials" in bare.text
     assert "Their profiles were not made for this session." in bare.text
     assert "coefficient-profiles" not in bare.ids
-
-
-def test_without_searches_it_tells_how_to_compare_them(bare: Page) -> None:
-    assert "Run calib benchmark search SESSION and then calib report SESSION" in bare.text
-    assert "search-published" not in bare.ids
 
 
 def test_with_two_swims_there_is_no_other_pair() -> None:
@@ -79,7 +71,7 @@ def test_with_two_swims_there_is_no_other_pair() -> None:
 
 @pytest.mark.usefixtures("words_alone")
 def test_a_single_trial_fills_every_section() -> None:
-    page = page_of(names=("fast",), evidence=made_evidence(("fast",)), searches=made_searches(1))
+    page = page_of(names=("fast",), evidence=made_evidence(("fast",)))
 
     assert "Speed errors over 1 fit trial." in page.text
     assert "the errors below are those of the fit and flatter every model" in page.text
@@ -208,37 +200,6 @@ def test_the_distance_with_a_free_yaw_is_called_an_upper_bound(full: Page) -> No
 
     assert "Their distances are upper bounds: the descent starts from the plain fit. Held-out" in full.text
     assert "from the plain fit; with one turn it was still improving when its iterations ran out." in page.text
-
-
-def test_searches_are_ranked_and_those_that_found_nothing_named(full: Page) -> None:
-    assert (
-        "On the published objective Gauss-Newton from many starts, then Nelder-Mead ends lowest, at 31.0" in full.text
-    )
-    assert "With some seed random search found nothing that swims forward." in full.text
-    assert "With 2 seeds the order of the searches may be luck." in full.text
-    assert "random search – – – 0 of 2 100 1000 9" in full.text.replace("1001", "1000")
-
-
-def test_searches_within_one_percent_are_level() -> None:
-    runs = tuple(replace(r, best_m=0.0311) if r.method == "bo-nm" else r for r in made_searches())
-    page = page_of(searches, searches=runs)
-
-    assert re.search(r"Nelder-Mead and Bayesian .* end level \(within 1 %\), at 31.0 mm", page.text)
-
-
-def test_unequal_budgets_are_said() -> None:
-    runs = tuple(replace(r, simulated_s=5000.0) if r.method == "gradient" else r for r in made_searches(3))
-
-    assert "The budgets are not equal: the gradient search stops by itself" in page_of(searches, searches=runs).text
-
-
-def test_searches_that_all_found_nothing_are_said() -> None:
-    runs = tuple(run for run in made_searches() if run.method == "random")
-
-    assert (
-        "On the published objective no search found a point that swims forward."
-        in page_of(searches, searches=runs).text
-    )
 
 
 def test_residuals_name_the_farthest_marker(full: Page) -> None:

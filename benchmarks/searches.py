@@ -1,8 +1,7 @@
 """All searches on the same trials with the same budget of simulated seconds, over several seeds."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -84,44 +83,6 @@ def compare_methods(
             )
         )
     return tuple(runs)
-
-
-def comparison_payload(runs: Sequence[SearchRun]) -> dict[str, Any]:
-    """The content of `results/search.json` but its provenance."""
-    return {
-        "runs": [
-            {
-                "method": run.method,
-                "comparison": run.comparison,
-                "seed": run.seed,
-                "coefficients": None if run.coefficients is None else run.coefficients._asdict(),
-                "best_mm": run.best_m * MILLIMETRES,
-                "evaluations": run.evaluations,
-                "simulated_s": run.simulated_s,
-                "seconds": run.seconds,
-                "trace": [[spent, best * MILLIMETRES] for spent, best in run.trace],
-            }
-            for run in runs
-        ]
-    }
-
-
-def read_comparison(data: Mapping[str, Any]) -> tuple[SearchRun, ...]:
-    """Reads what `comparison_payload` gave."""
-    return tuple(
-        SearchRun(
-            method=run["method"],
-            comparison=run["comparison"],
-            seed=run["seed"],
-            coefficients=None if run["coefficients"] is None else FluidCoefficients(**run["coefficients"]),
-            best_m=np.nan if run["best_mm"] is None else run["best_mm"] / MILLIMETRES,
-            evaluations=run["evaluations"],
-            simulated_s=run["simulated_s"],
-            seconds=np.nan if run["seconds"] is None else run["seconds"],
-            trace=tuple((spent, best / MILLIMETRES) for spent, best in run["trace"]),
-        )
-        for run in data["runs"]
-    )
 
 
 def comparison_table(runs: Sequence[SearchRun]) -> list[str]:

@@ -1,14 +1,14 @@
-"""All searches side by side: each once a seed and objective, what found nothing is told, and files keep it all."""
+"""All searches side by side: each once a seed and objective, and what found nothing is told."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fitting import METHODS, QUICK, SearchRun, compare_methods, comparison_payload, comparison_table, read_comparison
+from benchmarks.searches import SearchRun, compare_methods, comparison_table
+from fitting import METHODS, QUICK
 from session import SimulationDiverged
 from swimmer import FluidCoefficients
 from tests.fitting.exact_swims import exact_swims, exact_twin
@@ -44,30 +44,12 @@ def test_a_search_that_finds_nothing_is_kept_as_such(monkeypatch: pytest.MonkeyP
     def nothing(*_: object) -> None:
         raise SimulationDiverged("none swims forward")
 
-    monkeypatch.setattr("fitting.method_comparison.search", nothing)
+    monkeypatch.setattr("benchmarks.searches.search", nothing)
     runs = compare_methods((), exact_twin(), 2, 40.0)
 
     assert len(runs) == 2 * 2 * len(METHODS)
     assert {run.coefficients for run in runs} == {None}
     assert all(np.isnan(run.best_m) for run in runs)
-
-
-def test_runs_come_back_from_their_file_as_they_went() -> None:
-    (back,) = read_comparison(json.loads(json.dumps(comparison_payload([RUN]), allow_nan=False)))
-
-    assert replace(back, best_m=0.0, trace=()) == replace(RUN, best_m=0.0, trace=())
-    assert back.best_m == pytest.approx(RUN.best_m, rel=1e-15)
-    np.testing.assert_allclose(back.trace, RUN.trace, rtol=1e-15)
-
-
-def test_what_is_null_in_the_file_is_nan_again() -> None:
-    data = comparison_payload([NOTHING])
-    data["runs"][0] |= {"best_mm": None, "seconds": None}
-    (back,) = read_comparison(json.loads(json.dumps(data, allow_nan=False)))
-
-    assert back.coefficients is None
-    assert np.isnan([back.best_m, back.seconds]).all()
-    assert back.trace == ()
 
 
 def test_the_table_has_a_line_a_search_and_objective_with_best_mean_and_worst() -> None:
