@@ -5,8 +5,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from benchmarks.sample_card import write_card
 from benchmarks.video.filmed import SessionVideo
-from synthetic.card import write_card
 from synthetic.default import default_plan
 from synthetic.plan import SyntheticPlan
 from synthetic.session import make_session

@@ -24,12 +24,12 @@
 # cell opens.
 
 # %%
+import json
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from benchmarks.effects.answer import Answer
 from calib import Options, Pipeline, open_session
 from diagnosis.result import DIAGNOSIS
 from diagnosis.sentences import sentences
@@ -127,5 +127,5 @@ print("shrinkage of the whitened gap:", found.gap.shrinkage, found.gap.shrinkage
 # data cannot tell from it.
 
 # %%
-answer = Answer.read(suite / "answers" / f"{name}.json")
-print(answer.kind, answer.effects, f"d = {answer.detectability}", "alike:", answer.alike)
+answer = json.loads((suite / "answers" / f"{name}.json").read_text())
+print(answer["kind"], answer["effects"], f"d = {answer['detectability']}", "alike:", answer["alike"])

@@ -1,6 +1,5 @@
 """Sessions made with the twin: swims, dry runs and free decays; tracking noise, track faults, motor logs, truth."""
 
-from synthetic.card import write_card
 from synthetic.decays import TrueDecay, simulate_decays
 from synthetic.default import default_plan
 from synthetic.driven import TrueMotor
@@ -43,5 +42,4 @@ __all__ = [
     "simulate_dry_runs",
     "simulate_swims",
     "with_faults",
-    "write_card",
 ]

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from benchmarks.sample import make_sample, sample_plan
+from benchmarks.sample_card import checksums
 from session import Session, load_motor, load_session, load_tracks
 from swimmer import load_robot
-from synthetic.card import checksums
 from synthetic.motor_log import PULSE_RAD
 from synthetic.truth import Truth, read_truth
 from tests.synthetic.plans import measured
