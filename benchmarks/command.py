@@ -4,13 +4,16 @@ import json
 from contextlib import nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from benchmarks.effects.suite import Shard, SuiteSize
 from benchmarks.posterior.effect_names import Effect
 from calib.commands.arguments import AsJson, SessionFolder, Workers
+
+if TYPE_CHECKING:
+    from benchmarks.scores import Scores
 
 
 def search(
@@ -21,19 +24,16 @@ def search(
     as_json: AsJson = False,
 ) -> None:
     """Compares the searches on a session's fit trials: same budget, both objectives."""
-    from benchmarks.searches import compare_methods, comparison_table
+    from benchmarks.searches import compare_methods, search_scores
     from calib.options import Options
     from calib.working import working
-    from session import plain_json
-    from session.records import to_plain
     from swimmer import Twin
 
     with working(session, as_json, Options(workers=workers)) as pipeline:
         fitted = [trial for trial in pipeline.trials if trial.role == "fit"]
         twin = Twin(pipeline.structure.robot, fitted[0].markers, workers=workers)
         runs = compare_methods(fitted, twin, seeds, budget, tell=pipeline.job.tell)
-    told = {"runs": plain_json(to_plain(runs))}
-    print(json.dumps(told, indent=1) if as_json else "\n".join(comparison_table(runs)))
+    _tell(search_scores(runs, f"calib benchmark search SESSION --seeds {seeds} --budget {budget:g}"), as_json)
 
 
 def tracking(
@@ -48,14 +48,13 @@ def tracking(
     as_json: AsJson = False,
 ) -> None:
     """Tracks rendered videos with known truth: the tracker, without CSRT, plain CSRT, threshold and nearest."""
-    from benchmarks.tracking.report import measure_all
+    from benchmarks.tracking.report import measure_tracking
     from calib.working import progress_bar
-    from session import plain_json
 
     chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
-        outcome = measure_all(Path(place), part, chosen, tell)
-    print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome.text())
+        scores = measure_tracking(Path(place), part, chosen, tell)
+    _tell(scores, as_json)
 
 
 def posterior(
@@ -72,14 +71,14 @@ def posterior(
     as_json: AsJson = False,
 ) -> None:
     """Draws sessions from the prior; tells how often the posterior holds the truth (simulation-based calibration)."""
+    from benchmarks.cases import Run
     from benchmarks.posterior.report import Asked, measure_posterior
     from calib.working import progress_bar
-    from session import plain_json
 
-    asked = Asked(first, count, effect, strength, workers, scheduler)
+    asked, command = Asked(first, count, effect, strength), f"calib benchmark posterior --folder {folder or 'FOLDER'}"
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
-        outcome = measure_posterior(Path(place), asked, tell)
-    print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome.text())
+        outcome = measure_posterior(Path(place), asked, Run(workers, scheduler, tell))
+    _tell(outcome.scores(command), as_json)
 
 
 def effects(
@@ -91,7 +90,7 @@ def effects(
         typer.Option(
             help="make the sessions; judge them by trivial rules; diagnose them; diagnose those with one effect by a "
             "catalogue that lacks it; make the trial that is recommended where an effect stays one of several, and "
-            "diagnose with it; score all that was said, into scores.json and scores.html"
+            "diagnose with it; score all that was said, into scores.json and cases.jsonl"
         ),
     ] = "make",
     suite: Annotated[
@@ -124,19 +123,19 @@ def effects(
 
 def _score_effects(folder: Path, as_json: bool) -> None:
     """Of a suite, or of its cases in a file."""
-    from benchmarks.effects.cases import read_cases
+    from benchmarks.cases import write_lines
     from benchmarks.effects.folder import SuiteFolder
-    from benchmarks.effects.report import outcome_text
-    from benchmarks.effects.scores_page import write_scores
-    from benchmarks.effects.scoring import PROGRAM, Outcome, score_all
-    from session import plain_json
+    from benchmarks.effects.scoring import PROGRAM, score_all, score_file
 
+    command = f"calib benchmark effects {folder} --part score"
     if folder.suffix == ".jsonl":
-        outcome = Outcome({PROGRAM: read_cases(folder)})
+        scores = score_file(folder).scores(command)
     else:
         outcome = score_all(SuiteFolder(folder))
-        write_scores(SuiteFolder(folder), outcome)
-    print(json.dumps(plain_json(outcome.to_json()), indent=1) if as_json else outcome_text(outcome))
+        scores = outcome.scores(command)
+        write_lines(folder / "cases.jsonl", outcome.cases[PROGRAM])
+        scores.write(folder / "scores.json")
+    _tell(scores, as_json)
 
 
 def _do_effects(
@@ -148,27 +147,33 @@ def _do_effects(
     as_json: bool,
 ) -> None:
     """One part but the score; `sessions` are a seed, a size and a shard, `where` workers and a scheduler."""
+    from benchmarks.cases import Run
     from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
     from benchmarks.effects.folder import SuiteFolder
     from benchmarks.effects.following import follow_suite
     from benchmarks.effects.program import program_of
-    from benchmarks.effects.ruling import judge_suite
+    from benchmarks.effects.rules import judge_suite
     from benchmarks.effects.run import make_suite
     from calib.working import progress_bar
 
     suite, (seed, size, shard) = SuiteFolder(folder), sessions
     with progress_bar(as_json) as tell:
+        run = Run(*where, tell)
         if part == "make":
-            failures = make_suite(suite, seed, size, *where, tell, shard)
+            failures = make_suite(suite, seed, size, run, shard)
         elif part == "rules":
-            failures = judge_suite(suite, *where, tell)
+            failures = judge_suite(suite, run)
         else:
-            run = {"diagnose": diagnose_suite, "withhold": diagnose_without, "follow": follow_suite}[part]
-            failures = run(suite, program_of(program), *where, tell)
+            do = {"diagnose": diagnose_suite, "withhold": diagnose_without, "follow": follow_suite}[part]
+            failures = do(suite, program_of(program), run)
     told = {"failed": [failure._asdict() for failure in failures]}
     print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
     for failure in [] if as_json else failures:
         print(f"{failure.name}: {failure.message}")
+
+
+def _tell(scores: "Scores", as_json: bool) -> None:
+    print(scores.json() if as_json else scores.text(), end="" if as_json else "\n")
 
 
 COMMANDS = (search, tracking, posterior, effects)

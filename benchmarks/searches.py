@@ -1,10 +1,12 @@
 """All searches on the same trials with the same budget of simulated seconds, over several seeds."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.cases import Tell
+from benchmarks.scores import Scores, Table
 from fitting.coefficients import FULL, Effort
 from fitting.methods import METHODS, search
 from fitting.objective import Comparison, Swims
@@ -47,7 +49,7 @@ def compare_methods(
     seeds: int,
     budget_s: float = FULL.budget_s,
     effort: Effort = FULL,
-    tell: Callable[[str, float | None], None] = lambda _message, _share: None,
+    tell: Tell = lambda _message, _share: None,
 ) -> tuple[SearchRun, ...]:
     """Runs every search on both objectives.
 
@@ -85,20 +87,28 @@ def compare_methods(
     return tuple(runs)
 
 
-def comparison_table(runs: Sequence[SearchRun]) -> list[str]:
-    """A line a search for the terminal: best, mean and spread over seeds, cost."""
-    lines = [
-        f"{'objective':10} {'search':52} {'best':>7} {'mean':>7} {'worst':>7} {'points':>7} {'sim. s':>7} {'wall s':>7}"
-    ]
+def search_scores(runs: Sequence[SearchRun], command: str) -> Scores:
+    """A row a search: best, mean and worst over seeds, and what it cost.
+
+    Args:
+        runs: of all searches.
+        command: that made them.
+    """
+    tables = []
     for comparison in COMPARISONS:
+        rows = []
         for name, method in METHODS.items():
             chosen = [run for run in runs if run.method == name and run.comparison == comparison]
             best = MILLIMETRES * np.array([run.best_m for run in chosen])
             if not len(best) or np.isnan(best).all():
-                lines.append(f"{comparison:10} {method.label:52} found nothing that swims forward")
+                rows.append((method.label, "nothing that swims forward", *[""] * 5))
                 continue
             distances = (np.nanmin(best), np.nanmean(best), np.nanmax(best))
             cost = [np.mean([getattr(run, key) for run in chosen]) for key in ("evaluations", "simulated_s", "seconds")]
-            numbers = [f"{value:7.2f}" for value in distances] + [f"{value:7.0f}" for value in cost]
-            lines.append(f"{comparison:10} {method.label:52} {' '.join(numbers)}")
-    return lines
+            rows.append((method.label, *(f"{mm:.2f}" for mm in distances), *(f"{each:.0f}" for each in cost)))
+        columns = ("search", "best, mm", "mean", "worst", "points", "simulated s", "wall s")
+        tables.append(
+            Table(f"The {comparison} objective, {len({run.seed for run in runs})} seeds", columns, tuple(rows))
+        )
+    data = "the fit trials of a session; simulated points, the same budget each"
+    return Scores("Searches for the coefficients", data, command, tuple(tables))

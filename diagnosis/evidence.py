@@ -33,7 +33,7 @@ _ROUNDS = 4  # of the search for the likeliest sizes
 
 @dataclass(frozen=True)
 class Belief:
-    """What is believed before a session is looked at; fitted to sessions of development (see docs/diagnosis-scores.md).
+    """What is believed before a session is looked at; fitted to sessions of development (see docs/benchmarks.md).
 
     Attributes:
         unlike: share of what an effect does that its form does not hold, in no particular direction.

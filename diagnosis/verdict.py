@@ -14,7 +14,7 @@ ENOUGH = 0.9  # probability, if there is a gap, from which a few names are enoug
 BESIDE = 0.6  # the same beside names that are: the twin is refitted with and without each, which decides
 HELD = 0.5  # that one of them is present: below, no name is said
 _LOOKED_AT = 10  # of the likeliest effects, for a group
-ALARM = 0.98  # that there is something: below, there is no gap (how often it is reached: docs/diagnosis-scores.md)
+ALARM = 0.98  # that there is something: below, there is no gap (how often it is reached: docs/benchmarks.md)
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,12 @@
 """What is true of a withheld session, in a file apart from it."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
 from session import plain_json, write_whole
+from session.records import from_plain, to_plain
 
 Kind = Literal["null", "single", "double", "many", "outside"]
 
@@ -51,18 +52,8 @@ class Answer:
         Raises:
             KeyError, TypeError, ValueError: it holds none.
         """
-        return cls.of(json.loads(path.read_text()))
-
-    @classmethod
-    def of(cls, stands: dict[str, Any]) -> Self:
-        """From its fields as JSON.
-
-        Raises:
-            KeyError, TypeError: these are no fields of an answer.
-        """
-        alike = tuple(tuple(names) for names in stands["alike"])
-        strengths = tuple(stands.get("strengths", ()))
-        return cls(**stands | {"effects": tuple(stands["effects"]), "alike": alike, "strengths": strengths})
+        answer: Self = from_plain(cls, json.loads(path.read_text()))
+        return answer
 
     def write(self, path: Path) -> None:
         """As plain JSON: nothing that diagnoses imports this package or looks into the folder of answers.
@@ -70,4 +61,4 @@ class Answer:
         Raises:
             ResultsNotWritable: the folder is not writable.
         """
-        write_whole(path, json.dumps(plain_json(asdict(self)), indent=1) + "\n")
+        write_whole(path, json.dumps(plain_json(to_plain(self)), indent=1) + "\n")

@@ -2,35 +2,27 @@
 
 import shutil
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-from benchmarks.effects.each_session import each_session
-from benchmarks.effects.folder import DIAGNOSIS, SECONDS, Failure, SuiteFolder, Tell
+from benchmarks.cases import Failure, Run, run_cases
+from benchmarks.effects.folder import DIAGNOSIS, SECONDS, SuiteFolder
 from benchmarks.effects.program import Program
 from diagnosis import Discrepancy
 from session import write_whole
 
-Piece = tuple[str, frozenset[str]]
-"""A session's name, and the effects that the catalogue is to lack."""
+Piece = tuple[Path, frozenset[str]]
+"""A session, and the effects that the catalogue is to lack."""
 
 
-def diagnose_suite(
-    suite: SuiteFolder,
-    program: Program,
-    workers: int = 0,
-    scheduler: str | None = None,
-    tell: Tell | None = None,
-) -> tuple[Failure, ...]:
+def diagnose_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
     """Diagnoses the sessions that have no diagnosis yet; each is written into its session's folder.
 
     Args:
         suite: that was made.
         program: that diagnoses; it can be pickled.
-        workers: sessions at a time; 0 for one on each core.
-        scheduler: address of a dask scheduler whose workers do it; they need to see the same folder.
-        tell: of the progress.
+        run: how; workers elsewhere need to see the same folder.
 
     Returns:
         Sessions that gave no diagnosis; the next run tries them again.
@@ -38,17 +30,10 @@ def diagnose_suite(
     Raises:
         InputError: no scheduler answers.
     """
-    pieces = [(name, frozenset[str]()) for name in suite.names]
-    return _diagnosed(suite, suite.sessions, program, pieces, (workers, scheduler, tell))
+    return _diagnosed(suite, program, [(suite.sessions / name, frozenset()) for name in suite.names], run)
 
 
-def diagnose_without(
-    suite: SuiteFolder,
-    program: Program,
-    workers: int = 0,
-    scheduler: str | None = None,
-    tell: Tell | None = None,
-) -> tuple[Failure, ...]:
+def diagnose_without(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
     """Diagnoses each session with one effect once more, by a catalogue that lacks it, in a copy in `F/without`.
 
     This opens the answers, of sessions that are diagnosed; but the program is told one name only, and that this is not
@@ -60,10 +45,10 @@ def diagnose_without(
         InputError: as of `diagnose_suite`, or a session is not diagnosed yet.
     """
     suite.check_diagnosed()  # the name of what is there stands in a folder from now on
-    pieces = [(name, frozenset({effect})) for name, effect in lacking(suite).items()]
-    for name, _ in pieces:
-        _copy(suite.sessions / name, suite.without / name)
-    return _diagnosed(suite, suite.without, program, pieces, (workers, scheduler, tell))
+    pieces = [(suite.without / name, frozenset({effect})) for name, effect in lacking(suite).items()]
+    for copy, _ in pieces:
+        _copy(suite.sessions / copy.name, copy)
+    return _diagnosed(suite, program, pieces, run)
 
 
 def lacking(suite: SuiteFolder) -> Mapping[str, str]:
@@ -80,27 +65,20 @@ def _copy(session: Path, folder: Path) -> None:
         part.rename(folder)
 
 
-def _diagnosed(
-    suite: SuiteFolder,
-    folder: Path,
-    program: Program,
-    pieces: Sequence[Piece],
-    how: tuple[int, str | None, Tell | None],
-) -> tuple[Failure, ...]:
-    workers, scheduler, tell = how
-    todo = [piece for piece in pieces if not (folder / piece[0] / DIAGNOSIS).exists()]
-    return each_session(partial(attempt, program, folder, suite.discrepancy), todo, workers, scheduler, tell)
+def _diagnosed(suite: SuiteFolder, program: Program, pieces: list[Piece], run: Run) -> tuple[Failure, ...]:
+    todo = {piece[0].name: piece for piece in pieces if not (piece[0] / DIAGNOSIS).exists()}
+    return run_cases(partial(diagnose_one, program, suite.discrepancy), todo, run)
 
 
-def attempt(program: Program, folder: Path, discrepancy: Path, piece: Piece) -> Failure | None:
-    """Diagnoses one session of a folder; what fails is told."""
-    name, without = piece
+def diagnose_one(program: Program, discrepancy: Path, piece: Piece) -> None:
+    """Diagnoses one session, and notes how long that took.
+
+    Raises:
+        FileNotFoundError: the program wrote no diagnosis.
+    """
+    session, without = piece
     began = time.perf_counter()
-    try:
-        program(folder / name, Discrepancy.load(discrepancy), without)
-    except Exception as error:  # whatever it is, it is this session's failure and no other's
-        return Failure(name, f"{type(error).__name__}: {error}")
-    if not (folder / name / DIAGNOSIS).exists():
-        return Failure(name, f"ended without a {DIAGNOSIS}")
-    write_whole(folder / name / SECONDS, f"{time.perf_counter() - began:.1f}\n")
-    return None
+    program(session, Discrepancy.load(discrepancy), without)
+    if not (session / DIAGNOSIS).exists():
+        raise FileNotFoundError(f"ended without a {DIAGNOSIS}")
+    write_whole(session / SECONDS, f"{time.perf_counter() - began:.1f}\n")

@@ -7,17 +7,9 @@ from typing import NamedTuple
 from benchmarks.effects.answer import Answer
 from session import FaultCollector
 
-Tell = Callable[[str, float | None], None]
 DIAGNOSIS = Path("results") / "diagnosis.json"
 SECONDS = Path("results") / "diagnosis.seconds"
 """How long it took, where this benchmark ran the program."""
-
-
-class Failure(NamedTuple):
-    """A session that could not be made or diagnosed, and why."""
-
-    name: str
-    message: str
 
 
 class SuiteFolder(NamedTuple):
@@ -56,7 +48,7 @@ class SuiteFolder(NamedTuple):
 
     @property
     def rules(self) -> Path:
-        """What trivial rules said, a folder a session."""
+        """What trivial rules said, a file a session."""
         return self.folder / "rules"
 
     @property
@@ -125,7 +117,3 @@ class SuiteFolder(NamedTuple):
     def made(self, name: str) -> bool:
         """Whether a session is there, and its answer."""
         return (self.sessions / name / "session.toml").exists() and self.answer(name).exists()
-
-    def rule(self, rule: str, name: str) -> Path:
-        """What a rule said of a session."""
-        return self.rules / name / f"{rule.replace(' ', '_')}.json"

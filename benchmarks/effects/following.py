@@ -7,34 +7,55 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.cases import Failure, Run, run_cases
 from benchmarks.effects.answer import Answer
-from benchmarks.effects.diagnosing import attempt
+from benchmarks.effects.diagnosing import diagnose_one
 from benchmarks.effects.drawn import DrawnTrial, one_more
-from benchmarks.effects.each_session import each_session
 from benchmarks.effects.filming import film_together
-from benchmarks.effects.folder import DIAGNOSIS, Failure, SuiteFolder, Tell
-from benchmarks.effects.followed import Confused, confused
+from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
+from benchmarks.effects.making import clear_away, making_of
 from benchmarks.effects.program import Program
-from benchmarks.effects.run import clear_away, making_of
 from benchmarks.effects.suite import SessionPlan, recorded_by
-from benchmarks.effects.told import read_told
-from session import SwimcalError, load_session
+from benchmarks.effects.told import Recommended, Told, read_told
+from session import load_session
 
 
 class Wanted(NamedTuple):
-    """A session, and what its diagnosis leaves confused."""
+    """An effect that is there and told as one of several, and the trial that is to tell it from them.
+
+    Attributes:
+        answer: of the session.
+        effect: its name.
+        trial: the first that was recommended of those that can be made, whichever two of the group it is to separate:
+            nobody who follows it knows which of them is there.
+    """
 
     answer: Answer
-    confused: Confused
+    effect: str
+    trial: Recommended
+
+    @property
+    def plan(self) -> SessionPlan:
+        """The session as it was planned, but for the detectability: the strengths are known."""
+        answer = self.answer
+        recorded = recorded_by(np.random.default_rng([answer.seed, 1]))
+        present = answer.effects if answer.outside is None else (answer.outside,)
+        return SessionPlan(answer.session, answer.seed, recorded, answer.kind, present)
+
+    @property
+    def more(self) -> DrawnTrial:
+        """The trial as it is to be made."""
+        return one_more(self.plan, self.trial.kind, self.trial.commanded_hz, self.trial.logged)
+
+    def in_session(self, folder: Path) -> bool:
+        """Whether a session holds that trial: one of its own, with a log where that is wanted."""
+        if not (folder / "session.toml").exists():
+            return False
+        more, trial = self.more, load_session(folder).trials[-1]
+        return trial.name == more.name and (trial.motor is not None or not more.logged)
 
 
-def follow_suite(
-    suite: SuiteFolder,
-    program: Program,
-    workers: int = 0,
-    scheduler: str | None = None,
-    tell: Tell | None = None,
-) -> tuple[Failure, ...]:
+def follow_suite(suite: SuiteFolder, program: Program, run: Run) -> tuple[Failure, ...]:
     """Diagnoses sessions with the trial that their diagnosis recommends, in `F/followed`.
 
     This opens the answers, of sessions that are diagnosed: those are followed in which an effect that is there is told
@@ -42,60 +63,42 @@ def follow_suite(
 
     Args, Returns, Raises: as of `diagnose_suite`; all sessions must be diagnosed.
     """
-    todo = [each for each in wanted(suite).values() if not was_followed(suite, each)]
-    return each_session(partial(_followed, suite, program), todo, workers, scheduler, tell)
+    todo = {name: each for name, each in wanted(suite).items() if not was_followed(suite, each)}
+    return run_cases(partial(_followed, suite, program), todo, run)
 
 
 def wanted(suite: SuiteFolder) -> Mapping[str, Wanted]:
     """What is to be made, by the names of sessions.
 
     Raises:
-        InputError: a diagnosis is missing or not by the contract, or an answer has another checksum.
+        InputError: a diagnosis is missing or not by the contract.
     """
     suite.check_diagnosed()
-    found = {}
-    for answer in suite.true():
-        left = confused(answer, read_told(suite.sessions / answer.session / DIAGNOSIS))
-        if left is not None:
-            found[answer.session] = Wanted(answer, left)
-    return found
+    of_each = ((answer, read_told(suite.sessions / answer.session / DIAGNOSIS)) for answer in suite.true())
+    return {answer.session: each for answer, told in of_each if (each := confused(answer, told)) is not None}
+
+
+def confused(answer: Answer, told: Told) -> Wanted | None:
+    """What a diagnosis leaves confused, and what it wants to see for it; None where there is no such thing."""
+    for group in told.groups:
+        present = [name for name in group if answer.present(name)]
+        trials = [each for each in told.recommended if set(each.separates) <= set(group)]
+        if len(group) > 1 and present and trials:
+            return Wanted(answer, present[0], trials[0])
+    return None
 
 
 def was_followed(suite: SuiteFolder, each: Wanted) -> bool:
     """Whether a session was diagnosed with just the trial that its diagnosis wants."""
     folder = suite.followed / each.answer.session
-    return (folder / DIAGNOSIS).exists() and _has(folder, each)
+    return (folder / DIAGNOSIS).exists() and each.in_session(folder)
 
 
-def _has(folder: Path, each: Wanted) -> bool:
-    """Whether a session holds that trial: one of its own, with a log where that is wanted."""
-    if not (folder / "session.toml").exists():
-        return False
-    more, trial = _more(each), load_session(folder).trials[-1]
-    return trial.name == more.name and (trial.motor is not None or not more.logged)
-
-
-def _more(each: Wanted) -> DrawnTrial:
-    trial = each.confused.trial
-    return one_more(_plan(each.answer), trial.kind, trial.commanded_hz, trial.logged)
-
-
-def _followed(suite: SuiteFolder, program: Program, each: Wanted) -> Failure | None:
+def _followed(suite: SuiteFolder, program: Program, each: Wanted) -> None:
     answer, folder = each.answer, suite.followed / each.answer.session
     if not answer.strengths:
-        return Failure(answer.session, "its answer does not say how it was made: make the suite anew")
-    if not _has(folder, each):
+        raise ValueError("its answer does not say how it was made: make the suite anew")
+    if not each.in_session(folder):
         clear_away(suite.followed, answer.session)  # broken off, or made for a diagnosis that wanted another trial
-        work = making_of(suite).make_with(_plan(answer), answer.strengths, _more(each), suite.followed)
-        try:
-            film_together([work])
-        except (SwimcalError, ValueError, ArithmeticError) as error:
-            return Failure(answer.session, f"{type(error).__name__}: {error}")
-    return attempt(program, suite.followed, suite.discrepancy, (answer.session, frozenset()))
-
-
-def _plan(answer: Answer) -> SessionPlan:
-    """As it was planned, but for the detectability: the strengths are known."""
-    recorded = recorded_by(np.random.default_rng([answer.seed, 1]))
-    present = answer.effects if answer.outside is None else (answer.outside,)
-    return SessionPlan(answer.session, answer.seed, recorded, answer.kind, present)
+        film_together([making_of(suite).make_with(each.plan, answer.strengths, each.more, suite.followed)])
+    diagnose_one(program, suite.discrepancy, (folder, frozenset()))

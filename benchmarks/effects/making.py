@@ -2,6 +2,7 @@
 
 import gzip
 import os
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,15 +14,17 @@ from scipy.interpolate import CubicSpline
 from benchmarks.effects.answer import Answer
 from benchmarks.effects.drawn import DrawnTrial, DrawnWorld, draw_world
 from benchmarks.effects.filming import Filming
+from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.oracle import oracle_shrinkage
 from benchmarks.effects.rows import SessionRows, camera_of, tracks_of
 from benchmarks.effects.severity import Strength, Strong, strength_for
 from benchmarks.effects.suite import WARMUP_S, SessionPlan
 from benchmarks.reality import Drive, Mechanism, Recording
+from benchmarks.reality.mechanisms import catalogued, uncatalogued
 from diagnosis import Discrepancy
 from fitting.signatures import Signature
 from session import FISHSIM_MARKERS, MotorLog, load_session, new_folder, save_tracks, write_session_toml, write_whole
-from swimmer.effects import Effect
+from swimmer.effects import Effect, catalogue
 from synthetic.motor_log import CURRENT_A, PULSE_RAD, SPEED_RAD_S, VOLTAGE_V, save_motor_log
 
 Maker = Callable[[np.random.Generator], Strong]
@@ -121,6 +124,17 @@ class Making:
         strong = self.mechanisms[name](random)
         own = name if name in self.effects else None
         return (yield from strength_for(drawn.plan.detectability, strong, own, drawn, rows, signatures))
+
+
+def making_of(suite: SuiteFolder) -> Making:
+    """All that reality can do, beside the discrepancy of a suite."""
+    return Making({**catalogued(), **uncatalogued()}, Discrepancy.load(suite.discrepancy), catalogue())
+
+
+def clear_away(folder: Path, name: str) -> None:
+    """Removes a session from a folder of sessions, whole or broken off."""
+    for there in (folder / name, *folder.glob(f".{name}.*")):
+        shutil.rmtree(there, ignore_errors=True)
 
 
 def write_session(

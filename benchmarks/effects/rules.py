@@ -6,13 +6,18 @@ diagnosis makes of that.
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 from scipy.stats import chi2
 
-from benchmarks.effects.evidence import Evidence
+from benchmarks.cases import Failure, Records, Run, run_cases
+from benchmarks.effects.evidence import Evidence, evidence_of
+from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.told import NONE, Told
+from diagnosis import Discrepancy
 from fitting.signatures import Whitened
+from swimmer.effects import catalogue
 
 _ALARM_P = 0.01  # of the squares that the refitted twin leaves, below which a rule names something
 _TINY = 1e-12
@@ -84,6 +89,30 @@ RULES: Mapping[str, Rule] = {
 }
 
 
+def judgements(suite: SuiteFolder) -> Records[dict[str, Told]]:
+    """What the rules said of each session, by rule."""
+    return Records(suite.rules, dict[str, Told])
+
+
+def judge_suite(suite: SuiteFolder, run: Run) -> tuple[Failure, ...]:
+    """Judges the sessions that the rules have not judged yet.
+
+    Returns:
+        Sessions that cannot be fitted; the next run tries them again.
+
+    Raises:
+        InputError: there is no whole suite, or no scheduler answers.
+    """
+    records = judgements(suite)
+    todo = {name: name for name in records.missing(suite.names)}
+    return run_cases(partial(_judged, suite), todo, run, records.keep)
+
+
+def _judged(suite: SuiteFolder, name: str) -> dict[str, Told]:
+    evidence = evidence_of(suite.sessions / name, Discrepancy.load(suite.discrepancy), catalogue())
+    return {rule: judge(evidence, np.random.default_rng(int(name[1:], 16))) for rule, judge in RULES.items()}
+
+
 def _named(evidence: Evidence, marks: Mapping[str, float]) -> Told:
     """The highest mark, where the residual is more than noise."""
     freedom = len(evidence.left) - len(evidence.space.precision)
@@ -96,7 +125,7 @@ def _named(evidence: Evidence, marks: Mapping[str, float]) -> Told:
 
 def _told(verdict: str, best: str, chances: Mapping[str, float]) -> Told:
     groups = () if verdict == "no_gap" else ((best,),)
-    return Told(verdict, groups, {NONE: 0.0, **chances}, {}, None, None, None)
+    return Told(verdict, groups, {NONE: 0.0, **chances})
 
 
 def _share(squares: np.ndarray, part: int) -> float:

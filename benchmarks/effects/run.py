@@ -1,44 +1,31 @@
 """Makes the sessions of a suite, and their answers; broken off, it goes on where it was."""
 
 import os
-import shutil
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
+from benchmarks.cases import Failure, Run, run_cases
 from benchmarks.effects.filming import Filming, film_together
-from benchmarks.effects.folder import Failure, SuiteFolder, Tell
-from benchmarks.effects.making import Making
+from benchmarks.effects.folder import SuiteFolder
+from benchmarks.effects.making import clear_away, making_of
 from benchmarks.effects.suite import WHOLE, SessionPlan, Shard, SuiteSize, plan_suite
 from benchmarks.reality.mechanisms import catalogued, uncatalogued
-from benchmarks.spread import spread
-from diagnosis import Discrepancy, shipped_discrepancy
+from diagnosis import shipped_discrepancy
 from session import FaultCollector, SwimcalError, write_whole
-from swimmer.effects import catalogue
 
 _TOGETHER = 32  # sessions under way at a time: as many are lost when a worker dies
 _PIECES = 2  # as many sessions as that a piece of work has: the last of them are made with ever less company
 
 
-def make_suite(
-    suite: SuiteFolder,
-    seed: int,
-    size: SuiteSize,
-    workers: int = 0,
-    scheduler: str | None = None,
-    tell: Tell | None = None,
-    shard: Shard = WHOLE,
-) -> tuple[Failure, ...]:
+def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: Shard = WHOLE) -> tuple[Failure, ...]:
     """Makes the sessions that are missing; broken off, it goes on where it was.
 
     Args:
         suite: where; without a discrepancy of its own it gets the one that is shipped.
         seed, size: of the suite.
-        workers: sessions at a time; 0 for one on each core.
-        scheduler: address of a dask scheduler whose workers make them; they need to see the same folder.
-        tell: of the progress.
+        run: how; workers elsewhere need to see the same folder.
         shard: which of its sessions; others of the same suite may be there already.
 
     Returns:
@@ -53,13 +40,9 @@ def make_suite(
         write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())
     todo = [plan for plan in shard.of(plans) if not suite.made(plan.name)]
     failures: list[Failure] = []
-    done = 0
-    for made, failed in spread(partial(_made_together, suite), _batches(todo, workers), workers, scheduler):
-        failures += failed
-        done += made
-        if tell is not None:
-            tell(f"{done} of {len(todo)} sessions", done / len(todo))
-    return tuple(failures)
+    batches = {batch[0].name: batch for batch in _batches(todo, run.workers)}
+    lost = run_cases(partial(_made_together, suite), batches, run, lambda _name, failed: failures.extend(failed))
+    return (*failures, *lost)
 
 
 def _batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPlan, ...]]:
@@ -71,10 +54,9 @@ def _batches(plans: Sequence[SessionPlan], workers: int) -> list[tuple[SessionPl
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
-def _made_together(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> tuple[int, list[Failure]]:
-    """How many were tried, and what failed."""
+def _made_together(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> list[Failure]:
     outcomes = film_together((_made(suite, plan) for plan in plans), _TOGETHER)
-    return len(plans), [outcome for outcome in outcomes if outcome is not None]
+    return [outcome for outcome in outcomes if outcome is not None]
 
 
 def _made(suite: SuiteFolder, plan: SessionPlan) -> Filming[Failure | None]:
@@ -87,17 +69,6 @@ def _made(suite: SuiteFolder, plan: SessionPlan) -> Filming[Failure | None]:
         return Failure(plan.name, f"{type(error).__name__}: {error}")
     answer.write(suite.answer(plan.name))
     return None
-
-
-def making_of(suite: SuiteFolder) -> Making:
-    """All that reality can do, beside the discrepancy of a suite."""
-    return Making({**catalogued(), **uncatalogued()}, Discrepancy.load(suite.discrepancy), catalogue())
-
-
-def clear_away(folder: Path, name: str) -> None:
-    """Removes a session from a folder of sessions, whole or broken off."""
-    for there in (folder / name, *folder.glob(f".{name}.*")):
-        shutil.rmtree(there, ignore_errors=True)
 
 
 def _check_same(suite: SuiteFolder, plans: Sequence[SessionPlan]) -> None:

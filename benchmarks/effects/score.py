@@ -2,26 +2,29 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import permutations
-from typing import Any
+from typing import get_args
 
 import numpy as np
 from scipy.stats import norm
 
-from benchmarks.effects.answer import Answer
-from benchmarks.effects.shares import Estimate, Reliability, Share, median, resampled
+from benchmarks.effects.answer import Answer, Kind
 from benchmarks.effects.suite import DETECTABILITIES
 from benchmarks.effects.told import Told
+from benchmarks.scores import Estimate, Measure, Share, median, resampled
 
 CONFIDENT = 0.9
 CLEAR = 5.0  # detectability from which a name is asked for
 _SET = 3
 _FALSE_ALARMS = 0.01
-_FEW = 5  # rivals
 _ALMOST = 0.9  # of a level that counts as reached
 _WORTH_TELLING = 0.01  # probabilities below do not count for calibration: there are thirty of them in each session
 _SUSPECT = 0.1
+_BINS = np.linspace(0.0, 1.0, 11)
+_DRAWS = 400
 OTHER = "(none)"
+Measures = dict[str, Measure]
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,16 @@ class Case:
 
     answer: Answer
     told: Told
+
+    @property
+    def level(self) -> float:
+        """The detectability that it was made for, as far as it reached that; 0 below the lowest."""
+        return max((level for level in DETECTABILITIES if self.answer.detectability >= _ALMOST * level), default=0.0)
+
+    @property
+    def clear(self) -> bool:
+        """Whether its data tell what is present from every other effect."""
+        return self.level >= CLEAR
 
     @property
     def named_right(self) -> bool:
@@ -55,203 +68,207 @@ class Case:
         """Whether an effect that is not present is told with a probability above 0.9."""
         return any(p > CONFIDENT and not self.answer.present(name) for name, p in self.told.chances.items())
 
-
-@dataclass(frozen=True)
-class Score:
-    """Of all sessions of a suite."""
-
-    cases: tuple[Case, ...]
-
-    def share(self, right: Callable[[Case], bool], among: Callable[[Case], bool] = lambda _: True) -> Share:
-        """Of some sessions, those of which something holds."""
-        chosen = [case for case in self.cases if among(case)]
-        return Share(sum(right(case) for case in chosen), len(chosen))
+    @property
+    def unexplained(self) -> bool:
+        """Whether that is the verdict."""
+        return self.told.verdict == "unexplained"
 
     @property
-    def headline(self) -> dict[str, Share]:
-        """What the toolkit's goals are about."""
-        return {
-            "false_alarms": self.share(lambda c: c.told.verdict != "no_gap", _of("null")),
-            "right_first": self.share(lambda c: c.named_right, clear),
-            "right_in_three": self.share(lambda c: c.in_set, clear),
-            "confident_wrong": self.share(lambda c: c.confidently_wrong),
-            "unexplained_outside": self.share(lambda c: c.told.verdict == "unexplained", _of("outside")),
-            "confident_outside": self.share(lambda c: c.confidently_wrong, _of("outside")),
-            "doubles_in_groups": self.share(lambda c: c.in_groups, _of("double")),
-            "stage_right": self.share(lambda c: c.told.stage == c.answer.stage, lambda c: c.answer.stage is not None),
-            "interval_holds": self.share(_holds, lambda c: _holds_applies(c)),
-        }
+    def stage_right(self) -> bool:
+        """Whether most of the gap is put on the stage where the effect acts."""
+        return self.told.stage == self.answer.stage
 
     @property
-    def clear_alone(self) -> dict[str, Share]:
-        """Those of the headline that count every session with something in it, of the clear ones."""
-        return {
-            "unexplained_outside": self.share(lambda c: c.told.verdict == "unexplained", _clear_of("outside")),
-            "doubles_in_groups": self.share(lambda c: c.in_groups, _clear_of("double")),
-            "stage_right": self.share(
-                lambda c: c.told.stage == c.answer.stage, lambda c: c.answer.stage is not None and _is_clear(c.answer)
-            ),
-        }
+    def interval_counts(self) -> bool:
+        """Whether an interval of the shrinkage is to hold the oracle's.
 
-    @property
-    def reachable(self) -> dict[str, float]:
-        """What of these, weak ones with them, a matched filter would see with one false alarm in a hundred.
-
-        Such a filter knows beforehand what to look for, and the weaker of two decides (Neyman and Pearson 1933); nan
-        where there is no session.
+        What was fitted reaches what the true effects reach only where noise moves its parameters little: at a
+        detectability of d the error of a parameter costs at most about 1 / d^2 of the shrinkage, 4 % at five.
         """
-        among = {
-            "unexplained_outside": _of("outside"),
-            "doubles_in_groups": _of("double"),
-            "stage_right": lambda case: case.answer.stage is not None,
-        }
-        found = {}
-        for name, chosen in among.items():
-            d = np.array([case.answer.detectability for case in self.cases if chosen(case)])
-            found[name] = float(norm.sf(norm.isf(_FALSE_ALARMS) - d).mean()) if d.size else float("nan")
-        return found
+        right = bool(self.answer.effects) and set(self.answer.effects) == self.told.names
+        return self.clear and right and self.answer.oracle_shrinkage is not None and self.told.interval is not None
 
     @property
-    def by_detectability(self) -> dict[float, Share]:
-        """The right name first, of single effects, by how detectable they are."""
-        return self.shares_by_detectability(lambda c: c.named_right)
-
-    @property
-    def by_effect(self) -> dict[str, Share]:
-        """The right name first, of clear single effects, by name."""
-        return self.shares_by_effect(lambda c: c.named_right)
-
-    @property
-    def in_three_by_detectability(self) -> dict[float, Share]:
-        """All that is present among at most three names, of single effects, by how detectable they are."""
-        return self.shares_by_detectability(lambda c: c.in_set)
-
-    @property
-    def in_three_by_effect(self) -> dict[str, Share]:
-        """The same of clear single effects, by name."""
-        return self.shares_by_effect(lambda c: c.in_set)
-
-    def shares_by_detectability(self, right: Callable[[Case], bool]) -> dict[float, Share]:
-        """Of single effects at each level, those of which something holds."""
-        levels = sorted({_level(case.answer) for case in self.cases if case.answer.kind == "single"})
-        return {level: self.share(right, _at(level)) for level in levels}
-
-    def shares_by_effect(self, right: Callable[[Case], bool]) -> dict[str, Share]:
-        """Of clear single effects of each name, those of which something holds."""
-        names = sorted({case.answer.effects[0] for case in self.cases if clear(case)})
-        return {name: self.share(right, _is(name)) for name in names}
-
-    @property
-    def share_on_stage(self) -> Estimate:
-        """Median share of the gap that is put on the stage where the effect acts; nan of none."""
-        return median([c.told.by_stage[c.answer.stage] for c in self.cases if c.answer.stage in c.told.by_stage])
-
-    @property
-    def confusion(self) -> dict[str, dict[str, int]]:
-        """Of clear single effects: how often each was first named what."""
-        table: dict[str, dict[str, int]] = {}
-        for case in filter(clear, self.cases):
-            row = table.setdefault(case.answer.effects[0], {})
-            first = case.told.first or OTHER
-            row[first] = row.get(first, 0) + 1
-        return table
-
-    @property
-    def look_alikes(self) -> dict[str, dict[str, int]]:
-        """Of effects that are no weaker than a rival can be told at, but have a few rivals that follow them: how often.
-
-        There the set of both is the right answer; an effect with more rivals than a few is just weak.
-        """
-        table: dict[str, dict[str, int]] = {}
-        for case in self.cases:
-            for name, rivals in zip(case.answer.effects, case.answer.alike, strict=False):
-                for rival in rivals if len(rivals) <= _FEW else ():
-                    row = table.setdefault(name, {})
-                    row[rival] = row.get(rival, 0) + 1
-        return dict(sorted(table.items()))
-
-    @property
-    def reliability(self) -> Reliability:
-        """Of all probabilities from 1 % on."""
-        return _reliability(self.cases, _WORTH_TELLING)
-
-    @property
-    def calibration_error(self) -> Estimate:
-        """Of all probabilities from 1 % on. Most are small, and whoever tells none but small ones errs by little."""
-        return resampled(self.cases, lambda cases: _reliability(cases, _WORTH_TELLING).error)
-
-    @property
-    def calibration_error_of_suspects(self) -> Estimate:
-        """Of the probabilities from 10 % on, which is where somebody looks."""
-        return resampled(self.cases, lambda cases: _reliability(cases, _SUSPECT).error)
-
-    @property
-    def calibration_error_by_chance(self) -> Estimate:
-        """What it would be of these, few as they are, if they came true just as often as they say."""
-        return Reliability.error_by_chance(np.array([p for p, _ in _probabilities(self.cases, _SUSPECT)]))
-
-    @property
-    def shrinkage_of_oracle(self) -> Estimate:
-        """Median over clear sessions whose effects are all told, nan of none: shrinkage over that of the true effects.
-
-        Clear ones alone, as of intervals: what weak effects shrink by is mostly noise. And where the true effects, in
-        the twin's form, shrink the gap at all.
-        """
-        clear = filter(lambda case: _is_clear(case.answer) and case.in_set, self.cases)
-        both = [(case.told.shrinkage, case.answer.oracle_shrinkage) for case in clear]
-        return median([told / true for told, true in both if told is not None and true is not None and true > 0.0])
-
-    @property
-    def wrong_said(self) -> Share:
-        """Sessions in which a name is said and none that is said is present, however sure it is."""
-        return self.share(lambda c: bool(c.told.names) and not any(map(c.answer.present, c.told.names)))
-
-    @property
-    def said_right(self) -> Share:
-        """Of all groups that are said, in any session, those that hold an effect which is present."""
-        groups = [(case.answer, group) for case in self.cases for group in case.told.groups]
-        return Share(sum(any(map(answer.present, group)) for answer, group in groups), len(groups))
-
-    @property
-    def seconds(self) -> Estimate:
-        """Median a session; nan where none tells."""
-        return median([case.told.seconds for case in self.cases if case.told.seconds is not None])
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain numbers."""
-        return {
-            "sessions": len(self.cases),
-            "headline": {name: share.to_json() for name, share in self.headline.items()},
-            "clear_alone": {name: share.to_json() for name, share in self.clear_alone.items()},
-            "reachable": self.reachable,
-            "by_detectability": {f"{level:g}": share.to_json() for level, share in self.by_detectability.items()},
-            "by_effect": {name: share.to_json() for name, share in self.by_effect.items()},
-            "in_three_by_detectability": {
-                f"{level:g}": share.to_json() for level, share in self.in_three_by_detectability.items()
-            },
-            "in_three_by_effect": {name: share.to_json() for name, share in self.in_three_by_effect.items()},
-            "confusion": self.confusion,
-            "look_alikes": self.look_alikes,
-            "reliability": self.reliability.to_json(),
-            "calibration_error": self.calibration_error.to_json(),
-            "calibration_error_of_suspects": self.calibration_error_of_suspects.to_json(),
-            "calibration_error_by_chance": self.calibration_error_by_chance.to_json(),
-            "wrong_name_said": self.wrong_said.to_json(),
-            "said_right": self.said_right.to_json(),
-            "share_on_stage": self.share_on_stage.to_json(),
-            "shrinkage_of_oracle": self.shrinkage_of_oracle.to_json(),
-            "seconds": self.seconds.to_json(),
-        }
+    def interval_holds(self) -> bool:
+        """Whether it does."""
+        (low, high), true = self.told.interval or (np.nan, np.nan), self.answer.oracle_shrinkage
+        return true is not None and low <= true <= high
 
 
-def scored(answers: Sequence[Answer], told: Sequence[Told]) -> Score:
-    """Of sessions in one order."""
-    return Score(tuple(Case(answer, each) for answer, each in zip(answers, told, strict=True)))
+def of_kind(kind: str) -> Callable[[Case], bool]:
+    """Sessions with so much in them."""
+    return lambda case: case.answer.kind == kind
 
 
-def _reliability(cases: Sequence[Case], least: float) -> Reliability:
+def clear(counts: Callable[[Case], bool]) -> Callable[[Case], bool]:
+    """The clear ones of some sessions."""
+    return lambda case: case.clear and counts(case)
+
+
+def has_stage(case: Case) -> bool:
+    """Whether what is there acts at one stage."""
+    return case.answer.stage is not None
+
+
+CLEAR_SINGLE = clear(of_kind("single"))
+
+
+def measures(cases: Sequence[Case]) -> Measures:
+    """What is asked of a diagnosis, and what tells more about it, of all sessions of a suite."""
+    share = partial(_share, cases)
+    null, outside, two = of_kind("null"), of_kind("outside"), of_kind("double")
+    interval = "interval holds the oracle's, d ≥ 5"
+    seconds = median([case.told.seconds for case in cases if case.told.seconds is not None])
+    return {
+        "false_alarms": share("alarm where there is nothing", lambda c: c.told.verdict != "no_gap", null, "≤ 1 %"),
+        "right_first": share("right name first, d ≥ 5", lambda c: c.named_right, CLEAR_SINGLE, "≥ 85 %"),
+        "right_in_three": share("right name among three, d ≥ 5", lambda c: c.in_set, CLEAR_SINGLE, "≥ 90 %"),
+        "confident_wrong": share("wrong name above 90 %", lambda c: c.confidently_wrong, asked="≤ 2 %"),
+        "unexplained_outside": share("outside: unexplained", lambda c: c.unexplained, outside, "≥ 80 %"),
+        "confident_outside": share("outside: a name above 90 %", lambda c: c.confidently_wrong, outside, "≤ 5 %"),
+        "doubles_in_groups": share("two: each in its group", lambda c: c.in_groups, two, "≥ 70 %"),
+        "stage_right": share("most of the gap on its stage", lambda c: c.stage_right, has_stage, "≥ 80 %"),
+        "interval_holds": share(interval, lambda c: c.interval_holds, lambda c: c.interval_counts, "92 to 98 %"),
+        **_calibration(cases),
+        "shrinkage": Measure("shrinkage over the oracle's, d ≥ 5, median", _shrinkage_over_oracle(cases), "≥ 0.9"),
+        "said_right": Measure("what is said holds what is there", _said_right(cases)),
+        "only_wrong": share("only wrong names said, however sure", _only_wrong),
+        "unexplained_clear": share("outside: unexplained, d ≥ 5", lambda c: c.unexplained, clear(outside)),
+        "doubles_clear": share("two: each in its group, d ≥ 5", lambda c: c.in_groups, clear(two)),
+        "stage_clear": share("most of the gap on its stage, d ≥ 5", lambda c: c.stage_right, clear(has_stage)),
+        **by_detectability(cases),
+        "seconds": Measure("seconds a session, median", seconds, "≤ 60"),
+    }
+
+
+def by_detectability(cases: Sequence[Case]) -> Measures:
+    """The right name first, of single effects, by how detectable they are."""
+    levels = (0.0, *DETECTABILITIES)
+    return {
+        f"first_at_{level:g}": _share(
+            cases,
+            f"right name first, d = {level:g}" if level else "right name first, d < 1",
+            lambda c: c.named_right,
+            lambda c, level=level: c.answer.kind == "single" and c.level == level,  # type: ignore[misc]
+        )
+        for level in levels
+    }
+
+
+def measures_without(cases: Sequence[Case]) -> Measures:
+    """Of sessions with one effect, diagnosed by a catalogue that lacked it: no name that they tell can be right.
+
+    From a detectability of five on no other effect follows it: from there `unexplained` is asked for, and the stage.
+    """
+    share, stage = partial(_share, cases), "most of the gap on its stage, d ≥ 5"
+    return {
+        "unexplained": share("unexplained, d ≥ 5", lambda c: c.unexplained, CLEAR_SINGLE, "≥ 80 %"),
+        "stage_right": share(stage, lambda c: c.stage_right, CLEAR_SINGLE, "≥ 80 %"),
+        "confident_wrong": share("another name above 90 %", lambda c: c.confidently_wrong, asked="≤ 5 %"),
+    }
+
+
+def measures_followed(followed: Sequence[tuple[str, Told]], missing: int) -> Measures:
+    """Of effects that were told as one of several, with the trial that was recommended to tell them apart.
+
+    Args:
+        followed: each such effect, and what was told with the trial.
+        missing: sessions that should have been followed and were not.
+    """
+    apart = Share.among(followed, lambda each: (each[0],) in each[1].groups)
+    lost = Share.among(followed, lambda each: each[0] not in each[1].names)
+    return {
+        "told_apart": Measure("told apart with one trial more", apart, "≥ 90 %"),
+        "lost": Measure("no longer named", lost, "≤ 5 %"),
+        "not_followed": Measure("not followed", Share(missing, missing + len(followed))),
+    }
+
+
+def measures_together(cases: Sequence[Case]) -> Measures:
+    """What all effects at once are worth, of sessions whose diagnosis may ask for them.
+
+    Speeds are those of held-out swims, which no twin was fitted to; they count where all at once are called for.
+    """
+    found = {
+        f"called_for_{kind}": _share(cases, f"called for, {kind}", lambda c: c.told.together is not None, of_kind(kind))
+        for kind in get_args(Kind)
+    }
+    forecasts = [(case.told.together, case.told.named) for case in cases if case.told.together is not None]
+    errors = {
+        "plain": [both.speed_before for both, _ in forecasts],
+        "names alone": [both.speed_before if named is None else named.speed_after for both, named in forecasts],
+        "all at once": [both.speed_after for both, _ in forecasts],
+    }
+    for label, others in list(errors.items())[:2]:
+        pairs = [(own, other) for own, other in zip(errors["all at once"], others, strict=True)]
+        known = [(own, other) for own, other in pairs if own is not None and other is not None]
+        nearer = Share.among(known, lambda pair: pair[0] < pair[1])
+        found[f"nearer_than_{label}"] = Measure(f"held-out speeds: better than {label}", nearer)
+    for label, each in errors.items():
+        error = median([value for value in each if value is not None])
+        found[f"error_{label}"] = Measure(f"speed error, {label}, mm/s, median", error.times(1000.0))
+    shrinkages = [both.shrinkage for both, _ in forecasts if both.shrinkage is not None]
+    found["shrinkage"] = Measure("shrinkage of the held-out gap, median", median(shrinkages))
+    return {name: row for name, row in found.items() if not (isinstance(row.found, Share) and not row.found.of)}
+
+
+def confusion(cases: Sequence[Case]) -> dict[str, dict[str, int]]:
+    """Of clear single effects: how often each was first named what."""
+    table: dict[str, dict[str, int]] = {}
+    for case in filter(CLEAR_SINGLE, cases):
+        row = table.setdefault(case.answer.effects[0], {})
+        first = case.told.first or OTHER
+        row[first] = row.get(first, 0) + 1
+    return dict(sorted(table.items()))
+
+
+def reachable(cases: Sequence[Case], counts: Callable[[Case], bool]) -> float:
+    """What of these, weak ones with them, a matched filter would see with one false alarm in a hundred.
+
+    Such a filter knows beforehand what to look for, and the weaker of two decides (Neyman and Pearson 1933); nan where
+    there is no session.
+    """
+    d = np.array([case.answer.detectability for case in cases if counts(case)])
+    return float(norm.sf(norm.isf(_FALSE_ALARMS) - d).mean()) if d.size else float("nan")
+
+
+def calibration_error(told: np.ndarray, true: np.ndarray) -> float:
+    """Mean difference between probabilities (k,) and how often they came true (k,), over ten bins.
+
+    Expected calibration error (Naeini et al. 2015); nan of none.
+    """
+    if not len(told):
+        return float("nan")
+    which = np.clip(np.digitize(told, _BINS) - 1, 0, len(_BINS) - 2)
+    count = np.bincount(which, minlength=len(_BINS) - 1)
+    apart = np.bincount(which, told - true, minlength=len(_BINS) - 1)
+    return float(np.abs(apart).sum() / count.sum())
+
+
+def error_by_chance(told: np.ndarray) -> Estimate:
+    """The error of as many probabilities (k,) that come true just as often as they say; nan of none.
+
+    The interval holds 95 % of such errors.
+    """
+    random = np.random.default_rng(0)
+    errors = [calibration_error(told, random.uniform(size=len(told)) < told) for _ in range(_DRAWS)]
+    low, high = np.quantile(errors, [0.025, 0.975])
+    return Estimate(float(np.mean(errors)), (float(low), float(high)))
+
+
+def _calibration(cases: Sequence[Case]) -> Measures:
+    """Most probabilities are small, and whoever tells none but small ones errs by little: those from 10 % on apart."""
+    by_chance = error_by_chance(np.array([p for p, _ in _probabilities(cases, _SUSPECT)]))
+    return {
+        "calibration": Measure("calibration error", resampled(cases, lambda c: _error(c, _WORTH_TELLING)), "≤ 0.05"),
+        "of_suspects": Measure("… of probabilities ≥ 10 %", resampled(cases, lambda c: _error(c, _SUSPECT)), "≤ 0.05"),
+        "by_chance": Measure("… by chance, were these right", by_chance),
+    }
+
+
+def _error(cases: Sequence[Case], least: float) -> float:
     told = _probabilities(cases, least)
-    return Reliability.of(np.array([p for p, _ in told]), np.array([present for _, present in told], bool))
+    return calibration_error(np.array([p for p, _ in told]), np.array([true for _, true in told], bool))
 
 
 def _probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, bool]]:
@@ -259,46 +276,30 @@ def _probabilities(cases: Sequence[Case], least: float) -> list[tuple[float, boo
     return [(p, case.answer.present(name)) for case in cases for name, p in case.told.chances.items() if p >= least]
 
 
-def _level(answer: Answer) -> float:
-    """The level that an effect was made for, as far as it reached it; 0 below the lowest."""
-    return max((level for level in DETECTABILITIES if answer.detectability >= _ALMOST * level), default=0.0)
+def _share(
+    cases: Sequence[Case],
+    label: str,
+    right: Callable[[Case], bool],
+    counts: Callable[[Case], bool] = lambda _: True,
+    asked: str = "",
+) -> Measure:
+    return Measure(label, Share.among(cases, right, counts), asked)
 
 
-def _of(kind: str) -> Callable[[Case], bool]:
-    return lambda case: case.answer.kind == kind
+def _said_right(cases: Sequence[Case]) -> Share:
+    """Of all groups that are said, in any session, those that hold an effect which is present."""
+    groups = [(case.answer, group) for case in cases for group in case.told.groups]
+    return Share.among(groups, lambda said: any(map(said[0].present, said[1])))
 
 
-def _at(level: float) -> Callable[[Case], bool]:
-    return lambda case: case.answer.kind == "single" and _level(case.answer) == level
+def _only_wrong(case: Case) -> bool:
+    return bool(case.told.names) and not any(map(case.answer.present, case.told.names))
 
 
-def _is(name: str) -> Callable[[Case], bool]:
-    return lambda case: clear(case) and case.answer.effects[0] == name
+def _shrinkage_over_oracle(cases: Sequence[Case]) -> Estimate:
+    """Over clear sessions whose effects are all told: what weak effects shrink by is mostly noise.
 
-
-def clear(case: Case) -> bool:
-    """Whether a session holds one effect that its data tell from every other."""
-    return case.answer.kind == "single" and _is_clear(case.answer)
-
-
-def _is_clear(answer: Answer) -> bool:
-    return _level(answer) >= CLEAR
-
-
-def _clear_of(kind: str) -> Callable[[Case], bool]:
-    return lambda case: case.answer.kind == kind and _is_clear(case.answer)
-
-
-def _holds_applies(case: Case) -> bool:
-    """What was fitted reaches what the true effects reach only where noise moves its parameters little: at a
-    detectability of d the error of a parameter costs at most about 1 / d^2 of the shrinkage, 4 % at five.
+    And where the true effects, in the twin's form, shrink the gap at all.
     """
-    if _level(case.answer) < CLEAR:
-        return False
-    right = bool(case.answer.effects) and set(case.answer.effects) == set(case.told.names)
-    return right and case.answer.oracle_shrinkage is not None and case.told.interval is not None
-
-
-def _holds(case: Case) -> bool:
-    (low, high), true = case.told.interval or (np.nan, np.nan), case.answer.oracle_shrinkage
-    return true is not None and bool(low <= true <= high)
+    both = [(c.told.shrinkage, c.answer.oracle_shrinkage) for c in cases if c.clear and c.in_set]
+    return median([told / true for told, true in both if told is not None and true is not None and true > 0.0])

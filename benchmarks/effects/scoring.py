@@ -3,20 +3,33 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
+from benchmarks.cases import read_lines
 from benchmarks.effects.folder import DIAGNOSIS, SECONDS, SuiteFolder
-from benchmarks.effects.followed import FollowedScore
 from benchmarks.effects.following import wanted, was_followed
-from benchmarks.effects.rules import RULES
-from benchmarks.effects.score import Score, scored
-from benchmarks.effects.together import TogetherScore
+from benchmarks.effects.rules import judgements
+from benchmarks.effects.score import (
+    Case,
+    confusion,
+    has_stage,
+    measures,
+    measures_followed,
+    measures_together,
+    measures_without,
+    of_kind,
+    reachable,
+)
 from benchmarks.effects.told import Told, read_told
-from benchmarks.effects.without import WithoutScore
+from benchmarks.scores import Scores, Table
 from diagnosis.diagnosis import ALL_AT_ONCE
 from session import FaultCollector, InputError
 
 PROGRAM = "diagnosis"
+_NOTES = (
+    "d: detectability, how far what an effect does lies from what its nearest rival, refitted, can do, in standard "
+    "deviations of noise, nuisances and discrepancy.",
+    "95 % intervals: of shares by Wilson, of numbers by drawing sessions anew, of chance by drawing what comes true.",
+)
 
 
 @dataclass(frozen=True)
@@ -24,98 +37,116 @@ class Outcome:
     """What came of a suite.
 
     Attributes:
-        scores: of the program and of the trivial rules, as far as they were run, by name.
-        without: of the program whose catalogue lacked the effect that is there; None where that was not run.
-        followed: of sessions with the trial that was recommended; None where that was not run.
+        cases: of the program and of the trivial rules, as far as they were run, by name.
+        without: of the program whose catalogue lacked the effect that is there.
+        followed: each effect that was one of several, and what was told with the trial that was recommended.
+        missing: sessions that should have been followed and were not.
     """
 
-    scores: Mapping[str, Score]
-    without: WithoutScore | None = None
-    followed: FollowedScore | None = None
+    cases: Mapping[str, Sequence[Case]]
+    without: Sequence[Case] = ()
+    followed: Sequence[tuple[str, Told]] = ()
+    missing: int = 0
 
-    @property
-    def together(self) -> TogetherScore | None:
-        """Of all effects at once; None where no diagnosis was asked for them."""
-        score = self.scores.get(PROGRAM)
-        asked = [] if score is None else [case for case in score.cases if case.told.effort in ALL_AT_ONCE]
-        return TogetherScore(Score(tuple(asked))) if asked else None
+    def scores(self, command: str) -> Scores:
+        """All tables.
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain numbers."""
-        plain = {name: score.to_json() for name, score in self.scores.items()}
-        more = {
-            "without_the_effect": self.without,
-            "with_the_recommended_trial": self.followed,
-            "all_effects_at_once": self.together,
-        }
-        return plain | {name: score.to_json() for name, score in more.items() if score is not None}
+        Args:
+            command: that made them.
+        """
+        first = next(iter(self.cases.values()))
+        kinds = [case.answer.kind for case in first]
+        counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(sorted(kinds)))
+        asked = [case for case in self.cases.get(PROGRAM, ()) if case.told.effort in ALL_AT_ONCE]
+        caption = f"{len(kinds)} sessions: {counts}"
+        tables = [Table.of(caption, {name: measures(own) for name, own in self.cases.items()})]
+        if self.without:
+            caption = "Without the effect that is there in the catalogue"
+            tables.append(Table.of(caption, {PROGRAM: measures_without(self.without)}))
+        if self.followed or self.missing:
+            caption = "With the trial that was recommended"
+            tables.append(Table.of(caption, {PROGRAM: measures_followed(self.followed, self.missing)}))
+        if asked:
+            tables.append(Table.of("All effects at once", {PROGRAM: measures_together(asked)}))
+        tables += [_reachable(first), _confusion(first)]
+        return Scores(
+            title="Withheld effects",
+            data="synthetic: sessions of a second simulator, the effect withheld from what diagnoses them",
+            command=command,
+            tables=tuple(table for table in tables if table.rows),
+            notes=_NOTES,
+        )
 
 
 def score_all(suite: SuiteFolder) -> Outcome:
     """Scores whatever stands in the folder of a suite: rules, diagnoses, those without the effect or with a trial more.
 
     Raises:
-        InputError: not every session is diagnosed, or not judged by rules that were run; or an answer has another
-            checksum.
+        InputError: not every session is diagnosed, or not judged by rules that were run.
     """
     suite.check_diagnosed()
-    scores = {PROGRAM: score_suite(suite)}
+    cases = {PROGRAM: score_suite(suite)}
     if suite.rules.exists():
-        scores |= score_rules(suite)
-    without = score_without(suite) if suite.without.exists() else None
-    return Outcome(scores, without, score_followed(suite) if suite.followed.exists() else None)
+        cases |= score_rules(suite)
+    without = score_without(suite) if suite.without.exists() else ()
+    return Outcome(cases, without, *(score_followed(suite) if suite.followed.exists() else ((), 0)))
 
 
-def score_suite(suite: SuiteFolder, told: Callable[[str], Told] | None = None) -> Score:
-    """Scores the diagnoses in the folders of the sessions, of any program.
-
-    Args:
-        suite: whose sessions were diagnosed.
-        told: of a session by its name; default: its `results/diagnosis.json`.
+def score_file(path: Path) -> Outcome:
+    """Scores cases in a file, of one shard or of several, one after the other.
 
     Raises:
-        InputError: a diagnosis is missing or not by the contract, or an answer has another checksum; all at once.
+        InputError: it holds no cases.
     """
-    found = _all_told(suite, suite.names, told or (lambda name: _told(suite.sessions / name)))
-    return scored(suite.true(), found)  # opened last: a diagnosis that is still to come could have seen them
+    return Outcome({PROGRAM: read_lines(path, Case, lambda case: case.answer.session)})
 
 
-def score_rules(suite: SuiteFolder) -> dict[str, Score]:
-    """Scores what the trivial rules said.
+def score_suite(suite: SuiteFolder) -> tuple[Case, ...]:
+    """The diagnoses in the folders of the sessions, of any program, beside what is true.
 
     Raises:
-        InputError: they have not judged every session, or as of `score_suite`.
+        InputError: a diagnosis is missing or not by the contract; all at once.
     """
-    suite.check_every(
-        lambda name: all(suite.rule(rule, name).exists() for rule in RULES),
-        "the rules have not judged every session",
-        f"Go on with --part rules, or remove {suite.rules}.",
-    )
-    return {rule: score_suite(suite, lambda name, rule=rule: read_told(suite.rule(rule, name))) for rule in RULES}  # type: ignore[misc]
+    told = _all_told(suite, suite.names, lambda name: _told(suite.sessions / name))
+    true = suite.true()  # opened last: a diagnosis that is still to come could have seen them
+    return tuple(Case(answer, told[answer.session]) for answer in true)
 
 
-def score_without(suite: SuiteFolder) -> WithoutScore:
-    """Scores the diagnoses whose catalogue lacked the effect that is there.
+def score_rules(suite: SuiteFolder) -> dict[str, tuple[Case, ...]]:
+    """What the trivial rules said, beside what is true.
+
+    Raises:
+        InputError: they have not judged every session.
+    """
+    said = judgements(suite).every()
+    next_step = f"Go on with --part rules, or remove {suite.rules}."
+    suite.check_every(lambda name: name in said, "the rules have not judged every session", next_step)
+    true = suite.true()
+    rules = next(iter(said.values()))
+    return {rule: tuple(Case(answer, said[answer.session][rule]) for answer in true) for rule in rules}
+
+
+def score_without(suite: SuiteFolder) -> tuple[Case, ...]:
+    """The diagnoses whose catalogue lacked the effect that is there, beside what is true.
 
     Raises:
         InputError: as of `score_suite`, or a diagnosis was made by another catalogue.
     """
-    answers = [answer for answer in suite.true() if answer.kind == "single"]
-    lacking = {answer.session: frozenset(answer.effects) for answer in answers}
-    told = _all_told(suite, tuple(lacking), lambda name: _told(suite.without / name, lacking[name]))
-    return WithoutScore(scored(answers, told))
+    answers = {answer.session: answer for answer in suite.true() if answer.kind == "single"}
+    told = _all_told(suite, tuple(answers), lambda name: _told(suite.without / name, frozenset(answers[name].effects)))
+    return tuple(Case(answer, told[name]) for name, answer in answers.items())
 
 
-def score_followed(suite: SuiteFolder) -> FollowedScore:
-    """Scores the diagnoses of sessions with the trial that was recommended, those that were not followed counted.
+def score_followed(suite: SuiteFolder) -> tuple[list[tuple[str, Told]], int]:
+    """Each effect that was one of several with what was told with the trial more; and how many were not followed.
 
     Raises:
         InputError: as of `score_suite`.
     """
-    all_wanted = wanted(suite)
-    left = {name: each.confused.effect for name, each in all_wanted.items() if was_followed(suite, each)}
-    told = _all_told(suite, tuple(left), lambda name: _told(suite.followed / name))
-    return FollowedScore(tuple(left.values()), tuple(told), len(all_wanted) - len(left))
+    every = wanted(suite)
+    effects = {name: each.effect for name, each in every.items() if was_followed(suite, each)}
+    told = _all_told(suite, tuple(effects), lambda name: _told(suite.followed / name))
+    return [(effect, told[name]) for name, effect in effects.items()], len(every) - len(effects)
 
 
 def _told(session: Path, lacking: frozenset[str] = frozenset()) -> Told:
@@ -124,13 +155,29 @@ def _told(session: Path, lacking: frozenset[str] = frozenset()) -> Told:
     return replace(told, seconds=float(clock.read_text())) if told.seconds is None and clock.exists() else told
 
 
-def _all_told(suite: SuiteFolder, names: Sequence[str], told: Callable[[str], Told]) -> list[Told]:
-    """Of sessions, in order; all faults at once."""
-    faults, diagnoses = FaultCollector(str(suite.folder)), []
+def _all_told(suite: SuiteFolder, names: Sequence[str], told: Callable[[str], Told]) -> dict[str, Told]:
+    """Of sessions, by name; all faults at once."""
+    faults, diagnoses = FaultCollector(str(suite.folder)), {}
     for name in names:
         try:
-            diagnoses.append(told(name))
+            diagnoses[name] = told(name)
         except InputError as error:
             faults.extend_capped(list(error.faults))
     faults.raise_if_any()
     return diagnoses
+
+
+def _reachable(cases: Sequence[Case]) -> Table:
+    chosen = {"unexplained outside": of_kind("outside"), "two": of_kind("double"), "stage": has_stage}
+    shares = {label: reachable(cases, counts) for label, counts in chosen.items()}
+    rows = tuple((label, f"{100 * share:.0f} %") for label, share in shares.items() if share == share)
+    caption = "What a matched filter that knows what to look for would see, with one false alarm in a hundred"
+    return Table(caption, ("of all", "sees"), rows)
+
+
+def _confusion(cases: Sequence[Case]) -> Table:
+    rows = tuple(
+        (name.replace("_", " "), ", ".join(f"{said.replace('_', ' ')} {count}" for said, count in row.items()))
+        for name, row in confusion(cases).items()
+    )
+    return Table("What clear single effects were first named", ("present", "named first: sessions"), rows)

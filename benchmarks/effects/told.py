@@ -1,9 +1,8 @@
 """What a program says of a session: its `diagnosis.json`, whoever wrote it, as far as scores need it."""
 
-import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
@@ -19,12 +18,12 @@ class Recommended(NamedTuple):
 
     Attributes:
         separates: two names.
-        kind: "swim", "dry" or "free_decay".
+        kind: of the trial.
         commanded_hz: that the motor is told; None of a free decay.
         logged: whether the motor is to be logged.
     """
 
-    separates: frozenset[str]
+    separates: tuple[str, str]
     kind: Literal["swim", "dry", "free_decay"]
     commanded_hz: float | None
     logged: bool
@@ -42,11 +41,6 @@ class Forecast(NamedTuple):
     shrinkage: float | None = None
     speed_before: float | None = None
     speed_after: float | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """By the contract."""
-        speeds = {"speed_mae_before": self.speed_before, "speed_mae_after": self.speed_after}
-        return {"shrinkage": self.shrinkage} | speeds
 
 
 @dataclass(frozen=True)
@@ -68,12 +62,12 @@ class Told:
     """
 
     verdict: str
-    groups: tuple[tuple[str, ...], ...]
-    probabilities: dict[str, float]
-    by_stage: dict[str, float]
-    shrinkage: float | None
-    interval: tuple[float, float] | None
-    seconds: float | None
+    groups: tuple[tuple[str, ...], ...] = ()
+    probabilities: dict[str, float] = field(default_factory=dict)
+    by_stage: dict[str, float] = field(default_factory=dict)
+    shrinkage: float | None = None
+    interval: tuple[float, float] | None = None
+    seconds: float | None = None
     recommended: tuple[Recommended, ...] = ()
     named: Forecast | None = None
     together: Forecast | None = None
@@ -100,21 +94,6 @@ class Told:
         shares = {stage: self.by_stage[stage] for stage in _CAUSES if stage in self.by_stage}
         return max(shares, key=lambda stage: shares[stage]) if shares else None
 
-    def to_json(self) -> dict[str, Any]:
-        """By the contract, as far as it is known."""
-        return {
-            "verdict": self.verdict,
-            "groups": self.groups,
-            "effects": sorted(self.names),
-            "probabilities": self.probabilities,
-            "where": {"by_stage": self.by_stage} if self.by_stage else None,
-            "gap": (self.named or Forecast()).to_json()
-            | {"shrinkage": self.shrinkage, "shrinkage_ci95": self.interval},
-            "everything": None if self.together is None else {"gap": self.together.to_json()},
-            "seconds": self.seconds,
-            "effort": self.effort,
-        }
-
 
 def read_told(path: Path, lacking: frozenset[str] = frozenset()) -> Told:
     """Reads a diagnosis.
@@ -127,49 +106,25 @@ def read_told(path: Path, lacking: frozenset[str] = frozenset()) -> Told:
         InputError: it is not there, not by the contract, or made with another catalogue; all faults at once.
     """
     faults = FaultCollector(str(path))
+    again = "Diagnose it again."
     try:
-        stands = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        faults.add("", "cannot be read", found=str(error), expected="a diagnosis.json", next_step="Diagnose it again.")
+        found = _Contract.model_validate_json(path.read_text())
+    except OSError as error:
+        faults.add("", "cannot be read", found=str(error), expected="a diagnosis.json", next_step=again)
         faults.raise_if_any()
         raise
-    return told_of(stands, str(path), lacking)
-
-
-def told_of(stands: Any, where: str, lacking: frozenset[str] = frozenset()) -> Told:
-    """From JSON.
-
-    Args:
-        stands: what was read.
-        where: it was read from.
-        lacking: see `read_told`.
-
-    Raises:
-        InputError: it is not by the contract, or made with another catalogue; all faults at once.
-    """
-    faults = FaultCollector(where)
-    try:
-        found = _Contract.model_validate_json(json.dumps(stands))
     except ValidationError as error:
         for fault in error.errors():
-            key = ".".join(map(str, fault["loc"]))
-            missing = fault["type"] == "missing"
-            faults.add(
-                key,
-                "missing" if missing else "not by the contract",
-                found="nothing" if missing else repr(fault["input"])[:_SHOWN],
-                expected="a key of the contract" if missing else fault["msg"].removeprefix("Input should be "),
-                next_step="Diagnose it again.",
-            )
+            key, said = ".".join(map(str, fault["loc"])), fault["msg"].removeprefix("Input should be ")
+            found_there = "nothing" if fault["type"] == "missing" else repr(fault["input"])[:_SHOWN]
+            faults.add(key, "not by the contract", found=found_there, expected=said, next_step=again)
         faults.raise_if_any()
         raise
-    if (withheld := set(found.withheld_from_catalogue or ())) != lacking:
+    withheld = set(found.withheld_from_catalogue or ())
+    if withheld != lacking:
+        there, asked = (", ".join(sorted(names)) or "nothing withheld" for names in (withheld, lacking))
         faults.add(
-            "withheld_from_catalogue",
-            "made with another catalogue",
-            found=", ".join(sorted(withheld)) or "nothing withheld",
-            expected=", ".join(sorted(lacking)) or "nothing withheld",
-            next_step="Diagnose it again.",
+            "withheld_from_catalogue", "made with another catalogue", found=there, expected=asked, next_step=again
         )
     faults.raise_if_any()
     return found.told()
@@ -244,7 +199,7 @@ class _Contract(_Part):
             interval=None if low is None or high is None else (low, high),
             seconds=self.seconds,
             recommended=tuple(
-                Recommended(frozenset(each.separates), trial.kind, trial.commanded_hz, trial.logged)
+                Recommended(each.separates, trial.kind, trial.commanded_hz, trial.logged)
                 for each, trial in trials
                 if trial is not None
             ),

@@ -6,8 +6,7 @@ truth among the draws is uniform when the posterior is right.
 
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -96,13 +95,14 @@ class PosteriorScore:
         return (np.array(self.truth) - np.array(self.mean)) / np.array(self.sd)
 
     @property
+    def farthest(self) -> float:
+        """The largest of these, without its sign."""
+        return float(np.abs(self.off_sd).max())
+
+    @property
     def width_ratio(self) -> np.ndarray:
         """(5,) width of the 90 % interval over that of the exact likelihood."""
         return (np.array(self.q95) - np.array(self.q05)) / np.array(self.exact_width, float)
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain numbers."""
-        return asdict(self)
 
 
 def score_session(seed: int, effect: Effect = "none", strength: float = 1.0, workers: int = 0) -> PosteriorScore:

@@ -5,13 +5,14 @@ real water costs nothing here.
 """
 
 import shutil
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from benchmarks.cases import Tell
+from benchmarks.scores import Table
 from benchmarks.video.filmed import SessionVideo
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
@@ -22,7 +23,6 @@ from tracking.tracker import TrackerName
 
 SPEEDS_HZ, SECONDS = (0.6, 1.0, 1.4), 5.5
 PERFECT = "perfect tracks"
-Tell = Callable[[str, float | None], None]
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,6 @@ class FittedFrom:
     error: FluidCoefficients
     marker_error_mm: float
     track_rms_px: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain numbers."""
-        return asdict(self) | {name: getattr(self, name)._asdict() for name in ("coefficients", "error")}
 
 
 def measure_from_video(
@@ -127,3 +123,13 @@ def _track_rms(pipeline: Pipeline) -> float:
         counts = seen.counting.confidence > 0
         squares.append(((seen.counting.position_px - true_px) ** 2)[counts].ravel())
     return float(np.sqrt(np.concatenate(squares).mean()))
+
+
+def cost_table(fits: Sequence[FittedFrom]) -> Table:
+    """The error of each coefficient, by where the tracks came from."""
+    rows = tuple(
+        (fit.tracks, f"{fit.track_rms_px:.3f}", f"{fit.marker_error_mm:.2f}", *(f"{e:+.1%}" for e in fit.error))
+        for fit in fits
+    )
+    caption = f"A known swimmer, filmed at {', '.join(map(str, SPEEDS_HZ))} Hz and fitted: error of each coefficient"
+    return Table(caption, ("fitted from", "rms px", "marker mm", *FluidCoefficients._fields), rows)

@@ -2,15 +2,16 @@
 
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 from typing import Any
 
+from benchmarks.scores import Table
 from benchmarks.video import load_truth, truth_file
 from tracking.boxes import Box, StartBoxes
 from tracking.tracker import TrackerName, follow_video
@@ -43,10 +44,6 @@ class TrackingSpeed:
     csrt_fps: float
     memory_mb: float
     memory_growth_mb: float
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain numbers."""
-        return asdict(self)
 
 
 def measure_tracking_speed(path: Path, csrt_frames: int = 20) -> TrackingSpeed:
@@ -131,3 +128,20 @@ def _boxes(path: Path) -> StartBoxes:
 
 def _most_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def speed_table(speeds: Sequence[TrackingSpeed]) -> Table:
+    """Frames a second."""
+    rows = tuple(
+        (
+            f"{speed.codec}, {speed.frames} frames, {speed.markers} markers",
+            f"{speed.decoding_fps:.0f}",
+            f"{speed.tracking_fps:.0f}",
+            f"{speed.ratio:.2f}",
+            f"{speed.csrt_fps:.1f}",
+            f"{speed.memory_mb:.0f} MB ({speed.memory_growth_mb:+.0f})",
+        )
+        for speed in speeds
+    )
+    columns = ("frames a second", "reading alone", "tracking", "ratio", "plain CSRT", "memory (growth at the end)")
+    return Table(f"Speed, the median of {ROUNDS} rounds", columns, rows)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.searches import SearchRun, compare_methods, comparison_table
+from benchmarks.searches import SearchRun, compare_methods, search_scores
 from fitting import METHODS, QUICK
 from session import SimulationDiverged
 from swimmer import FluidCoefficients
@@ -52,11 +52,12 @@ def test_a_search_that_finds_nothing_is_kept_as_such(monkeypatch: pytest.MonkeyP
     assert all(np.isnan(run.best_m) for run in runs)
 
 
-def test_the_table_has_a_line_a_search_and_objective_with_best_mean_and_worst() -> None:
-    head, *lines = comparison_table([RUN, replace(RUN, seed=4, best_m=0.0323), NOTHING])
-
-    assert len(lines) == 2 * len(METHODS)
-    assert head.split()[:2] == ["objective", "search"]
-    found = next(line for line in lines if line.startswith("published") and METHODS["random"].label in line)
-    assert found.split()[-6:-3] == ["12.30", "22.30", "32.30"]
-    assert sum("found nothing that swims forward" in line for line in lines) == len(lines) - 1
+def test_the_table_has_a_row_a_search_and_objective() -> None:
+    published, shape = search_scores(
+        [RUN, replace(RUN, seed=4, best_m=0.0323), NOTHING], "calib benchmark search S"
+    ).tables
+    found = {row[0]: row[1:] for row in published.rows}
+    assert [*found] == [method.label for method in METHODS.values()]
+    assert found[METHODS["random"].label][:3] == ("12.30", "22.30", "32.30")
+    others = [row for row in (*published.rows, *shape.rows) if row[0] != METHODS["random"].label]
+    assert {row[1] for row in others} == {"nothing that swims forward"}

@@ -3,16 +3,18 @@
 import json
 import sys
 from pathlib import Path
-from unittest.mock import ANY
 
 import numpy as np
 import pytest
 
+from benchmarks.cases import Run
 from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
 from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
 from benchmarks.effects.following import follow_suite
 from benchmarks.effects.program import CommandLine, diagnose, program_of
+from benchmarks.effects.score import measures_without
 from benchmarks.effects.scoring import score_all, score_rules, score_suite, score_without
+from benchmarks.scores import Scores
 from calib.options import Options
 from diagnosis import Discrepancy
 from session import InputError
@@ -20,6 +22,7 @@ from tests.benchmarks.effects.suites import ANSWERS, runs, says_slack, suite_in
 from tests.calib.door import Front, assert_told
 from tests.cases import later
 
+ALONE = Run(workers=1)
 NAMES = [answer.session for answer in ANSWERS]
 
 
@@ -36,31 +39,31 @@ def fails_on_the_third(session: Path, discrepancy: Discrepancy, without: frozens
 
 @pytest.mark.parametrize("workers", [1, *later(2)])
 def test_every_session_is_diagnosed_once_and_then_left_alone(suite: SuiteFolder, workers: int) -> None:
-    assert diagnose_suite(suite, says_slack, workers) == ()
-    assert diagnose_suite(suite, says_slack, workers) == ()
+    assert diagnose_suite(suite, says_slack, Run(workers)) == ()
+    assert diagnose_suite(suite, says_slack, Run(workers)) == ()
     assert runs(suite.sessions) == dict.fromkeys(NAMES, 1)
 
 
 def test_what_fails_is_told_and_tried_again_and_stops_no_other(suite: SuiteFolder) -> None:
-    failures = diagnose_suite(suite, fails_on_the_third, 1)
+    failures = diagnose_suite(suite, fails_on_the_third, ALONE)
     assert [failure.name for failure in failures] == [NAMES[2]]
     assert failures[0].message == "KeyError: 'a marker'"
     with pytest.raises(InputError, match=NAMES[2]):
         score_suite(suite)
-    assert diagnose_suite(suite, says_slack, 1) == ()
+    assert diagnose_suite(suite, says_slack, ALONE) == ()
     assert runs(suite.sessions) == dict.fromkeys(NAMES, 1)
 
 
 def test_a_program_that_writes_nothing_has_failed(suite: SuiteFolder) -> None:
-    failures = diagnose_suite(suite, lambda *_: None, 1)
-    assert [failure.message for failure in failures] == [f"ended without a {DIAGNOSIS}"] * len(NAMES)
+    failures = diagnose_suite(suite, lambda *_: None, ALONE)
+    assert [failure.message for failure in failures] == [f"FileNotFoundError: ended without a {DIAGNOSIS}"] * len(NAMES)
 
 
 def test_without_the_effect_the_sessions_with_one_are_diagnosed_in_copies(suite: SuiteFolder) -> None:
-    diagnose_suite(suite, says_slack, 1)
+    diagnose_suite(suite, says_slack, ALONE)
     before = (suite.sessions / NAMES[1] / DIAGNOSIS).read_text()
-    assert diagnose_without(suite, says_slack, 1) == ()
-    assert diagnose_without(suite, says_slack, 1) == ()
+    assert diagnose_without(suite, says_slack, ALONE) == ()
+    assert diagnose_without(suite, says_slack, ALONE) == ()
     assert runs(suite.without) == {NAMES[1]: 2, NAMES[2]: 2}  # one is copied with the session
     withheld = {
         name: json.loads((suite.without / name / DIAGNOSIS).read_text())["withheld_from_catalogue"]
@@ -73,17 +76,17 @@ def test_without_the_effect_the_sessions_with_one_are_diagnosed_in_copies(suite:
 
 def test_scores_without_the_effect(suite: SuiteFolder) -> None:
     """Clear slack is unexplained and on its stage; where the scale is off, slack is told with confidence."""
-    diagnose_suite(suite, says_slack, 1)
-    diagnose_without(suite, says_slack, 1)
-    score = score_without(suite)
-    assert {name: tuple(share) for name, share in score.headline.items()} == {
+    diagnose_suite(suite, says_slack, ALONE)
+    diagnose_without(suite, says_slack, ALONE)
+    found = measures_without(score_without(suite))
+    assert {name: tuple(row.found) for name, row in found.items()} == {
         "unexplained": (1, 1),
         "stage_right": (1, 1),
         "confident_wrong": (1, 2),
     }
-    assert {level: tuple(share) for level, share in score.by_detectability.items()} == {2.0: (0, 1), 10.0: (1, 1)}
-    assert 0.0 <= score_suite(suite).seconds.value < 10.0  # measured, as the program does not tell
-    assert score_all(suite).to_json()["without_the_effect"]["headline"]["unexplained"]["share"] == 1.0
+    seconds = [case.told.seconds for case in score_suite(suite)]  # measured, as the program does not tell
+    assert all(each is not None and 0.0 <= each < 10.0 for each in seconds)
+    assert "Without the effect that is there" in score_all(suite).scores("").text()
 
 
 def test_rules_that_have_not_judged_every_session_are_not_scored(suite: SuiteFolder) -> None:
@@ -93,10 +96,10 @@ def test_rules_that_have_not_judged_every_session_are_not_scored(suite: SuiteFol
 
 
 def test_a_diagnosis_by_the_wrong_catalogue_is_refused(suite: SuiteFolder) -> None:
-    diagnose_suite(suite, lambda session, its, _: says_slack(session, its, frozenset({"wave_drag"})), 1)
+    diagnose_suite(suite, lambda session, its, _: says_slack(session, its, frozenset({"wave_drag"})), ALONE)
     with pytest.raises(InputError, match=r"(?s)another catalogue.*wave_drag.*nothing withheld"):
         score_suite(suite)
-    diagnose_without(suite, lambda session, its, _: says_slack(session, its, frozenset()), 1)
+    diagnose_without(suite, lambda session, its, _: says_slack(session, its, frozenset()), ALONE)
     with pytest.raises(InputError, match=r"(?s)another catalogue.*nothing withheld.*tendon_slack"):
         score_without(suite)
 
@@ -107,11 +110,11 @@ def test_no_answer_is_opened_while_a_diagnosis_is_missing(suite: SuiteFolder, mo
 
     monkeypatch.setattr(SuiteFolder, "true", opened)
     with pytest.raises(InputError, match=rf"{len(NAMES)} of {len(NAMES)} are missing.*--part diagnose"):
-        diagnose_without(suite, says_slack, 1)
+        diagnose_without(suite, says_slack, ALONE)
     with pytest.raises(InputError, match=r"diagnosis\.json"):
         score_suite(suite)
     with pytest.raises(InputError, match=r"not every session is diagnosed.*--part diagnose"):
-        follow_suite(suite, says_slack, 1)
+        follow_suite(suite, says_slack, ALONE)
     suite.rules.mkdir()
     with pytest.raises(InputError, match=r"not every session is diagnosed.*--part diagnose"):
         score_all(suite)
@@ -146,8 +149,8 @@ def test_any_command_may_be_the_program(suite: SuiteFolder, tmp_path: Path) -> N
         "path.write_text(json.dumps({'said': sys.argv[2:]}))\n"
     )
     program = program_of(f"{sys.executable} {script}")
-    assert diagnose_suite(suite, program, 1) == ()
-    assert diagnose_without(suite, program, 1) == ()
+    assert diagnose_suite(suite, program, ALONE) == ()
+    assert diagnose_without(suite, program, ALONE) == ()
     whole, lacking = (json.loads((each / NAMES[1] / DIAGNOSIS).read_text()) for each in (suite.sessions, suite.without))
     assert whole["said"] == []
     assert lacking["said"] == ["--without", "tendon_slack"]
@@ -155,7 +158,7 @@ def test_any_command_may_be_the_program(suite: SuiteFolder, tmp_path: Path) -> N
 
 def test_a_command_that_fails_is_told_with_its_last_words(suite: SuiteFolder) -> None:
     program = CommandLine((sys.executable, "-c", "raise SystemExit('no such camera')"))
-    failures = diagnose_suite(suite, program, 1)
+    failures = diagnose_suite(suite, program, ALONE)
     assert {failure.message for failure in failures} == {"ProgramFailed: ended with status 1: no such camera"}
 
 
@@ -176,9 +179,11 @@ def test_the_command_line_diagnoses_withholds_and_scores(suite: SuiteFolder, cal
         ended = calib(*effects, "--part", part, "--program", f"{sys.executable} {script}", "--workers", "1")
         assert (ended.code, ended.out.strip()) == (0, "all done")
     ended = calib(*effects, "--part", "score", "--json")
-    told = json.loads(ended.out)
-    assert told["diagnosis"]["headline"]["false_alarms"]["hits"] == 0
-    assert told["diagnosis"]["headline"]["right_first"] == {"hits": 0, "of": 1, "share": 0.0, "ci95": ANY}
-    assert told["without_the_effect"]["headline"]["unexplained"]["hits"] == 0
-    assert json.loads((suite.folder / "scores.json").read_text()) == told
-    assert (suite.folder / "scores.html").read_text().startswith("<!DOCTYPE html>")
+    scores = Scores.read(suite.folder / "scores.json")
+    assert ended.out == scores.json()
+    rows = {row[0]: row[2] for table in scores.tables for row in table.rows if len(row) > 2}
+    assert rows["alarm where there is nothing"].startswith("0 of 1 ")
+    assert rows["right name first, d ≥ 5"].startswith("0 of 1 ")
+    assert rows["unexplained, d ≥ 5"].startswith("0 of 1 ")
+    again = calib("benchmark", "effects", suite.folder / "cases.jsonl", "--part", "score")
+    assert scores.tables[0].text() in again.out

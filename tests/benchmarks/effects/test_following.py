@@ -10,18 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.cases import Run
 from benchmarks.effects import following
 from benchmarks.effects import making as making_module
 from benchmarks.effects.answer import Answer
 from benchmarks.effects.drawn import one_more
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.folder import DIAGNOSIS
-from benchmarks.effects.followed import FollowedScore, confused
-from benchmarks.effects.following import follow_suite, wanted
+from benchmarks.effects.following import confused, follow_suite, wanted
 from benchmarks.effects.making import Making
-from benchmarks.effects.report import outcome_text
-from benchmarks.effects.scores_page import render_scores
-from benchmarks.effects.scoring import score_all
+from benchmarks.effects.scoring import score_all, score_followed
 from benchmarks.effects.severity import Strength, Strong
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.effects.told import Told, read_told
@@ -83,27 +81,23 @@ def test_a_recommended_trial_is_made_and_the_session_diagnosed_with_it(
     for name in (NULL.session, SLACK.session):
         confuses(suite.sessions / name, Discrepancy.independent(np.eye(1)), frozenset())
     assert list(wanted(suite)) == [SLACK.session]
-    assert follow_suite(suite, confuses, 1) == ()
+    assert follow_suite(suite, confuses, Run(1)) == ()
     more = load_session(suite.followed / SLACK.session).trials[-1]
     assert (more.name, more.kind, more.role, more.commanded_hz) == ("more_f1_23", "swim", "fit", 1.23)
     assert more.motor is not None
-    outcome = score_all(suite)
-    assert outcome.followed is not None
-    assert tuple(outcome.followed.headline["told_apart"]) == (1, 1)
-    assert "told apart with one trial more" in outcome_text(outcome)
-    assert "With the trial that was recommended" in render_scores(outcome)
-    assert follow_suite(suite, confuses, 1) == ()
+    ((effect, after),), missing = score_followed(suite)
+    assert (effect, after.groups, missing) == ("tendon_slack", (("tendon_slack",),), 0)
+    assert "told apart with one trial more" in score_all(suite).scores("").text()
+    assert follow_suite(suite, confuses, Run(1)) == ()
     other = told([PAIR], (SWIM | {"commanded_hz": 0.8},))
     (suite.sessions / SLACK.session / DIAGNOSIS).write_text(json.dumps(other))
-    again = score_all(suite).followed
-    assert again is not None
-    assert (len(again.told), again.missing) == (0, 1)
+    assert score_followed(suite) == ([], 1)
 
 
 def test_a_suite_from_before_trials_were_recommended_is_to_be_made_anew(tmp_path: Path) -> None:
     suite = suite_in(tmp_path, (replace(SLACK, strengths=()),))
     confuses(suite.sessions / SLACK.session, Discrepancy.independent(np.eye(1)), frozenset())
-    (failure,) = follow_suite(suite, confuses, 1)
+    (failure,) = follow_suite(suite, confuses, Run(1))
     assert "make the suite anew" in failure.message
 
 
@@ -128,10 +122,3 @@ def test_all_that_was_recorded_before_stays_as_it_was(tmp_path: Path, monkeypatc
         assert {path.name for path in after} - {path.name for path in before} == {file}
         for path in before:
             assert (tmp_path / kind / plan.name / "trials" / path.name).read_bytes() == path.read_bytes()
-
-
-@pytest.mark.parametrize(("groups", "apart", "lost"), [([["a"]], 1, 0), ([["a", "b"]], 0, 0), ([["b"]], 0, 1)])
-def test_told_apart_is_an_effect_alone_in_its_group(groups: list[list[str]], apart: int, lost: int) -> None:
-    after = Told("named", tuple(map(tuple, groups)), {}, {}, None, None, None)
-    headline = FollowedScore(("a",), (after,)).headline
-    assert (headline["told_apart"].hits, headline["lost"].hits) == (apart, lost)

@@ -10,16 +10,18 @@ from shutil import copytree
 import numpy as np
 import pytest
 
-from benchmarks.effects import ruling
+from benchmarks.cases import Run
+from benchmarks.effects import rules
 from benchmarks.effects.answer import Answer
 from benchmarks.effects.evidence import evidence_of
 from benchmarks.effects.filming import film_together
 from benchmarks.effects.making import Making
-from benchmarks.effects.ruling import judge_suite
+from benchmarks.effects.rules import judge_suite
+from benchmarks.effects.score import measures
 from benchmarks.effects.scoring import score_rules
-from benchmarks.effects.shares import Share
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.scores import Share
 from diagnosis import Discrepancy
 from session import load_session
 from swimmer.effects import catalogue
@@ -120,12 +122,12 @@ def test_by_its_folder_alone_the_effect_can_be_found(
     for plan in (NULL, SINGLE):
         copytree(folder / plan.name, whole.sessions / plan.name, dirs_exist_ok=True)
     DISCREPANCY.save(whole.discrepancy, [0])
-    monkeypatch.setattr(ruling, "catalogue", lambda: {name: catalogue()[name] for name in TRIED})
-    assert judge_suite(whole, workers=1) == ()
+    monkeypatch.setattr(rules, "catalogue", lambda: {name: catalogue()[name] for name in TRIED})
+    assert judge_suite(whole, Run(1)) == ()
     seen = evidence_of(whole.sessions / SINGLE.name, DISCREPANCY, {name: catalogue()[name] for name in TRIED})
     assert seen.noise.length(seen.left) > 1.5 * seen.space.length(seen.left) > 0  # far more is known to disturb
-    found = score_rules(whole)["informed BIC"].headline
-    assert found["right_first"] == Share(1, 1)
-    assert found["false_alarms"] == Share(0, 1)
-    monkeypatch.setattr(ruling, "evidence_of", None)
-    assert judge_suite(whole, workers=1) == ()  # what was judged is not judged again
+    found = measures(score_rules(whole)["informed BIC"])
+    assert found["right_first"].found == Share(1, 1)
+    assert found["false_alarms"].found == Share(0, 1)
+    monkeypatch.setattr(rules, "evidence_of", None)
+    assert judge_suite(whole, Run(1)) == ()  # what was judged is not judged again

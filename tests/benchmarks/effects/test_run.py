@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from distributed import LocalCluster
 
+from benchmarks.cases import Failure, Run
 from benchmarks.effects import run
 from benchmarks.effects.answer import Answer
-from benchmarks.effects.folder import Failure, SuiteFolder
+from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import LARGE, SMALL, WHOLE, SessionPlan, Shard, SuiteSize, plan_suite, suite_named
 from benchmarks.reality.mechanisms import catalogued, uncatalogued
@@ -18,6 +19,7 @@ from diagnosis import Discrepancy, shipped_discrepancy
 from session import InputError, write_whole
 from tests.benchmarks.effects.suites import shortened
 
+ALONE = Run(workers=1)
 SIZE = SuiteSize(5, 5)  # nothing in them: no severity is sought, which takes a minute each
 PLANS = plan_suite(4, SIZE, tuple(catalogued()), tuple(uncatalogued()))
 NAMES = [plan.name for plan in PLANS]
@@ -42,7 +44,7 @@ def tracks(suite: SuiteFolder) -> dict[Path, bytes]:
 def test_a_new_folder_gets_the_discrepancy_that_is_shipped(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(run, "plan_suite", lambda *_: ())
     suite = SuiteFolder(tmp_path / "new" / "suite")
-    assert make_suite(suite, 4, SIZE, workers=1) == ()
+    assert make_suite(suite, 4, SIZE, ALONE) == ()
     assert suite.discrepancy.read_bytes() == shipped_discrepancy().read_bytes()
 
 
@@ -56,7 +58,7 @@ def test_with_one_of_two_workers_killed_midway_nothing_is_lost_or_counted_twice(
                 os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
             progress.append(share)
 
-        failures = make_suite(suite, 4, SIZE, scheduler=cluster.scheduler_address, tell=kill_one)
+        failures = make_suite(suite, 4, SIZE, Run(scheduler=cluster.scheduler_address, tell=kill_one))
     assert failures == ()
     assert sorted(progress) == progress
     assert len(progress) == 3  # two sessions at a time
@@ -64,7 +66,7 @@ def test_with_one_of_two_workers_killed_midway_nothing_is_lost_or_counted_twice(
     assert [path.name for path in sorted(suite.sessions.iterdir())] == NAMES
     assert suite.true() == tuple(Answer(plan.name, "null", seed=plan.seed) for plan in PLANS)
     alone = empty_suite(tmp_path / "alone")
-    assert make_suite(alone, 4, SIZE, workers=1) == ()
+    assert make_suite(alone, 4, SIZE, ALONE) == ()
     assert tracks(alone) == tracks(suite)
 
 
@@ -78,12 +80,12 @@ def test_broken_off_it_goes_on_where_it_was(tmp_path: Path) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        make_suite(suite, 4, SIZE, workers=1, tell=stop)
+        make_suite(suite, 4, SIZE, Run(1, tell=stop))
     made = {path.parent: path.stat().st_ino for path in suite.sessions.glob("*/session.toml")}
     unfinished = next(name for name in NAMES if suite.sessions / name not in made)
     (suite.sessions / unfinished / "trials").mkdir(parents=True)
     (suite.sessions / f".{unfinished}.part.x1").mkdir()
-    assert make_suite(suite, 4, SIZE, workers=1) == ()
+    assert make_suite(suite, 4, SIZE, ALONE) == ()
     assert len(stopped) == 1
     assert len(made) == 2
     assert all((session / "session.toml").stat().st_ino == node for session, node in made.items())
@@ -95,21 +97,21 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
     """A fifth is one of five sessions; what is published is what is there; the rest joins it."""
     tried: list[str] = []
 
-    def made(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> tuple[int, list[Failure]]:
+    def made(suite: SuiteFolder, plans: tuple[SessionPlan, ...]) -> list[Failure]:
         for plan in plans:
             tried.append(plan.name)
             write_whole(suite.sessions / plan.name / "session.toml", b"")
             Answer(plan.name, "null").write(suite.answer(plan.name))
-        return len(plans), []
+        return []
 
     monkeypatch.setattr(run, "_made_together", made)
     suite = empty_suite(tmp_path)
     suite.answers.mkdir()
-    assert make_suite(suite, 4, SIZE, workers=1, shard=Shard(2, 5)) == ()
+    assert make_suite(suite, 4, SIZE, ALONE, Shard(2, 5)) == ()
     assert suite.names == tuple(tried) == (NAMES[1],)
-    assert make_suite(suite, 4, SIZE, workers=1, shard=Shard(1, 2)) == ()
+    assert make_suite(suite, 4, SIZE, ALONE, Shard(1, 2)) == ()
     assert sorted(tried) == sorted([NAMES[1], *NAMES[::2]])
-    assert make_suite(suite, 4, SIZE, workers=1) == ()
+    assert make_suite(suite, 4, SIZE, ALONE) == ()
     assert sorted(tried) == NAMES
     assert suite.true() == tuple(Answer(name, "null") for name in NAMES)
 
@@ -129,15 +131,15 @@ def test_a_folder_of_another_suite_is_left_alone(tmp_path: Path) -> None:
     suite = empty_suite(tmp_path)
     (suite.sessions / "wffffffff").mkdir(parents=True)
     with pytest.raises(InputError, match=r"(?s)another suite.*wffffffff"):
-        make_suite(suite, 4, SIZE, workers=1)
+        make_suite(suite, 4, SIZE, ALONE)
 
 
 @pytest.mark.long
 def test_what_was_made_stands_when_a_cluster_asks_for_it_again(tmp_path: Path) -> None:
     suite, (plan, *_) = empty_suite(tmp_path), run.plan_suite(4, SIZE, (), ())
-    assert run._made_together(suite, (plan,)) == (1, [])
+    assert run._made_together(suite, (plan,)) == []
     before = (suite.sessions / plan.name / "session.toml").stat().st_ino
-    assert run._made_together(suite, (plan,)) == (1, [])
+    assert run._made_together(suite, (plan,)) == []
     assert (suite.sessions / plan.name / "session.toml").stat().st_ino == before
 
 

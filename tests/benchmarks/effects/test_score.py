@@ -1,26 +1,33 @@
 """Scores of made-up diagnoses, counted by hand."""
 
-import json
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks.effects.answer import Answer
-from benchmarks.effects.followed import FollowedScore
-from benchmarks.effects.score import Score, scored
-from benchmarks.effects.scoring import Outcome
-from benchmarks.effects.shares import Reliability, Share, median
-from benchmarks.effects.told import Told
-from benchmarks.effects.without import WithoutScore
+from benchmarks.effects.score import (
+    Case,
+    Measures,
+    calibration_error,
+    confusion,
+    error_by_chance,
+    measures,
+    measures_followed,
+    measures_together,
+    of_kind,
+    reachable,
+)
+from benchmarks.effects.told import Forecast, Told
+from benchmarks.scores import Estimate, Share
 
 NULL = Answer("n", "null")
 SLACK = Answer("s", "single", ("tendon_slack",), None, (("tendon_friction",),), 5.0, "tail", 0.8)
 WEAK = Answer("w", "single", ("scale_error",), None, ((),), 2.0, "camera", 0.4)
 BOTH = Answer("b", "double", ("tendon_slack", "scale_error"), None, ((), ()), 5.0, None, 0.9)
 TETHER = Answer("t", "outside", outside="tether", detectability=10.0, stage="body")
-CERTAIN = {"sessions", "missing", "hits", "of", "confusion", "named_instead", "look_alikes", "reachable", "told"}
-"""Counts; what was told; what a matched filter would see of these very sessions."""
 
 
 def told(
@@ -30,49 +37,50 @@ def told(
     return Told(verdict, groups, {"none_of_these": 0.0, **p}, {stage: 0.6, "floor": 0.4}, shrinkage, interval, 10.0)
 
 
-def headline(*cases: tuple[Answer, Told]) -> dict[str, tuple[int, int]]:
-    answers, diagnoses = zip(*cases, strict=True)
-    return {name: (share.hits, share.of) for name, share in scored(answers, diagnoses).headline.items()}
+def measured(*cases: tuple[Answer, Told]) -> Measures:
+    return measures([Case(answer, told) for answer, told in cases])
+
+
+def counted(found: Measures, *names: str) -> list[tuple[int, int]]:
+    return [tuple(found[name].found) for name in names]  # type: ignore[misc]
+
+
+def value(found: Measures, name: str) -> float:
+    return found[name].found.value
 
 
 def test_a_false_alarm_is_whatever_is_not_no_gap() -> None:
     quiet, named, unexplained = told("no_gap"), told("named", ("scale_error",), scale_error=0.6), told("unexplained")
-    counted = headline((NULL, quiet), (NULL, named), (NULL, unexplained), (NULL, quiet))
-    assert counted["false_alarms"] == (2, 4)
-    assert counted["right_first"] == (0, 0)
+    found = measured((NULL, quiet), (NULL, named), (NULL, unexplained), (NULL, quiet))
+    assert counted(found, "false_alarms", "right_first") == [(2, 4), (0, 0)]
 
 
 def test_the_right_name_counts_first_and_in_a_set_where_it_is_clear() -> None:
     first = told("inseparable", ("tendon_slack", "tendon_friction"), tendon_slack=0.6, tendon_friction=0.3)
     second = told("inseparable", ("tendon_slack", "tendon_friction"), tendon_slack=0.3, tendon_friction=0.6)
     wrong = told("named", ("tendon_friction",), tendon_friction=0.95)
-    counted = headline((SLACK, first), (SLACK, second), (SLACK, wrong), (WEAK, told("no_gap")))
-    assert counted["right_first"] == (1, 3)
-    assert counted["right_in_three"] == (2, 3)
-    assert counted["confident_wrong"] == (1, 4)
+    wide = told("named", ("tendon_slack", "a", "b"), ("c",), tendon_slack=0.9)  # a set of four is no answer
+    found = measured((SLACK, first), (SLACK, second), (SLACK, wrong), (SLACK, wide), (WEAK, told("no_gap")))
+    assert counted(found, "right_first", "right_in_three", "confident_wrong") == [(2, 4), (2, 4), (1, 5)]
+    assert counted(found, "first_at_2", "first_at_5", "first_at_10") == [(0, 1), (2, 4), (0, 0)]
 
 
 def test_every_group_that_is_said_is_right_or_wrong() -> None:
     either = told("inseparable", ("tendon_friction", "tendon_slack"), ("wave_drag",))
     alone, nothing = told("named", ("scale_error",)), told("unexplained")
-    answers, diagnoses = (SLACK, NULL, BOTH, SLACK), (either, alone, alone, nothing)
-    assert scored(answers, diagnoses).said_right == (2, 4)
+    found = measured((SLACK, either), (NULL, alone), (BOTH, alone), (SLACK, nothing))
+    assert counted(found, "said_right", "only_wrong") == [(2, 4), (1, 4)]
 
 
-def test_a_set_of_four_is_no_answer() -> None:
-    wide = told("named", ("tendon_slack", "a", "b"), ("c",), tendon_slack=0.9)
-    assert headline((SLACK, wide))["right_in_three"] == (0, 1)
-
-
-def test_what_is_clear_is_counted_apart_beside_what_can_be_reached_at_all() -> None:
+def test_what_is_clear_is_counted_apart_beside_what_can_be_reached() -> None:
     """At d = 10 a matched filter sees it, at the threshold for one false alarm in a hundred one of two."""
     faint = replace(TETHER, detectability=2.326)
-    score = scored([TETHER, faint, BOTH, NULL], [told("unexplained"), *[told("no_gap")] * 3])
-    assert tuple(score.clear_alone["unexplained_outside"]) == (1, 1)
-    assert score.headline["unexplained_outside"].of == 2
-    assert tuple(score.clear_alone["doubles_in_groups"]) == (0, 1)
-    assert score.reachable["unexplained_outside"] == pytest.approx(0.75, abs=1e-3)
-    assert np.isnan(scored([NULL], [told("no_gap")]).reachable["stage_right"])
+    cases = [(TETHER, told("unexplained")), *((answer, told("no_gap")) for answer in (faint, BOTH, NULL))]
+    found = measured(*cases)
+    assert counted(found, "unexplained_clear", "unexplained_outside", "doubles_clear") == [(1, 1), (1, 2), (0, 1)]
+    both = [Case(answer, told) for answer, told in cases]
+    assert reachable(both, of_kind("outside")) == pytest.approx(0.75, abs=1e-3)
+    assert np.isnan(reachable(both, of_kind("many")))
 
 
 def test_both_of_two_must_be_in_groups_of_their_own() -> None:
@@ -81,151 +89,108 @@ def test_both_of_two_must_be_in_groups_of_their_own() -> None:
     one = told("named", ("tendon_slack",), tendon_slack=0.99)
     beside = told("inseparable", ("tendon_slack", "scale_error"), ("wave_drag",), tendon_slack=0.5, scale_error=0.5)
     whatever = told("named", ("tendon_slack",), ("scale_error",), ("wave_drag",), ("bend_offset",), tendon_slack=0.9)
-    cases = [(BOTH, each) for each in (right, as_alternatives, one, beside, whatever)]
-    assert headline(*cases)["doubles_in_groups"] == (1, 5)
+    found = measured(*((BOTH, each) for each in (right, as_alternatives, one, beside, whatever)))
+    assert counted(found, "doubles_in_groups") == [(1, 5)]
 
 
-def test_outside_the_catalogue_unexplained_is_right_and_a_sure_name_is_worse_than_a_guess() -> None:
-    counted = headline(
-        (TETHER, told("unexplained")),
-        (TETHER, told("named", ("wave_drag",), wave_drag=0.95)),
-        (TETHER, told("named", ("wave_drag",), wave_drag=0.6)),
-    )
-    assert counted["unexplained_outside"] == (1, 3)
-    assert counted["confident_outside"] == (1, 3)
-    assert counted["confident_wrong"] == (1, 3)
+def test_outside_the_catalogue_a_sure_name_is_worse_than_a_guess() -> None:
+    sure, guess = (told("named", ("wave_drag",), wave_drag=p) for p in (0.95, 0.6))
+    found = measured((TETHER, told("unexplained")), (TETHER, sure), (TETHER, guess))
+    assert counted(found, "unexplained_outside", "confident_outside") == [(1, 3), (1, 3)]
 
 
-def test_the_stage_and_the_interval() -> None:
+def test_intervals_and_stages_count_where_they_can_be_right() -> None:
     right = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.75)
     off = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.5, stage="camera")
-    counted = headline((SLACK, right), (SLACK, off), (WEAK, told("unexplained", shrinkage=0.4)), (NULL, told("no_gap")))
-    assert counted["stage_right"] == (1, 3)
-    assert counted["interval_holds"] == (1, 2)
-
-
-def score(*cases: tuple[Answer, Told]) -> Score:
-    answers, diagnoses = zip(*cases, strict=True)
-    return scored(answers, diagnoses)
-
-
-def test_tables_by_detectability_by_effect_and_of_confusion() -> None:
-    right = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.6)
-    wrong = told("named", ("tendon_friction",), tendon_friction=0.7)
-    found = score((SLACK, right), (SLACK, wrong), (SLACK, told("unexplained")), (WEAK, told("no_gap")))
-    assert {level: (s.hits, s.of) for level, s in found.by_detectability.items()} == {2.0: (0, 1), 5.0: (1, 3)}
-    assert found.by_effect == {"tendon_slack": Share(1, 3)}
-    assert found.confusion == {"tendon_slack": {"tendon_slack": 1, "tendon_friction": 1, "(none)": 1}}
-    assert found.in_three_by_detectability == {2.0: Share(0, 1), 5.0: Share(1, 3)}
-    assert found.in_three_by_effect == {"tendon_slack": Share(1, 3)}
-    assert found.shrinkage_of_oracle.value == pytest.approx(0.75)
-    assert found.seconds.value == 10.0
+    found = measured((SLACK, right), (SLACK, off), (WEAK, told("unexplained", shrinkage=0.4)), (NULL, told("no_gap")))
+    assert counted(found, "stage_right", "interval_holds") == [(1, 3), (1, 2)]
+    elsewhere = replace(off, by_stage={"tail": 0.1, "body": 0.8})
+    assert counted(measured((SLACK, elsewhere)), "stage_right") == [(0, 1)]
 
 
 def test_what_weak_effects_shrink_by_is_not_held_against_the_oracle() -> None:
     clear, weak = (
         told("named", (name,), shrinkage=shrinkage) for name, shrinkage in (("tendon_slack", 0.6), ("scale_error", 4.0))
     )
-    assert score((SLACK, clear), (WEAK, weak), (WEAK, weak)).shrinkage_of_oracle.value == pytest.approx(0.75)
-    assert np.isnan(score((WEAK, weak)).shrinkage_of_oracle.value)
     no_form = replace(SLACK, oracle_shrinkage=-6.0)
-    assert score((SLACK, clear), (no_form, clear), (no_form, clear)).shrinkage_of_oracle.value == pytest.approx(0.75)
+    for others in ((WEAK, weak), (no_form, clear)):
+        assert value(measured((SLACK, clear), others, others), "shrinkage") == pytest.approx(0.75)
+    assert np.isnan(value(measured((WEAK, weak)), "shrinkage"))
+
+
+def test_what_clear_effects_were_named_first_is_counted() -> None:
+    diagnoses = (told("named", (name,), **{name: 0.9}) for name in ("tendon_slack", "tendon_friction"))
+    cases = [Case(SLACK, each) for each in (*diagnoses, told("unexplained"))] + [Case(WEAK, told("no_gap"))]
+    assert confusion(cases) == {"tendon_slack": {"tendon_slack": 1, "tendon_friction": 1, "(none)": 1}}
 
 
 def test_probabilities_that_come_true_as_often_as_they_say_have_no_error() -> None:
     random = np.random.default_rng(0)
     p = random.uniform(0, 1, 40_000)
-    fair, sure = (
-        Reliability.of(p, random.uniform(0, 1, len(p)) < p),
-        Reliability.of(p, random.uniform(0, 1, len(p)) < p**2),
-    )
-    assert fair.error < 0.01
-    assert sure.error == pytest.approx(1 / 6, abs=0.01)  # mean of p - p^2
-    assert sum(share.of for share in sure.true) == len(p)
+    assert calibration_error(p, random.uniform(0, 1, len(p)) < p) < 0.01
+    sure = calibration_error(p, random.uniform(0, 1, len(p)) < p**2)
+    assert sure == pytest.approx(1 / 6, abs=0.01)  # mean of p - p^2
+    assert np.isnan(calibration_error(np.zeros(0), np.zeros(0)))
 
 
 def test_a_few_probabilities_err_by_chance_and_many_do_not() -> None:
     """Of one at a half the error is a half, whatever comes."""
-    assert Reliability.error_by_chance(np.array([0.5])).value == pytest.approx(0.5)
-    value, (low, high) = Reliability.error_by_chance(np.random.default_rng(1).uniform(size=4000))
-    assert low < value < high < 0.03
-    assert np.isnan(Reliability.error_by_chance(np.zeros(0)).value)
+    assert error_by_chance(np.array([0.5])).value == pytest.approx(0.5)
+    chance, (low, high) = error_by_chance(np.random.default_rng(1).uniform(size=4000))
+    assert low < chance < high < 0.03
+    assert np.isnan(error_by_chance(np.zeros(0)).value)
 
 
 def test_small_probabilities_do_not_water_the_error_down() -> None:
-    found = score((SLACK, told("named", ("tendon_slack",), tendon_slack=0.5, **{f"e{i}": 0.001 for i in range(30)})))
-    assert found.reliability.true == (Share(1, 1),)
-    assert found.reliability.error == pytest.approx(0.5)
-
-
-def test_whoever_tells_small_probabilities_alone_errs_by_little_but_not_where_somebody_looks() -> None:
-    """Seen from 1 % on; of those from 10 % on there is one, and it is wrong."""
+    """Those below 1 % do not count; of those from 10 % on, where somebody looks, there is one, and it is wrong."""
+    half = told("named", ("tendon_slack",), tendon_slack=0.5, **{f"e{i}": 0.001 for i in range(30)})
+    assert value(measured((SLACK, half)), "calibration") == pytest.approx(0.5)
     small = {f"e{i}": 0.015 for i in range(30)}
-    quiet = Told("no_gap", (), small, {}, None, None, None)
-    found = score(*[(SLACK, quiet)] * 5, (SLACK, replace(quiet, probabilities=small | {"e0": 0.8})))
-    assert found.calibration_error.value < 0.05
-    assert found.calibration_error_of_suspects.value == pytest.approx(0.8)
-    low, high = found.calibration_error.interval
-    assert low <= found.calibration_error.value <= high
+    quiet, loud = (Told("no_gap", probabilities=small | more) for more in ({}, {"e0": 0.8}))
+    found = measured(*[(SLACK, quiet)] * 5, (SLACK, loud))
+    error = found["calibration"].found
+    assert isinstance(error, Estimate)
+    assert error.interval[0] <= error.value <= error.interval[1] < 0.15
+    assert error.value < 0.05
+    assert value(found, "of_suspects") == pytest.approx(0.8)
 
 
-def test_intervals_by_resampling_hold_the_truth_about_as_often_as_they_say() -> None:
-    random = np.random.default_rng(2)
-    found = [median(list(random.normal(0.8, 0.2, 30))).interval for _ in range(150)]
-    assert 0.88 <= np.mean([low <= 0.8 <= high for low, high in found]) <= 1.0
-    assert np.isnan(median([0.5]).interval).all()  # too little for one
-    assert np.isnan(median([]).value)
+@pytest.mark.parametrize(("groups", "apart", "lost"), [([["a"]], 1, 0), ([["a", "b"]], 0, 0), ([["b"]], 0, 1)])
+def test_told_apart_is_an_effect_alone_in_its_group(groups: list[list[str]], apart: int, lost: int) -> None:
+    found = measures_followed([("a", Told("named", tuple(map(tuple, groups))))], missing=2)
+    assert counted(found, "told_apart", "lost", "not_followed") == [(apart, 1), (lost, 1), (2, 3)]
 
 
-def test_a_share_has_wilsons_interval() -> None:
-    assert Share(0, 300).interval == pytest.approx((0.0, 0.01264), abs=1e-4)
-    assert np.isnan(Share(0, 0).value)
+def together(named: float | None, every: float | None, plain: float = 0.010) -> Told:
+    """With these errors of held-out speeds, m/s."""
+    with_names: dict[str, Any] = {} if named is None else {"named": Forecast(0.1, plain, named)}
+    with_all: dict[str, Any] = {} if every is None else {"together": Forecast(0.3, plain, every)}
+    return Told("named", **with_names, **with_all)
 
 
-def test_rivals_that_cannot_be_told_apart_are_counted_unless_the_effect_is_just_weak() -> None:
-    weak = Answer("v", "single", ("wave_drag",), None, (tuple(f"e{i}" for i in range(30)),), 1.0, "body", 0.2)
-    found = score((SLACK, told("no_gap")), (SLACK, told("no_gap")), (weak, told("no_gap")), (BOTH, told("no_gap")))
-    assert found.look_alikes == {"tendon_slack": {"tendon_friction": 2}}
+def test_all_at_once_counts_where_called_for_against_what_there_is_without() -> None:
+    many = Answer("m", "many", ("tendon_slack", "wave_drag"), detectability=3.3)
+    diagnoses: Sequence[Told] = (
+        together(0.004, 0.006),  # better than plain, worse than with the name
+        together(None, 0.012),  # worse than plain, which is all that there is without
+        together(0.011, 0.002),
+        together(0.003, None),
+    )
+    found = measures_together([Case(NULL, Told("no_gap")), *(Case(many, each) for each in diagnoses)])
+    assert counted(found, "called_for_null", "called_for_many") == [(0, 1), (3, 4)]
+    assert counted(found, "nearer_than_plain", "nearer_than_names alone") == [(2, 3), (1, 3)]
+    errors = [value(found, f"error_{label}") for label in ("plain", "names alone", "all at once")]
+    assert errors == pytest.approx([10.0, 10.0, 6.0])
+    assert value(found, "shrinkage") == pytest.approx(0.3)
+    blank = measures_together([Case(many, Told("unexplained", together=Forecast()))])
+    assert "nearer_than_plain" not in blank  # no held-out swim counts: no comparison
 
 
-def without_interval(told: object, path: tuple[str, ...] = ()) -> list[str]:
-    """Places of all numbers that neither stand beside their interval nor are listed as certain of these sessions."""
-    if isinstance(told, dict):
-        of_estimate = {"share", "value", "ci95"} if "ci95" in told else set()
-        inner = [(name, each) for name, each in told.items() if name not in of_estimate]
-    elif isinstance(told, list | tuple):
-        inner = [("-", each) for each in told]
-    else:
-        certain = isinstance(told, str) or bool(CERTAIN & set(path))
-        return [] if told is None or certain else ["/".join(path)]
-    return [place for name, each in inner for place in without_interval(each, (*path, name))]
-
-
-def intervals(told: object) -> list[tuple[float, tuple[float, float]]]:
-    """All numbers that stand beside an interval."""
-    if not isinstance(told, dict | list | tuple):
-        return []
-    found = [pair for each in (told.values() if isinstance(told, dict) else told) for pair in intervals(each)]
-    if isinstance(told, dict) and "ci95" in told:
-        found.append((told["share" if "share" in told else "value"], told["ci95"]))
-    return found
-
-
-def test_every_estimate_stands_with_its_interval() -> None:
+def test_every_share_has_its_interval() -> None:
     right = told("named", ("tendon_slack",), tendon_slack=0.99, wave_drag=0.15, shrinkage=0.75)
     wrong = told("inseparable", ("tendon_slack", "wave_drag"), tendon_slack=0.3, wave_drag=0.6, shrinkage=0.2)
     outside, quiet = told("unexplained", shrinkage=0.4, stage="body"), told("no_gap", scale_error=0.04)
     cases = [(SLACK, right), (SLACK, wrong), (WEAK, quiet), (BOTH, wrong), (TETHER, outside), (NULL, quiet)] * 6
-    found = score(*cases)
-    followed = FollowedScore(("tendon_slack", "wave_drag"), (right, wrong))
-    plain = Outcome({"diagnosis": found}, WithoutScore(found), followed).to_json()
-    assert without_interval(plain) == []
-    each = intervals(plain)
-    assert len(each) > 30
-    assert all(low <= value <= high for value, (low, high) in each)
-    assert without_interval({"seconds": 10.0, "bins": [{"told": 0.1, "true": 0.2}]}) == ["seconds", "bins/-/true"]
-    assert without_interval({"seconds": {"value": 10.0}}) == ["seconds/value"]
-
-
-def test_it_is_plain_json() -> None:
-    json.dumps(score((NULL, told("no_gap")), (SLACK, told("unexplained")), (TETHER, told("unexplained"))).to_json())
+    for row in measured(*cases).values():
+        if not isinstance(row.found, Share) or row.found.of:
+            assert row.found.interval[0] <= row.found.value <= row.found.interval[1], row.label

@@ -10,8 +10,7 @@ from benchmarks.effects.answer import Answer
 from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import film_together
 from benchmarks.effects.folder import SuiteFolder
-from benchmarks.effects.making import write_session
-from benchmarks.effects.run import making_of
+from benchmarks.effects.making import making_of, write_session
 from benchmarks.effects.shipped import SEED, checksum_of_sessions
 from benchmarks.effects.suite import SMALL, plan_suite
 from benchmarks.reality.mechanisms import catalogued, uncatalogued

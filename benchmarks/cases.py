@@ -1,0 +1,186 @@
+"""One machinery for all benchmarks: cases are worked off side by side, and what stands is not done again.
+
+Each case has a name. What comes of it is a record: a frozen dataclass (`session.records`), kept as a file of its own,
+so that several machines may fill one folder, or as a line of a file with many.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from benchmarks.spread import spread
+from session import FaultCollector, fingerprint_of, plain_json, sha256_of, write_whole
+from session.records import from_plain, to_plain
+
+Tell = Callable[[str, float | None], None]
+Case = TypeVar("Case")
+Record = TypeVar("Record")
+
+
+class Failure(NamedTuple):
+    """A case that came to nothing, and why."""
+
+    name: str
+    message: str
+
+
+class Run(NamedTuple):
+    """How cases are worked off.
+
+    Attributes:
+        workers: cases at a time, each in a process of its own; 0 for one on each core.
+        scheduler: address of a dask scheduler whose workers do it instead.
+        tell: of the progress.
+    """
+
+    workers: int = 0
+    scheduler: str | None = None
+    tell: Tell | None = None
+
+
+def run_cases(
+    work: Callable[[Case], Record],
+    cases: Mapping[str, Case],
+    run: Run,
+    keep: Callable[[str, Record], None] = lambda _name, _record: None,
+) -> tuple[Failure, ...]:
+    """Works off all cases; whatever fails in one stops no other.
+
+    Args:
+        work: on a case; it can be pickled. It may write files: workers elsewhere then need to see the same folder.
+        cases: by name, those that are still to be done.
+        run: how.
+        keep: is given each name and record as it comes, in this process.
+
+    Returns:
+        What failed; the next run tries it again.
+
+    Raises:
+        InputError: no scheduler answers.
+    """
+    failures = []
+    outcomes = spread(partial(_tried, work), list(cases.items()), run.workers, run.scheduler)
+    for done, (name, outcome) in enumerate(outcomes, 1):
+        if isinstance(outcome, Failure):
+            failures.append(outcome)
+        else:
+            keep(name, outcome)
+        if run.tell is not None:
+            run.tell(f"{done} of {len(cases)}", done / len(cases))
+    return tuple(failures)
+
+
+def _tried(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[str, Record | Failure]:
+    name, case = named
+    try:
+        return name, work(case)
+    except Exception as error:  # whatever it is, it is this case's failure and no other's
+        return name, Failure(name, f"{type(error).__name__}: {error}")
+
+
+@dataclass(frozen=True)
+class Records(Generic[Record]):
+    """A folder of records, a file each.
+
+    Attributes:
+        folder: that several machines may share.
+        kind: of the records.
+        made_by: fingerprint of the code that makes them; records of other code do not count.
+    """
+
+    folder: Path
+    kind: type[Record]
+    made_by: str = ""
+
+    def read(self, name: str, inputs: str = "") -> Record | None:
+        """The record of a case; None where none stands, or one of other inputs or other code."""
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            stands = json.loads(self._file(name).read_text())
+            if stands["made_by"] == self.made_by and stands["inputs"] == inputs:
+                record: Record = from_plain(self.kind, stands["record"])
+                return record
+        return None
+
+    def keep(self, name: str, record: Record, inputs: str = "") -> None:
+        """Writes a record, or writes it anew.
+
+        Raises:
+            ResultsNotWritable: the folder is not writable.
+        """
+        whole = {"made_by": self.made_by, "inputs": inputs, "record": to_plain(record)}
+        write_whole(self._file(name), json.dumps(plain_json(whole)) + "\n")
+
+    def missing(self, names: Sequence[str]) -> list[str]:
+        """Those of which no record counts."""
+        return [name for name in names if self.read(name) is None]
+
+    def every(self) -> dict[str, Record]:
+        """All that count, by name, shorter names first."""
+        names = sorted((path.stem for path in self.folder.glob("*.json")), key=lambda name: (len(name), name))
+        return {name: record for name in names if (record := self.read(name)) is not None}
+
+    @property
+    def others(self) -> int:
+        """How many stand there that do not count."""
+        return len(list(self.folder.glob("*.json"))) - len(self.every())
+
+    def _file(self, name: str) -> Path:
+        return self.folder / f"{name}.json"
+
+
+def write_lines(path: Path, records: Sequence[Any]) -> None:
+    """Writes records, a line each: files of several shards, one after the other, are a file as well.
+
+    Raises:
+        ResultsNotWritable: it cannot be written.
+    """
+    write_whole(path, "".join(json.dumps(plain_json(to_plain(record))) + "\n" for record in records))
+
+
+def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str]) -> tuple[Record, ...]:
+    """Reads what `write_lines` wrote, whichever code made it.
+
+    Args:
+        path: of the file.
+        kind: of the records.
+        name_of: tells one record from another.
+
+    Raises:
+        InputError: it cannot be read, holds one case twice, or something that is no record; all faults at once.
+    """
+    faults, records = FaultCollector(str(path)), dict[str, Record]()
+    try:
+        lines = path.read_text().splitlines()
+    except (OSError, ValueError) as error:
+        faults.add("", "cannot be read", found=str(error), expected="records, one line of JSON each")
+        faults.raise_if_any()
+        raise
+    if not lines:
+        faults.add("", "holds no record", found="nothing", expected="a line a case", next_step="Give another file.")
+    for number, line in enumerate(lines, start=1):
+        try:
+            record = from_plain(kind, json.loads(line))
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            faults.add(f"line {number}", "is no record", found=repr(error), expected=f"a {kind.__name__} as JSON")
+            continue
+        if (name := name_of(record)) in records:
+            faults.add(f"line {number}", "a case stands there twice", found=name, expected="each once")
+        records[name] = record
+    faults.raise_if_any()
+    return tuple(records.values())
+
+
+def code_of(*roots: Path, libraries: Mapping[str, str] | None = None) -> str:
+    """Fingerprint of all code and tables in some files and folders, and of the versions of libraries."""
+    files = {
+        file for root in roots for file in ([root] if root.is_file() else [*root.rglob("*.py"), *root.rglob("*.toml")])
+    }
+    return fingerprint_of(
+        {f"{file.parent.name}/{file.name}": sha256_of(file) for file in sorted(files)}, libraries or {}
+    )

@@ -1,0 +1,172 @@
+"""What a benchmark found: shares and numbers with their intervals, in tables that a terminal and a page can show."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from scipy.stats import binomtest
+
+from session import plain_json, write_whole
+from session.records import from_plain, to_plain
+
+T = TypeVar("T")
+_FEWEST, _DRAWS, _SEED = 5, 400, 0  # of an interval by resampling
+
+
+class Share(NamedTuple):
+    """How many of how many, with a 95 % interval (Wilson 1927)."""
+
+    hits: int
+    of: int
+
+    @classmethod
+    def among(
+        cls, cases: Sequence[T], right: Callable[[T], bool], counts: Callable[[T], bool] = lambda _: True
+    ) -> Share:
+        """Of the cases that count, those of which something holds."""
+        chosen = [case for case in cases if counts(case)]
+        return cls(sum(right(case) for case in chosen), len(chosen))
+
+    @property
+    def value(self) -> float:
+        """nan of none."""
+        return self.hits / self.of if self.of else float("nan")
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """nan of none."""
+        if not self.of:
+            return float("nan"), float("nan")
+        found = binomtest(self.hits, self.of).proportion_ci(0.95, method="wilson")
+        return float(found.low), float(found.high)
+
+    def __str__(self) -> str:
+        low, high = self.interval
+        return f"{self.hits} of {self.of} ({100 * low:.0f} to {100 * high:.0f} %)" if self.of else "none"
+
+
+class Estimate(NamedTuple):
+    """A number with a 95 % interval; nan of nothing, an interval of nan where there is too little for one."""
+
+    value: float
+    interval: tuple[float, float]
+
+    def times(self, factor: float) -> Estimate:
+        """In another unit."""
+        low, high = self.interval
+        return Estimate(factor * self.value, (factor * low, factor * high))
+
+    def __str__(self) -> str:
+        if np.isnan(self.value):
+            return "none"
+        known = not np.isnan(self.interval).any()
+        return f"{self.value:.3g}" + (f" ({self.interval[0]:.3g} to {self.interval[1]:.3g})" if known else "")
+
+
+def median(values: Sequence[float]) -> Estimate:
+    """Of a few numbers."""
+    return resampled(values, lambda drawn: float(np.median(drawn)) if len(drawn) else float("nan"))
+
+
+def resampled(of: Sequence[T], estimate: Callable[[Sequence[T]], float]) -> Estimate:
+    """What is estimated, with the interval that drawing as many anew gives (percentiles; Efron 1979)."""
+    value = estimate(of)
+    if len(of) < _FEWEST or np.isnan(value):
+        return Estimate(value, (float("nan"),) * 2)
+    random = np.random.default_rng(_SEED)
+    drawn = [estimate([of[i] for i in random.integers(len(of), size=len(of))]) for _ in range(_DRAWS)]
+    low, high = np.nanquantile(drawn, [0.025, 0.975])
+    return Estimate(value, (float(low), float(high)))
+
+
+class Measure(NamedTuple):
+    """One row of a table.
+
+    Attributes:
+        label: what is counted.
+        found: the number.
+        asked: what it should be; empty where nothing is asked.
+    """
+
+    label: str
+    found: Share | Estimate
+    asked: str = ""
+
+
+class Table(NamedTuple):
+    """Text in rows; the first column says what a row is about."""
+
+    caption: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+    @classmethod
+    def of(cls, caption: str, measured: Mapping[str, Mapping[str, Measure]]) -> Table:
+        """A row a measure, a column for each program that was measured; the first says what is asked."""
+        first, *others = measured.values()
+        rows = [
+            (row.label, row.asked, str(row.found), *(str(each[name].found) for each in others))
+            for name, row in first.items()
+        ]
+        return cls(caption, ("", "asked", *measured), tuple(rows))
+
+    def text(self) -> str:
+        """As Markdown, its columns aligned."""
+        widths = [max(len(cell) for cell in cells) for cells in zip(self.columns, *self.rows, strict=True)]
+        head, *rows = (
+            "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
+            for cells in (self.columns, *self.rows)
+        )
+        rule = "|" + "|".join("-" * (width + 2) for width in widths) + "|"
+        return "\n".join([*([self.caption, ""] if self.caption else []), head, rule, *rows])
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Of one benchmark, as a JSON file or as Markdown.
+
+    Attributes:
+        title: of the benchmark.
+        data: what it was measured on, and whether that is synthetic.
+        command: that measures it again.
+        tables: the numbers.
+        notes: what a reader must know of them.
+    """
+
+    title: str
+    data: str
+    command: str
+    tables: tuple[Table, ...]
+    notes: tuple[str, ...] = ()
+
+    def text(self) -> str:
+        """As Markdown, without the title."""
+        parts = [f"Data: {self.data}  \nCommand: `{self.command}`", *(table.text() for table in self.tables)]
+        return "\n\n".join([*parts, *(f"- {note}" for note in self.notes)])
+
+    def json(self) -> str:
+        """As text for a file."""
+        return json.dumps(plain_json(to_plain(self)), indent=1, ensure_ascii=False) + "\n"
+
+    def write(self, path: Path) -> None:
+        """Writes them.
+
+        Raises:
+            ResultsNotWritable: the file cannot be written.
+        """
+        write_whole(path, self.json())
+
+    @classmethod
+    def read(cls, path: Path) -> Scores:
+        """From a file.
+
+        Raises:
+            OSError, KeyError, TypeError, ValueError: it holds none.
+        """
+        scores: Scores = from_plain(cls, json.loads(path.read_text()))
+        return scores
