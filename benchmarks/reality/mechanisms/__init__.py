@@ -1,8 +1,8 @@
 """What can be switched on in reality: each effect of the catalogue in a form of its own, and others outside of it.
 
-Each is a module `reality.mechanisms.<family>.<name>` with a function `drawn`: a generator draws what differs from one
-session to the next (sign, side, marker, shape), and the function that comes back gives the mechanisms at a strength:
-none at 0, typical of robots as they are built at 1.
+A mechanism stands in the module of its family, with a function of its name: a generator draws what differs from one
+session to the next (sign, side, marker, shape), and the function that comes back gives the mechanisms at a strength
+above 0, typical of robots as they are built at 1.
 """
 
 from collections.abc import Callable, Mapping
@@ -68,17 +68,22 @@ OUTSIDE: tuple[str, ...] = (
     "propwash",
     "tether",
 )
-"""Names of what the catalogue does not hold; modules of `benchmarks.reality.mechanisms.outside`."""
+"""Names of what the catalogue does not hold."""
 
 
 def drawn_of(family: str, name: str) -> Drawn:
-    """How one mechanism is drawn.
+    """How one mechanism is drawn; at strength 0 there is none.
 
     Args:
         family: of the catalogue, or "outside".
         name: of the mechanism.
     """
-    drawn: Drawn = import_module(f"{__name__}.{family}.{name}").drawn
+    draw: Drawn = getattr(import_module(f"{__name__}.{family}"), name)
+
+    def drawn(random: np.random.Generator) -> AtStrength:
+        at = draw(random)
+        return lambda strength: at(strength) if strength else ()
+
     return drawn
 
 

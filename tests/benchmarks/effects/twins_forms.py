@@ -14,19 +14,24 @@ from benchmarks.reality.fluid import StripForces
 from benchmarks.reality.instant import Instant
 from benchmarks.reality.layout import Layout
 from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms.drive.drive_ratio_error import DriveRatioError
-from benchmarks.reality.mechanisms.drive.motor_start_delay import MotorStartDelay
-from benchmarks.reality.mechanisms.fluid.added_mass_reaction import AddedMassReaction
-from benchmarks.reality.mechanisms.fluid.background_current import BackgroundCurrent
-from benchmarks.reality.mechanisms.fluid.segment_coefficients import SegmentCoefficients
-from benchmarks.reality.mechanisms.fluid.surface_motion import SurfaceMotion
-from benchmarks.reality.mechanisms.fluid.wall_proximity import WallProximity
-from benchmarks.reality.mechanisms.structure.entrained_water import EntrainedWater
-from benchmarks.reality.mechanisms.structure.stiffness_error import StiffnessError
-from benchmarks.reality.mechanisms.tendons.crank_arm_error import CrankArmError
-from benchmarks.reality.mechanisms.tendons.tendon_asymmetry import TendonAsymmetry
-from benchmarks.reality.mechanisms.tendons.tendon_compliance import TendonCompliance
-from benchmarks.reality.mechanisms.tendons.tendon_friction import _arms_m, _behind, _straight_arms_m, _strung
+from benchmarks.reality.mechanisms.drive import DriveRatioError, MotorStartDelay
+from benchmarks.reality.mechanisms.fluid import (
+    AddedMassReaction,
+    BackgroundCurrent,
+    SegmentCoefficients,
+    SurfaceMotion,
+    WallProximity,
+)
+from benchmarks.reality.mechanisms.structure import EntrainedWater, StiffnessError
+from benchmarks.reality.mechanisms.tendons import (
+    CrankArmError,
+    TendonAsymmetry,
+    TendonCompliance,
+    _arms_m,
+    _behind,
+    _straight_arms_m,
+    _strung,
+)
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.tendons import Turn
 from swimmer.effects.drive.motor_speed_sag import WarmingPace

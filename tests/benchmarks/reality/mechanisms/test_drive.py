@@ -5,10 +5,7 @@ import pytest
 
 from benchmarks.reality import Trial, Turn, World, simulate
 from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
-from benchmarks.reality.mechanisms.drive.drive_ratio_error import DriveRatioError
-from benchmarks.reality.mechanisms.drive.motor_speed_ripple import MotorSpeedRipple
-from benchmarks.reality.mechanisms.drive.motor_speed_sag import MotorSpeedSag
-from benchmarks.reality.mechanisms.drive.motor_start_delay import MotorStartDelay
+from benchmarks.reality.mechanisms.drive import DriveRatioError, MotorSpeedRipple, MotorSpeedSag, MotorStartDelay
 from tests.benchmarks.reality.motions import COEFFICIENTS
 
 STEP_S = 0.001

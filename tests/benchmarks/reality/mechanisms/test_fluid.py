@@ -5,13 +5,15 @@ import pytest
 
 from benchmarks.reality import Sight
 from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
-from benchmarks.reality.mechanisms.fluid.added_mass_reaction import AddedMassReaction
-from benchmarks.reality.mechanisms.fluid.background_current import BackgroundCurrent
-from benchmarks.reality.mechanisms.fluid.fluid_memory import FluidMemory
-from benchmarks.reality.mechanisms.fluid.segment_coefficients import SegmentCoefficients
-from benchmarks.reality.mechanisms.fluid.surface_motion import SurfaceMotion
-from benchmarks.reality.mechanisms.fluid.wall_proximity import WallProximity
-from benchmarks.reality.mechanisms.fluid.wave_drag import WaveDrag
+from benchmarks.reality.mechanisms.fluid import (
+    AddedMassReaction,
+    BackgroundCurrent,
+    FluidMemory,
+    SegmentCoefficients,
+    SurfaceMotion,
+    WallProximity,
+    WaveDrag,
+)
 from tests.benchmarks.reality.mechanisms.one_fish import (
     LAYOUT,
     STILL,

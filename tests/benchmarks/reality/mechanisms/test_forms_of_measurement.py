@@ -12,12 +12,14 @@ from scipy.optimize import least_squares
 from benchmarks.reality import Camera, Picture, Sight
 from benchmarks.reality.mechanism import Mechanism
 from benchmarks.reality.mechanisms import CATALOGUED, catalogued
-from benchmarks.reality.mechanisms.measurement.head_frame_misalignment import HeadFrameMisalignment
-from benchmarks.reality.mechanisms.measurement.lens_distortion import LensDistortion
-from benchmarks.reality.mechanisms.measurement.marker_offset import MarkerOffset
-from benchmarks.reality.mechanisms.measurement.scale_error import ScaleError
-from benchmarks.reality.mechanisms.measurement.time_base_error import TimeBaseError
-from benchmarks.reality.mechanisms.measurement.tracker_drift import TrackerDrift
+from benchmarks.reality.mechanisms.measurement import (
+    HeadFrameMisalignment,
+    LensDistortion,
+    MarkerOffset,
+    ScaleError,
+    TimeBaseError,
+    TrackerDrift,
+)
 from session import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import Effect, Seen, View, catalogue

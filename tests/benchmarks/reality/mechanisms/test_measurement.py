@@ -3,15 +3,17 @@ import pytest
 
 from benchmarks.reality import Camera, Picture, Sight
 from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
-from benchmarks.reality.mechanisms.measurement.camera_parallax import CameraParallax
-from benchmarks.reality.mechanisms.measurement.head_frame_misalignment import HeadFrameMisalignment
-from benchmarks.reality.mechanisms.measurement.lens_distortion import LensDistortion
-from benchmarks.reality.mechanisms.measurement.marker_offset import MarkerOffset
-from benchmarks.reality.mechanisms.measurement.marker_swap import MarkerSwap
-from benchmarks.reality.mechanisms.measurement.rolling_shutter import RollingShutter
-from benchmarks.reality.mechanisms.measurement.scale_error import ScaleError
-from benchmarks.reality.mechanisms.measurement.time_base_error import TimeBaseError
-from benchmarks.reality.mechanisms.measurement.tracker_drift import TrackerDrift
+from benchmarks.reality.mechanisms.measurement import (
+    CameraParallax,
+    HeadFrameMisalignment,
+    LensDistortion,
+    MarkerOffset,
+    MarkerSwap,
+    RollingShutter,
+    ScaleError,
+    TimeBaseError,
+    TrackerDrift,
+)
 from benchmarks.reality.mechanisms.wear import worn
 from session import FISHSIM_MARKERS
 from swimmer import load_robot

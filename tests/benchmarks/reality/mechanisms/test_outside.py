@@ -3,17 +3,19 @@ import pytest
 
 from benchmarks.reality import Sight, Trial, World, simulate
 from benchmarks.reality.mechanisms import OUTSIDE, drawn_of
-from benchmarks.reality.mechanisms.outside.cambered_fin import CamberedFin
-from benchmarks.reality.mechanisms.outside.cracked_segment import CrackedSegment
-from benchmarks.reality.mechanisms.outside.creeping_tendon import CreepingTendon
-from benchmarks.reality.mechanisms.outside.loosening_marker import LooseningMarker
-from benchmarks.reality.mechanisms.outside.propwash import Propwash
-from benchmarks.reality.mechanisms.outside.slipping_coupling import SlippingCoupling
-from benchmarks.reality.mechanisms.outside.tether import Tether
-from benchmarks.reality.mechanisms.outside.timing_glitch import TimingGlitch
-from benchmarks.reality.mechanisms.outside.trapped_bubble import TrappedBubble
-from benchmarks.reality.mechanisms.outside.vortex_buffeting import VortexBuffeting
-from benchmarks.reality.mechanisms.outside.water_in_hull import WaterInHull
+from benchmarks.reality.mechanisms.outside import (
+    CamberedFin,
+    CrackedSegment,
+    CreepingTendon,
+    LooseningMarker,
+    Propwash,
+    SlippingCoupling,
+    Tether,
+    TimingGlitch,
+    TrappedBubble,
+    VortexBuffeting,
+    WaterInHull,
+)
 from benchmarks.reality.mechanisms.wear import worn
 from benchmarks.reality.motion import Motion
 from benchmarks.reality.tendons import Turn

@@ -3,14 +3,16 @@ import pytest
 
 from benchmarks.reality import Nuisances, Recording, Trial, World, simulate
 from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
-from benchmarks.reality.mechanisms.structure.bend_offset import BendOffset
-from benchmarks.reality.mechanisms.structure.entrained_water import EntrainedWater
-from benchmarks.reality.mechanisms.structure.joint_damping import JointDamping
-from benchmarks.reality.mechanisms.structure.joint_friction import JointFriction
-from benchmarks.reality.mechanisms.structure.mass_distribution import MassDistribution
-from benchmarks.reality.mechanisms.structure.stiffness_error import StiffnessError
-from benchmarks.reality.mechanisms.structure.stiffness_gradient import StiffnessGradient
-from benchmarks.reality.mechanisms.structure.stiffness_hardening import StiffnessHardening
+from benchmarks.reality.mechanisms.structure import (
+    BendOffset,
+    EntrainedWater,
+    JointDamping,
+    JointFriction,
+    MassDistribution,
+    StiffnessError,
+    StiffnessGradient,
+    StiffnessHardening,
+)
 from tests.benchmarks.reality.mechanisms.one_fish import (
     LAYOUT,
     added,

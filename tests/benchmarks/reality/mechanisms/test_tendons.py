@@ -5,11 +5,13 @@ import pytest
 
 from benchmarks.reality import Instant, Mechanism, Trial, World, simulate
 from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
-from benchmarks.reality.mechanisms.tendons.crank_arm_error import CrankArmError
-from benchmarks.reality.mechanisms.tendons.tendon_asymmetry import TendonAsymmetry
-from benchmarks.reality.mechanisms.tendons.tendon_compliance import TendonCompliance
-from benchmarks.reality.mechanisms.tendons.tendon_friction import TendonFriction
-from benchmarks.reality.mechanisms.tendons.tendon_slack import TendonSlack
+from benchmarks.reality.mechanisms.tendons import (
+    CrankArmError,
+    TendonAsymmetry,
+    TendonCompliance,
+    TendonFriction,
+    TendonSlack,
+)
 from swimmer import load_robot
 from tests.benchmarks.reality.motions import COEFFICIENTS
 from tests.cases import later

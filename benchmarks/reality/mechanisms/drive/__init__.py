@@ -1,1 +1,0 @@
-"""Crank and motor."""

@@ -1,0 +1,399 @@
+"""Camera, markers and tracker."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from benchmarks.reality.camera import Picture, Sight
+from benchmarks.reality.mechanism import Mechanism
+from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanisms.wear import Wearing
+from session import FISHSIM_MARKERS
+from swimmer.robot import load_robot
+
+
+@dataclass(frozen=True)
+class HeadFrameMisalignment(Mechanism):
+    """Either box is placed to one side in the first frame, and its offset turns after the head as the template learns.
+
+    A template that is renewed a little in every frame keeps its offset in the picture at first and takes over how the
+    head has turned within its memory: slow turns it follows as if it were glued, a fast beat hardly (Bolme et al.
+    2010, Visual object tracking using adaptive correlation filters: a running average with a learning rate).
+
+    Attributes:
+        nose_m, neck_m: towards the fish's right side in the first frame.
+        follows_s: memory of the template.
+    """
+
+    nose_m: float
+    neck_m: float
+    follows_s: float
+
+    def place(self, sight: Sight) -> Sight:
+        """Two markers, shifted to the side as the head lay a while ago."""
+        nose, neck = sight.names.index("nose"), sight.names.index("neck")
+        line = sight.marker_m[:, neck] - sight.marker_m[:, nose]
+        line = line / np.abs(line)
+        kept = np.exp(-np.diff(sight.time_s) / self.follows_s)
+        side = np.array(line)
+        for frame, share in enumerate(kept, 1):
+            side[frame] = share * side[frame - 1] + (1 - share) * line[frame]
+        marker_m = sight.marker_m.copy()
+        marker_m[:, [nose, neck]] += 1j * np.outer(side / np.abs(side), [self.nose_m, self.neck_m])
+        return replace(sight, marker_m=marker_m)
+
+
+def head_frame_misalignment(random: np.random.Generator) -> AtStrength:
+    """Draws how the error is shared between the two boxes, to which sides, and for how long a template remembers."""
+    typical_m = 0.003
+    least_s, most_s = 0.05, 2.0
+    angle = random.uniform(0, 2 * np.pi)
+    follows_s = float(np.exp(random.uniform(*np.log((least_s, most_s)))))
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        off_m = typical_m * strength
+        return (HeadFrameMisalignment(float(off_m * np.cos(angle)), float(off_m * np.sin(angle)), follows_s),)
+
+    return at
+
+
+@dataclass(frozen=True)
+class ScaleError(Mechanism):
+    """The box of nose or neck, or both, sits too far along the line between them, and stays so in the picture.
+
+    Attributes:
+        nose_m, neck_m: tailwards along the first frame's line from nose to neck.
+    """
+
+    nose_m: float
+    neck_m: float
+
+    def place(self, sight: Sight) -> Sight:
+        """Two markers, shifted by a constant."""
+        nose, neck = sight.names.index("nose"), sight.names.index("neck")
+        line = sight.marker_m[0, neck] - sight.marker_m[0, nose]
+        marker_m = sight.marker_m.copy()
+        marker_m[:, [nose, neck]] += line / abs(line) * np.array([self.nose_m, self.neck_m])
+        return replace(sight, marker_m=marker_m)
+
+
+def scale_error(random: np.random.Generator) -> AtStrength:
+    """Draws whether the two are too far apart or too close, and the nose's share of it (mostly it is the neck's)."""
+    typical = 0.02
+    nose_to_neck_m = 0.142
+    sign, nose_share = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.3)
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        apart_m = float(sign * typical * strength * nose_to_neck_m)
+        return (ScaleError(-float(nose_share) * apart_m, (1 - float(nose_share)) * apart_m),)
+
+    return at
+
+
+@dataclass(frozen=True)
+class CameraParallax(Mechanism):
+    """Markers stand at their heights above the plane of the scale, times `nearness`; the pinhole does the rest.
+
+    Heights n times as large under a camera of height H are seen exactly as the true ones are from H / n, at the same
+    scale.
+
+    Attributes:
+        nearness: of the camera; 1 is one at the height that the scale was made for.
+        height_m: by name of marker, above the nose.
+    """
+
+    nearness: float
+    height_m: tuple[tuple[str, float], ...]
+
+    def place(self, sight: Sight) -> Sight:
+        """Up or down, nowhere else."""
+        height = dict(self.height_m)
+        own = np.array([height.get(name, 0.0) for name in sight.names])
+        return replace(sight, height_m=sight.height_m + self.nearness * own)
+
+
+def camera_parallax(random: np.random.Generator) -> AtStrength:
+    """Draws how the fish is trimmed in pitch, and how far each marker is from its published height.
+
+    The nearness saturates at 10, as from 0.25 m above the fish instead of 2.5 m.
+    """
+    trim_rad, glued_m = 0.01, 0.003
+    markers = load_robot().markers
+    nose = markers["nose"].position_m
+    trim = trim_rad * random.standard_normal()
+    height = tuple(
+        (
+            name,
+            float(
+                its.position_m[2] - nose[2] + trim * (its.position_m[0] - nose[0]) + glued_m * random.standard_normal()
+            ),
+        )
+        for name, its in markers.items()
+    )
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        return (CameraParallax(float(10 * np.tanh(strength / 10)), height),)
+
+    return at
+
+
+@dataclass(frozen=True)
+class LensDistortion(Mechanism):
+    """A radius r about the lens's own centre is drawn at r (1 + k1 r^2 + k2 r^4); r = 1 at the picture's lower edge.
+
+    Brown (1966), Photogrammetric Engineering 32: two radial terms, and a centre that is not the picture's.
+
+    Attributes:
+        k1, k2: coefficients.
+        right_px, down_px: from the picture's middle to the centre of distortion.
+    """
+
+    k1: float
+    k2: float
+    right_px: float
+    down_px: float
+
+    def picture(self, picture: Picture) -> Picture:
+        """Each position along its radius."""
+        centre = picture.camera.centre_px + np.array([self.right_px, self.down_px])
+        off = picture.position_px - centre
+        square = (off**2).sum(axis=-1, keepdims=True) / (picture.camera.height_px / 2) ** 2
+        return replace(picture, position_px=picture.position_px + off * square * (self.k1 + self.k2 * square))
+
+
+def lens_distortion(random: np.random.Generator) -> AtStrength:
+    """Draws barrel or cushion, how much of it the second term takes back, and the centre.
+
+    Saturates at k1 = 0.25, where a barrel would begin to fold the picture's corners over.
+    """
+    typical, most = 0.03, 0.25
+    sign, back = random.choice([-1.0, 1.0]), random.uniform(0.05, 0.1)
+    right, down = 8.0 * random.standard_normal(2)
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        k1 = float(sign * most * np.tanh(typical / most * strength))
+        return (LensDistortion(k1, float(-back * k1), float(right), float(down)),)
+
+    return at
+
+
+_SWAY_S = 3.0
+
+
+@dataclass(frozen=True)
+class TimeBaseError(Mechanism):
+    """Frames lie further apart than their stamps say: by the share `relative` in the long run, now more and now less.
+
+    The clock's oscillator sways about its mean by the share `sway` of the error, with a period of three seconds.
+
+    Attributes:
+        relative: of a second on the camera's clock, how much longer it lasts; more than -1 / (1 + sway).
+        sway: 0 to 1.
+        phase_rad: of the sway at the first frame.
+    """
+
+    relative: float
+    sway: float
+    phase_rad: float
+
+    def expose(self, time_s: np.ndarray) -> np.ndarray:
+        """True times: the integral of 1 + relative (1 + sway cos(w t + phase))."""
+        w = 2 * np.pi / _SWAY_S
+        swayed = (np.sin(w * time_s + self.phase_rad) - np.sin(self.phase_rad)) / w
+        return np.asarray(time_s + self.relative * (time_s + self.sway * swayed))
+
+
+def time_base_error(random: np.random.Generator) -> AtStrength:
+    """Draws a clock that is fast or slow, and how it sways; the error saturates at a half."""
+    typical, most = 0.02, 0.5
+    sign, sway, phase = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.1), random.uniform(0, 2 * np.pi)
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        relative = sign * most * np.tanh(typical / most * strength)
+        return (TimeBaseError(float(relative), float(sway), float(phase)),)
+
+    return at
+
+
+_ROUNDS = 6
+
+
+@dataclass(frozen=True)
+class RollingShutter(Mechanism):
+    """Each marker is drawn where it is when the line it is drawn on is read.
+
+    The instant is solved for, not taken to first order. Meingast, Geyer and Sastry (2005), Geometric models of
+    rolling-shutter cameras.
+
+    Attributes:
+        readout_s: from the first line to the last.
+        stamped: share of the lines that are read before the instant that the frame is said to be of.
+    """
+
+    readout_s: float
+    stamped: float
+
+    def picture(self, picture: Picture) -> Picture:
+        """From the paths through all frames; fixed points of x(t + readout (line / lines - stamped))."""
+        time_s, lines = picture.time_s, picture.camera.height_px
+        found = picture.position_px.copy()
+        for marker in range(found.shape[1]):
+            path = CubicSpline(time_s, picture.position_px[:, marker])
+            at = found[:, marker]
+            for _ in range(_ROUNDS):
+                at = path(time_s + self.readout_s * ((at[:, 1] + 0.5) / lines - self.stamped))
+            found[:, marker] = at
+        return replace(picture, position_px=found)
+
+
+def rolling_shutter(random: np.random.Generator) -> AtStrength:
+    """Draws which line a frame's stamp belongs to; the readout saturates at 40 ms."""
+    typical_s, most_s = 0.01, 0.04
+    stamped = random.uniform(0.3, 0.7)
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        return (RollingShutter(float(most_s * np.tanh(typical_s / most_s * strength)), float(stamped)),)
+
+    return at
+
+
+@dataclass(frozen=True)
+class MarkerOffset(Mechanism):
+    """Markers are glued beside their places, and their boxes placed beside them.
+
+    What is glued turns with its link; a box keeps its offset as it was in the first frame.
+
+    Attributes:
+        offset_m: by name of marker, in the axes of its link: along (tailwards) and across.
+        glued: share of it that turns with the link.
+    """
+
+    offset_m: tuple[tuple[str, complex], ...]
+    glued: float
+
+    def place(self, sight: Sight) -> Sight:
+        """Shifted by both."""
+        offset = dict(self.offset_m)
+        own = np.array([offset.get(name, 0j) for name in sight.names])
+        turned = self.glued * sight.axis + (1 - self.glued) * sight.axis[:1]
+        return replace(sight, marker_m=sight.marker_m + own * turned)
+
+
+def marker_offset(random: np.random.Generator) -> AtStrength:
+    """Draws how many markers are off, which ones, where to, and whether by their glue or by their boxes."""
+    typical_m = 0.004
+    others = [name for name in FISHSIM_MARKERS if name not in {"nose", "neck"}]
+    off = random.choice(others, size=random.integers(1, len(others) + 1), replace=False)
+    way = random.standard_normal(len(off)) + 1j * random.standard_normal(len(off))
+    glued = random.uniform(0.5, 1.0)
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        offset = tuple((str(name), complex(typical_m * strength * by)) for name, by in zip(off, way, strict=True))
+        return (MarkerOffset(offset, float(glued)),)
+
+    return at
+
+
+_HELD_M = 0.04  # a box that slid this far holds on to something else
+
+
+@dataclass(frozen=True)
+class TrackerDrift(Wearing):
+    """Each box slides along the body as a random walk with a trend, bounded by the size of a box.
+
+    Matthews, Ishikawa and Baker (2004), The template update problem: small errors of a template that is renewed add up.
+    The trend is a matter of the marker, the same in every trial; the walk is another at every time in use.
+
+    Attributes:
+        pace_m_s: by name of marker, tailwards.
+        walk_m: by which the walk spreads in a second.
+        seed: of the walk.
+    """
+
+    pace_m_s: tuple[tuple[str, float], ...]
+    walk_m: float
+    seed: int
+
+    def place(self, sight: Sight) -> Sight:
+        """Further along the link from frame to frame."""
+        marker_m = sight.marker_m.copy()
+        elapsed_s = sight.time_s - sight.time_s[0]
+        steps_s = np.diff(sight.time_s)
+        for number, (name, pace) in enumerate(self.pace_m_s):
+            if name in sight.names:
+                random = np.random.default_rng([self.seed, number, round(1000 * self.before_s)])
+                walk = np.cumsum(self.walk_m * np.sqrt(steps_s) * random.standard_normal(len(steps_s)))
+                slid = pace * elapsed_s + np.append(0.0, walk)
+                i = sight.names.index(name)
+                marker_m[:, i] += _HELD_M * np.tanh(slid / _HELD_M) * sight.axis[:, i]
+        return replace(sight, marker_m=marker_m)
+
+
+def tracker_drift(random: np.random.Generator) -> AtStrength:
+    """Draws which boxes slide, at what pace, and how they waver. Each saturates where it has slid by 4 cm."""
+    typical_m_s = 0.001
+    walk_m = 0.0001  # in a second, at strength 1
+    others = [name for name in FISHSIM_MARKERS if name not in {"nose", "neck"}]
+    sliding = random.choice(others, size=random.integers(1, len(others) + 1), replace=False)
+    pace = random.standard_normal(len(sliding))
+    seed = int(random.integers(2**31))
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        paces = tuple((str(name), float(typical_m_s * strength * by)) for name, by in zip(sliding, pace, strict=True))
+        return (TrackerDrift(paces, walk_m * strength, seed),)
+
+    return at
+
+
+_APART_S = 0.7  # mean time from one exchange to the next
+
+
+@dataclass(frozen=True)
+class MarkerSwap(Wearing):
+    """Two tracks truly exchange their markers, in bursts that begin at random and are longer the larger their share.
+
+    Identity switches: Milan et al. (2016), MOT16. The bursts go on from one trial to the next, by the time in use.
+
+    Attributes:
+        front, rear: names of the two.
+        share: of the time.
+        seed: of when the bursts begin.
+    """
+
+    front: str
+    rear: str
+    share: float
+    seed: int
+
+    def picture(self, picture: Picture) -> Picture:
+        """Exchanged in some frames, untouched in the others."""
+        front, rear = picture.names.index(self.front), picture.names.index(self.rear)
+        frames = self._exchanged(picture.time_s)
+        position_px = picture.position_px.copy()
+        position_px[frames, front] = picture.position_px[frames, rear]
+        position_px[frames, rear] = picture.position_px[frames, front]
+        return replace(picture, position_px=position_px)
+
+    def _exchanged(self, time_s: np.ndarray) -> np.ndarray:
+        """(f,) whether: in the last `share` of each stretch from one recovery to the next."""
+        random = np.random.default_rng(self.seed)
+        in_use_s = self.before_s + time_s
+        ends = np.cumsum(random.exponential(_APART_S, int(4 * (in_use_s[-1] / _APART_S + 4))))
+        stretch = np.searchsorted(ends, in_use_s, side="right")
+        begins = np.append(0.0, ends)[stretch]
+        return np.asarray(ends[stretch] - in_use_s <= self.share * (ends[stretch] - begins))
+
+
+def marker_swap(random: np.random.Generator) -> AtStrength:
+    """Draws one pair of neighbours on the tail, or two; their share saturates at 90 % of the time."""
+    typical, most = 0.1, 0.9
+    tail = FISHSIM_MARKERS[FISHSIM_MARKERS.index("tail_1") :]
+    first = random.permutation(len(tail) - 1)[: random.integers(1, 3)]
+    seeds = random.integers(2**31, size=len(first))
+
+    def at(strength: float) -> tuple[Mechanism, ...]:
+        share = float(-most * np.expm1(-typical / most * strength))
+        return tuple(MarkerSwap(tail[i], tail[i + 1], share, int(seed)) for i, seed in zip(first, seeds, strict=True))
+
+    return at

@@ -1,1 +1,0 @@
-"""Camera, markers and tracker."""

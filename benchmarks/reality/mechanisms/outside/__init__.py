@@ -1,1 +1,0 @@
-"""Mechanisms that no catalogue holds."""

@@ -1,0 +1,294 @@
+"""Hinges and masses of the tail."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from benchmarks.reality.instant import Instant
+from benchmarks.reality.layout import Layout
+from benchmarks.reality.mechanism import Mechanism
+from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.parameters import Parameters
+from swimmer.robot import load_robot
+
+
+@dataclass(frozen=True)
+class StiffnessError(Mechanism):
+    """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly alike everywhere.
+
+    Attributes:
+        ln_factor: (gaps,) of each gap of the robot, from the head on.
+    """
+
+    ln_factor: tuple[float, ...]
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
+        """Other springs."""
+        factor = np.exp(np.array(self.ln_factor)[layout.gap_of_hinge])
+        return replace(parameters, hinge_stiffness_n_m=parameters.hinge_stiffness_n_m * factor)
+
+
+def stiffness_error(random: np.random.Generator, gaps: int = 5) -> AtStrength:
+    """All stiffer, or all softer, by 10 % at strength 1, uneven by a twentieth of that; exponential in the strength."""
+    ln, uneven = 0.1, 0.05
+    ln_factor = ln * random.choice([-1.0, 1.0]) * (1 + uneven * random.standard_normal(gaps))
+    return lambda strength: (StiffnessError(tuple(strength * ln_factor)),)
+
+
+@dataclass(frozen=True)
+class StiffnessGradient(Mechanism):
+    """Stiffness grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays.
+
+    Attributes:
+        ln_ratio: of the rearmost hinge to one half-way.
+        power: 1 for an even taper; more where the ends differ most, less where the middle does.
+    """
+
+    ln_ratio: float
+    power: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
+        """Other springs."""
+        x = layout.origin_m[1:]
+        rear = np.interp(x, [x[0], x[-1]], [-1.0, 1.0])
+        factor = np.exp(self.ln_ratio * np.sign(rear) * np.abs(rear) ** self.power)
+        return replace(parameters, hinge_stiffness_n_m=parameters.hinge_stiffness_n_m * factor / factor.mean())
+
+
+def stiffness_gradient(random: np.random.Generator) -> AtStrength:
+    """Either end stiffer, by 20 % against the middle at strength 1; saturates at a factor of e^1.5."""
+    ln, most_ln = 0.2, 1.5
+    sign, power = random.choice([-1.0, 1.0]), random.uniform(0.7, 1.5)
+    return lambda strength: ((StiffnessGradient(sign * most_ln * float(np.tanh(ln * strength / most_ln)), power),))
+
+
+@dataclass(frozen=True)
+class StiffnessHardening(Mechanism):
+    """A toe and then a steeper line: torque k (q + r (q - a arctan(q / a))) of a gap at bend q.
+
+    Slopes k where straight and k (1 + r) where far bent, as of a gap whose edges come to bear; k (1 + r q^2 / 3 a^2) q
+    between.
+
+    Attributes:
+        ratio: r.
+        toe_rad: a.
+    """
+
+    ratio: float
+    toe_rad: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+        """The steepest slope is taken implicitly."""
+        extra = parameters.extra_implicit_stiffness_n_m + self.ratio * parameters.hinge_stiffness_n_m
+        return replace(parameters, extra_implicit_stiffness_n_m=extra)
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        """What comes on top of Hooke's law; hinges in series share the bend of their gap."""
+        toe = self.toe_rad / now.layout.hinges_per_gap
+        bent = now.pose.hinge_rad - now.parameters.hinge_rest_rad
+        return now.bend(-self.ratio * now.parameters.hinge_stiffness_n_m * (bent - toe * np.arctan(bent / toe)))
+
+
+def stiffness_hardening(random: np.random.Generator) -> AtStrength:
+    """At strength 1 the torque of a slight bend is k q (1 + 2 q^2); the slope at a large one is linear in strength."""
+    cubic = 2.0  # 1/rad^2, where the bend is small
+    toe = random.uniform(0.15, 0.3)
+    return lambda strength: (StiffnessHardening(3 * toe**2 * cubic * strength, toe),)
+
+
+@dataclass(frozen=True)
+class JointDamping(Mechanism):
+    """A damper beside the hinge's own whose fluid thins with shear: torque c r w / (1 + |w| / w_0), w the bend's rate.
+
+    Attributes:
+        share: r, of the damping c that the robot is said to have; negative: some of that is missing.
+        thinning_rad_s: w_0, of a gap.
+    """
+
+    share: float
+    thinning_rad_s: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+        """Its slope where slow is taken implicitly."""
+        own = max(self.share, 0.0) * parameters.hinge_damping_n_m_s
+        return replace(parameters, extra_implicit_damping_n_m_s=parameters.extra_implicit_damping_n_m_s + own)
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
+        """What comes on top of the hinge's own damper."""
+        rate = now.pose.hinge_rate_rad_s
+        thinned = rate / (1 + np.abs(rate) * now.layout.hinges_per_gap / self.thinning_rad_s)
+        return now.bend(-self.share * now.parameters.hinge_damping_n_m_s * thinned)
+
+
+def joint_damping(random: np.random.Generator) -> AtStrength:
+    """Mostly more: by half at 1 rad/s at strength 1, linear; else less, saturating short of none at all."""
+    typical, least, more_often = 0.5, 0.9, 0.75
+    more, thinning = random.random() < more_often, random.uniform(2.0, 6.0)
+
+    def share(strength: float) -> float:
+        linear = typical * strength
+        return linear * (1 + 1 / thinning) if more else -least * float(np.tanh(linear / least))
+
+    return lambda strength: (JointDamping(share(strength), thinning),)
+
+
+_BRISTLE_RAD = 0.005  # bend of the bristles of a hinge where they slip
+
+
+@dataclass(frozen=True)
+class JointFriction(Mechanism):
+    """The LuGre model: bristles bend before they slip, with a higher torque to break away than to keep sliding.
+
+    Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40 (1995): z' = w - |w| z s_0 / g(w),
+    torque s_0 z, g(w) = T (1 + e exp(-(w / w_s)^2)); the hinge's own damper stands for that of the bristles. The state
+    is where the bristles' roots are, q - z, so that within a step they are a spring.
+
+    Attributes:
+        torque_n_m: T, when sliding.
+        excess: e, of the break-away torque.
+        stribeck_rad_s: w_s.
+    """
+
+    torque_n_m: float
+    excess: float
+    stribeck_rad_s: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
+        """The bristles are taken implicitly."""
+        extra = parameters.extra_implicit_stiffness_n_m + self.torque_n_m / _BRISTLE_RAD
+        return replace(parameters, extra_implicit_stiffness_n_m=extra)
+
+    def start(self, now: Instant) -> np.ndarray:
+        """(n, h) roots, the bristles upright."""
+        return now.pose.hinge_rad
+
+    def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
+        """The roots follow where the bristles slip: exact at an even rate, for the mean bend over a step."""
+        rate = now.pose.hinge_rate_rad_s
+        slipping = _BRISTLE_RAD * (1 + self.excess * np.exp(-((rate / self.stribeck_rad_s) ** 2)))
+        beyond = now.pose.hinge_rad - state + rate * step_s / 2 - np.sign(rate) * slipping
+        return np.asarray(state + rate * step_s - beyond * np.expm1(-np.abs(rate) * step_s / slipping))
+
+    def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
+        """Of the bristles on the hinges."""
+        return now.bend(-self.torque_n_m / _BRISTLE_RAD * (now.pose.hinge_rad - state))
+
+
+def joint_friction(random: np.random.Generator) -> AtStrength:
+    """0.03 N m in each gap at strength 1; saturates at 0.3 N m, which holds a gap bent by half a radian."""
+    torque_n_m, most_n_m = 0.03, 0.3
+    excess, stribeck = random.uniform(0.05, 0.2), random.uniform(0.02, 0.1)
+    return lambda strength: (
+        (JointFriction(most_n_m * float(np.tanh(torque_n_m * strength / most_n_m)), excess, stribeck),)
+    )
+
+
+@dataclass(frozen=True)
+class BendOffset(Mechanism):
+    """Curved where it is flexible: each gap rests at an angle in proportion to its length, and more towards one end.
+
+    The tendons keep the lengths at which they hold the tail straight.
+
+    Attributes:
+        mean_rad: over the gaps.
+        rearward: 0 for an even curvature; 1 if it grows from nothing at the first gap.
+    """
+
+    mean_rad: float
+    rearward: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
+        """Another rest."""
+        gap_m = np.array([segment.gap_m for segment in layout.robot.tail.segment])
+        curved = gap_m * (1 + self.rearward * np.linspace(-1.0, 1.0, len(gap_m)))
+        rest = self.mean_rad * curved / curved.mean() / layout.hinges_per_gap
+        return replace(parameters, hinge_rest_rad=parameters.hinge_rest_rad + rest[layout.gap_of_hinge])
+
+
+def bend_offset(random: np.random.Generator) -> AtStrength:
+    """To either side, 0.03 rad a gap at strength 1; saturates at 0.5 rad."""
+    mean_rad, most_rad = 0.03, 0.5
+    sign, rearward = random.choice([-1.0, 1.0]), random.uniform(-0.4, 0.4)
+    return lambda strength: ((BendOffset(sign * most_rad * float(np.tanh(mean_rad * strength / most_rad)), rearward),))
+
+
+@dataclass(frozen=True)
+class MassDistribution(Mechanism):
+    """Lumps at the tendon guides, of glue and markers, that were weighed with the head; the total stays.
+
+    Attributes:
+        share: of the head's mass.
+        at_guide: (g,) how the lumps share it, from the first guide to the last; they add up to 1.
+    """
+
+    share: float
+    at_guide: tuple[float, ...]
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
+        """Masses and their moments."""
+        head = np.where(np.arange(layout.hinges + 1) == 0, 1 - self.share, 1.0)
+        lump = self.share * parameters.link_mass_kg[0, 0] * np.array(self.at_guide)
+        added = np.zeros((3, layout.hinges + 1))
+        for order in (0, 1, 2):
+            np.add.at(added[order], layout.guide_link, lump * layout.guide_place_m**order)
+        return replace(
+            parameters,
+            link_mass_kg=parameters.link_mass_kg * head + added[0],
+            link_moment_kg_m=parameters.link_moment_kg_m * head + added[1],
+            link_inertia_kg_m2=parameters.link_inertia_kg_m2 * head + added[2],
+        )
+
+
+def mass_distribution(random: np.random.Generator) -> AtStrength:
+    """A hundredth of the head's mass at strength 1, shared by the guides nearly as the tail's own mass is.
+
+    Saturates at 8 hundredths.
+    """
+    share, most = 0.01, 0.08
+    even = 400.0  # of the draw: a tenth more or less on a guide
+    robot = load_robot()
+    kg = [robot.tail.density_kg_m3 * s.length_m * s.thickness_m * 2 * s.half_height_m for s in robot.tail.segment]
+    kg[-1] += robot.caudal_fin.mass_kg
+    at_guide = tuple(random.dirichlet(even * np.array(kg) / sum(kg)))
+    return lambda strength: ((MassDistribution(most * float(np.tanh(share * strength / most)), at_guide),))
+
+
+@dataclass(frozen=True)
+class EntrainedWater(Mechanism):
+    """A layer on both sides of tail and fin that deepens rearwards, as boundary layers do; none in air.
+
+    With s the place between the first hinge (0) and the rear edge (1), the layer is t (1 + p) s^p deep.
+
+    Attributes:
+        mean_m: t, mean depth over the tail's length.
+        power: p.
+    """
+
+    mean_m: float
+    power: float
+
+    def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
+        """Heavier links behind the head, the water on either side hanging on their surface."""
+        strips = layout.strips
+        x = layout.origin_m[strips.link] + strips.place_m
+        along = np.clip((x - layout.origin_m[1]) / (x[-1] + strips.length_m[-1] / 2 - layout.origin_m[1]), 0.0, 1.0)
+        depth = self.mean_m * (1 + self.power) * along**self.power
+        density = parameters.density_kg_m3[0, 0]
+        kg = np.where(strips.link > 0, 2 * depth * 2 * strips.half_height_m * strips.length_m * density, 0.0)
+        added = np.zeros((3, layout.hinges + 1))
+        for order in (0, 1, 2):
+            np.add.at(added[order], strips.link, kg * strips.place_m**order)
+        np.add.at(added[2], strips.link, kg * (strips.length_m**2 / 12 + depth**2 / 3))
+        return replace(
+            parameters,
+            link_mass_kg=parameters.link_mass_kg + added[0],
+            link_moment_kg_m=parameters.link_moment_kg_m + added[1],
+            link_inertia_kg_m2=parameters.link_inertia_kg_m2 + added[2],
+        )
+
+
+def entrained_water(random: np.random.Generator) -> AtStrength:
+    """2 mm on the mean at strength 1, deepening with the power 0.3 to 0.8; saturates at 20 mm."""
+    mean_m, most_m = 0.002, 0.02
+    power = random.uniform(0.3, 0.8)
+    return lambda strength: ((EntrainedWater(most_m * float(-np.expm1(-mean_m * strength / most_m)), power),))

@@ -1,1 +1,0 @@
-"""Mechanisms of hinges and masses."""

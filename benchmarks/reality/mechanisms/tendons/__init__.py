@@ -1,1 +1,0 @@
-"""Crank arms and tendons."""
