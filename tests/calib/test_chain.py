@@ -17,7 +17,6 @@ from calib.stages.recording import _recorded
 from fitting.dry_run import crank_response, fit_crank
 from fitting.dry_run.error_surface import CrankGrid
 from fitting.structure import identify
-from session import load_tracks
 from swimmer import load_robot, model_sha256
 from synthetic import SyntheticMotor, make_session
 from tests.calib.door import Front, assert_told, edit, with_little_effort
@@ -118,56 +117,12 @@ def test_it_tells_what_was_taken_from_where(calib: Front, fitted: Path) -> None:
     assert told["calibration"]["structure"]["hinge_stiffness"]["trials"] == ["pull"]
 
 
-def test_the_tracks_of_an_experiment_are_kept_as_used(fitted: Path) -> None:
-    """A bent tail is no fault of the tracker, although most of the recording shows it straight."""
-    tracks = load_tracks(fitted / "results" / "tracks" / "pull.csv", PLAN.markers, 60.0)
-
-    assert (tracks.confidence > 0).all()
-
-
-def test_a_second_fit_does_nothing(calib: Front, fitted: Path) -> None:
-    with remade(fitted):
-        assert calib("fit", fitted, "--effort", "quick").code == 0
-
-
 @pytest.mark.long
 def test_another_search_does_not_find_the_structure_again(calib: Front, fitted: Path) -> None:
     before = calibration_of(fitted)
     with remade(fitted, "calibration.json", "calibrated.xml"):
         assert calib("fit", fitted, "--effort", "full").code == 0
     assert calibration_of(fitted)["structure"] == before["structure"]
-
-
-@pytest.mark.long
-def test_a_deleted_structure_is_found_again_without_a_new_fit(calib: Front, fitted: Path) -> None:
-    before = json.loads((fitted / "results" / "structure.json").read_text())
-    (fitted / "results" / "structure.npz").unlink()
-    with remade(fitted, *STRUCTURE):
-        assert calib("fit", fitted, "--effort", "quick").code == 0
-    assert json.loads((fitted / "results" / "structure.json").read_text()) == before
-
-
-def test_a_calibration_read_back_has_its_structure(fitted: Path) -> None:
-    calibration = Pipeline(open_session(fitted)).standing_calibration()
-    data = calibration_of(fitted)
-
-    assert calibration is not None
-    assert calibration.robot.tail.hinge_stiffness_n_m == data["hinge_stiffness"]
-    assert calibration.robot.crank.arm_m == data["crank_arm_m"]
-    assert [trial.name for trial in calibration.structure.crank.trials] == ["dry_slow", "dry_fast"]  # type: ignore[union-attr]
-    for trial in calibration.trials:
-        said = data["trials"][trial.measured.name]["marker_error_mm"]  # type: ignore[index]
-        assert 1000 * trial.scores.marker_error_m == pytest.approx(said, rel=1e-6)
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("true_report")
-def test_the_report_is_written_from_what_was_kept(calib: Front, fitted: Path) -> None:
-    with remade(fitted, "evidence.json", "report.html"):
-        assert calib("report", fitted, "--effort", "quick").code == 0
-    report = (fitted / "results" / "report.html").read_text()
-    for name in ("pull", "dry_slow", "dry_fast"):
-        assert name in report
 
 
 @pytest.mark.long

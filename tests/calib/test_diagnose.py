@@ -82,11 +82,6 @@ def test_what_has_not_changed_is_not_made_again(calib: Front, diagnosed: Path) -
     assert lines[-1] == str(diagnosed / "results" / "diagnosis.json")
 
 
-def test_json_tells_the_whole_diagnosis(calib: Front, diagnosed: Path) -> None:
-    told = json.loads(calib("diagnose", diagnosed, *QUICK, "--json").out)
-    assert told["diagnosis"]["verdict"] == "named"
-
-
 @pytest.mark.long
 def test_another_catalogue_is_another_diagnosis_which_says_so_everywhere(
     calib: Front, diagnosed: Path, monkeypatch: pytest.MonkeyPatch

@@ -61,12 +61,6 @@ def test_an_experiment_is_told_once_with_all_that_it_tells_apart() -> None:
     ]
 
 
-def test_what_tells_nothing_is_not_recommended() -> None:
-    swim = Experiment("Film a swim", ("tendon_slack", CLOCK), 0.4)
-    lines = diagnosis_lines(replace(made_data(), next_experiments=(swim,)))
-    assert not [line for line in lines if line.startswith("next: ")]
-
-
 def test_all_names_of_a_verdict_stand_in_the_table_however_many_are_likelier() -> None:
     likelier = {f"effect_{i}": 0.9 - 0.01 * i for i in range(8)}
     data = made_data("named", probabilities=likelier | {"wave_drag": 0.3, "none_of_these": 0.0})

@@ -50,20 +50,6 @@ def test_a_trial_to_fit_that_is_not_there_is_refused_and_nothing_made(calib: Fro
     assert not (tmp_path / "s").exists()
 
 
-def test_a_folder_without_tracks_is_refused(calib: Front, tmp_path: Path) -> None:
-    assert_told(
-        calib("new", tmp_path / "s", "--from-fishsim", tmp_path), str(tmp_path), "no CSV files", "markers_f1_00"
-    )
-    assert not (tmp_path / "s").exists()
-
-
-def test_what_is_there_is_not_overwritten(calib: Front, fresh: Path) -> None:
-    before = (fresh / "session.toml").read_text()
-
-    assert_told(calib("new", fresh, "--synthetic"), str(fresh), "Choose another folder")
-    assert (fresh / "session.toml").read_text() == before
-
-
 def test_a_synthetic_session_comes_with_its_truth_and_its_seed(
     calib: Front, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

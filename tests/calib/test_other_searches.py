@@ -15,7 +15,7 @@ from benchmarks import searches
 from calib.pipeline import Options, Pipeline, open_session
 from fitting import METHODS
 from fitting.objective import Swims
-from tests.calib.door import TINY, Front, edit, files_in, with_little_effort
+from tests.calib.door import TINY, Front, files_in, with_little_effort
 from tests.calib.test_run import remade
 from tests.cases import later
 
@@ -87,15 +87,6 @@ def test_a_fit_that_replaces_it_says_what_differs(calib: Front, otherwise: Path,
     outcome = calib("fit", otherwise, *QUICK)
 
     assert f"was made otherwise ({choice} {FOUND[choice]} -> {USUAL[choice]}) and is made again" in outcome.out
-    assert fit_of(otherwise)[choice] == USUAL[choice]
-
-
-@pytest.mark.long
-def test_of_other_inputs_the_usual_search_makes_it_again(calib: Front, otherwise: Path, choice: str) -> None:
-    edit(otherwise / "session.toml", "[fit]", "[fit]\nseed = 7")
-    outcome = calib("mjcf", otherwise, "--out", otherwise / "fish.xml", *QUICK)
-
-    assert outcome.code == 0
     assert fit_of(otherwise)[choice] == USUAL[choice]
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import arviz
@@ -174,14 +172,6 @@ def test_run_with_full_effort_says_a_refusal_beside_the_report(
     assert outcome.out.splitlines()[-1] == str(finished / "results" / "report.html")
 
 
-@pytest.mark.long
-def test_help_does_not_wait_for_the_sampler() -> None:
-    code = "import sys, calib.cli; print(*{'emcee', 'arviz', 'h5netcdf', 'xarray'} & set(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-
-    assert done.stdout.strip() == ""
-
-
 def test_what_is_said_of_it_stands_in_a_file_of_its_own(sampled_session: Path) -> None:
     said = json.loads((sampled_session / "results" / "posterior.json").read_text())
     sweep, trials, further = (said[key] for key in ("sweep", "trials", "further"))
@@ -205,13 +195,3 @@ def test_the_report_is_made_again_with_the_posterior(calib: Front, sampled: Path
     assert after > before
     assert calib("report", sampled, *QUICK).code == 0
     assert report.stat().st_mtime_ns == after
-
-
-def test_chains_are_read_back_as_they_were_drawn(sampled_session: Path) -> None:
-    from fitting.posterior.posterior_file import load_chains
-
-    chains = load_chains(sampled_session / "results" / "posterior.nc")
-    told = calibration_of(sampled_session)["posterior"]
-
-    assert chains.shape[-1] == 7
-    np.testing.assert_allclose(chains[..., 1].mean(), told["slender_drag"]["mean"])  # type: ignore[index]

@@ -28,20 +28,6 @@ def test_reports_of_several_sessions_get_an_index(calib: Front, finished: Path, 
         assert f'href="{report.relative_to(tmp_path).as_posix()}"' in index.read_text()
 
 
-def test_the_index_goes_where_it_is_told(calib: Front, finished: Path, tmp_path: Path) -> None:
-    other, index = Path(shutil.copytree(finished, tmp_path / "other")), tmp_path / "web" / "all.html"
-    calib("report", finished, other, "--effort", "quick", "--index", index)
-
-    assert 'href="../other/results/report.html"' in index.read_text()
-    assert not (tmp_path / "index.html").exists()
-
-
-def test_one_report_needs_no_index(calib: Front, finished: Path, tmp_path: Path) -> None:
-    calib("report", finished, "--effort", "quick")
-
-    assert not (tmp_path / "index.html").exists()
-
-
 def test_the_nominal_mjcf_is_that_of_the_published_fish(calib: Front, tmp_path: Path) -> None:
     outcome = calib("mjcf", "--out", tmp_path / "fish.xml")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "fish.xml"))
@@ -67,12 +53,6 @@ def test_the_mjcf_of_a_faulty_robot_is_refused_and_not_written(calib: Front, tmp
     assert list(tmp_path.iterdir()) == [robot]
 
 
-def test_an_mjcf_that_cannot_be_written_is_said_to_be(calib: Front, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-
-    assert_told(calib("mjcf", "--out", tmp_path / "file" / "fish.xml"), "cannot be written")
-
-
 @pytest.mark.parametrize(
     ("key", "value", "named"),
     [("mujoco", "3.12.0", "MuJoCo: made with 3.12.0, here"), ("model_sha256", "0" * 64, "model")],
@@ -86,18 +66,6 @@ def test_a_calibration_of_another_engine_or_model_is_refused(finished: Path, key
     assert str(path) in str(refused.value)
     assert named in str(refused.value)
     assert "Fit again with `calib fit`" in str(refused.value)
-
-
-def test_a_calibration_read_back_is_the_one_that_was_made(finished: Path) -> None:
-    data = json.loads((finished / "results" / "calibration.json").read_text())
-    read = Pipeline(open_session(finished), Options("quick")).fits.read()
-
-    assert read.coefficients._asdict() == data["coefficients"]
-    for trial in read.trials:
-        told = data["trials"][trial.measured.name]
-        assert trial.phase_rad == told["phase_rad"]
-        assert 1000 * trial.scores.marker_error_m == pytest.approx(told["marker_error_mm"], rel=1e-9)
-        assert trial.speed_twin == pytest.approx(told["speed_twin"], rel=1e-9)
 
 
 @pytest.mark.long

@@ -81,19 +81,6 @@ def test_a_changed_input_makes_all_again(calib: Front, finished: Path, change: s
         assert calib("run", finished, "--effort", "quick").code == 0
 
 
-def test_a_deleted_report_is_made_again_without_a_new_fit(calib: Front, finished: Path) -> None:
-    (finished / "results" / "report.html").unlink()
-    with remade(finished, "report.html"):
-        calib("run", finished, "--effort", "quick")
-
-
-@pytest.mark.long
-def test_deleted_evidence_is_made_again_with_the_report(calib: Front, finished: Path) -> None:
-    (finished / "results" / "evidence.json").unlink()
-    with remade(finished, "evidence.json", "report.html"):
-        calib("run", finished, "--effort", "quick")
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["calibration.json", "calibrated.xml"])
 def test_a_deleted_calibration_is_made_again_and_the_same(calib: Front, finished: Path, name: str) -> None:
@@ -109,13 +96,6 @@ def _without_times(content: bytes) -> str:
     return "\n".join(line for line in content.decode().splitlines() if '"seconds"' not in line)
 
 
-def test_deleted_tracks_are_written_again(calib: Front, finished: Path) -> None:
-    (finished / "results" / "tracks" / "slow.csv").unlink()
-    calib("run", finished, "--effort", "quick")
-
-    assert (finished / "results" / "tracks" / "slow.csv").is_file()
-
-
 def test_an_edited_calibration_does_not_pass_for_a_result(calib: Front, finished: Path) -> None:
     path = finished / "results" / "calibration.json"
     true = json.loads(path.read_text())
@@ -123,15 +103,6 @@ def test_an_edited_calibration_does_not_pass_for_a_result(calib: Front, finished
     calib("run", finished, "--effort", "quick")
 
     assert json.loads(path.read_text())["coefficients"] == true["coefficients"]
-
-
-def test_fit_stops_before_the_report(calib: Front, finished: Path) -> None:
-    for name in RESULTS - FIT:
-        (finished / "results" / name).unlink()
-    outcome = calib("fit", finished, "--effort", "quick")
-
-    assert results_of(finished).keys() == FIT
-    assert outcome.out.splitlines()[-1] == str(finished / "results" / "calibration.json")
 
 
 def test_json_is_all_that_stands_on_standard_output(calib: Front, finished: Path) -> None:

@@ -54,15 +54,6 @@ def test_the_markers_are_found_where_they_are(calib: Front, filmed: Path) -> Non
         assert shades(filmed / "results" / "tracking" / f"{name}.boxes.png") == b"\x89PNG\r\n\x1a\n"
 
 
-def test_a_second_run_does_nothing(calib: Front, tracked: Path) -> None:
-    before = files_in(tracked)
-    outcome = calib("track", tracked)
-
-    assert outcome.code == 0
-    after = files_in(tracked)
-    assert {name for name in after if before.get(name) != after[name]} <= {".swimcal.lock"}
-
-
 @pytest.mark.parametrize("lost", ["slow.csv", "slow.states.csv", "raw/slow.csv", "slow.boxes.png"])
 def test_a_result_that_is_gone_is_made_again(calib: Front, tracked: Path, lost: str) -> None:
     path = tracked / "results" / "tracking" / lost
@@ -93,26 +84,6 @@ def test_boxes_that_are_not_given_are_found_and_kept(calib: Front, filmed: Path)
     before = files_in(filmed / "results")
     assert calib("track", filmed).code == 0
     assert files_in(filmed / "results") == before
-
-
-@pytest.mark.long
-def test_without_boxes_a_page_is_written_for_each_video(
-    calib: Front, filmed: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    refuse_to_find(monkeypatch)
-    boxes = (filmed / "trials" / "slow.boxes.json").read_bytes()
-    without_boxes(filmed, *NAMES)
-    outcome = calib("track", filmed)
-
-    pages = [filmed / "results" / "tracking" / f"{name}.click.html" for name in NAMES]
-    places = [filmed / "trials" / f"{name}.boxes.json" for name in NAMES]
-    assert_told(outcome, "slow.mp4", "fast.mp4", *map(str, (*pages, *places)))
-    for page, name in zip(pages, NAMES, strict=True):
-        assert f"trials/{name}.boxes.json" in page.read_text()
-    assert not list((filmed / "results" / "tracking").glob("*.csv"))
-
-    places[0].write_bytes(boxes)  # as the person saved them
-    assert_told(calib("track", filmed), "fast.mp4", str(places[1]))
 
 
 def test_without_boxes_a_page_is_written_and_they_belong_beside_the_video_wherever_it_lies(
@@ -197,15 +168,6 @@ def test_a_doubtful_box_is_flagged_and_its_samples_count(
     assert (read(filmed / "results" / "tracks" / "slow.csv").confidence > 0).mean() > 0.9
 
 
-def test_all_faults_of_two_videos_come_at_once(calib: Front, filmed: Path) -> None:
-    change_boxes(filmed, "slow", gone)
-    (filmed / "trials" / "fast.mp4").write_bytes(b"not a video at all" * 50)
-
-    for command in ("track", "run", "view"):
-        assert_told(calib(command, filmed), "slow.boxes.json", "boxes.tail_3", "fast.mp4")
-    assert not list((filmed / "results").rglob("*.csv"))
-
-
 def test_one_faulty_trial_does_not_keep_the_others_from_being_tracked(calib: Front, filmed: Path) -> None:
     change_boxes(filmed, "slow", on_water)
 
@@ -254,13 +216,6 @@ def test_a_session_without_video_is_told_so(calib: Front, fresh: Path) -> None:
     assert_told(calib("track", fresh), "session.toml", "no video to track", "video = ")
 
 
-def test_trials_of_all_kinds_are_tracked(calib: Front, filmed: Path) -> None:
-    edit(filmed / "session.toml", 'name = "slow"\nkind = "swim"', 'name = "slow"\nkind = "dry"')
-    edit(filmed / "session.toml", 'name = "fast"\nkind = "swim"', 'name = "fast"\nkind = "free_decay"')
-
-    assert set(json.loads(calib("track", filmed, "--json").out)) == set(NAMES)
-
-
 def test_a_fit_tells_of_a_dry_trial_whose_video_is_broken(calib: Front, filmed: Path) -> None:
     """It would give the crank, so the fit uses it."""
     edit(filmed / "session.toml", 'name = "fast"\nkind = "swim"', 'name = "fast"\nkind = "dry"')
@@ -274,26 +229,6 @@ def test_tracks_of_a_file_win_over_the_video(calib: Front, filmed: Path) -> None
     edit(filmed / "session.toml", 'video = "trials/fast.mp4"', 'tracks = "truth/fast.csv"\nvideo = "trials/fast.mp4"')
 
     assert set(json.loads(calib("track", filmed, "--json").out)) == {"slow"}
-
-
-def test_json_is_all_that_stands_on_standard_output(calib: Front, tracked: Path) -> None:
-    outcome = calib("track", tracked, "--json")
-    told = json.loads(outcome.out)
-
-    assert outcome.err == ""
-    assert told["slow"] | {"confidence": None, "boxes": None} == {
-        "frames": 85,
-        "seen": 1.0,
-        "counts": 1.0,
-        "filled": 0.0,
-        "missing": 0.0,
-        "confidence": None,
-        "flags": [],
-        "tracks": str(tracked / "results" / "tracking" / "slow.csv"),
-        "boxes": None,
-        "camera": told["fast"]["camera"],
-    }
-    assert 0.5 < told["slow"]["confidence"] <= 1
 
 
 @pytest.mark.parametrize(
@@ -321,20 +256,6 @@ def test_tracks_are_exported_in_every_form(calib: Front, tracked: Path, form: st
     assert {name: files_in(tracked / "results")[name] for name in tracking} == {n: before[n] for n in tracking}
 
 
-def test_an_unknown_form_is_refused_before_anything_is_done(calib: Front, filmed: Path) -> None:
-    before = files_in(filmed)
-
-    assert_told(calib("track", filmed, "--export", "sleap"), "--export", "'sleap'", "deeplabcut", "movement")
-    assert files_in(filmed) == before
-
-
-def test_an_unknown_method_is_refused(calib: Front, filmed: Path) -> None:
-    outcome = calib("track", filmed, "--method", "magic")
-
-    assert outcome.code == 2
-    assert "hybrid" in outcome.err
-
-
 @pytest.mark.parametrize("method", ["spots", *later("csrt")])
 def test_a_fit_keeps_the_tracker_that_was_asked_for(calib: Front, tracked: Path, method: str) -> None:
     with_tracks(tracked, "fast")
@@ -352,14 +273,6 @@ def test_a_fit_keeps_the_tracker_that_was_asked_for(calib: Front, tracked: Path,
     np.testing.assert_allclose(used, chosen, atol=1e-6)
     assert calib("track", tracked, "--method", "hybrid").code == 0
     np.testing.assert_array_equal(tracks_of(tracked, "slow").position_px, before)
-
-
-def test_a_camera_that_is_not_calibrated_is_doubted_once(calib: Front, tracked: Path) -> None:
-    outcome = calib("track", tracked)
-
-    assert outcome.out.count("! the lens is not calibrated") == 1
-    told = json.loads(calib("track", tracked, "--json").out)
-    assert [flag["kind"] for flag in told["slow"]["camera"]] == ["no_lens"]
 
 
 CAMERA = """

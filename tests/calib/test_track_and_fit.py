@@ -41,20 +41,6 @@ def test_a_run_goes_from_video_to_report(calib: Front, filmed: Path) -> None:
     assert files_in(filmed / "results") == before
 
 
-@pytest.mark.long
-def test_tracks_and_videos_go_together(calib: Front, tracked: Path) -> None:
-    with_tracks(tracked, "fast")
-    assert calib("fit", tracked, "--effort", "quick").code == 0
-
-    assert set(calibration(tracked)["trials"]) == set(NAMES)
-    used, true = (read(tracked / place / "fast.csv") for place in ("results/tracks", "truth"))
-    np.testing.assert_allclose(used.position_px, true.position_px, atol=1e-6)
-    assert (
-        not (tracked / "results" / "tracking" / "fast.csv").stat().st_mtime_ns
-        > (tracked / "results" / "tracks" / "fast.csv").stat().st_mtime_ns
-    )
-
-
 def test_frames_before_the_boxes_count_nowhere_and_keep_their_numbers(filmed: Path) -> None:
     true = read(filmed / "truth" / "slow.csv")
 

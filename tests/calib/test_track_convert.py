@@ -7,10 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.video.filmed import SessionVideo, film_scene
-from session import FISHSIM_MARKERS, load_tracks, save_tracks
-from synthetic import default_plan
-from synthetic.swims import simulate_swims
 from tests.calib.door import Front, assert_told
 from tests.calib.filmed import read
 from tracking.records import FORMATS, TrackedTrial, export_tracks
@@ -28,23 +24,6 @@ def test_tracks_of_every_form_become_the_contracts(
     ours = read(tmp_path / "ours.csv")
     np.testing.assert_allclose(ours.position_px, true.position_px, atol=1e-6)
     np.testing.assert_allclose(ours.time_s, true.time_s, atol=1e-5)
-
-
-@pytest.mark.parametrize("form", FORMATS)
-def test_and_back(calib: Front, filmed_session: Path, tmp_path: Path, form: str) -> None:
-    source = filmed_session / "truth" / "slow.csv"
-    assert calib("convert", source, "--out", tmp_path / "theirs", "--to", form).code == 0
-    assert calib("convert", tmp_path / "theirs", "--out", tmp_path / "ours.csv", "--fps", "30").code == 0
-
-    np.testing.assert_allclose(read(tmp_path / "ours.csv").position_px, read(source).position_px, atol=1e-6)
-
-
-def test_some_of_the_markers_can_be_taken(calib: Front, filmed_session: Path, tmp_path: Path) -> None:
-    export_tracks(TrackedTrial.of(read(filmed_session / "truth" / "slow.csv")), tmp_path / "dlc.csv", "deeplabcut")
-    outcome = calib("convert", tmp_path / "dlc.csv", "--out", tmp_path / "o.csv", "--markers", "neck, nose")
-
-    assert outcome.code == 0, outcome.err
-    assert load_tracks(tmp_path / "o.csv", ("neck", "nose"), 60.0).markers == ("neck", "nose")
 
 
 CASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -80,19 +59,3 @@ def test_a_packed_file_is_read_and_not_written(calib: Front, fresh_session: Path
 
     assert calib("convert", packed, "--out", tmp_path / "o.csv").code == 0
     assert_told(calib("convert", packed, "--out", tmp_path / "o.csv.gz"), "without .gz")
-
-
-def test_a_file_may_be_converted_in_place(calib: Front, filmed_session: Path, tmp_path: Path) -> None:
-    true = read(filmed_session / "truth" / "slow.csv")
-    save_tracks(tmp_path / "t.csv", true)
-
-    assert calib("convert", tmp_path / "t.csv", "--out", tmp_path / "t.csv", "--to", "fishsim").code == 0
-    again = load_tracks(tmp_path / "t.csv", FISHSIM_MARKERS, 30.0)
-    np.testing.assert_allclose(again.position_px, true.position_px, atol=1e-6)
-
-
-@pytest.mark.long
-def test_the_default_plan_stays_within_its_videos() -> None:
-    plan = default_plan()
-    for number, swim in enumerate(simulate_swims(plan)):
-        assert film_scene(swim, plan, SessionVideo(), number).truth.visible.all()

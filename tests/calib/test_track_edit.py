@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from calib.pipeline import Pipeline, open_session
-from session import FISHSIM_MARKERS, session_lock
+from session import FISHSIM_MARKERS
 from tests.calib.door import Front, assert_told, edit, files_in
 from tests.calib.filmed import FRAMES, read, tracks_of, with_tracks
 from tracking.records import SampleState, load_tracked
@@ -17,7 +17,6 @@ from tracking.records import SampleState, load_tracked
 A, B = FISHSIM_MARKERS.index("tail_3"), FISHSIM_MARKERS.index("tail_4")
 SWAP = '{"op": "swap", "markers": ["tail_3", "tail_4"], "frames": [20, 30]}'
 DROP = '{"op": "drop", "markers": ["tail_3"], "frames": [10, 60]}'
-RELABEL = '{"op": "relabel", "marker": "tail_3", "to": "tail_4", "frames": [20, 30]}'
 
 
 def raw_files(folder: Path) -> dict[str, bytes]:
@@ -66,22 +65,6 @@ def test_what_is_seen_and_does_not_count_is_told(calib: Front, tracked: Path) ->
 
     used = read(tracked / "results" / "tracks" / "slow.csv")
     assert told["counts"] == np.mean(used.confidence > 0) < told["seen"] == 1.0
-
-
-def test_dropped_samples_are_missing_and_long_gaps_stay_open(calib: Front, tracked: Path) -> None:
-    calib("edit", tracked, "slow", DROP)
-
-    told = json.loads(calib("track", tracked, "--json").out)["slow"]
-    assert (states(tracked)[10:61, A] == SampleState.MISSING).any()
-    assert told["missing"] > 0
-
-
-def test_relabelled_samples_move(calib: Front, tracked: Path) -> None:
-    before = tracks_of(tracked, "slow").position_px
-    calib("edit", tracked, "slow", RELABEL)
-    calib("track", tracked)
-
-    np.testing.assert_array_equal(tracks_of(tracked, "slow").position_px[20:31, B], before[20:31, A])
 
 
 def test_a_box_is_tracked_on_from(calib: Front, tracked: Path) -> None:
@@ -159,8 +142,3 @@ def test_a_log_written_by_hand_is_checked_before_it_is_replayed(calib: Front, tr
     assert_told(calib("track", tracked), *expected)
     assert_told(calib("edit", tracked, "slow", SWAP), str(log), "2 faults")
     assert files_in(tracked / "results" / "tracking") == before
-
-
-def test_a_session_under_work_is_not_edited(calib: Front, tracked: Path) -> None:
-    with session_lock(tracked):
-        assert_told(calib("edit", tracked, "slow", SWAP), "is being worked on")

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.calib.door import Front, assert_told, edit, files_in
-from tests.calib.filmed import FRAMES, NAMES, cut_short, with_tracks
+from tests.calib.door import Front, assert_told, edit
+from tests.calib.filmed import FRAMES, NAMES
 from tests.calib.test_left_out import MOTOR_LOG
 from tests.cases import later
 from tests.reports.recording.contents import RecordingContents, read_recording
@@ -64,26 +64,11 @@ def test_a_fit_that_is_out_of_date_is_not_shown(calib: Front, fitted: Path) -> N
     assert not [entity for entity in contents.entities if "residual" in entity]
 
 
-def test_a_trial_of_tracks_alone_is_shown_without_video(calib: Front, tracked: Path) -> None:
-    contents = shown(calib, with_tracks(tracked, "fast"))
-
-    assert contents.entities["/fast/confidence"].rows[SCALARS] == FRAMES["fast"]
-    assert not [entity for entity in contents.entities if entity.startswith("/fast/picture/video")]
-
-
 @pytest.mark.long
 def test_tracks_too_short_to_measure_are_still_shown(calib: Front, filmed: Path) -> None:
     edit(filmed / "session.toml", "warmup_s = 1.0", "warmup_s = 9.0")
 
     assert shown(calib, filmed).entities["/slow/confidence"].rows[SCALARS] == FRAMES["slow"]
-
-
-def test_the_proxy_is_made_once(calib: Front, tracked: Path) -> None:
-    shown(calib, tracked)
-    before = files_in(tracked / "results" / "tracking")
-    shown(calib, tracked)
-
-    assert files_in(tracked / "results" / "tracking") == before
 
 
 def test_a_session_with_nothing_to_show_is_told_so(calib: Front, fresh: Path) -> None:
@@ -94,12 +79,6 @@ def test_a_session_with_nothing_to_show_is_told_so(calib: Front, fresh: Path) ->
 
     assert_told(calib("view", fresh), "nothing to show", "Trial logged")
     assert not (fresh / "results" / "session.rrd").exists()
-
-
-def test_a_broken_video_is_told(calib: Front, filmed: Path) -> None:
-    cut_short(filmed, "slow", 0.3)  # its index is gone
-
-    assert_told(calib("view", filmed), "slow.mp4")
 
 
 @pytest.fixture

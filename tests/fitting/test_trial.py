@@ -15,9 +15,6 @@ from swimmer import load_robot
 from synthetic import Truth, make_session
 from tests.fitting.swims import PLAN
 
-NOTHING_AHEAD = ("start_frequency", "start_velocity", "known")
-"""What a held-out trial may learn from its known part only."""
-
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> Session:

@@ -10,7 +10,7 @@ from fitting import Calibration
 from reports import render_report
 from tests.fitting.test_command_forecast import commanded
 from tests.reports.page import Page
-from tests.reports.sample import made_calibration, made_context
+from tests.reports.sample import made_context
 from tests.reports.undrawn import nothing_drawn
 
 SLOW_M_S = 0.05
@@ -62,11 +62,3 @@ def test_without_it_the_reason_is_told(command: float | None) -> None:
     assert told in page.text
     assert ("no command" in page.text.split("Speed errors over")[0]) == (command is None)
     assert not re.search(r"\bnan\b", page.text)
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_where_no_trial_was_held_out_nothing_is_foretold() -> None:
-    text = page_of(made_calibration(("medium", "fast"))).text
-
-    assert "forecast from the command alone" not in text
-    assert "Nothing could be forecast" not in text

@@ -15,7 +15,6 @@ from reports.blocks import Prose, Table
 from reports.figures.crank_surface import crank_surface_figure
 from reports.sections.dry_runs import dry_run_section
 from session import Flag
-from tests.reports.motors import made_logged
 
 SLACK = Flag("tendon_slack", message="for 83 % of the turn a tendon is shorter than at rest")
 
@@ -75,14 +74,6 @@ def test_both_estimates_stand_on_the_surface() -> None:
     assert high - low == pytest.approx(360.0)
 
 
-def test_the_snap_is_drawn_only_where_there_is_one() -> None:
-    def texts(fit: CrankFit) -> list[str]:
-        return [text.get_text() for text in crank_surface_figure(fit).legends[0].get_texts()]
-
-    assert "the tail snaps over" in texts(made_crank())
-    assert "the tail snaps over" not in texts(made_crank(smooth_m=(0.03, 0.049)))
-
-
 def test_the_section_gives_both_arms_and_a_row_a_run() -> None:
     section = dry_run_section(made_crank())
     prose = [block.text for block in section.blocks if isinstance(block, Prose)]
@@ -93,31 +84,3 @@ def test_the_section_gives_both_arms_and_a_row_a_run() -> None:
     assert table.rows[0][:5] == ("dry_slow", "0.612", "0.6000 ± 0.0002", "−2.0", "5.7 ± 0.2")
     assert len(table.columns) == len(table.rows[0])
     assert "stretch by up to 0.0 % (published: about 3 %)" in prose[1]
-
-
-def test_one_run_and_no_command_read_as_well() -> None:
-    run = made_run("dry", 0.6, 0.1)
-    section = dry_run_section(made_crank(replace(run, measured=replace(run.measured, commanded_hz=None))))
-    (table,) = [block for block in section.blocks if isinstance(block, Table)]
-
-    assert section.blocks[0].text.startswith("The dry run gives a crank arm of 38.40")  # type: ignore[union-attr]
-    assert "gives 39.10 mm, which is the published estimate" in section.blocks[0].text  # type: ignore[union-attr]
-    assert table.rows[0][1] == table.rows[0][3] == "–"
-
-
-def test_a_doubt_that_all_runs_share_is_said_once() -> None:
-    caveats = dry_run_section(made_crank()).caveats
-
-    assert caveats == (
-        "The arm is at the end of its range.",
-        "dry_slow and the other run: for 83 % of the turn a tendon is shorter than at rest.",
-    )
-
-
-def test_what_a_log_tells_of_the_speed_is_told_once() -> None:
-    runs = made_crank().trials
-    logged = replace(runs[0], measured=replace(runs[0].measured, motor=made_logged().motor))
-    (table,) = [b for b in dry_run_section(made_crank(logged, *runs[1:])).blocks if isinstance(b, Table)]
-
-    assert "off command" not in [column.title for column in table.columns]
-    assert {len(row) for row in table.rows} == {len(table.columns)}

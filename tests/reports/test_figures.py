@@ -11,22 +11,19 @@ from matplotlib.colors import to_hex
 
 from reports import Gallery, ReportContext, picture_of_tracks
 from reports.blocks import Plot
-from reports.colours import SURFACE, TWIN
-from reports.figures.coefficients import coefficient_profiles_figure, coefficients_at_bound
+from reports.colours import TWIN
+from reports.figures.coefficients import coefficient_profiles_figure
 from reports.figures.flagged_samples import flagged_kinds
-from reports.figures.pairs import pair_errors_figure
 from reports.figures.residuals import distances_over_time, marker_distances
-from reports.figures.search_convergence import search_convergence_figure
 from reports.figures.speed import speed_sweep_figure
 from reports.figures.tail_beat import beat_loops
 from reports.figures.trial import beat_midlines
 from swimmer import load_robot
 from tests.reports.diagnoses import made_diagnosed, made_everything
-from tests.reports.sample import BEST, MARKERS, made_calibration, made_context, made_evidence, made_fit, made_trial
+from tests.reports.sample import BEST, MARKERS, made_calibration, made_context, made_evidence, made_trial
 from tests.reports.whole import made_whole_context, of_trials
 
 ROBOT = load_robot()
-TRACE = ((100.0, 0.06), (700.0, 0.031))
 
 
 FEWEST_WORDS = 8  # of a caption
@@ -133,10 +130,6 @@ def test_each_sample_left_out_has_a_reason_and_no_other_has() -> None:
     assert set(kinds[20:25, MARKERS.index("tail_1")]) == {"head not trusted"}
 
 
-def test_a_coefficient_at_its_bound_is_told_apart() -> None:
-    np.testing.assert_array_equal(coefficients_at_bound(made_fit()), [False, False, False, False, True])
-
-
 def test_the_twin_curve_is_dashed_where_nothing_was_fitted() -> None:
     (axes,) = speed_sweep_figure(made_calibration()).axes
     curves = [line for line in axes.lines if to_hex(line.get_color()) == TWIN and len(line.get_xdata()) > 2]
@@ -144,14 +137,6 @@ def test_the_twin_curve_is_dashed_where_nothing_was_fitted() -> None:
 
     assert len(curves) == 2
     assert [(min(line.get_xdata()), max(line.get_xdata())) for line in solid] == [(0.8, 1.3)]
-
-
-def test_held_out_trials_have_a_marker_of_their_own() -> None:
-    (axes,) = speed_sweep_figure(made_calibration()).axes
-    marker = {line.get_xdata()[0]: line.get_marker() for line in axes.lines if len(line.get_xdata()) == 1}
-
-    assert marker[0.5] != marker[0.8]
-    assert marker[0.8] == marker[1.3]
 
 
 def test_marker_distances_average_to_the_score_of_the_trial() -> None:
@@ -164,18 +149,6 @@ def test_marker_distances_average_to_the_score_of_the_trial() -> None:
     assert float(share.mean()) == pytest.approx(trial.scores.used_fraction)
 
 
-def test_a_marker_of_which_nothing_counts_has_no_distance() -> None:
-    trial = made_trial(ROBOT, "fast")
-    weight = trial.measured.weight.copy()
-    weight[:, 3] = 0.0
-    lost = replace(trial, measured=replace(trial.measured, weight=weight))
-    distance, _, share = marker_distances(lost)
-
-    assert np.isnan(distance[3])
-    assert share[3] == 0.0
-    assert np.isfinite(np.delete(distance, 3)).all()
-
-
 def test_the_distance_starts_with_the_nose_aligned_and_grows_with_the_speed_error() -> None:
     trial = made_trial(ROBOT, "medium")
     time_s, distance, shape = distances_over_time(trial)
@@ -184,15 +157,6 @@ def test_the_distance_starts_with_the_nose_aligned_and_grows_with_the_speed_erro
     assert distance[0] == pytest.approx(shape[0])
     error = abs(trial.speed_twin - trial.measured.speed) * time_s[-1]
     assert distance[-1] == pytest.approx(error, abs=shape.max())
-
-
-def test_frames_without_a_sample_that_counts_have_no_distance() -> None:
-    trial = made_trial(ROBOT, "medium")
-    weight = trial.measured.weight.copy()
-    weight[60:64] = 0.0
-    _, distance, _ = distances_over_time(replace(trial, measured=replace(trial.measured, weight=weight)))
-
-    assert np.isnan(distance).sum() == 4
 
 
 def test_the_loop_of_a_sine_is_a_circle_as_wide_as_its_amplitude() -> None:
@@ -205,24 +169,6 @@ def test_the_loop_of_a_sine_is_a_circle_as_wide_as_its_amplitude() -> None:
     assert sizes[0] == pytest.approx(1.15 * sizes[1], rel=0.02)
 
 
-def test_flagged_samples_are_no_part_of_the_loop() -> None:
-    trial = made_trial(ROBOT, "fast")
-    weight = trial.measured.weight.copy()
-    weight[50:60, -1] = 0.0
-    measured, twin = beat_loops(replace(trial, measured=replace(trial.measured, weight=weight)), ROBOT)
-
-    assert np.isnan(measured).any(axis=1).sum() == 10
-    assert np.isfinite(twin).all()
-
-
-def test_every_seed_of_a_search_has_a_line_down_to_its_end() -> None:
-    figure = search_convergence_figure({"gradient": [(TRACE, 1000.0), (TRACE, 1200.0)], "random": [((), 900.0)]}, {})
-    (axes,) = figure.axes
-    ends = [(line.get_xdata()[-1], line.get_ydata()[-1]) for line in axes.lines if len(line.get_xdata()) > 2]
-
-    assert ends == [(1000.0, pytest.approx(31.0)), (1200.0, pytest.approx(31.0))]
-
-
 def test_the_sweep_draws_every_form_of_the_theory_and_the_twin() -> None:
     calibration = made_calibration()
     (axes,) = speed_sweep_figure(calibration).axes
@@ -230,15 +176,6 @@ def test_the_sweep_draws_every_form_of_the_theory_and_the_twin() -> None:
 
     for speed in (calibration.sweep.speed_twin, *calibration.sweep.ebt.values()):
         assert any(np.allclose(curve, 1000 * speed) for curve in curves)
-
-
-def test_a_dot_for_each_pair_and_the_own_pair_open() -> None:
-    pairs = made_evidence().pairs
-    (axes,) = pair_errors_figure(pairs, frozenset({"medium", "fast"})).axes
-    dots = [line for line in axes.lines if line.get_marker() == "o" and len(line.get_xdata())]
-
-    assert len(dots) == len(pairs) * len(pairs[0].speed_mae)
-    assert sum(line.get_markerfacecolor() == SURFACE for line in dots) == len(pairs[0].speed_mae)
 
 
 def test_profiles_pass_through_the_fit() -> None:

@@ -14,7 +14,6 @@ from reports.blocks import Plots, Prose, Table
 from reports.colours import TWIN
 from reports.figures.decay import decay_curve_figure
 from reports.sections.free_decay import free_decay_section
-from session import Flag
 from tests.fitting.free_decay.decays import CAMERA, ROBOT, Truth, decay_tracks
 
 
@@ -52,16 +51,6 @@ def test_the_section_tells_stiffness_damping_and_frequency(fit: DecayFit) -> Non
     assert table.rows[0][3] == f"{fit.spectrum.ring.natural_hz:.2f}"
     assert len(plots.plots) == 2
     assert section.caveats == ()
-
-
-def test_doubts_are_said_with_the_name_of_their_decay(fit: DecayFit) -> None:
-    doubtful = replace(fit, flags=(Flag("too_short", message="only 1.2 periods are recorded"),))
-
-    section = free_decay_section(structure_of(fit, doubtful))
-
-    assert section.caveats == ("decay_1: only 1.2 periods are recorded.",)
-    assert "2 free decays together" in section.blocks[0].text  # type: ignore[union-attr]
-    assert len({plot.name for plot in section.blocks[2].plots}) == 4  # type: ignore[union-attr]
 
 
 def test_a_decay_that_is_not_believed_is_shown_but_does_not_count(fit: DecayFit) -> None:

@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
-import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
-from diagnosis.result import DIAGNOSIS, AllEffects
 from diagnosis.verdict import HELD
-from reports import Diagnosed, read_diagnosed, render_report
-from reports.colours import EBT_SMOOTHED, GAP, WARN
+from reports import Diagnosed, render_report
+from reports.colours import EBT_SMOOTHED, WARN
 from reports.figures import gap_which
-from reports.figures.gap_fish import gap_fish_figure
 from reports.figures.gap_how_far import gap_waterfall_figure
-from reports.figures.gap_which import gap_separation_figure
 from reports.page import render_page
 from reports.sections import gap
 from session.records import to_plain
 from swimmer import load_robot
-from tests.reports.diagnoses import PROVENANCE, made_diagnosed, made_everything, made_forces
+from tests.reports.diagnoses import made_diagnosed, made_everything, made_forces
 from tests.reports.page import Page
-from tests.reports.sample import MARKERS, made_context
+from tests.reports.sample import made_context
 from tests.reports.undrawn import nothing_drawn
 
 ROBOT = load_robot()
@@ -55,15 +50,6 @@ def test_without_a_diagnosis_it_tells_how_to_get_one() -> None:
 
     assert "This session was not diagnosed. calib diagnose SESSION tells where" in bare.text
     assert "gap-fish" not in bare.ids
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_it_is_a_section_of_the_report() -> None:
-    whole = Page(render_report(replace(made_context(), diagnosed=made_diagnosed())))
-
-    assert "gap-fish" in whole.ids
-    assert len(whole.ids) == len(set(whole.ids))
-    assert whole.targets.count("#gap-which") == 1
 
 
 @pytest.mark.usefixtures("words_alone")
@@ -211,14 +197,6 @@ def test_a_near_miss_is_called_that(pages: dict[str, Page]) -> None:
     assert "near miss" not in pages["no_gap"].text
 
 
-@pytest.mark.usefixtures("words_alone")
-def test_beside_a_name_that_was_refuted_no_other_is_suspected() -> None:
-    against = {"effects": ["fluid_memory"], "shrinkage": -0.8, "shrinkage_ci95": [-1.6, -0.1]}
-    text = page_of(made_diagnosed("no_gap", no_gap_probability=0.3, evidence={"refuted": [against]})).text
-    assert "something is there with a probability of 0.70. One more swim" in text
-    assert "the fitted swims look like fluid memory, but with that held-out swims are forecast worse" in text
-
-
 def test_an_unexplained_gap_is_led_by_what_is_missing(pages: dict[str, Page]) -> None:
     assert "The clearest of them is the torque in tail 5: 2.83 mN m" in pages["unexplained"].text
     assert "It is a lead to what the catalogue lacks." in pages["unexplained"].text
@@ -252,71 +230,14 @@ def test_places_of_something_else_and_what_shows_beside_the_beat_are_in_one_tabl
     ) in page.text
 
 
-@pytest.mark.usefixtures("words_alone")
-def test_free_decays_say_what_they_say_of_the_hinges_or_why_they_do_not_count(page: Page) -> None:
-    assert "let go −2.1 ± 0.9 +10.4 ± 1.1 yes" in page.text
-    assert "let go again – – no: the head moves" in page.text
-    assert "What free decays say" not in page_of(made_diagnosed("no_gap", free_decays=[])).text
-
-
 def test_effort_and_a_shorter_catalogue_are_caveats() -> None:
     found = made_diagnosed(effort="quick", withheld_from_catalogue=["scale_error"])
 
     assert "made with effort quick. Its catalogue lacked scale error." in page_of(found).text
 
 
-def test_an_effect_that_these_swims_would_not_have_is_left_out_of_the_matrix() -> None:
-    figure = gap_separation_figure(made_diagnosed())
-    alike = [patch for patch in figure.axes[0].patches if patch.get_facecolor()[:3] == rgb(WARN)]
-
-    assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == [
-        "tendon slack", "tendon friction", "wave drag"
-    ]  # fmt: skip
-    assert len(alike) == 2, "slack for friction and friction for slack"
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_a_matrix_of_one_effect_is_not_drawn() -> None:
-    alone = {"compared": ["tendon_slack"], "distance": [[0.0]]}
-
-    assert "gap-separation" not in page_of(made_diagnosed(evidence={"separation": alone})).ids
-
-
 def test_names_are_said_from_where_the_verdict_says_them() -> None:
     assert gap_which.HELD == HELD == 0.5, "as the caption says"
-
-
-def test_the_fuller_a_stage_the_fuller_its_colour() -> None:
-    figure = gap_fish_figure(made_diagnosed(), ROBOT, MARKERS)
-    opacity = [patch.get_facecolor()[3] for patch in figure.axes[0].patches if patch.get_facecolor()[:3] == rgb(GAP)]
-
-    body, tail, drive = opacity
-    assert tail > body > drive
-
-
-def test_sliding_markers_are_drawn_where_they_are_much_of_the_gap() -> None:
-    little = {"mean": 0.09, "drift": 0.01, "harmonic_1": 0.5, "harmonic_2": 0.1, "harmonic_3": 0.3}
-
-    assert "gap-slides" in page_of(made_diagnosed()).ids
-    assert "gap-slides" not in page_of(made_diagnosed(where={"by_band": little})).ids
-
-
-def test_it_is_read_back_as_it_was_written(tmp_path: Path) -> None:
-    found = made_diagnosed()
-    DIAGNOSIS.write(tmp_path, PROVENANCE, found.data)
-
-    read = read_diagnosed(tmp_path)
-
-    assert read.effort == PROVENANCE.effort
-    assert read.compared == found.compared
-    np.testing.assert_array_equal(read.separation, found.separation)
-    assert read.shares("stage") == found.shares("stage")
-
-
-def of_everything() -> AllEffects:
-    found = made_diagnosed(everything=made_everything()).everything
-    assert found is not None
-    return found
 
 
 def colours_of(figure: Figure) -> set[str]:

@@ -1,6 +1,5 @@
 """The index of several sessions."""
 
-from dataclasses import replace
 from pathlib import Path
 
 from fitting import calibration_result
@@ -22,15 +21,6 @@ def test_it_lists_key_numbers_and_links_to_each_report(tmp_path: Path) -> None:
     assert "my pool #1 2 + 1 0.50 to 1.30" in page.text
     assert f"{summary.marker_error_mm:.1f} {summary.speed_mae_twin * 1000:.1f}" in page.text
     assert "an estimate sits at the bound of its range" in page.text
-
-
-def test_what_a_session_lacks_is_a_dash(tmp_path: Path) -> None:
-    result = replace(calibration_result(made_calibration(("medium",), flagged=False)), flags=())
-    entry = replace(IndexEntry.from_calibration("a <b>", tmp_path / "report.html", result), frequency_hz=None)
-    write_index(tmp_path / "index.html", [entry])
-    text = Page((tmp_path / "index.html").read_text()).text
-
-    assert f"a <b> 1 + 0 – {entry.marker_error_mm[0]:.1f} – – – –" in text
 
 
 def test_an_empty_index_says_so(tmp_path: Path) -> None:

@@ -10,9 +10,7 @@ import pytest
 from diagnosis.result import MissingForces
 from fitting import CalibratedTrial
 from fitting.posterior.gait import waves
-from reports.missing_forces import Likeness, likenesses, motions
-from reports.numbers import MISSING
-from reports.sections.gap_evidence import _force_row
+from reports.missing_forces import likenesses, motions
 from swimmer import load_robot
 from tests.reports.diagnoses import FITTED, JOINTS, made_forces
 from tests.reports.sample import made_trial
@@ -28,16 +26,6 @@ def test_missing_forces_have_the_size_and_the_course_of_their_harmonics() -> Non
     np.testing.assert_allclose(sd[0, -1], 0.001 * np.sqrt(1 + 3), atol=1e-12)
     assert forces.size[-1] == pytest.approx(0.004 / np.sqrt(2))
     assert forces.clear[0] == 0.0
-
-
-def test_a_force_that_hardly_stands_clear_is_said_to_go_with_nothing() -> None:
-    forces = MissingForces(
-        JOINTS, FITTED, np.zeros((len(FITTED), len(JOINTS), 7)), np.ones((len(FITTED), len(JOINTS), 7))
-    )
-    like = {joint: Likeness(("deflection",), -0.9) for joint in JOINTS}
-    assert _force_row(forces, len(JOINTS) - 1, like)[-2:] == (MISSING, MISSING)
-    clear = replace(forces, mean=forces.mean + 9.0)
-    assert _force_row(clear, len(JOINTS) - 1, like)[-2:] == ("deflection", "−0.90")
 
 
 @pytest.mark.parametrize(

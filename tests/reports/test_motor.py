@@ -8,21 +8,15 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from fitting.motor_clock.clock import MotorClock
-from reports import render_report
-from reports.blocks import Plots, Table
+from reports.blocks import Table
 from reports.colours import EBT
 from reports.figures.motor import motor_speed_figure
 from reports.logged_trial import BINS
 from reports.sections import motor, structure
 from reports.sections.motor import motor_section
 from session import Flag
-from tests.reports.motors import OFFSET_S, RATE, SWING, made_logged
-from tests.reports.page import Page
+from tests.reports.motors import SWING, made_logged
 from tests.reports.sample import made_calibration, made_context
-from tests.reports.whole import made_bench_calibration
-
-SEVERAL = tuple(made_logged(f"a_run_with_a_long_name_{i}", 0.5 + 0.05 * i, "dry" if i else "swim") for i in range(7))
 
 
 @pytest.mark.parametrize("forward", [1.0, -1.0])
@@ -46,14 +40,6 @@ def test_command_codes_and_speed_lie_on_the_clock_of_the_video() -> None:
     assert axes.get_xlim() == pytest.approx((0.0, 9.99))
 
 
-def test_without_commands_the_drive_alone_is_drawn_as_commanded() -> None:
-    figure = motor_speed_figure([made_logged(coded=False)])
-    (told,) = [line for line in figure.axes[0].lines if to_hex(line.get_color()) == EBT]
-
-    np.testing.assert_allclose(told.get_xdata(), (2.0, 8.0))
-    assert "code" not in [text.get_text() for text in figure.legends[0].get_texts()]
-
-
 def test_the_section_tells_speeds_clock_and_load() -> None:
     section = motor_section((made_logged("dry_slow", kind="dry"), made_logged()))
     turning, supply = (block for block in section.blocks if isinstance(block, Table))
@@ -64,35 +50,6 @@ def test_the_section_tells_speeds_clock_and_load() -> None:
     assert supply.rows[1] == ("f0_60", "100", "0.80", "0.80", "11.9", "11.9", "25 to 31", "none")
     assert "speed swings by up to ±5.0 %" in section.blocks[0].text  # type: ignore[union-attr]
     assert "off the command by up to 2.0 %" in section.blocks[0].text  # type: ignore[union-attr]
-
-
-def test_a_clock_that_was_given_has_no_error() -> None:
-    trial = made_logged(coded=False)
-    clock = replace(trial.motor.clock, offset_se_s=np.nan, rate_se=np.nan)
-    (row,) = motor_section((replace(trial, motor=replace(trial.motor, clock=clock)),)).blocks[1].rows  # type: ignore[union-attr]
-
-    assert row[-3:] == (f"{OFFSET_S:.3f}", f"{1e6 * (RATE - 1):.0f}", "given")
-
-
-def test_commands_are_held_against_each_other_from_three_trials_on() -> None:
-    def drawn(count: int) -> list[str]:
-        (plots,) = (block for block in motor_section(SEVERAL[:count]).blocks if isinstance(block, Plots))
-        return [plot.name for plot in plots.plots]
-
-    assert drawn(2) == ["motor-speed", "motor-turn"]
-    assert drawn(3) == ["motor-speed", "motor-command", "motor-turn"]
-
-
-def test_what_is_not_known_is_a_dash() -> None:
-    trial = made_logged(commanded_hz=np.nan)
-    unknown = np.full(1000, np.nan)
-    log = replace(trial.motor.log, current_a=unknown, voltage_v=unknown, temperature_c=unknown, error=unknown)
-    section = motor_section((replace(trial, motor=replace(trial.motor, log=log)),))
-    turning, supply = (block for block in section.blocks if isinstance(block, Table))
-
-    assert turning.rows[0][2] == turning.rows[0][4] == "–"
-    assert supply.rows[0] == ("f0_60", "100", "–", "–", "–", "–", "–", "none")
-    assert "off the command" not in section.blocks[0].text  # type: ignore[union-attr]
 
 
 def test_doubts_and_hardware_errors_are_said_with_their_trial() -> None:
@@ -114,20 +71,6 @@ def test_a_log_whose_clock_is_not_known_is_shown_but_not_followed() -> None:
     assert "but not in lost, where the log is not used" in both.blocks[0].text  # type: ignore[union-attr]
     assert both.blocks[1].rows[1][-1] == "given, not used"  # type: ignore[union-attr]
     assert "every crank is taken to turn evenly" in alone.blocks[0].text  # type: ignore[union-attr]
-
-
-def test_a_log_that_cannot_be_laid_on_the_video_is_drawn_from_its_own_beginning() -> None:
-    trials = (
-        made_logged(),
-        made_logged("lost", coded=False, usable=False, clock=MotorClock(0, np.nan, 1, np.nan, "given")),
-    )
-    laid, lost = motor_speed_figure(trials).axes
-    plots = next(block for block in motor_section(trials).blocks if isinstance(block, Plots))
-
-    assert laid.get_xlim()[0] == pytest.approx(trials[0].speed[0][0])
-    assert trials[1].speed[0][0] == pytest.approx(OFFSET_S)
-    assert lost.get_xlim() == pytest.approx((0.0, np.ptp(trials[1].speed[0])))
-    assert "Time is that of the video; of lost, which could not be laid on the video" in plots.plots[0].caption
 
 
 def test_a_log_of_another_time_than_the_video_still_draws() -> None:
@@ -156,19 +99,3 @@ def test_a_swim_with_a_log_is_driven_by_it() -> None:
     assert motor.build(context) is not None
     assert rows[-2][-1] == "motor log of medium"
     assert rows[-1][-1].endswith("in fast")
-
-
-@pytest.mark.usefixtures("words_alone")
-@pytest.mark.usefixtures("words_alone")
-def test_dry_runs_and_swims_share_one_section_and_one_report() -> None:
-    calibration = made_bench_calibration()
-    context = made_context(calibration)
-    page = Page(render_report(context))
-
-    assert [trial.kind for trial in context.logged] == ["dry", "dry", "swim", "swim", "swim"]
-    assert [name for name in page.ids if name in ("structure", "dry-runs", "motor", "speed")] == [
-        "structure", "dry-runs", "motor", "speed"
-    ]  # fmt: skip
-    assert len(page.ids) == len(set(page.ids))
-    assert "turns at a constant speed" not in page.text
-    assert "the twin's crank follows the motor's log (0.8000 turns/s)" in page.text

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from reports.numbers import counted, in_mm, listed, percent, sentence, shortened, shown, significant
+from reports.numbers import counted, in_mm, listed, percent, shown, significant
 
 
 @pytest.mark.parametrize("nothing", [None, math.nan, math.inf])
@@ -30,12 +30,3 @@ def test_lists_read_as_sentences() -> None:
     assert [listed([]), listed(["a"]), listed(["a", "b", "c"])] == ["", "a", "a, b and c"]
     assert listed(list("abcdefgh"), most=3) == "a, b, c and 5 more"
     assert [counted(1, "trial"), counted(0, "trial")] == ["1 trial", "0 trials"]
-
-
-def test_names_keep_their_case_at_the_start_of_a_sentence() -> None:
-    assert [sentence("f0_50 is slow"), sentence("the tail.")] == ["f0_50 is slow.", "The tail."]
-
-
-def test_long_names_are_cut_for_figures() -> None:
-    assert len(shortened("x" * 100)) == 14
-    assert shortened("f1_00") == "f1_00"

@@ -3,15 +3,12 @@
 import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from fitting.left_out import EffectsLeftOut
 from fitting.posterior.findings import Findings
 from fitting.posterior.whiteness import noise_flags
 from reports import render_report
-from reports.figures.posterior_coefficients import posterior_corner_figure
-from reports.figures.posterior_predicted import posterior_sweep_figure
 from reports.sections import posterior
 from tests.reports.page import Page
 from tests.reports.posteriors import left_out, made_findings
@@ -78,14 +75,6 @@ def test_what_the_twin_leaves_out_is_told_by_what_it_would_do(page: Page) -> Non
 
 
 @pytest.mark.usefixtures("words_alone")
-def test_an_effect_that_is_asked_for_is_not_called_hidden() -> None:
-    asked = left_out("entrained_water", 5.0, 1e-5, shows=2.0, moves=(2.0,) * 5)
-    text = page_of(made_findings(left_out=EffectsLeftOut((asked,), 5.4, diverged=("tendon_slack",)))).text
-    assert "None that would most often raise no flag here would move a coefficient" in text
-    assert "With tendon slack the twin diverged: nothing is known of it." in text
-
-
-@pytest.mark.usefixtures("words_alone")
 def test_where_nothing_was_looked_for_or_found_that_is_said() -> None:
     against = left_out("tendon_slack", -1.0, 1.0, shows=9.0, moves=(1.2,) * 5)
     assert "They ask for none." in page_of(made_findings(left_out=EffectsLeftOut((against,), 5.4))).text
@@ -96,14 +85,6 @@ def test_checks_carry_their_numbers(page: Page) -> None:
     assert "16 walkers, 4000 steps each, acceptance 0.31, autocorrelation 42 steps: at least 500" in page.text
     assert "R-hat at most 1.002" in page.text
     assert "medium 150 21 0.10 10 0.80 0.50 0.04 (chance 0.20) yes" in page.text
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_noise_that_the_model_does_not_explain_is_said() -> None:
-    found = made_findings()
-    coloured = tuple(replace(white, left=np.full(10, 0.2)) for white in found.whiteness)
-
-    assert "(chance 0.20) no" in page_of(replace(found, whiteness=coloured)).text
 
 
 @pytest.mark.usefixtures("words_alone")
@@ -123,23 +104,3 @@ def test_noise_that_neighbours_still_share_is_said() -> None:
 )
 def test_every_figure_is_in_the_page(page: Page, kind: str) -> None:
     assert f"posterior-{kind}" in page.ids
-
-
-def test_a_coefficient_at_its_bound_does_not_break_the_corner() -> None:
-    found = made_findings()
-    chains = found.chains.copy()
-    chains[..., 4] = np.abs(chains[..., 4] - 5.0) * 1e-3
-
-    figure = posterior_corner_figure(replace(found, chains=chains), made_calibration().coefficients)
-    assert len(figure.axes) == 25
-
-
-def test_a_sweep_that_diverged_everywhere_leaves_a_gap() -> None:
-    found = made_findings()
-    inner, outer = found.sweep.inner.copy(), found.sweep.outer.copy()
-    inner[:, 2] = outer[:, 2] = np.nan
-    figure = posterior_sweep_figure(
-        replace(found, sweep=replace(found.sweep, inner=inner, outer=outer)), made_calibration()
-    )
-
-    assert np.isnan(figure.axes[0].lines[0].get_ydata()[2])  # type: ignore[index]

@@ -2,14 +2,13 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fitting import Calibration
-from reports import ReportContext, render_report, write_report
-from session import Flag, ResultsNotWritable, Session
+from reports import ReportContext, render_report
+from session import Flag, Session
 from swimmer import load_robot
 from tests.reports.page import Page
 from tests.reports.sample import (
@@ -120,32 +119,6 @@ def test_without_held_out_trials_it_says_that_nothing_was_predicted() -> None:
     assert not re.search(r"\bnan\b", page.text)
 
 
-@pytest.mark.usefixtures("words_alone")
-def test_without_flags_it_says_that_every_sample_counts() -> None:
-    page = page_of(made_calibration(("medium", "fast"), flagged=False))
-
-    assert "No sample of any trial is flagged: every marker counts in every frame." in page.text
-    assert page.text.count("No stretch of its tracks is flagged.") == 2
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_a_single_trial_is_enough() -> None:
-    page = page_of(made_calibration(("fast",)))
-
-    assert "on 1 fit trial (1.30 Hz)" in page.text
-
-
-def test_what_is_not_known_is_a_dash() -> None:
-    calibration = made_calibration(("slow", "medium"), flagged=False)
-    unknown = replace(calibration.trials[0], speeds=dict.fromkeys(calibration.trials[0].speeds, np.nan))
-    sweep = replace(calibration.sweep, speed_twin=np.full(12, np.nan))
-    page = page_of(replace(calibration, trials=(unknown, *calibration.trials[1:]), sweep=sweep))
-
-    assert not re.search(r"\bnan\b", page.text)
-    assert "predicts the swimming speed to within – mm/s" in page.text
-    assert "The twin diverged at 12 frequencies, which are left out." in page.text
-
-
 def test_a_trial_of_which_nothing_counts_is_drawn_and_said() -> None:
     trial = made_trial(load_robot(), "fast")
     measured = replace(trial.measured, weight=np.zeros_like(trial.measured.weight))
@@ -154,16 +127,6 @@ def test_a_trial_of_which_nothing_counts_is_drawn_and_said() -> None:
 
     assert "Only 0 % of the scored samples count" in page.text
     assert "fast: only 0 % of the compared samples count." in page.text
-
-
-def test_missing_samples_of_a_marker_do_not_stop_the_figures() -> None:
-    trial = made_trial(load_robot(), "fast")
-    shape = trial.measured.head.shape_m.copy()
-    shape[:, -1] = np.nan
-    measured = replace(trial.measured, head=replace(trial.measured.head, shape_m=shape))
-    page = page_of(replace(made_calibration(), trials=(replace(trial, measured=measured),)))
-
-    assert "The last marker sweeps – mm" in page.text
 
 
 def test_names_and_messages_are_escaped() -> None:
@@ -179,15 +142,3 @@ def test_names_and_messages_are_escaped() -> None:
 
 def test_the_same_results_give_the_same_file(medium: ReportContext, html_of_medium: str) -> None:
     assert render_report(medium) == html_of_medium
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_it_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
-    path = tmp_path / "results" / "report.html"
-    context = made_context(made_calibration(("medium",)))
-    write_report(path, context)
-    assert path.read_text().startswith("<!DOCTYPE html>")
-    assert [file.name for file in path.parent.iterdir()] == ["report.html"]
-
-    with pytest.raises(ResultsNotWritable):
-        write_report(path / "no" / "folder.html", context)

@@ -13,12 +13,8 @@ from reports import render_report
 from reports.sections import (
     SECTIONS,
     coefficients,
-    other_pairs,
     placement,
-    residuals,
     speed_sweep,
-    tail_beat,
-    trials,
 )
 from swimmer import load_robot
 from tests.reports.page import Page
@@ -26,7 +22,6 @@ from tests.reports.sample import (
     made_calibration,
     made_context,
     made_evidence,
-    made_trial,
 )
 from tests.reports.undrawn import nothing_drawn
 
@@ -62,23 +57,6 @@ def test_without_evidence_each_section_says_what_was_not_made(bare: Page) -> Non
     assert "coefficient-profiles" not in bare.ids
 
 
-def test_with_two_swims_there_is_no_other_pair() -> None:
-    page = page_of(other_pairs, names=("medium", "fast"), evidence=made_evidence(("medium", "fast")))
-
-    assert "With fewer than three swims there is no other pair of fit trials to try." in page.text
-    assert "pair-errors" not in page.ids
-
-
-@pytest.mark.usefixtures("words_alone")
-def test_a_single_trial_fills_every_section() -> None:
-    page = page_of(names=("fast",), evidence=made_evidence(("fast",)))
-
-    assert "Speed errors over 1 fit trial." in page.text
-    assert "the errors below are those of the fit and flatter every model" in page.text
-    assert "residual-markers" in page.ids
-    assert not re.search(r"\bnan\b", page.text)
-
-
 def test_every_model_has_its_errors_with_intervals(full: Page) -> None:
     held_out = full.text.split("Speed errors over 1 held-out trial.")[1].split("Elongated body theory has two")[0]
 
@@ -92,18 +70,6 @@ def test_it_says_what_of_the_theory_is_identifiable(full: Page) -> None:
     assert "1.63 (EBT, published), 1.15 (EBT, smoothed) and 0.33 (EBT, large amplitude)" in full.text
 
 
-def test_where_every_marker_is_lost_in_some_trial_none_is_singled_out() -> None:
-    blind = []
-    for i, trial in enumerate(made_calibration().trials):
-        weight = trial.measured.weight.copy()
-        weight[:, i::3] = 0.0
-        blind.append(replace(trial, measured=replace(trial.measured, weight=weight)))
-    page = page_of(residuals, trials=tuple(blind))
-
-    assert "In no trial do all markers have samples that count, so no marker is singled out." in page.text
-    assert "is farthest off" not in page.text
-
-
 def test_pairs_are_summed_up_with_their_caveats(full: Page) -> None:
     assert (
         "Fitted on each of 3 pairs of swims and asked for the others, the twin is off by 11.0 ± 1.0 mm/s" in full.text
@@ -114,15 +80,6 @@ def test_pairs_are_summed_up_with_their_caveats(full: Page) -> None:
     assert "From rest, the twin of slow with fast swims backward" in full.text
     assert "EBT, large amplitude (twin’s tail) 26.0 1.0 25.0 27.0 0 of 3" in full.text
     assert "EBT, published 21.0 1.0 20.0 22.0 0 of 3" in full.text
-
-
-def test_theory_that_predicts_nothing_is_a_dash() -> None:
-    evidence = made_evidence()
-    pairs = tuple(replace(p, speed_mae={**p.speed_mae, "large": np.nan}) for p in evidence.pairs)
-    page = page_of(other_pairs, evidence=replace(evidence, pairs=pairs))
-
-    assert "– mm/s for EBT, large amplitude (the twin is better in 0 of 3)" in page.text
-    assert not re.search(r"\bnan\b", page.text)
 
 
 def test_the_fit_with_boxes_put_right_stands_beside_the_plain_one(full: Page) -> None:
@@ -164,21 +121,6 @@ def test_profiles_say_how_far_each_coefficient_can_slide(full: Page) -> None:
     assert high == pytest.approx(np.sqrt(10.0))
 
 
-@pytest.mark.usefixtures("words_alone")
-def test_a_start_that_fits_widens_the_range_a_coefficient_can_slide_over() -> None:
-    """Beyond a rise: the first profile lies high where a start ended at 6.25, within a tenth of the best."""
-    evidence = made_evidence()
-    height = np.where(evidence.profiles.value > 2.0, 0.05, evidence.profiles.profile_m)
-    end = np.array([made_calibration().coefficients._replace(blunt_drag=6.25)])
-    profiles = replace(evidence.profiles, profile_m=height, restart=end, restart_m=np.array([0.032]))
-    page = page_of(coefficients, evidence=replace(evidence, profiles=profiles))
-    found = re.search(r"blunt drag ([\d.]+) to ([\d.]+), slender", page.text)
-
-    assert found
-    assert float(found[2]) > 6.25
-    assert "profiles are upper bounds, so the true ranges may be wider" in page.text
-
-
 def test_the_best_is_held_against_other_starts_as_it_was_before_its_simplex() -> None:
     fit = made_calibration().fit
     best, other, backward = fit.restarts
@@ -204,18 +146,6 @@ def test_the_distance_with_a_free_yaw_is_called_an_upper_bound(full: Page) -> No
 
 def test_residuals_name_the_farthest_marker(full: Page) -> None:
     assert re.search(r"Over all trials \w+ is farthest off", full.text)
-
-
-def test_a_marker_flagged_too_often_is_left_out_of_the_wave() -> None:
-    trial = made_trial(load_robot(), "fast")
-    weight = trial.measured.weight.copy()
-    weight[:150, -1] = 0.0
-    lost = replace(trial, measured=replace(trial.measured, weight=weight))
-    page = page_of(tail_beat, residuals, trials, trials=(lost,))
-
-    assert "Too often flagged for its beat to be told: caudal_fin of fast" in page.text
-    assert "it is not known for any trial here" in page.text
-    assert "Less than half of the scored samples count for caudal_fin of fast" in page.text
 
 
 def test_the_dimensionless_numbers_are_those_of_the_swim(full: Page) -> None:

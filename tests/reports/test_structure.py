@@ -4,10 +4,9 @@ from dataclasses import replace
 
 from fitting import Source, Structure
 from fitting.structure import assumed
-from reports.sections import dry_runs, free_decay, structure
+from reports.sections import structure
 from session import Flag
 from tests.reports.sample import made_calibration, made_context
-from tests.reports.test_dry_runs import made_crank
 
 MEASURED = (
     Source("hinge_stiffness", 0.6512, "N m/rad", 0.0021, ("decay_1", "decay_2"), ""),
@@ -46,22 +45,3 @@ def test_experiments_that_are_not_used_are_said_once_other_doubts_stand_with_the
     section = structure.build(of(replace(made_calibration().structure, flags=flags)))
 
     assert section.caveats == ("Free decay decay_2 is not used: the head moves.",)
-
-
-def test_experiments_that_were_not_made_have_no_section() -> None:
-    context = made_context()
-
-    assert free_decay.build(context) is None
-    assert dry_runs.build(context) is None
-
-
-def test_a_crank_that_was_not_used_is_said_to_be() -> None:
-    believed, doubted = (
-        dry_runs.build(of(replace(made_calibration().structure, crank=made_crank(), sources=sources)))
-        for sources in (MEASURED, assumed(made_calibration().robot).sources)
-    )
-
-    assert believed is not None
-    assert doubted is not None
-    assert doubted.caveats[0].startswith("The arm below is not used")
-    assert doubted.caveats[1:] == believed.caveats

@@ -3,9 +3,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import COMMAND_COLUMNS, InputError, MotorCommands, file_hashes, load_commands, load_session
+from session import COMMAND_COLUMNS, InputError, file_hashes, load_commands, load_session
 from session.motor import MOTOR_COLUMNS
-from tests.session.sample import SESSION_TOML, faults_of, make_session
+from tests.session.sample import SESSION_TOML, make_session
 
 HEADER = ",".join(COMMAND_COLUMNS)
 ROWS = "10.0,rest,0\n10.5,start_code,1.57\n10.75,start_code,-1.57\n11.0,rest,0\n11.5,drive,6.28\n14.5,rest,0\n"
@@ -33,17 +33,6 @@ def test_commands_are_read_with_the_stretch_of_each_part(tmp_path: Path) -> None
     assert commands.span_s("start_code") == (10.5, 11.0)
     assert commands.span_s("drive") == (11.5, 14.5)
     assert commands.span_s("end_code") is None
-
-
-def test_a_part_that_was_not_ended_has_no_stretch() -> None:
-    cut = MotorCommands(np.array([0.0, 1.0]), ("rest", "drive"), np.array([0.0, 6.0]))
-    assert cut.span_s("drive") is None
-
-
-def test_a_last_row_cut_short_is_left_out_and_flagged(tmp_path: Path) -> None:
-    commands = load_commands(written(tmp_path, f"{HEADER}\n{ROWS}14.9,end_co"))
-    assert len(commands.time_s) == 6
-    assert [flag.kind for flag in commands.flags] == ["truncated_log"]
 
 
 def test_every_fault_is_told_at_once_with_its_place(tmp_path: Path) -> None:
@@ -77,16 +66,3 @@ def test_commands_beside_a_log_are_found_and_counted_among_the_inputs(tmp_path: 
     assert session.trial("slow").commands == session.folder / "slow.commands.csv"
     assert session.trial("fast").commands is None
     assert "slow.commands.csv" in file_hashes(session)
-
-
-@pytest.mark.parametrize(("name", "commands"), [("slow.motor.csv", None), ("log.csv", f"{HEADER}\n{ROWS}")])
-def test_a_log_without_commands_of_its_own_has_none(tmp_path: Path, name: str, commands: str | None) -> None:
-    assert load_session(with_log(tmp_path / "pool", name, commands)).trial("slow").commands is None
-
-
-def test_faults_of_commands_are_told_with_those_of_the_session(tmp_path: Path) -> None:
-    folder = with_log(tmp_path / "pool", "slow.motor.csv", f"{HEADER}\n1,start,0\n")
-    (folder / "fast.csv").unlink()
-    message = faults_of(folder)
-    assert "unknown part" in message
-    assert "fast.csv" in message

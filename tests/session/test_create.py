@@ -69,14 +69,6 @@ def test_unusable_sources_are_told_and_leave_nothing(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plain"]
 
 
-def test_faulty_tracks_are_told_by_file_and_leave_nothing(tmp_path: Path) -> None:
-    source = public_tracks(tmp_path / "plain", "f1_00", "f1_75")
-    (source / "f1_75.csv").write_text("1,2\nx,3\n")
-    with pytest.raises(InputError, match=r"f1_75\.csv: wrong number of columns; found 2 in every row"):
-        new_from_fishsim(tmp_path / "pool", source)
-    assert not (tmp_path / "pool").exists()
-
-
 def test_a_folder_that_is_not_empty_is_refused(tmp_path: Path) -> None:
     source = public_tracks(tmp_path / "plain", "f1_00")
     with pytest.raises(InputError, match="cannot make a session here; found something that is already there"):

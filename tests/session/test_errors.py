@@ -2,7 +2,7 @@ import pickle
 
 import pytest
 
-from session import Fault, FaultCollector, InputError, SwimcalError, did_you_mean
+from session import Fault, FaultCollector, InputError, SwimcalError
 from session.errors import SHOWN_PER_KIND
 
 
@@ -39,29 +39,11 @@ def test_collector_takes_over_nested_faults_and_raises_them_with_its_own() -> No
         faults.raise_if_any()
 
 
-def test_collector_without_faults_raises_nothing() -> None:
-    faults = FaultCollector("a")
-    assert not faults
-    faults.raise_if_any()
-
-
 def test_many_faults_of_a_kind_are_counted() -> None:
     faults = FaultCollector("a.csv")
     faults.extend_capped([Fault("a.csv", f"line {k}", "ragged", "", "") for k in range(1, 38)])
     assert len(faults.faults) == SHOWN_PER_KIND + 1
     assert faults.faults[-1].what == "and 27 more like the last, up to line 37"
-
-
-def test_many_faults_of_one_place_are_counted_without_naming_it_again() -> None:
-    faults = FaultCollector("a.csv")
-    faults.extend_capped([Fault("a.csv", "line 1", f"column {k} is missing", "", "") for k in range(37)])
-    assert faults.faults[-1].what == "and 27 more like the last"
-
-
-def test_exactly_the_shown_number_of_faults_adds_no_count() -> None:
-    faults = FaultCollector("a.csv")
-    faults.extend_capped([Fault("a.csv", f"line {k}", "ragged", "", "") for k in range(SHOWN_PER_KIND)])
-    assert len(faults.faults) == SHOWN_PER_KIND
 
 
 def test_every_error_of_the_tree_ends_the_command_with_two_and_survives_pickling() -> None:
@@ -78,8 +60,3 @@ def test_every_error_of_the_tree_ends_the_command_with_two_and_survives_pickling
     assert all(kind.exit_code == 2 for kind in kinds)
     error = InputError([Fault("a", "", "odd", "", "")])
     assert str(pickle.loads(pickle.dumps(error))) == str(error)
-
-
-def test_did_you_mean_is_silent_when_nothing_is_close() -> None:
-    assert did_you_mean("xyz", ["nose"]) == ""
-    assert did_you_mean("nos", ["nose"]) == "Did you mean 'nose'?"

@@ -16,10 +16,3 @@ def test_flag_json_has_the_form_of_the_contract() -> None:
         "frames": [1, 2],
         "message": "lost",
     }
-
-
-def test_a_flag_counted_from_earlier_frames_keeps_all_else() -> None:
-    flag = Flag("gap", ("nose",), (3, 5), "why")
-
-    assert flag.later(10) == Flag("gap", ("nose",), (13, 15), "why")
-    assert Flag("at_bound").later(10) == Flag("at_bound")

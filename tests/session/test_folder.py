@@ -4,8 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import Fault, InputError, file_hashes, load_session
-from session.motor import MOTOR_COLUMNS
+from session import InputError, file_hashes, load_session
 from tests.session.sample import MARKERS, SESSION_TOML, Robot, faults_of, make_session, tracks_text
 
 CAMERA = """\
@@ -64,14 +63,6 @@ def test_hashes_have_names_relative_to_the_session(tmp_path: Path) -> None:
     hashes = file_hashes(load_session(folder))
     assert list(hashes) == ["session.toml", "slow.csv", "../fast.csv"]
     assert hashes["slow.csv"] == hashlib.sha256(tracks_text().encode()).hexdigest()
-
-
-def test_a_trial_with_only_a_motor_file_is_valid(tmp_path: Path) -> None:
-    toml = SESSION_TOML.replace('tracks = "slow.csv"', 'motor = "slow.motor.csv"\nmotor_offset_s = -2')
-    folder = make_session(tmp_path / "pool", toml)
-    (folder / "slow.motor.csv").write_text(f"{','.join(MOTOR_COLUMNS)}\n0,1,1,1,1,1,0\n1,1,1,1,1,1,0\n")
-    trial = load_session(folder).trial("slow")
-    assert (trial.tracks, trial.motor, trial.motor_offset_s) == (None, folder / "slow.motor.csv", -2.0)
 
 
 def test_free_decay_needs_no_command_and_may_be_shorter_than_the_warmup(tmp_path: Path) -> None:
@@ -169,11 +160,6 @@ def test_a_fault_is_told_with_its_line_and_what_would_be_right(
     assert not (folder / "results").exists()
 
 
-def test_no_trials_at_all_is_a_fault(tmp_path: Path) -> None:
-    folder = make_session(tmp_path / "pool", SESSION_TOML.split("[[trial]]")[0])
-    assert "trial: key is missing; expected a list" in faults_of(folder)
-
-
 def test_a_marker_the_robot_lacks_is_told_with_those_it_has(tmp_path: Path) -> None:
     message = faults_of(make_session(tmp_path / "pool"), robot_of=lambda _: Robot(("nose", "neck", "tail_2")))
     assert "line 9, markers.names[2]: a marker that the robot does not have; found 'tail_1'" in message
@@ -232,23 +218,6 @@ def test_a_free_decay_may_be_filmed_in_slow_motion(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "pool", SESSION_TOML.replace('"swim"', '"free_decay"', 1))
     stamped(folder, np.full(89, 1 / 240))
     load_session(folder)
-
-
-def test_where_every_trial_is_faulty_nothing_is_said_of_their_number(tmp_path: Path) -> None:
-    message = faults_of(make_session(tmp_path / "pool", SESSION_TOML.replace('"swim"', '"swimm"')))
-    assert "session.toml: 2 faults" in message
-    assert "at least 1" not in message
-
-
-def test_faults_of_the_robot_file_come_with_the_others(tmp_path: Path) -> None:
-    folder = make_session(tmp_path / "pool", SESSION_TOML.replace("60.0", "0.0"))
-
-    def robot_of(_: Path | None) -> Robot:
-        raise InputError([Fault("robot.toml", "line 1", "no mass", "", "")])
-
-    message = faults_of(folder, robot_of=robot_of)
-    assert "camera.fps" in message
-    assert "robot.toml: line 1: no mass" in message
 
 
 def test_all_faults_of_all_files_come_at_once(tmp_path: Path) -> None:

@@ -70,12 +70,6 @@ def test_a_failure_of_the_system_is_told_and_leaves_the_old_file(
     assert names_in(tmp_path) == ["a.json"]
 
 
-def test_results_that_cannot_be_a_folder_are_told(tmp_path: Path) -> None:
-    (tmp_path / "results").write_text("a file in the way")
-    with pytest.raises(ResultsNotWritable, match=r"expected: a writable folder with space left\. Make "):
-        write_whole(tmp_path / "results" / "a.json", "x")
-
-
 @dataclass(frozen=True, eq=False)
 class Measured:
     array: np.ndarray

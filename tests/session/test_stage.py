@@ -67,11 +67,6 @@ def test_results_in_subfolders_share_the_record(target: Path) -> None:
         assert stage(target.parents[1] / "slow.csv", "a").is_current
 
 
-def test_a_stage_depends_on_those_it_builds_on(target: Path) -> None:
-    one, other = (Stage(target, {}, {}, [stage(target, name)]) for name in ("now", "later"))
-    assert one.fingerprint != other.fingerprint
-
-
 def test_the_fingerprint_follows_all_it_is_made_of_and_not_their_order() -> None:
     base = fingerprint_of({"a": "1", "b": "2"}, {"seed": 0, "effort": "quick"}, ["x", "y"])
     assert base == fingerprint_of({"b": "2", "a": "1"}, {"effort": "quick", "seed": 0}, ["y", "x"])

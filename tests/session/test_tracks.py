@@ -131,10 +131,6 @@ def test_all_faults_of_a_file_come_at_once_and_long_lists_are_cut(tmp_path: Path
     assert "line 32, column 5 (tail_1_x): not a number; found 'b'" in said
 
 
-def test_a_longer_minimum_can_be_asked_for(tmp_path: Path) -> None:
-    assert "found 5 frames; expected at least 8" in faults(written(tmp_path, tracks_text(5)), minimum=8)
-
-
 def test_absent_file_and_folder_are_told(tmp_path: Path) -> None:
     assert "the file is not there" in faults(tmp_path / "none.csv")
     assert "this is a folder" in faults(tmp_path)

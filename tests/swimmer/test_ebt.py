@@ -32,11 +32,6 @@ def test_thrust_of_a_travelling_wave_is_the_closed_form(
     assert mean_thrust(motion, np.array(speed), 7.0) == pytest.approx(expected, abs=1e-12 * scale)
 
 
-def test_a_fish_as_fast_as_its_wave_has_no_thrust() -> None:
-    motion = travelling_wave(0.05, 8.0, 6.0)
-    assert mean_thrust(motion, np.array(6.0 / 8.0), 7.0) == pytest.approx(0.0, abs=1e-12)
-
-
 def test_added_mass_of_a_circular_section_is_that_of_the_displaced_water() -> None:
     """m = 1/4 rho pi d^2 at beta = 1; 7.85 kg/m for the robot's tail, as in facts and paper."""
     mass = added_mass_per_length(BODY, 1000.0, 1.0)
@@ -67,20 +62,3 @@ def test_only_the_ratio_of_drag_coefficient_and_beta_matters(lateral: float, slo
     motion = TailMotion(np.array([lateral]), np.array([slope]))
     one = steady_speed(motion, FISH, 0.91, 0.31)
     np.testing.assert_allclose(steady_speed(motion, FISH, 0.91 * ratio, 0.31 * ratio), one, rtol=1e-12)
-
-
-def test_without_drag_the_fish_is_as_fast_as_its_wave() -> None:
-    motion = travelling_wave(0.05, 8.0, 6.0)
-    assert steady_speed(motion, FISH, 1.0, 0.0) == pytest.approx(6.0 / 8.0)
-
-
-def test_many_swims_are_computed_at_once() -> None:
-    motion = TailMotion(np.array([0.01, 0.04, 0.09]), np.array([0.1, 0.2, 0.0]))
-    together = steady_speed(motion, FISH, 0.91, 0.31)
-    alone = [steady_speed(TailMotion(*pair), FISH, 0.91, 0.31) for pair in zip(*motion, strict=True)]
-    np.testing.assert_array_equal(together, alone)
-    assert (np.diff(together) > 0).all()
-
-
-def test_a_still_tail_gives_no_speed() -> None:
-    assert steady_speed(TailMotion(np.array(0.0), np.array(0.0)), FISH, 0.9, 0.0) == 0.0

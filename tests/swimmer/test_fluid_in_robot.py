@@ -54,20 +54,3 @@ def test_each_link_alone_feels_what_the_reference_says(name: str) -> None:
     wrench, linear, angular = reference_wrench(model, data, model.geom(name).id)
     expected = linear.T @ wrench.force + angular.T @ wrench.torque
     np.testing.assert_allclose(data.qfrc_fluid, expected, rtol=0, atol=ENGINE_QUADRATURE * np.abs(expected).max())
-
-
-def test_in_the_swimming_plane_the_fluid_only_takes_energy() -> None:
-    """Drag dissipates; lift and added mass do no work: so no coefficients can drive the robot on their own."""
-    rng = np.random.default_rng(0)
-    for seed in range(20):
-        model = build_mjcf(FISH, FluidCoefficients(*rng.uniform(0, 10, 5))).compile()
-        data = random_state(model, seed)
-        assert data.qfrc_fluid @ data.qvel < 0
-
-
-def test_the_crank_is_too_small_for_the_water_to_feel() -> None:
-    model = build_mjcf(FISH).compile()
-    data = random_state(model, 0)
-    crank = model.joint("crank").dofadr[0]
-    assert np.abs(data.qfrc_fluid).max() > 1
-    assert abs(data.qfrc_fluid[crank]) < 1e-9

@@ -4,7 +4,7 @@ import pytest
 
 from swimmer import DRY, SWIM, MarkerKinematics, RobotSpec, Scene, build_mjcf
 from tests.swimmer.engine_state import random_state
-from tests.swimmer.robots import FISH, every_robot
+from tests.swimmer.robots import every_robot
 
 
 def sites(data: mujoco.MjData, names: tuple[str, ...]) -> np.ndarray:
@@ -25,23 +25,3 @@ def test_markers_are_where_the_engine_has_them(robot: RobotSpec, scene: Scene) -
 
     expected = np.array([sites(data, names) for data in states])
     np.testing.assert_allclose(places, expected, atol=1e-12)
-
-
-def test_leading_axes_are_kept() -> None:
-    rng = np.random.default_rng(0)
-    head, hinges = rng.normal(size=(3, 4, 3)), rng.normal(size=(3, 4, 5))
-    kinematics = MarkerKinematics(FISH, ("nose", "tail_3"))
-    places = kinematics(head, hinges)
-    assert places.shape == (3, 4, 2, 2)
-    np.testing.assert_array_equal(places[2, 1], kinematics(head[2, 1], hinges[2, 1]))
-
-
-def test_moving_the_head_moves_every_marker_alike() -> None:
-    rng = np.random.default_rng(1)
-    hinges, names = rng.normal(size=5), tuple(FISH.markers)
-    kinematics = MarkerKinematics(FISH, names)
-    at_rest = kinematics(np.zeros(3), hinges)
-    shift, yaw = np.array([0.3, -1.2]), 2.1
-    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-    moved = kinematics(np.array([*shift, yaw]), hinges)
-    np.testing.assert_allclose(moved, at_rest @ turn.T + shift, atol=1e-12)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipe, ellipk
 
-from swimmer import TailMotion, TipMotion, added_mass_per_length, drag, mean_thrust, steady_speed
+from swimmer import TailMotion, TipMotion, added_mass_per_length, drag, mean_thrust
 from swimmer.large_amplitude import mean_thrust_large, steady_speed_large
 from tests.swimmer.robots import FISH
 
@@ -57,10 +57,6 @@ def test_thrust_of_a_travelling_wave_is_the_closed_form(
     )
 
 
-def test_a_fish_as_fast_as_its_wave_has_no_thrust_however_large_the_wave() -> None:
-    assert mean_thrust_large(wave(0.15, 8.0, 6.0), 6.0 / 8.0, MASS) == pytest.approx(0.0, abs=1e-12)
-
-
 @given(wave_number=wave_numbers, angular=angulars, speed=speeds)
 def test_a_small_wave_has_the_thrust_of_the_steady_form(wave_number: float, angular: float, speed: float) -> None:
     amplitude = 1e-3 / wave_number
@@ -69,14 +65,6 @@ def test_a_small_wave_has_the_thrust_of_the_steady_form(wave_number: float, angu
 
     steady = mean_thrust(mean_squares(motion), np.array(speed), MASS)
     assert mean_thrust_large(motion, speed, MASS) == pytest.approx(float(steady), abs=3e-6 * scale)
-
-
-@given(wave_number=wave_numbers, angular=angulars, ratio=st.floats(0.01, 10.0))
-def test_a_small_wave_has_the_speed_of_the_steady_form(wave_number: float, angular: float, ratio: float) -> None:
-    motion = wave(1e-3 / wave_number, wave_number, angular)
-    steady = float(steady_speed(mean_squares(motion), FISH, 1.0, ratio))
-
-    assert steady_speed_large(motion, FISH, 1.0, ratio) == pytest.approx(steady, rel=1e-5)
 
 
 def any_motion(seed: int, size: float) -> TipMotion:
@@ -94,23 +82,6 @@ def test_thrust_and_drag_balance_at_the_steady_speed(seed: int, size: float, rat
     if speed > 0:
         thrust, resistance = mean_thrust_large(motion, speed, mass), float(drag(np.array(speed), FISH, ratio * beta))
         assert thrust == pytest.approx(resistance, rel=1e-6, abs=1e-12)
-
-
-@given(seed=st.integers(0, 10_000), ratio=st.floats(0.05, 10.0), beta=st.floats(0.5, 2.0))
-def test_only_the_ratio_of_drag_to_shape_factor_sets_the_speed(seed: int, ratio: float, beta: float) -> None:
-    motion = any_motion(seed, 0.3)
-
-    assert steady_speed_large(motion, FISH, beta, ratio * beta) == pytest.approx(
-        steady_speed_large(motion, FISH, 1.0, ratio), rel=1e-9
-    )
-
-
-@given(seed=st.integers(0, 10_000), speed=speeds)
-def test_thrust_does_not_know_left_from_right(seed: int, speed: float) -> None:
-    motion = any_motion(seed, 0.3)
-    mirrored = TipMotion(motion.forward_speed, -motion.lateral_speed, -motion.angle_rad)
-
-    assert mean_thrust_large(mirrored, speed, MASS) == pytest.approx(mean_thrust_large(motion, speed, MASS))
 
 
 @given(amplitude=amplitudes, wave_number=wave_numbers, angular=angulars, speed=speeds)

@@ -9,7 +9,7 @@ from fitting import measure_trial
 from session import load_session, load_tracks
 from swimmer import DRY, RobotSpec, Twin, load_robot
 from synthetic import PLAUSIBLE_COEFFICIENTS, SyntheticPlan, SyntheticTrial, make_session, read_truth
-from tests.swimmer.robots import FISH, FOLDER, SEVEN_LINK, THREE_LINK, every_robot
+from tests.swimmer.robots import FISH, SEVEN_LINK, THREE_LINK, every_robot
 from tests.swimmer.swims import runs
 
 others = pytest.mark.parametrize("robot", [THREE_LINK, SEVEN_LINK], ids=lambda robot: robot.name)
@@ -65,8 +65,3 @@ def test_a_session_with_its_markers_is_measured(robot: RobotSpec, tmp_path: Path
     assert measured.frequency.hz == pytest.approx(truth.frequency_hz, rel=0.01)
     assert measured.speed == pytest.approx(truth.speed_m_s, abs=0.01)
     assert measured.used_fraction > 0.95
-
-
-@others
-def test_its_description_alone_tells_it(robot: RobotSpec) -> None:
-    assert load_robot(FOLDER / f"{robot.name}.toml") == robot

@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
-from swimmer import PUBLISHED_COEFFICIENTS, RobotSpec, load_robot
-from tests.swimmer.robots import FISH, THREE_LINK, every_robot
+from swimmer import PUBLISHED_COEFFICIENTS
+from tests.swimmer.robots import FISH
 
 
 def test_segments_hinges_and_fin_of_the_default_stand_where_published() -> None:
@@ -41,11 +40,6 @@ def test_markers_of_the_default_sit_where_published() -> None:
     assert FISH.scale_length_m == pytest.approx(0.142)
 
 
-def test_marker_positions_come_in_the_order_asked_for() -> None:
-    places = FISH.marker_positions_m(("caudal_fin", "nose"))
-    np.testing.assert_array_equal(places, [[0.474, 0.0, 0.10], [-0.077, 0.0, 0.05]])
-
-
 def test_the_default_is_as_long_as_published() -> None:
     assert FISH.length_m == pytest.approx(0.57, abs=0.01)
 
@@ -59,34 +53,3 @@ def test_published_coefficients_are_in_the_engines_order() -> None:
         "kutta_lift",
         "magnus_lift",
     )
-
-
-def test_a_robot_cannot_be_changed() -> None:
-    with pytest.raises(ValidationError, match="frozen"):
-        FISH.name = "other"
-    with pytest.raises(ValidationError, match="frozen"):
-        FISH.tail.segment[0].length_m = 1.0
-    for array in (FISH.hinge_x_m, FISH.segment_x_m):
-        with pytest.raises(ValueError, match="read-only"):
-            array += 1.0
-
-
-@every_robot
-def test_a_robot_survives_its_own_content(robot: RobotSpec) -> None:
-    assert RobotSpec.model_validate(robot.model_dump()) == robot
-
-
-@every_robot
-def test_links_follow_the_number_of_segments(robot: RobotSpec) -> None:
-    count = len(robot.tail.segment)
-    assert robot.hinges == tuple(f"tail_{i}" for i in range(1, count + 1))
-    assert robot.links == ("head", *robot.hinges)
-    assert robot.hinge_x_m.shape == (count,)
-    assert (np.diff(robot.hinge_x_m) > 0).all()
-    assert (robot.segment_x_m[:, 0] > robot.hinge_x_m).all()
-    assert robot.fin_root_x_m > robot.segment_x_m[-1, 1]
-
-
-def test_the_default_is_read_once_and_others_from_their_file() -> None:
-    assert load_robot() is FISH
-    assert THREE_LINK.name == "three_link"

@@ -3,9 +3,9 @@
 import mujoco
 import numpy as np
 
-from swimmer import DRY, FREE_DECAY, RobotSpec, Twin, build_mjcf
+from swimmer import DRY, RobotSpec, Twin, build_mjcf
 from tests.swimmer.engine_state import at_pose, stretch
-from tests.swimmer.robots import FISH, every_robot
+from tests.swimmer.robots import every_robot
 from tests.swimmer.swims import runs
 
 PHASES = np.linspace(0, 2 * np.pi, 25)
@@ -50,19 +50,3 @@ def test_the_tail_starts_moving_with_the_crank(robot: RobotSpec) -> None:
     rate = (after - before)[:, 4:] / (2 * small) * speed
     np.testing.assert_allclose(velocity[:, 4:], rate, atol=1e-4)
     np.testing.assert_allclose(velocity[:, 3], speed)
-
-
-def test_the_start_needs_no_settling() -> None:
-    """Dry and slow, the first beat is the second one."""
-    twin = Twin(FISH, scene=DRY)
-    beat = np.linspace(0, 2.0, 121)
-    swum = twin.simulate(runs(np.full(4, 0.5), PHASES[:24:6]), np.concatenate([beat, beat + 2.0]))
-    first, second = np.split(swum.marker_m, 2, axis=1)
-    np.testing.assert_allclose(first, second, atol=1e-3)
-
-
-def test_without_tendons_the_tail_starts_straight() -> None:
-    twin = Twin(FISH, scene=FREE_DECAY)
-    position, velocity = twin.start(runs(1.0, 1.3))
-    assert not position[:, 1:].any()
-    assert not velocity[:, 1:].any()

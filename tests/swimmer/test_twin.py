@@ -107,12 +107,6 @@ def test_result_does_not_depend_on_chunks_or_workers(monkeypatch: pytest.MonkeyP
     assert_identical(Twin(FISH).simulate(many, own_times), whole)
 
 
-def test_result_does_not_depend_on_the_company() -> None:
-    twin, many = Twin(FISH), random_runs(5, seed=5)
-    together = twin.simulate(many, FRAMES)
-    np.testing.assert_array_equal(twin.simulate(alone(many, 3), FRAMES).marker_m[0], together.marker_m[3])
-
-
 def test_each_simulation_may_have_its_own_frame_times() -> None:
     twin, many = Twin(FISH), random_runs(2, seed=6)
     times = np.stack([FRAMES, FRAMES * 0.5 + 0.003])
@@ -152,12 +146,6 @@ def test_interpolation_error_falls_with_the_fourth_power_of_the_step() -> None:
     assert 13 < errors[0] / errors[1] < 19
 
 
-def test_a_whole_turn_of_phase_changes_nothing() -> None:
-    twin = Twin(FISH)
-    swum = twin.simulate(runs([1.0, 1.0], [0.9, 0.9 + 2 * np.pi]), FRAMES)
-    np.testing.assert_allclose(swum.marker_m[1], swum.marker_m[0], atol=1e-9)
-
-
 @every_robot
 def test_half_a_turn_of_phase_mirrors_the_swim(robot: RobotSpec) -> None:
     middle = tuple(name for name, marker in robot.markers.items() if marker.position_m[1] == 0)
@@ -175,12 +163,6 @@ def test_at_a_quarter_turn_the_crank_has_pulled_the_tail_to_the_left() -> None:
     assert right > 0.08
     assert abs(straight) < 1e-3
     assert abs(back) < 1e-3
-
-
-def test_the_crank_turns_as_told_from_its_phase() -> None:
-    swum = Twin(FISH).simulate(runs([0.5, 1.0, 2.0], [0.1, 1.1, 4.0]), FRAMES)
-    expected = np.array([[0.1], [1.1], [4.0]]) + 2 * np.pi * np.array([[0.5], [1.0], [2.0]]) * FRAMES
-    np.testing.assert_allclose(swum.crank_rad, expected, atol=0.05)
 
 
 def test_the_head_starts_at_the_origin_with_the_velocity_asked_for() -> None:
@@ -234,20 +216,6 @@ def test_arrays_that_do_not_belong_together_are_refused(change: dict[str, Any], 
 def test_a_time_before_the_start_is_refused() -> None:
     with pytest.raises(ValueError, match=r"found -0.1 s, expected times from 0"):
         Twin(FISH).simulate(runs(1.0), np.array([-0.1, 0.0]))
-
-
-@every_robot
-def test_a_run_that_is_wanted_for_less_long_is_the_same(robot: RobotSpec) -> None:
-    """Runs of one batch end at times of their own, which no state shows."""
-    twin, ends_s = Twin(robot), np.array([0.4, 1.3, 0.9, 0.41])
-    many = random_runs(4, seed=5)
-    longest = np.arange(0, 1.3, 1 / 60)
-    times = np.minimum(longest, ends_s[:, None])
-    swum = twin.simulate(many, times)
-    for i, end in enumerate(ends_s):
-        own = longest[longest <= end]
-        single = twin.simulate(alone(many, i), own)
-        np.testing.assert_array_equal(swum.marker_m[i, : len(own)], single.marker_m[0])
 
 
 def test_runs_that_are_alike_are_simulated_once_and_each_is_read_at_its_own_times(

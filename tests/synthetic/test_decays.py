@@ -8,7 +8,6 @@ from fitting.free_decay import fit_decay, measure_decay_trial
 from session import SimulationDiverged, load_session
 from swimmer import load_robot
 from synthetic import TrueDecay, make_session, read_truth, simulate_decays
-from tests.fitting.free_decay.chain import natural_hz
 from tests.synthetic.plans import dry_plan, tracks_of
 
 RELEASE_S = 0.507
@@ -28,17 +27,6 @@ def test_the_tail_is_held_still_until_it_is_let_go() -> None:
     assert moved[~held][1] > 5.0
 
 
-def test_the_fin_is_held_some_ten_centimetres_aside_and_comes_to_rest_in_line() -> None:
-    place_m = decay().position_px / 965.0
-    along = place_m[0, 1] - place_m[0, 0]
-    along /= np.linalg.norm(along)
-    aside_m = np.abs((place_m[..., 0] - place_m[0, 0, 0]) * along[1] - (place_m[..., 1] - place_m[0, 0, 1]) * along[0])
-
-    assert 0.08 < aside_m[0, 8] < 0.12
-    assert aside_m[-1].max() < 5e-4
-    assert np.ptp(place_m[:, :2], axis=0).max() < 1e-9
-
-
 def test_stiffness_and_damping_are_found_in_its_tracks(tmp_path: Path) -> None:
     folder = make_session(tmp_path / "s", dry_plan())
     session, truth = load_session(folder), read_truth(folder)
@@ -51,12 +39,6 @@ def test_stiffness_and_damping_are_found_in_its_tracks(tmp_path: Path) -> None:
     assert fit.stiffness_n_m == pytest.approx(truth.structure.hinge_stiffness_n_m, rel=0.01)
     assert fit.damping_n_m_s == pytest.approx(truth.structure.hinge_damping_n_m_s, rel=0.1)
     assert fit.flags == ()
-
-
-def test_the_true_frequency_is_that_of_the_linear_chain(tmp_path: Path) -> None:
-    known = read_truth(make_session(tmp_path / "s", dry_plan())).structure
-
-    assert known.natural_hz == pytest.approx(natural_hz(load_robot(), known.hinge_stiffness_n_m)[0], rel=1e-4)
 
 
 def test_a_decay_that_blows_up_is_told() -> None:

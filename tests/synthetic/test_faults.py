@@ -57,16 +57,6 @@ def test_nothing_is_seen_in_a_gap(position: np.ndarray) -> None:
     assert np.isnan(faulty(position, FAULTS[3])).all()
 
 
-def test_faults_apply_in_their_order(position: np.ndarray) -> None:
-    jump = Jump(marker="c", first=0, frames=12, offset_px=(30.0, 0.0))
-    merge = Merge(marker="b", onto="c", first=0, frames=12, offset_px=(0.0, 0.0))
-
-    after = with_faults(position, MARKERS, [jump, merge])
-    before = with_faults(position, MARKERS, [merge, jump])
-
-    np.testing.assert_allclose(after[:, 1] - before[:, 1], [[30.0, 0.0]] * 12)
-
-
 def test_a_marker_cannot_merge_onto_itself() -> None:
     with pytest.raises(ValidationError, match="b cannot merge onto itself; name another marker in `onto`"):
         Merge(marker="b", onto="b", first=0, frames=1)
@@ -94,10 +84,3 @@ def test_track_quality_flags_the_fault_under_its_kind_and_where_it_is(fault: Tra
     assert abs(found[0].frames[1] - fault.last) <= 2
     assert (weight[fault.span] == 0).mean() >= 0.8
     assert (quality.weight == 0).sum() <= 1.2 * fault.frames
-
-
-def test_track_quality_flags_nothing_where_there_is_no_fault(tmp_path: Path) -> None:
-    session = load_session(make_session(tmp_path / "s", small_plan()))
-
-    for trial in session.trials:
-        assert check_tracks(tracks_of(session, trial.name), load_robot()).flags == ()

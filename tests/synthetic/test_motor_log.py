@@ -48,14 +48,6 @@ def test_the_position_is_that_of_the_crank_to_a_step_of_the_encoder(log: MotorLo
     np.testing.assert_allclose(pulses, np.round(pulses), atol=1e-6)
 
 
-def test_the_speed_is_that_of_the_crank_to_its_step(log: MotorLog, driven: Drive) -> None:
-    apart = log.velocity_rad_s - driven.turn.speed(log.time_s)
-
-    assert np.median(np.abs(apart)) < SPEED_RAD_S / 2
-    steps = log.velocity_rad_s / SPEED_RAD_S
-    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
-
-
 def test_current_voltage_and_temperature_are_those_of_a_loaded_motor(log: MotorLog, driven: Drive) -> None:
     still = log.time_s < driven.commands.time_s[1] - 0.05
     start_s, end_s = driven.steady_s

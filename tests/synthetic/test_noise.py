@@ -34,16 +34,6 @@ def test_correlation_falls_with_time_alike_at_every_frame_rate(step_s: float) ->
         assert correlation(values, lag) == pytest.approx(np.exp(-lag_s / 0.1), abs=0.03)
 
 
-def test_without_correlation_the_errors_are_white() -> None:
-    assert abs(correlation(errors(TrackingNoise(correlation_s=0.0)), 1)) < 0.01
-
-
-def test_markers_and_axes_err_independently() -> None:
-    matrix = np.corrcoef(errors(TrackingNoise(correlation_s=0.05), frames=4000, series=6).T)
-
-    assert np.abs(matrix - np.eye(6)).max() < 0.1
-
-
 PLACE_M = np.array([0.0, 0.1, 0.15, 0.4])
 
 
@@ -84,10 +74,3 @@ def test_the_grid_is_one_of_half_pixels() -> None:
     assert set(on_grid(values, TrackingNoise()) % 1) == {0.0, 0.5}
     assert np.abs(on_grid(values, TrackingNoise()) - values).max() <= 0.25
     assert on_grid(values, NOISELESS) is values
-
-
-def test_without_noise_nothing_is_added() -> None:
-    random = np.random.default_rng(0)
-
-    assert not lasting_errors((10, 3, 2), STEP_S, NOISELESS, random).any()
-    assert not placement_offsets(3, NOISELESS, random).any()

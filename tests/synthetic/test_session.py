@@ -49,21 +49,6 @@ def test_the_same_plan_gives_the_same_bytes(tmp_path: Path) -> None:
     assert one == two
 
 
-def test_another_seed_gives_other_tracks_of_the_same_swims(tmp_path: Path) -> None:
-    one, two = (make_session(tmp_path / str(seed), small_plan(seed=seed)) for seed in (1, 2))
-
-    assert files_of(one)["trials/slow.csv.gz"] != files_of(two)["trials/slow.csv.gz"]
-    assert read_truth(one).trials["slow"].speed_m_s == read_truth(two).trials["slow"].speed_m_s
-
-
-def test_changing_one_trial_leaves_the_others_as_they_are(tmp_path: Path) -> None:
-    one = files_of(make_session(tmp_path / "one", small_plan()))
-    two = files_of(make_session(tmp_path / "two", small_plan(slow={"frequency_hz": 0.7, "seconds": 2.0})))
-
-    assert one["trials/slow.csv.gz"] != two["trials/slow.csv.gz"]
-    assert one["trials/fast.csv.gz"] == two["trials/fast.csv.gz"]
-
-
 def test_tracks_are_the_true_positions_with_the_errors_that_were_planned(tmp_path: Path) -> None:
     plan = small_plan(slow={"seconds": 20.0})
     noisy, clean = (
@@ -77,17 +62,6 @@ def test_tracks_are_the_true_positions_with_the_errors_that_were_planned(tmp_pat
     assert errors.std() == pytest.approx(np.hypot(plan.noise.sd_px, 0.5 / np.sqrt(12)), rel=0.05)
     assert np.abs(errors.mean(axis=0)).max() < 0.2
     assert not np.any(list(read_truth(clean).trials["slow"].placement_px.values()))
-
-
-def test_missing_samples_are_missing_in_the_tracks(tmp_path: Path) -> None:
-    gap = Gap(marker="tail_2", first=10, frames=5)
-    session = load_session(make_session(tmp_path / "s", small_plan(slow={"faults": (gap,)})))
-    tracks = tracks_of(session, "slow")
-    missing = np.isnan(tracks.position_px).any(axis=2)
-
-    assert missing.sum() == 5
-    assert missing[gap.span, session.markers.index("tail_2")].all()
-    np.testing.assert_array_equal(tracks.confidence, ~missing)
 
 
 def test_another_robot_comes_with_its_description(tmp_path: Path) -> None:

@@ -38,16 +38,6 @@ def test_the_pixels_show_the_swim_of_the_twin() -> None:
     assert swim.phase_rad == pytest.approx(trial.phase_rad, abs=1e-6)
 
 
-def test_a_trial_begins_in_the_middle_of_a_developed_swim() -> None:
-    plan = small_plan(run_in_s=8.0)
-    for swim in simulate_swims(plan):
-        forward_m = head_frame_of(swim, plan).forward_m
-        beat = round(plan.camera.fps / swim.frequency_hz)
-        first, last = forward_m[beat] - forward_m[0], forward_m[-1] - forward_m[-1 - beat]
-        assert first == pytest.approx(last, rel=0.05)
-        assert first > 0
-
-
 def test_the_truth_of_a_swim_is_that_of_the_simulated_crank_and_nose() -> None:
     plan = small_plan(run_in_s=8.0)
     for swim in simulate_swims(plan):

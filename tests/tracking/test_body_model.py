@@ -35,15 +35,6 @@ def test_leaving_one_out_is_the_distance_from_what_the_others_let_expect(seed: i
         assert spread[k] == pytest.approx(gaussian.spread_given(others)[k], rel=1e-5)
 
 
-def test_active_markers_are_expected_where_they_are_and_leave_nothing_open() -> None:
-    gaussian, active = prior().shape_and_pose, np.arange(M) % 2 == 0
-    deviation = drawn(prior(), 5, seed=1)
-    on = np.repeat(active, 2)
-    assert gaussian.expected(deviation, active)[:, on] == pytest.approx(deviation[:, on], abs=1e-4)
-    assert gaussian.spread_given(active)[active] == pytest.approx(0, abs=0.05)
-    assert (gaussian.spread_given(active)[~active] > 1).all()
-
-
 @given(st.floats(-3, 3), st.floats(0.5, 2), st.floats(-500, 500), st.floats(-500, 500))
 def test_the_pose_takes_off_place_heading_and_size(turn: float, size: float, x: float, y: float) -> None:
     model = prior()
@@ -51,24 +42,6 @@ def test_the_pose_takes_off_place_heading_and_size(turn: float, size: float, x: 
     position = (size * model.place_px @ rotation + [x, y])[None]
     pose = model.pose(position, np.ones((1, M), dtype=bool))
     assert model.to_body(position, pose) == pytest.approx(0, abs=1e-4)
-
-
-def test_to_image_is_the_inverse_of_to_body() -> None:
-    model = prior()
-    rng = np.random.default_rng(2)
-    position = model.place_px + rng.normal(0, 9, (20, M, 2))
-    pose = model.pose(position, rng.random((20, M)) < 0.8)
-    assert model.to_image(model.to_body(position, pose), pose) == pytest.approx(position)
-
-
-def test_others_put_a_marker_where_it_was_before_it_was_moved() -> None:
-    model = prior()
-    position = np.repeat(model.place_px[None], 3, axis=0)
-    moved = position.copy()
-    moved[1, 4] += [12.0, -7.0]
-    active = np.ones((3, M), dtype=bool)
-    active[1, 4] = False
-    assert model.put_by_others(moved, active) == pytest.approx(position, abs=1e-3)
 
 
 def test_a_learned_model_predicts_better_than_the_layout() -> None:
@@ -81,15 +54,6 @@ def test_a_learned_model_predicts_better_than_the_layout() -> None:
     _, spread = model.shape_and_pose.leave_one_out(np.zeros(2 * M), everyone)
     _, true = tight.shape_and_pose.leave_one_out(np.zeros(2 * M), everyone)
     assert spread == pytest.approx(true, rel=0.35)
-
-
-def test_samples_that_are_not_active_are_not_learned() -> None:
-    layout = prior()
-    position = np.repeat(layout.place_px[None], 100, axis=0)
-    spoilt, active = position.copy(), np.ones((100, M), dtype=bool)
-    active[::2, 5] = False
-    spoilt[::2, 5] = 1e4
-    assert learned(layout, spoilt, active).mean_px == pytest.approx(learned(layout, position, active).mean_px)
 
 
 def test_the_mode_stays_with_the_majority_where_the_median_does_not() -> None:

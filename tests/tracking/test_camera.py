@@ -55,35 +55,15 @@ def test_distances_between_markers_at_their_heights_come_back() -> None:
     assert scale == pytest.approx(LENS.height_above_water_m / LENS.fx_px, rel=1e-9)
 
 
-def test_paths_over_the_pool_come_back() -> None:
-    true, tracks = filmed(PLACE_M, LENS)
-    position_m, _ = to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2])
-    moved = (position_m - position_m[0]) - (true - true[0])
-    assert 1e3 * np.abs(moved).max() < 0.1
-
-
 def test_without_heights_the_fins_are_displaced_by_parallax() -> None:
     true, tracks = filmed(PLACE_M, LENS)
     assert 5 < error_mm(to_pool(tracks, CAMERA)[0], true) < 100
-
-
-def test_without_the_cameras_height_the_heights_change_nothing() -> None:
-    _, tracks = filmed(PLACE_M, LENS)
-    flat = CameraSpec(60.0, ROBOT.scale_length_m, LENS.model_copy(update={"height_above_water_m": None}))
-    with_heights, _ = to_pool(tracks, flat, marker_height_m=PLACE_M[:, 2])
-    assert np.array_equal(with_heights, to_pool(tracks, flat)[0])
 
 
 def test_without_a_lens_pixels_are_scaled_and_nothing_else() -> None:
     _, tracks = filmed(PLACE_M, LENS)
     position_m, scale = to_pool(tracks, CameraSpec(60.0, ROBOT.scale_length_m), marker_height_m=PLACE_M[:, 2])
     assert np.array_equal(position_m, tracks.position_px * np.array([scale, -scale]))
-
-
-def test_the_zero_of_the_heights_does_not_matter() -> None:
-    _, tracks = filmed(PLACE_M, LENS)
-    lifted, _ = to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2] + 0.7)
-    assert lifted == pytest.approx(to_pool(tracks, CAMERA, marker_height_m=PLACE_M[:, 2])[0])
 
 
 def test_a_scale_from_a_board_is_used_as_it_is() -> None:

@@ -29,9 +29,3 @@ def test_a_duplicated_frame_or_two_is_let_pass() -> None:
 def test_a_robot_that_slows_to_a_rest_is_not_frozen() -> None:
     position = 100 * np.exp(-np.arange(80) / 5.0)[:, None, None] + np.zeros((80, 3, 2))
     assert not frozen_picture(np.round(2 * position) / 2, frames=6, motion_px=2.0).any()
-
-
-def test_frames_without_any_marker_are_no_frozen_picture() -> None:
-    position = moving()
-    position[20:40] = np.nan
-    assert not frozen_picture(position, frames=6, motion_px=2.0).any()

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tracking.fish import MARKERS, PX_PER_M, swimming_fish
-from tracking import HeadFrame, to_head_frame
+from tracking import to_head_frame
 from tracking.normaliser import Displacement
 
 NOSE, NECK = 0, 1
@@ -65,16 +65,6 @@ def test_a_straight_swim_gives_the_distance_forward(displacement: Displacement) 
     assert frame.heading_rad == pytest.approx(0.7)
 
 
-def test_many_trajectories_at_once_are_as_one_after_another() -> None:
-    swims = np.stack([swim(seed=seed) for seed in range(4)]).reshape(2, 2, -1, len(MARKERS), 2)
-    swims[0, 1, 20:24, NOSE] = np.nan
-    together = to_head_frame(swims, NOSE, NECK)
-    for i in np.ndindex(2, 2):
-        alone = to_head_frame(swims[i], NOSE, NECK)
-        for name in ("position_m", "shape_m", "path_m", "heading_rad", "forward_m"):
-            assert getattr(together, name)[i] == pytest.approx(getattr(alone, name), nan_ok=True)
-
-
 def test_a_marker_of_the_head_missing_for_some_frames_is_bridged() -> None:
     position = swim()
     gappy = position.copy()
@@ -121,14 +111,6 @@ def test_the_two_published_displacements_differ_by_the_turning_of_the_head(step:
 def test_heading_is_unwrapped() -> None:
     frame = to_head_frame(spinning(100, 0.2, 0.142), NOSE, NECK)
     assert frame.heading_rad == pytest.approx(0.2 * np.arange(100))
-
-
-def test_other_markers_can_make_the_head() -> None:
-    position = swim()
-    frame = to_head_frame(position, NOSE, NECK, "head_mean", head=(NOSE, NECK, 2))
-    assert isinstance(frame, HeadFrame)
-    by_two = to_head_frame(position, NOSE, NECK, "head_mean")
-    assert np.abs(frame.path_m - by_two.path_m).max() > 1e-4
 
 
 def test_an_unknown_displacement_is_refused_with_the_choices() -> None:

@@ -1,5 +1,5 @@
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from swimmer.robot import Marker
 from tests.cases import later
 from tests.session.sample import FISHSIM, needs_fishsim
 from tests.tracking.fish import FPS, MARKERS, ROBOT, swimming_fish, tracks_of, with_fault
-from tracking import QualityLimits, TrackQuality, check_tracks
+from tracking import TrackQuality, check_tracks
 
 SPEEDS_HZ = (0.3, 1.0, 2.25)
 CLEAN = ("f1_00", "f0_75")
@@ -170,13 +170,6 @@ def test_a_marker_that_rides_on_another_spot_breaks_its_segment_length() -> None
     assert "expected" in flag.message
 
 
-def test_a_swap_flags_both_markers() -> None:
-    position = swimming_fish(1.0, seed=6)
-    position[100:130, [5, 6]] = position[100:130, [6, 5]]
-    flagged = {name for flag in checked(position).flags for name in flag.markers}
-    assert flagged == {"tail_3", "tail_4"}
-
-
 @pytest.mark.parametrize("k", [0, 1, 2])
 @pytest.mark.parametrize("seed", [6, *later(7, 8)])
 def test_of_three_markers_on_the_rigid_head_the_one_that_leapt_is_left_out(k: int, seed: int) -> None:
@@ -185,17 +178,6 @@ def test_of_three_markers_on_the_rigid_head_the_one_that_leapt_is_left_out(k: in
     out = left_out(position)
     assert out[100:140, k].all()
     assert out.sum() == 40
-
-
-def test_missing_samples_are_gaps_and_do_not_disturb_the_rest() -> None:
-    position = swimming_fish(1.0, seed=6)
-    position[50:70, 4] = np.nan
-    position[100:110] = np.nan
-    quality = checked(position)
-    assert {flag.kind for flag in quality.flags} == {"gap"}
-    assert [flag.frames for flag in flags_of_marker(quality, "tail_2")] == [(50, 69), (100, 109)]
-    assert (quality.weight == 0).sum() == 20 + 10 * len(MARKERS)
-    assert "20 frames" in flags_of_marker(quality, "tail_2")[0].message
 
 
 def test_every_sample_of_weight_0_lies_in_a_flag_of_its_marker() -> None:
@@ -212,21 +194,6 @@ def test_every_sample_of_weight_0_lies_in_a_flag_of_its_marker() -> None:
     assert quality.used_fraction == pytest.approx(1 - named.mean())
 
 
-def test_weights_are_the_confidence_of_the_tracker() -> None:
-    tracks = tracks_of(swimming_fish(1.0, seed=6))
-    sure = np.random.default_rng(7).uniform(0.2, 1, tracks.confidence.shape)
-    quality = check_tracks(Tracks(tracks.markers, tracks.time_s, tracks.position_px, sure), ROBOT)
-    assert (quality.weight == sure).all()
-
-
-def test_wider_limits_believe_more() -> None:
-    position = swimming_fish(1.0, seed=6)
-    position[100:130, 4] += [8.0, 8.0]
-    wide = QualityLimits(floor_px=40.0)
-    assert left_out(position).sum() == 30
-    assert check_tracks(tracks_of(position), ROBOT, wide).flags == ()
-
-
 def test_a_marker_the_robot_lacks_is_refused_with_the_choices() -> None:
     with pytest.raises(ValueError, match=r"no marker beak on fish_057; choices: nose, neck, .*caudal_fin"):
         check_tracks(tracks_of(np.zeros((5, 2, 2)), ["nose", "beak"]), ROBOT)
@@ -237,29 +204,6 @@ def test_a_marker_the_robot_lacks_is_refused_with_the_choices() -> None:
 
 def turned(position: np.ndarray) -> np.ndarray:
     return (position - 2000) @ np.array([[0.0, 1.0], [-1.0, 0.0]]) + 2000
-
-
-@pytest.mark.parametrize("change", [turned, lambda position: position + np.array([300.0, -150.0])])
-def test_where_the_fish_swims_does_not_matter(change: Callable[[np.ndarray], np.ndarray]) -> None:
-    position = swimming_fish(1.0, seed=6)
-    position[100:120, 4] += [8.0, 8.0]
-    assert (left_out(position) == left_out(change(position))).all()
-
-
-def test_the_order_of_the_markers_does_not_matter() -> None:
-    position = swimming_fish(1.0, seed=6)
-    position[100:120, 4] += [8.0, 8.0]
-    position[40:60, 8] = position[39, 8]
-    order = np.random.default_rng(8).permutation(len(MARKERS))
-    shuffled = checked(position[:, order], [MARKERS[k] for k in order])
-    assert (shuffled.weight == checked(position).weight[:, order]).all()
-
-
-def test_time_stamps_with_a_hole_are_no_fault() -> None:
-    position = swimming_fish(1.0, seed=6)
-    keep = np.r_[0:100, 125:300]
-    tracks = Tracks(MARKERS, keep / FPS, position[keep], np.ones((len(keep), len(MARKERS))))
-    assert check_tracks(tracks, ROBOT).flags == ()
 
 
 def test_eleven_markers_with_pectorals() -> None:
@@ -295,12 +239,6 @@ def test_a_robot_with_another_number_of_segments(segments: int) -> None:
 @pytest.mark.parametrize("frames", [0, 1, 2, 3, 5, 12])
 def test_short_trials_are_believed(frames: int) -> None:
     assert checked(swimming_fish(1.0, seed=6)[:frames]).flags == ()
-
-
-@pytest.mark.parametrize("kept", [(0,), (0, 1), (0, 1, 8), (3, 4, 5)])
-def test_few_markers_are_judged_without_false_flags(kept: tuple[int, ...]) -> None:
-    position = swimming_fish(1.0, seed=6)[:, kept]
-    assert checked(position, [MARKERS[k] for k in kept]).flags == ()
 
 
 def test_degenerate_tracks_raise_no_warnings() -> None:
@@ -366,20 +304,3 @@ def test_flags_of_the_public_trials_are_what_the_eye_sees(name: str) -> None:
     assert out[must].all()
     assert out[~may].mean() <= 0.001
     assert out.mean() <= 0.06
-
-
-@needs_fishsim
-def test_the_merges_of_f1_75_are_laid_to_tail_4() -> None:
-    quality = check_tracks(real("f1_75"), ROBOT)
-    merges = [flag for flag in quality.flags if flag.kind == "merged_markers"]
-    assert [(flag.markers, flag.frames) for flag in merges] == [
-        (("tail_4", "tail_5"), (26, 35)),
-        (("tail_4", "tail_5"), (83, 103)),
-    ]
-    assert "tail_4 sits on tail_5: 7 px, expected 27 px" in merges[0].message
-
-
-@needs_fishsim
-@pytest.mark.parametrize("name", SEEN_BY_EYE)
-def test_a_reader_gets_few_flags(name: str) -> None:
-    assert len(check_tracks(real(name), ROBOT).flags) <= 12

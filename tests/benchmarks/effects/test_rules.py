@@ -65,10 +65,6 @@ def test_an_information_criterion_asks_for_more_than_its_penalty(rule: str) -> N
     assert named(rule, others + (least + 0.1) * np.eye(K)[GEAR]) == "gear"
 
 
-def test_errors_of_any_size_are_no_gap_to_who_lets_the_residual_tell_it() -> None:
-    assert [named(BY_NOISE, size * noise(seed)) for size in (1.0, 7.0) for seed in range(3)] == ["no_gap"] * 6
-
-
 @pytest.mark.long
 def test_a_marker_that_counts_in_no_frame_is_no_reason_to_fall() -> None:
     """Its numbers are nothing in swims, twin and effects alike, and nothing is their noise."""

@@ -13,7 +13,7 @@ from benchmarks.effects import run
 from benchmarks.effects.answer import Answer
 from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.run import make_suite
-from benchmarks.effects.suite import LARGE, SMALL, WHOLE, SessionPlan, Shard, SuiteSize, plan_suite, suite_named
+from benchmarks.effects.suite import SessionPlan, Shard, SuiteSize, plan_suite, suite_named
 from benchmarks.reality.mechanisms import catalogued, uncatalogued
 from diagnosis import Discrepancy, shipped_discrepancy
 from session import InputError, write_whole
@@ -114,11 +114,6 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
     assert make_suite(suite, 4, SIZE, ALONE) == ()
     assert sorted(tried) == NAMES
     assert suite.true() == tuple(Answer(name, "null") for name in NAMES)
-
-
-def test_a_suite_goes_by_its_name() -> None:
-    assert suite_named("small") == (SMALL, WHOLE)
-    assert suite_named("large:2/10") == (LARGE, Shard(2, 10))
 
 
 @pytest.mark.parametrize("text", ["", "2/10", "large:0/3", "large:4/3", "small:1/-1", "large:"])

@@ -96,11 +96,6 @@ def test_where_the_own_form_fails_when_it_is_strong_it_is_made_weaker(
     assert found.detectability == pytest.approx(asked, rel=0.1)
 
 
-def test_what_falls_before_it_is_as_far_as_asked_is_made_as_far_as_it_gets(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = searched(monkeypatch, 10.0, lambda value: max(8 * value - 8 * value**2, 0.0))  # 2 at most, at a half
-    assert found.detectability > 1.5
-
-
 def test_what_a_rival_follows_is_as_strong_as_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     assert searched(monkeypatch, 10.0, lambda value: value / (1 + value)).value == 30.0
 

@@ -63,10 +63,6 @@ def test_what_does_not_apply_is_none(tmp_path: Path) -> None:
     assert (told.first, told.stage, told.shrinkage, told.interval, told.seconds) == (None,) * 5
 
 
-def test_a_verdict_without_a_name_names_nothing(tmp_path: Path) -> None:
-    assert read_told(written(tmp_path, verdict="unexplained")).names == frozenset()
-
-
 def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"(?s)verdict.*perhaps.*probabilities\.x.*1\.5"):
         read_told(written(tmp_path, verdict="perhaps", probabilities={"x": 1.5, "none_of_these": 0.0}))
@@ -91,10 +87,6 @@ def test_what_is_not_by_the_contract_is_told_where_it_stands(
 ) -> None:
     with pytest.raises(InputError, match=place):
         read_told(written(tmp_path, **changes))
-
-
-def test_a_share_that_is_not_known_is_no_share(tmp_path: Path) -> None:
-    assert read_told(written(tmp_path, where={"by_stage": {"tail": None, "body": 0.3}})).stage == "body"
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '"named"'])

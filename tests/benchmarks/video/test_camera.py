@@ -29,12 +29,6 @@ def test_higher_points_move_away_from_the_middle_by_height_over_distance() -> No
     assert camera.scale_at(np.array([0.0, 0.1])) == pytest.approx([500, 500 * 2.0 / 1.9])
 
 
-def test_without_a_height_there_is_no_parallax() -> None:
-    camera = PoolCamera.above(640, 480, px_per_m=500)
-
-    np.testing.assert_array_equal(*camera.project(np.array([[0.3, 0.2, 0.0], [0.3, 0.2, 0.1]])))
-
-
 def test_the_last_row_is_read_the_readout_after_the_first() -> None:
     camera = PoolCamera.above(640, 480, readout_s=0.01)
 

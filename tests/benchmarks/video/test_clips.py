@@ -48,8 +48,3 @@ def test_markers_leave_for_good_or_come_back() -> None:
 
     caudal = truth_of("comes_and_goes").visible[:, -1]
     assert (np.diff(caudal.astype(int)) == 1).sum() >= 3
-
-
-def test_other_clips_show_every_marker_throughout() -> None:
-    for name in set(BENCHMARK_CLIPS) - {"occlusion_15", "leaves_picture", "comes_and_goes"}:
-        assert truth_of(name).visible.all(), name

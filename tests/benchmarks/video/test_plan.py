@@ -19,10 +19,6 @@ def test_every_fault_of_a_plan_is_named_at_once() -> None:
         assert part in str(error.value)
 
 
-def test_skipped_frames_leave_holes_in_the_clock() -> None:
-    assert ClipPlan(frames=4, skipped=(1, 2)).time_s * 60 == pytest.approx([0, 3, 4, 5])
-
-
 def test_the_benchmark_covers_what_was_asked_for() -> None:
     assert BENCHMARK_CLIPS["motion_3x"].swim.pace == 3
     assert BENCHMARK_CLIPS["occlusion_15"].occlusions[0].frames == 15

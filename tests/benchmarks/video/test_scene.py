@@ -48,12 +48,6 @@ def test_a_blurred_disc_lies_about_the_middle_of_the_exposure() -> None:
         assert truth.shown_px[number, tail] == pytest.approx(truth.position_px[number, tail], abs=0.6)
 
 
-def test_a_short_exposure_shows_the_marker_where_it_is() -> None:
-    truth = small_scene(optics={"exposure_s": 1e-4}).truth
-
-    np.testing.assert_allclose(truth.shown_px, truth.position_px, atol=1e-4)
-
-
 def test_a_rolling_shutter_shows_each_marker_at_the_time_of_its_row() -> None:
     scene = small_scene(frequency_hz=5.0, turn_rad=1.2, optics={"readout_s": 0.015, "exposure_s": 0.0})
     stage, truth = scene.stage, scene.truth
@@ -78,13 +72,6 @@ def test_the_same_seed_paints_the_same_pixels_in_any_order() -> None:
     assert (forward[0] != forward[1]).mean() > 0.5
 
 
-def test_noise_has_the_planned_deviation() -> None:
-    noisy, clean = (small_scene(optics={"noise": noise}).picture(2).luma.astype(float) for noise in (3.0, 0.0))
-
-    assert (noisy - clean).std() == pytest.approx(3.0, rel=0.05)
-    assert abs((noisy - clean).mean()) < 0.05
-
-
 def test_a_pole_covers_its_marker_for_just_the_planned_frames() -> None:
     pole = Occlusion(marker="neck", first=2, frames=3)
     scene = small_scene(frames=8, occlusions=(pole,))
@@ -97,16 +84,3 @@ def test_a_pole_covers_its_marker_for_just_the_planned_frames() -> None:
     assert bare.picture(3).luma[disc].min() > 200
     assert scene.picture(3).luma[disc].max() < 200
     np.testing.assert_array_equal(scene.picture(6).luma[disc], bare.picture(6).luma[disc])
-
-
-def test_the_share_of_a_disc_in_the_picture_falls_from_one_to_nothing_as_it_leaves() -> None:
-    places = [(-130.0, 0.0), (-159.5, 0.0), (-180.0, 0.0), (0.0, -130.0)]
-    share = [lone_disc(place, turn_rad=0.0).truth.visible_share[0, 0] for place in places]
-
-    assert share == pytest.approx([1.0, 0.53, 0.0, 0.0], abs=0.01)  # the left edge is half a pixel before x = 0
-
-
-def test_closer_markers_are_larger() -> None:
-    truth = small_scene(markers=("neck", "dorsal_fin"), optics={"height_m": 0.5}).truth
-
-    assert truth.diameter_px == pytest.approx([16.0, 16.0 * 0.5 / 0.45])

@@ -1,4 +1,3 @@
-from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -60,27 +59,6 @@ def test_a_variable_rate_is_kept_to_a_sixtieth_of_a_millisecond(codec: Codec, tm
     np.testing.assert_allclose(decoded(tmp_path / "a.mp4")[0], asked_s, atol=0.6 / 60_000)
 
 
-def test_a_fractional_rate_is_exact(tmp_path: Path) -> None:
-    with VideoWriter(tmp_path / "a.mp4", 64, 48, Fraction(60_000, 1001)) as writer:
-        for number in range(200):
-            writer.write(picture(number % 3))
-
-    with av.open(str(tmp_path / "a.mp4")) as container:
-        stream = container.streams.video[0]
-        times = [Fraction(frame.pts or 0) * (stream.time_base or 0) for frame in container.decode(stream)]
-    assert times == [number * Fraction(1001, 60_000) for number in range(200)]
-
-
-def test_an_interrupted_video_leaves_nothing_and_keeps_what_stood_there(tmp_path: Path) -> None:
-    path = tmp_path / "a.mp4"
-    path.write_text("before")
-    with pytest.raises(KeyboardInterrupt):
-        interrupt_after_a_picture(path)
-
-    assert [p.name for p in tmp_path.iterdir()] == ["a.mp4"]
-    assert path.read_text() == "before"
-
-
 def test_what_does_not_fit_is_refused_by_name(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="codec: found 'vp9', expected one of h264, hevc, ffv1"):
         VideoWriter(tmp_path / "a.mp4", 64, 48, codec="vp9")  # type: ignore[arg-type]
@@ -101,9 +79,3 @@ def write(folder: Path, *pictures: np.ndarray, time_s: float | None = None) -> N
     with VideoWriter(folder / "a.mp4", 64, 48) as writer:
         for image in pictures:
             writer.write(image, time_s)
-
-
-def interrupt_after_a_picture(path: Path) -> None:
-    with VideoWriter(path, 64, 48) as writer:
-        writer.write(picture(0))
-        raise KeyboardInterrupt

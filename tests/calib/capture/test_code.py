@@ -10,10 +10,6 @@ def test_a_code_agrees_with_itself_in_one_place_only() -> None:
         assert np.sort(lobes)[-2] <= 3
 
 
-def test_start_and_end_are_not_taken_for_each_other() -> None:
-    assert np.abs(np.correlate(START_CODE, END_CODE, "full")).max() <= 6
-
-
 def test_the_crank_ends_where_it_began_within_a_fifth_of_a_turn_on_the_way() -> None:
     turns = np.cumsum(START_CODE) * CHIP_S * CHIP_TURNS_PER_S
     assert turns[-1] == 0

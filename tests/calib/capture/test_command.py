@@ -1,6 +1,5 @@
 """The command on a real pseudo-terminal, and what it says to bad input."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -175,23 +174,3 @@ def test_all_that_is_wrong_with_the_options_is_said_at_once(tmp_path: Path, caps
     assert "--seconds: found 0" in told
     assert "--max-current: found nan" in told
     assert not (tmp_path / "new").exists()
-
-
-def test_a_port_that_is_not_there_leaves_nothing_behind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(arguments("/dev/not_there", tmp_path / "new")) == 2
-    assert "port /dev/not_there cannot be opened" in capsys.readouterr().err
-    assert not (tmp_path / "new").exists()
-
-
-def test_a_terminal_that_is_gone_does_not_keep_the_motor_from_being_stopped(
-    terminal: PseudoTerminal, motor: Emulator, tmp_path: Path
-) -> None:
-    process = started(terminal.path, tmp_path, "--seconds", "60")
-    assert wait_for(lambda: turning(motor))
-    assert process.stdout is not None
-    assert process.stderr is not None
-    process.stdout.close()
-    process.stderr.close()
-    os.kill(process.pid, signal.SIGHUP)
-    assert process.wait(timeout=20) == 129
-    assert not motor.state.torque_enabled

@@ -21,18 +21,7 @@ def test_an_answer_to_an_earlier_question_is_stale_and_the_next_is_fresh() -> No
     assert fresh.is_fresh(tick(10.02), now + 0.02, TOOK_S)
 
 
-def test_clocks_may_run_apart_by_a_percent() -> None:
-    for drift in (-0.01, 0.01):
-        started(drift)
-
-
 def test_a_first_reading_that_was_stale_spoils_none_after_it() -> None:
     fresh = Freshness()
     fresh.is_fresh(tick(0.0), 5.1, TOOK_S)
     assert all(fresh.is_fresh(tick(k / 100), 5 + k / 100, TOOK_S) for k in range(20, 120))
-
-
-def test_a_slow_answer_has_no_sure_time() -> None:
-    fresh, now = started()
-    assert not fresh.is_fresh(tick(10.01), now + 0.02, 0.02)
-    assert fresh.is_fresh(tick(10.03), now + 0.03, TOOK_S)

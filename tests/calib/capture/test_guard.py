@@ -33,11 +33,6 @@ def test_a_current_too_high_is_borne_for_its_patience_only(sign: int) -> None:
         guard.check(reading(91, ampere=3.0 * sign))
 
 
-def test_a_warm_motor_stops_at_once() -> None:
-    with pytest.raises(MotorFault, match="found: 71 degrees C; expected: at most 70"):
-        Guard(Limits()).check(reading(0, celsius=71))
-
-
 @pytest.mark.parametrize("velocity", [0, GOAL // 3, -GOAL])
 def test_a_motor_that_does_not_follow_is_stopped(velocity: int) -> None:
     guard = Guard(Limits())

@@ -1,13 +1,6 @@
 import math
 
-from calib.capture.plan import TrialPlan, trial_name
-
-
-def test_names_hold_the_speed_and_are_unique() -> None:
-    assert trial_name(0.6, []) == "f0_60"
-    assert trial_name(1.0, []) == "f1_00"
-    assert trial_name(0.625, []) == "f0_625"
-    assert trial_name(0.6, ["F0_60", "f0_60_2"]) == "f0_60_3"
+from calib.capture.plan import TrialPlan
 
 
 def test_a_trial_is_framed_by_the_codes_and_driven_as_long_as_asked() -> None:
@@ -17,7 +10,3 @@ def test_a_trial_is_framed_by_the_codes_and_driven_as_long_as_asked() -> None:
     assert [(s.turns_per_s, s.seconds) for s in plan.steps() if s.part == "drive"] == [(0.8, 20.0)]
     assert math.isclose(plan.total_s, 20 + 2 * 4 + 0.5 + 0.5 + 1.0 + 0.5)
     assert list(plan.steps())[-1].turns_per_s == 0
-
-
-def test_without_codes_there_are_none() -> None:
-    assert {step.part for step in TrialPlan("x", 0.8, 5.0, coded=False).steps()} == {"rest", "drive"}

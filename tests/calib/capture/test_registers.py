@@ -55,36 +55,3 @@ def test_units_are_those_of_the_manual() -> None:
     assert math.isclose(registers.reach_turns_per_s(12.0), 1.2)
     assert registers.acceleration_units(214.577 / 3600 * 5) == 5
     assert registers.acceleration_units(0.0) == 1  # 0 would mean: no limit
-
-
-def test_every_block_has_a_length_of_its_own() -> None:
-    read = (
-        registers.TORQUE_ENABLE,
-        registers.HARDWARE_ERROR,
-        registers.MODES,
-        registers.LIMITS,
-        registers.GOALS,
-        MEASURED,
-    )
-    ping = 3
-    assert len({ping, *(register.size for register in read)}) == len(read) + 1
-
-
-def test_no_packet_that_is_ever_sent_needs_stuffing() -> None:
-    """The SDK would send it unstuffed."""
-    most = registers.velocity_units(registers.reach_turns_per_s(16.0))
-    for register, values in (
-        (registers.GOAL_VELOCITY, range(-most, most + 1)),
-        (registers.PROFILE_ACCELERATION, range(1000)),
-        (registers.VELOCITY_LIMIT, range(most + 1)),
-        (registers.BUS_WATCHDOG, range(128)),
-    ):
-        for value in values:
-            data = (value % 256**register.size).to_bytes(register.size, "little")
-            body = bytes([3, *register.address.to_bytes(2, "little"), *data])
-            assert b"\xff\xff\xfd" not in body
-
-
-def test_hardware_errors_are_told_in_words() -> None:
-    assert registers.describe_hardware_error(0x24) == "overheated, overload"
-    assert registers.describe_hardware_error(0x40) == "unknown error 0x40"

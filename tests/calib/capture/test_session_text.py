@@ -5,16 +5,12 @@ import pytest
 
 from calib.capture import MOTOR_HEADER, UserError
 from calib.capture.session_text import SessionText
-from session import MOTOR_COLUMNS, load_session
+from session import load_session
 from swimmer import load_robot
 
 
 def a_log(folder: Path, name: str) -> None:
     (folder / "trials" / f"{name}.motor.csv").write_text(f"{MOTOR_HEADER}\n1,0,0,0,12,30,0\n2,0,0,0,12,30,0\n")
-
-
-def test_the_header_is_that_of_the_session() -> None:
-    assert tuple(MOTOR_HEADER.split(",")) == MOTOR_COLUMNS
 
 
 def test_a_session_that_is_not_there_is_made_and_is_valid(tmp_path: Path) -> None:
@@ -66,10 +62,3 @@ def test_a_place_that_is_no_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(UserError, match="cannot be written"):
         SessionText(tmp_path / "file").make_folders()
-
-
-def test_names_of_logs_that_lie_there_are_taken(tmp_path: Path) -> None:
-    text = SessionText(tmp_path)
-    text.make_folders()
-    a_log(tmp_path, "f0_60")
-    assert text.taken_names() == ["f0_60"]

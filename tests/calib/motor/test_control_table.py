@@ -36,10 +36,6 @@ def test_entries_do_not_overlap_and_start_at_a_value_they_allow() -> None:
         )
 
 
-def test_the_model_is_an_xw540_t140() -> None:
-    assert ControlTable().read(0, 2) == (1180).to_bytes(2, "little")
-
-
 def test_the_block_of_measurements_is_read_at_once() -> None:
     assert len(ControlTable().read(120, 27)) == 27
 
@@ -76,14 +72,6 @@ def test_a_write_is_held_to_access_range_and_limit(name: str, value: int, number
     assert refusal(ControlTable(), *entry(name, value)) is number
 
 
-def test_a_limit_lowered_bounds_the_goal() -> None:
-    table = ControlTable()
-    table["velocity_limit"] = 100
-
-    assert refusal(table, *entry("goal_velocity", 101)) is LIMIT
-    assert refusal(table, *entry("goal_velocity", -100)) is None
-
-
 def test_eeprom_is_closed_while_torque_is_on() -> None:
     table = ControlTable()
     table["torque_enable"] = 1
@@ -116,13 +104,3 @@ def test_a_tripped_watchdog_closes_the_goals_until_zero_is_written() -> None:
     assert refusal(table, *entry("bus_watchdog", 5)) is RANGE
     assert refusal(table, *entry("bus_watchdog", 0)) is None
     assert refusal(table, *entry("torque_enable", 0)) is None
-
-
-def test_signed_entries_read_back_signed() -> None:
-    table = ControlTable()
-    table["present_position"] = -5
-    table["present_velocity"] = 2**31 + 1
-
-    assert table.read(132, 4) == b"\xfb\xff\xff\xff"
-    assert table["present_position"] == -5
-    assert table["present_velocity"] == 1 - 2**31

@@ -12,7 +12,6 @@ from tests.calib.motor.host import (
     BUS_WATCHDOG,
     GOAL_VELOCITY,
     OPERATING_MODE,
-    PROFILE_ACCELERATION,
     TORQUE_ENABLE,
     Host,
 )
@@ -75,15 +74,6 @@ def test_the_ramp_has_the_acceleration_of_the_profile(host: Host) -> None:
     assert host.read(128, 4) == round(5 * 214.577 / 60 * 2.0 / 0.229)
     host.clock.sleep(2.0)
     assert host.read(128, 4) == 200
-
-
-def test_reverse_mode_turns_the_other_way_with_the_same_numbers(host: Host) -> None:
-    assert host.write(10, 1, size=1) == 0
-    host.turn(100)
-    host.clock.sleep(1.0)
-
-    assert host.read(128, 4, signed=True) == 100
-    assert host.motor.state.velocity_rad_s == pytest.approx(-100 * VELOCITY_UNIT)
 
 
 def test_a_time_based_profile_takes_the_time_it_says(host: Host) -> None:
@@ -155,24 +145,6 @@ class TestBusWatchdog:
             host.motor.feed(b"\xff\xff\xfd\x00 not a packet")
         assert host.motor.stopped
 
-    def test_it_does_not_watch_while_torque_is_off(self, host: Host) -> None:
-        host.write(BUS_WATCHDOG, 5)
-        host.clock.sleep(10.0)
-
-        assert host.read(BUS_WATCHDOG, 1) == 5
-
-    def test_where_it_stopped_does_not_depend_on_when_one_looks(self) -> None:
-        late, often = Host(), Host()
-        for one in (late, often):
-            one.turn(200)
-            one.write(BUS_WATCHDOG, 20)
-        late.clock.sleep(5.0)
-        for _ in range(500):
-            often.clock.sleep(0.01)
-            _ = often.motor.state
-
-        assert often.motor.state.position_rad == pytest.approx(late.motor.state.position_rad, abs=0.01)
-
 
 class TestHardwareErrors:
     @pytest.mark.parametrize(
@@ -191,21 +163,6 @@ class TestHardwareErrors:
         host.clock.sleep(1.0)
         assert host.read(70, 1) == 0
         assert host.write(TORQUE_ENABLE, 1) == 0
-
-    @pytest.mark.parametrize("error", [HardwareError.INPUT_VOLTAGE, HardwareError.ENCODER])
-    def test_the_others_raise_the_alert_alone_and_the_motor_goes_on(self, host: Host, error: HardwareError) -> None:
-        host.turn(200)
-        host.motor.raise_error(error)
-
-        assert not host.motor.stopped
-        assert host.write(GOAL_VELOCITY, 100) == ALERT
-
-    def test_a_voltage_out_of_bounds_is_found(self, host: Host) -> None:
-        host.motor.set_supply(8.0)
-        host.clock.sleep(0.1)
-
-        assert host.read(144, 2) == 80
-        assert host.motor.state.hardware_error == HardwareError.INPUT_VOLTAGE
 
     def test_a_stalled_motor_overloads_after_a_second(self) -> None:
         clock = VirtualClock()
@@ -285,13 +242,6 @@ def test_a_reboot_forgets_ram_and_whole_turns_and_takes_its_time(host: Host) -> 
     assert host.motor.state.position_rad < 2 * math.pi + 1.0
 
 
-def test_a_change_of_mode_resets_the_profile(host: Host) -> None:
-    host.write(PROFILE_ACCELERATION, 20)
-    host.write(OPERATING_MODE, 1)
-
-    assert host.read(PROFILE_ACCELERATION, 4) == 0
-
-
 def test_turns_are_cleared_at_rest_only(host: Host) -> None:
     host.turn(200)
     host.clock.sleep(3.0)
@@ -304,14 +254,6 @@ def test_turns_are_cleared_at_rest_only(host: Host) -> None:
     assert host.read(132, 4) > 4096
     assert host.ask(Instruction.CLEAR, b"\x01\x44\x58\x4c\x22") == (0, b"")
     assert 0 <= host.read(132, 4) < 4096
-
-
-def test_an_unfinished_packet_is_forgotten_after_a_while(host: Host) -> None:
-    ping = encode(Packet(1, Instruction.PING))
-    for pause_s, answered in ((0.05, True), (0.2, False)):
-        host.motor.feed(ping[:6])
-        host.clock.sleep(pause_s)
-        assert bool(host.motor.feed(ping[6:])) is answered
 
 
 def test_at_another_baud_rate_neither_understands_the_other(host: Host) -> None:
@@ -328,17 +270,6 @@ def test_at_another_baud_rate_neither_understands_the_other(host: Host) -> None:
 def test_a_motor_that_cannot_be_is_refused(arguments: dict[str, int], said: str) -> None:
     with pytest.raises(ValueError, match=said):
         Emulator(**arguments)
-
-
-def test_the_same_seed_gives_the_same_bytes() -> None:
-    def drive(seed: int) -> bytes:
-        host = Host()
-        host.motor = Emulator(clock=host.clock, load=0.5, seed=seed)
-        host.turn(100)
-        host.clock.sleep(0.5)
-        return host.motor.feed(encode(Packet(1, Instruction.READ, b"\x78\x00\x1b\x00")))
-
-    assert drive(1) == drive(1) != drive(2)
 
 
 def test_random_bytes_never_break_it() -> None:

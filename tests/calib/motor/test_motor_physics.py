@@ -30,17 +30,6 @@ def test_a_ramp_is_the_closed_form(time_s: float) -> None:
     assert physics.angle_rad == pytest.approx(0.5 * acceleration * ramp**2 + goal * (time_s - ramp), abs=1e-5)
 
 
-def test_the_way_does_not_depend_on_how_often_one_looks() -> None:
-    once, often = motor(0.5, 4.0, 3.0), motor(0.5, 4.0, 3.0)
-
-    once.advance(3.0)
-    for _ in range(300):
-        often.advance(0.01)
-
-    assert often.angle_rad == pytest.approx(once.angle_rad, abs=1e-4)
-    assert often.velocity_rad_s == pytest.approx(once.velocity_rad_s, rel=1e-9)
-
-
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize(("load", "supply_v"), [(0.0, 12.0), (2.0, 12.0), (5.0, 12.0), (1.0, 10.0)])
 def test_speed_sags_along_the_line_of_speed_and_torque(load: float, supply_v: float, direction: int) -> None:
@@ -52,14 +41,6 @@ def test_speed_sags_along_the_line_of_speed_and_torque(load: float, supply_v: fl
     assert physics.velocity_rad_s == pytest.approx(direction * NO_LOAD * (supply_v / 12 - load / STALL), rel=1e-6)
     assert physics.torque_nm == pytest.approx(direction * load, abs=1e-6)
     assert physics.current_a == pytest.approx(direction * 4.9 * load / STALL, abs=1e-6)
-
-
-def test_a_light_load_does_not_slow_it() -> None:
-    physics = motor(1.0, goal=4.0)
-
-    physics.advance(1.0)
-
-    assert physics.velocity_rad_s == 4.0
 
 
 def test_it_stalls_at_full_torque_and_full_current() -> None:
@@ -82,28 +63,6 @@ def test_a_load_of_the_angle_ripples_the_current_at_twice_the_turns() -> None:
 
     assert physics.velocity_rad_s == pytest.approx(2 * math.pi)
     assert sum((a < 0) != (b < 0) for a, b in itertools.pairwise(seen)) in (3, 4)
-
-
-def test_torque_off_brakes_to_rest_and_stays() -> None:
-    physics = motor(0.0, goal=5.0)
-    physics.advance(1.0)
-    physics.drive.enabled = False
-
-    physics.advance(5.0 * 0.01 / 0.5 + 0.01)
-    at = physics.angle_rad
-    physics.advance(5.0)
-
-    assert physics.velocity_rad_s == 0.0
-    assert physics.angle_rad == at
-
-
-def test_a_lower_duty_lowers_the_speed_that_is_reached() -> None:
-    physics = motor(0.0, goal=20.0)
-    physics.drive.duty_limit = 0.5
-
-    physics.advance(1.0)
-
-    assert physics.velocity_rad_s == pytest.approx(0.5 * NO_LOAD, rel=1e-6)
 
 
 @pytest.mark.parametrize("time_s", [30.0, 600.0])

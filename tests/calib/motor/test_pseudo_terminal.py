@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import random
 import time
 
 import dynamixel_sdk as sdk
@@ -11,8 +9,7 @@ import pytest
 
 from benchmarks.motor.faults import Fault, Faults, FaultyEmulator
 from calib.motor import Emulator, PseudoTerminal
-from calib.motor.protocol import Packet, PacketReader, encode
-from tests.calib.motor.terminal import PATIENCE_MS, open_port
+from tests.calib.motor.terminal import open_port
 
 PACKETS = sdk.Protocol2PacketHandler()
 
@@ -73,29 +70,6 @@ def test_a_lost_cable_ends_the_terminal_under_its_client() -> None:
         port.closePort()
 
 
-def test_bytes_come_back_as_they_are_whatever_they_are() -> None:
-    rng = random.Random(5)
-    with PseudoTerminal(Emulator(baud=57_600)) as terminal:
-        client = os.open(terminal.path, os.O_RDWR | os.O_NOCTTY)
-        _speed_of(client, 57_600)
-        for _ in range(20):
-            os.write(client, rng.randbytes(50).replace(b"\xfd", b"") + encode(Packet(1, 0x01)))
-        reader, found, until = PacketReader(), 0, time.monotonic() + PATIENCE_MS / 1000
-        while found < 20 and time.monotonic() < until:
-            found += sum(packet.intact for packet in reader.push(os.read(client, 4096)))
-        os.close(client)
-
-    assert found == 20
-
-
 def test_a_speed_that_is_not_the_motors_is_refused() -> None:
     with pytest.raises(ValueError, match="make them the same"):
         PseudoTerminal(Emulator(baud=57_600), baud=1_000_000)
-
-
-def _speed_of(client: int, baud: int) -> None:
-    import termios
-
-    how = termios.tcgetattr(client)
-    how[4] = how[5] = getattr(termios, f"B{baud}")
-    termios.tcsetattr(client, termios.TCSANOW, how)

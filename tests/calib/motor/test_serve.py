@@ -33,14 +33,6 @@ def test_it_tells_its_path_first_and_how_the_motor_was_left_last() -> None:
     assert told[-1] == "Ended. The motor is not driven, at 0.00 turns/s, 25 degrees C."
 
 
-def test_a_baud_rate_it_does_not_have_is_refused_before_anything_is_told() -> None:
-    told: list[str] = []
-
-    with pytest.raises(ValueError, match="the motor knows 9_600"):
-        run_emulator(baud=250_000, tell=told.append)
-    assert told == []
-
-
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_and_sigterm_end_it_in_peace(number: int) -> None:
     code = "import calib.motor as m; m.run_emulator(tell=lambda line: print(line, flush=True))"

@@ -51,16 +51,6 @@ def test_the_sdk_turns_the_motor_and_reads_it_back() -> None:
     assert PACKETS.write1ByteTxRx(port, 1, 11, 3) == (sdk.COMM_SUCCESS, 7)
 
 
-def test_answers_with_a_header_inside_arrive_unstuffed() -> None:
-    port = open_port()
-    port.device.table["goal_velocity"] = 0x00FDFFFF
-
-    data, result, _ = PACKETS.readTxRx(port, 1, 102, 8)
-
-    assert result == sdk.COMM_SUCCESS
-    assert bytes(data[2:6]) == b"\xff\xff\xfd\x00"
-
-
 @pytest.mark.parametrize("latency_s", [1e-3, 16e-3])
 def test_a_read_takes_its_bytes_the_motors_delay_and_the_adapters_latency(latency_s: float) -> None:
     port = open_port(latency_s=latency_s)
@@ -69,14 +59,6 @@ def test_a_read_takes_its_bytes_the_motors_delay_and_the_adapters_latency(latenc
     PACKETS.readTxRx(port, 1, 120, 27)
 
     assert port.clock() - before == pytest.approx((14 + 27 + 11) * 10 / 1e6 + 250 * 2e-6 + latency_s, abs=1e-4)
-
-
-def test_silence_ends_after_the_sdks_time_out() -> None:
-    port = open_port()
-    before = port.clock()
-
-    assert PACKETS.ping(port, 9)[1] == sdk.COMM_RX_TIMEOUT
-    assert port.clock() - before == pytest.approx(0.0342, abs=1e-3)
 
 
 def test_at_the_wrong_rate_nothing_is_found_and_an_unknown_one_is_refused() -> None:

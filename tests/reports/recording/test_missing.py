@@ -38,12 +38,6 @@ def test_every_layer_is_in_the_recording(tmp_path: Path) -> None:
     assert rows_of(entities["/f1_00/missing_force_mN"], "SeriesLines:names") == [["head_along", "head_across"]]
 
 
-def test_without_a_diagnosis_nothing_is_missing(tmp_path: Path) -> None:
-    write_recording(tmp_path / "session.rrd", [made_trial()])
-
-    assert not [e for e in read_recording(tmp_path / "session.rrd").entities if "missing" in e]
-
-
 @pytest.mark.parametrize(
     ("along", "across", "expected"), [(0.3, 0.0, (1, 0)), (-0.3, 0.0, (-1, 0)), (0.0, 0.3, (0, -1))]
 )

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import rerun as rr
 
 from reports.recording import RecordedTrial, write_recording
 from reports.recording.recording import check_recording
@@ -24,7 +23,7 @@ from tests.reports.recording.trials import (
     made_trial,
     trial_with_video,
 )
-from tracking.records import SampleState, TrackedTrial
+from tracking.records import SampleState
 
 
 @pytest.fixture(scope="module")
@@ -156,14 +155,6 @@ def test_what_a_trial_lacks_is_left_out(entities: dict[str, EntityContents]) -> 
     }
 
 
-def test_bare_tracks_make_a_recording(tmp_path: Path) -> None:
-    bare = RecordedTrial("bare", TrackedTrial.of(made_trial().tracked.tracks))
-    write_recording(tmp_path / "session.rrd", [bare])
-    entities = read_recording(tmp_path / "session.rrd").entities
-    assert "/bare/picture/markers" in entities
-    assert "/bare/picture/boxes" not in entities
-
-
 def test_a_recording_is_laid_out(file: Path) -> None:
     assert read_recording(file).blueprints == 1
 
@@ -176,17 +167,6 @@ def test_one_that_is_not_whole_fails_its_check(tmp_path: Path, file: Path) -> No
         path.write_bytes(content)
         with pytest.raises(InputError, match=r"session\.rrd.*cannot be read back.*calib view"):
             check_recording(path, ["/f1_00/picture/markers"])
-
-
-def test_one_without_its_layers_or_layout_fails_its_check(tmp_path: Path, file: Path) -> None:
-    check_recording(file, ["/f1_00/picture/markers"])
-    with pytest.raises(InputError, match="found nothing of /f2/flags; expected"):
-        check_recording(file, ["/f1_00/picture/markers", "/f2/flags"])
-    stream = rr.RecordingStream("swimcal")
-    stream.save(tmp_path / "session.rrd")
-    stream.disconnect()
-    with pytest.raises(InputError, match="found nothing of its layout"):
-        check_recording(tmp_path / "session.rrd", [])
 
 
 def test_a_proxy_that_is_no_video_leaves_what_stood_there(tmp_path: Path) -> None:

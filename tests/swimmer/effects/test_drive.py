@@ -6,7 +6,6 @@ import pytest
 from swimmer import DRY, Twin
 from swimmer.crank_turn import Turn
 from swimmer.effects.affected_twin import AffectedRuns, AffectedTwin
-from swimmer.effects.drive.drive_ratio_error import EFFECT as RATIO
 from swimmer.effects.drive.motor_speed_ripple import EFFECT as RIPPLE
 from swimmer.effects.drive.motor_speed_sag import EFFECT as SAG
 from swimmer.effects.drive.motor_start_delay import EFFECT as DELAY
@@ -42,12 +41,6 @@ def test_the_speed_of_a_turn_is_the_derivative_of_its_angle(effect: Effect, valu
         assert turn.angle(np.zeros(1))[0] == 0.0
 
 
-def test_a_wrong_ratio_changes_the_measured_frequency_alone() -> None:
-    assert RATIO.turned_hz(1.2, np.array([0.05])) == pytest.approx(1.26)
-    assert RATIO.drive(EVEN, np.array([0.05])) is EVEN
-    assert RATIO.enters() == ("turned_hz",)
-
-
 def test_the_share_of_speed_lost_to_the_load_grows_with_the_square_of_the_command() -> None:
     slow, fast = (1 - SAG.turned_hz(f, np.array([0.01, 0.0])) / f for f in (0.5, 1.5))
     assert fast / slow == pytest.approx(9.0, rel=0.03)
@@ -77,11 +70,6 @@ def test_a_late_motor_rests_and_then_turns_as_it_would_have() -> None:
     np.testing.assert_allclose(found[time_s <= 0.75 * delay], 0.4, atol=1e-3)
     late = time_s >= 1.25 * delay
     np.testing.assert_allclose(found[late], 0.4 + SPEED * (time_s[late] - delay), atol=0.01)
-
-
-def test_a_vanishing_delay_vanishes() -> None:
-    turn = turn_with(DELAY, 1e-6)
-    np.testing.assert_allclose(turn.angle(TIME_S), SPEED * TIME_S, atol=1e-5)
 
 
 def test_effects_act_on_a_measured_turn_too() -> None:

@@ -17,7 +17,6 @@ from swimmer.effects.fluid.plates import Plates
 from swimmer.effects.fluid.segment_coefficients import EFFECT as SEGMENTS
 from swimmer.effects.fluid.surface_motion import DAMPING, PITCH_HZ, ROLL_HZ
 from swimmer.effects.fluid.surface_motion import EFFECT as SURFACE
-from swimmer.effects.fluid.wall_proximity import COURSE_S
 from swimmer.effects.fluid.wall_proximity import EFFECT as WALL
 from swimmer.effects.fluid.wave_drag import EFFECT as WAVES
 from swimmer.effects.seen import Seen, View
@@ -123,17 +122,6 @@ def test_a_push_across_a_straight_robot_accelerates_body_and_water(robot: RobotS
     both = body_inertia(plain, bare) + scale * water_inertia(robot, plain, bare)
     expected = np.linalg.solve(both, data.qfrc_applied)
     np.testing.assert_allclose(data.qacc, expected, atol=1e-9 * np.abs(expected).max())
-
-
-def test_a_pull_along_a_straight_robot_accelerates_the_body_alone() -> None:
-    model = model_with(REACTION, np.ones(1), IDEAL, replace(SWIM, with_tendons=False))
-    force, data = REACTION.force(IDEAL, SWIM, np.ones((1, 1))), mujoco.MjData(model)
-    assert force is not None
-    for _ in range(200):
-        data.qfrc_applied[:] = force(state_of(data))[0]
-        data.qfrc_applied[SURGE] += 0.1
-        mujoco.mj_step(model, data)
-    assert data.qvel[SURGE] == pytest.approx(0.1 * data.time / build_mjcf(IDEAL).compile().body_mass.sum(), rel=0.01)
 
 
 def energy_lost(scale: float, timestep_s: float) -> float:
@@ -295,18 +283,6 @@ def test_a_wall_draws_what_passes_along_it_more_the_nearer_it_is() -> None:
     assert force_of(WALL, 16.0, near)[SWAY] == pytest.approx(force_of(WALL, 0.15**-2, straight(surge=-0.3))[SWAY])
 
 
-def test_a_wall_runs_along_the_course() -> None:
-    """Which a robot that has headed elsewhere for long has taken."""
-    ahead, turned = straight(surge=-0.3), straight(surge=-0.3 * np.cos(0.3), sway=-0.3 * np.sin(0.3))
-    turned.position[0, YAW] = 0.3
-    force = WALL.force(FISH, SWIM, np.array([[16.0]]))
-    assert force is not None
-    for _ in range(round(10 * COURSE_S / SWIM.timestep_s)):
-        found = force(turned)[0]
-    expected = force_of(WALL, 16.0, ahead)[SWAY] * np.array([-np.sin(0.3), np.cos(0.3)])
-    np.testing.assert_allclose(found[:2], expected, rtol=1e-3)
-
-
 def test_waves_resist_along_the_head_with_a_hump_at_froude_one_half() -> None:
     hull_speed = np.sqrt(9.81 * 0.355)
     on_hump = 0.5 * RHO * 0.1 * 0.3 * (0.5 * hull_speed) ** 2
@@ -360,13 +336,3 @@ def test_raised_markers_lean_over_as_a_shaken_float_rolls_and_pitches() -> None:
     pitch = 0.03 * (0.01 * 4 * beat * 1j * np.exp(2j * crank) * answers[1]).real
     assert rolled[:, 2, 0] == pytest.approx(0.05 * roll, abs=0.02 * 0.05 * np.abs(roll).max())  # the right is -x
     assert pitched[:, 2, 1] == pytest.approx(0.05 * pitch, abs=0.02 * 0.05 * np.abs(pitch).max())
-
-
-def test_a_tail_that_pitch_lowers_is_seen_smaller() -> None:
-    """A camera at height H magnifies by 1 + z / H: the fin, 0.4 m behind the neck, sinks by 0.4 m times the pitch."""
-    seen, _ = shaken(0.3)
-    leaned, lowered = (SURFACE.observe(seen, np.array(v)) - seen.marker_m for v in ([0, 0.03, 0], [0, 0, 0.03 / 2.5]))
-    pitch = leaned[:, 2, 1] / 0.05
-    assert np.abs(pitch).max() > 1e-4
-    assert lowered[:, 2] == pytest.approx(-pitch[:, None] * 0.4 / 2.5 * seen.marker_m[:, 2], abs=1e-12)
-    assert np.abs(lowered[:, 1]).max() < 1e-12

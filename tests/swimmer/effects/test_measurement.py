@@ -89,13 +89,6 @@ def test_a_glued_marker_rides_on_its_link() -> None:
     assert np.abs(np.delete(off, marker, axis=2)).max() == 0
 
 
-def test_effects_of_single_markers_suit_the_markers_of_a_trial() -> None:
-    effect = catalogue()["marker_offset"].suited(PLAIN.robot, ("nose", "neck", "tail_5", "tail_1"))
-    assert [p.name for p in effect.parameters] == ["tail_5_along", "tail_5_across", "tail_1_along", "tail_1_across"]
-    swap = catalogue()["marker_swap"].suited(PLAIN.robot, ("tail_5", "neck", "tail_1", "nose"))
-    assert [p.name for p in swap.parameters] == ["tail_1_tail_5"]
-
-
 def test_a_box_slides_along_the_body(seen: Seen) -> None:
     off = TrackerDrift(NAMES).observe(seen, np.array([0.0, 0.01])) - seen.marker_m
     assert off[:, 3, 0] == pytest.approx(0.01 * seen.time_s)

@@ -15,8 +15,7 @@ from swimmer.effects.structure.mass_distribution import EFFECT as MASS
 from swimmer.effects.structure.stiffness_error import EFFECT as STIFFNESS
 from swimmer.effects.structure.stiffness_gradient import EFFECT as GRADIENT
 from swimmer.effects.structure.stiffness_hardening import EFFECT as HARDENING
-from swimmer.effects.tendons.path import TendonPath
-from tests.swimmer.effects.models import model_with, plain_model, settled, still
+from tests.swimmer.effects.models import model_with, plain_model, settled
 from tests.swimmer.engine_state import at_pose
 from tests.swimmer.robots import FISH
 
@@ -89,16 +88,6 @@ def test_without_tendons_the_tail_rests_at_its_offset() -> None:
     np.testing.assert_allclose(settled(model_with(OFFSET, 0.1)).qpos[-5:], 0.1, atol=1e-3)
 
 
-def test_with_tendons_the_tail_rests_as_near_its_offset_as_they_let_it() -> None:
-    """The least bending energy k/2 sum (q - q_0)^2 at the tendons' old length, arms . q = 0."""
-    offset = 0.03
-    arms = TendonPath(FISH).straight().per_hinge[0, 0]
-    expected = offset * (1 - arms * arms.sum() / (arms @ arms))
-    model = model_with(OFFSET, offset, DRY)
-    np.testing.assert_allclose(settled(model).qpos[-5:], expected, atol=0.05 * offset)
-    np.testing.assert_allclose(model.tendon_lengthspring, plain_model(DRY).tendon_lengthspring, rtol=1e-12)
-
-
 def test_dry_friction_holds_up_to_its_torque() -> None:
     """A hinge without spring creeps at w from torque / friction = w / sqrt(w^2 + w_0^2); beyond it runs away."""
     friction, seconds = 0.1, 0.2
@@ -109,14 +98,6 @@ def test_dry_friction_holds_up_to_its_torque() -> None:
     assert held.qvel[-1] == pytest.approx(CREEP_RAD_S * 0.8 / 0.6, rel=0.02)
     assert held.qpos[-1] < seconds * CREEP_RAD_S * 0.8 / 0.6
     assert np.abs(free.qvel).max() > 20 * held.qvel[-1]
-
-
-def test_dry_friction_does_not_grow_with_speed() -> None:
-    speed = np.full((1, 6), 3.0)
-    torque = np.array([[0.0, 0.01, 0.02, 0.03, 0.04]])
-    added = np.asarray(DryFriction(torque)(still(np.zeros((1, 6)), speed)).joints)
-    np.testing.assert_allclose((added * speed)[:, 1:], torque, rtol=1e-3)
-    assert not added[:, 0].any()
 
 
 def test_water_weighs_its_volume_in_water_alone() -> None:

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from swimmer import DRY, FREE_DECAY, RobotSpec, build_mjcf
-from swimmer.effects.tendons.crank_arm_error import EFFECT as ARM
 from swimmer.effects.tendons.path import TendonPath
 from swimmer.effects.tendons.tendon_asymmetry import EFFECT as ASYMMETRY
 from swimmer.effects.tendons.tendon_compliance import EFFECT as COMPLIANCE
@@ -41,11 +40,6 @@ def test_the_path_is_the_engines(robot: RobotSpec) -> None:
     force = model.tendon_stiffness * (data.ten_length - model.tendon_lengthspring[:, 0])
     expected = -np.concatenate([[force @ spans.per_crank[0]], force @ spans.per_hinge[0]])
     np.testing.assert_allclose(data.qfrc_spring, expected, rtol=1e-9, atol=1e-9)
-
-
-def test_a_longer_arm_pulls_further_in_proportion() -> None:
-    longer = FISH.crank.arm_m * 1.1 - FISH.crank.anchor_inset_m
-    assert model_with(ARM, 0.1, DRY).site("anchor_right").pos[2] == pytest.approx(longer)
 
 
 def test_compliance_softens_spring_and_damper() -> None:
@@ -84,31 +78,6 @@ def started(model: mujoco.MjModel, bend: np.ndarray) -> mujoco.MjData:
     data = mujoco.MjData(model)
     data.qpos[1:] = bend
     return data
-
-
-def test_slack_takes_all_damping_from_loose_tendons_and_none_from_taut_ones() -> None:
-    """In the second model there is no slack at all."""
-    models = [model_with(SLACK, 0.002, DRY), plain_model(DRY)]
-    damper = SLACK.damping(FISH, DRY, models, np.array([[0.002], [0.0]]))
-    assert damper is not None
-    straight = still(np.zeros((2, 6)), np.zeros((2, 6)))
-    pulled = straight._replace(position=np.array([[1.5, 0, 0, 0, 0, 0]] * 2))
-    np.testing.assert_array_equal(damper(straight).tendons, [[-FISH.tendons.damping_n_s_m] * 2, [0.0, 0.0]])
-    assert not np.any(damper(pulled).tendons)
-
-
-def test_the_tail_of_a_pulled_crank_lags_by_the_slack() -> None:
-    """Its own springs keep it at the near end of the dead band."""
-    slack = 0.004
-    model = model_with(SLACK, slack, DRY)
-    damper = SLACK.damping(FISH, DRY, [model], np.array([[slack]]))
-    rest = TendonPath(FISH).straight().length_m.sum(axis=-1)[0]
-    data = mujoco.MjData(model)
-    data.ctrl[0] = 1.0
-    moved(model, data, 1.0, damper)
-    data.ctrl[0] = 0.0
-    moved(model, data, 0.5, damper)
-    assert np.abs(data.ten_length - rest).max() == pytest.approx(slack, abs=5e-4)
 
 
 def test_friction_takes_the_power_that_sliding_through_each_guide_costs() -> None:

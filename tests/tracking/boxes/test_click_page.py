@@ -8,7 +8,6 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 
-from session import InputError
 from tests.cases import later
 from tests.reports.page import Page
 from tests.reports.test_browser import CHROMIUM, opened, requested
@@ -28,16 +27,6 @@ def click(**more: object) -> ClickBoxes:
     return ClickBoxes(RGB, NINE, **{"trial": "f1_00", "layout_m": layout(), **more})  # type: ignore[arg-type]
 
 
-def test_the_page_is_one_file_without_links() -> None:
-    page = Page(click().html())
-
-    assert page.targets == []
-    assert page.open == []
-    assert len(page.ids) == len(set(page.ids))
-    assert "f1_00.boxes.json" in page.text
-    assert 'boxes = "trials/f1_00.boxes.json"' in page.text
-
-
 def test_names_cannot_break_the_page() -> None:
     page = Page(click(trial="</script><b>").html())
 
@@ -50,12 +39,6 @@ def test_in_a_notebook_the_same_page_stands_in_a_frame() -> None:
     assert shown.startswith("<iframe")
     assert "srcdoc=" in shown
     assert "<script" not in shown  # escaped
-
-
-def test_a_page_is_written_whole(tmp_path: Path) -> None:
-    write_click_page(tmp_path / "deep" / "click.html", click())
-
-    assert (tmp_path / "deep" / "click.html").read_text().rstrip().endswith("</html>")
 
 
 def driven(folder: Path, page: ClickBoxes, script: str) -> str:
@@ -142,9 +125,3 @@ def test_the_page_asks_for_nothing(tmp_path: Path) -> None:
 
     assert "CONSOLE" not in shown.stderr, shown.stderr
     assert requested(tmp_path / "net.json") == []
-
-
-def test_saved_boxes_of_other_markers_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "x.json").write_text('{"frame": 0, "boxes": {"nose": [1, 1, 9, 9]}}')
-    with pytest.raises(InputError, match=r"boxes\.neck: missing"):
-        load_boxes(tmp_path / "x.json", NINE)

@@ -1,17 +1,14 @@
 """The preview: written whole, every box drawn, no name over another."""
 
-from itertools import combinations
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tests.tracking.boxes.drawn import ELEVEN, Scene, draw, places_px
 from tracking.boxes import Box, StartBoxes, write_preview
-from tracking.boxes.preview import View, label_spots, marker_colour
+from tracking.boxes.preview import marker_colour
 
 
 def boxes_of(scene: Scene) -> StartBoxes:
@@ -39,16 +36,3 @@ def test_a_robot_in_the_corner_of_an_upright_picture_is_shown(tmp_path: Path, pl
     write_preview(tmp_path / "f1.png", np.zeros((1280, 720, 3), dtype=np.uint8), boxes)
 
     assert (tmp_path / "f1.png").stat().st_size > 1000
-
-
-@given(st.floats(0, 360), st.lists(st.floats(-30, 30), min_size=5, max_size=5))
-def test_no_name_lies_over_another(heading_deg: float, bend_deg: list[float]) -> None:
-    places = places_px(Scene(markers=ELEVEN, heading_deg=heading_deg, bend_deg=tuple(bend_deg)))
-    view = View(*(places.min(axis=0) - 120), *(places.max(axis=0) + 120))
-
-    spots = label_spots(places, view) / view.size
-
-    upright = np.ptp(places[:, 1]) > np.ptp(places[:, 0])
-    clear = np.array([0.2, 0.055] if upright else [0.15, 0.05])  # of the view: what a name takes
-    for one, other in combinations(spots, 2):
-        assert (np.abs(one - other) >= clear).any()

@@ -58,12 +58,6 @@ def test_the_centre_is_that_of_the_covered_pixels() -> None:
     assert Box.around((12.3, 4.5), 9.0).centre_px == pytest.approx((12.3, 4.5))
 
 
-def test_the_order_is_that_of_the_session(tmp_path: Path) -> None:
-    path = written(tmp_path, dict(reversed(GOOD.items())))
-
-    assert load_boxes(path, MARKERS, video()).markers == MARKERS
-
-
 @pytest.mark.parametrize(
     ("boxes", "message"),
     [
@@ -87,11 +81,6 @@ def test_a_fault_names_its_place_and_what_is_expected(tmp_path: Path, boxes: obj
 
     assert message in error.replace("boxes.neck: on the same spot as nose", "boxes.nose: on the same spot as neck")
     assert "f1.boxes.json" in error
-
-
-@pytest.mark.parametrize("frame", [-1, 1.5, "0", None, True])
-def test_a_frame_is_a_whole_number(tmp_path: Path, frame: object) -> None:
-    assert "frame: not the number of a frame" in refused(written(tmp_path, GOOD, frame))
 
 
 def test_all_faults_come_at_once(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from session import NotEnoughData
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tests.tracking.lens.render import Scene
 from tests.tracking.lens.test_parallax import H, slope_of
-from tracking.lens import Corners, find_corners, scale_from_board, scale_from_corners, to_pixels, to_rays
+from tracking.lens import Corners, find_corners, scale_from_board, scale_from_corners, to_pixels
 
 
 def lying(height: float, turn: float = 0.4, tilt: float = 0.0) -> Corners:
@@ -33,13 +33,6 @@ def test_scale_and_camera_height_come_back(height: float) -> None:
     assert found.rms_px < 1e-3
 
 
-def test_forgetting_refraction_would_cost_a_sixth_of_the_depth() -> None:
-    seen = lying(-0.6)
-    rays = to_rays(seen.image_px, LENS)
-    apparent = np.ptp(seen.place_m[:, 0]) / np.ptp(rays @ [np.cos(0.4), np.sin(0.4)])
-    assert apparent < H + 0.6 - 0.1
-
-
 def test_the_stated_uncertainty_is_that_of_repeated_pictures() -> None:
     rng, clean = np.random.default_rng(0), lying(0.0)
     found = [
@@ -55,29 +48,6 @@ def test_a_tilted_camera_shows() -> None:
     assert found.tilt_deg == pytest.approx(4.0, abs=0.01)
     assert found.rms_px > 1
     assert scale_from_corners(lying(0.0), LENS).tilt_deg == pytest.approx(0.0, abs=0.01)
-
-
-def test_a_picture_of_the_board_gives_its_scale(scene: Scene) -> None:
-    picture = scene.picture(np.zeros(3), np.array([-0.12, -0.09, 0.3]), np.random.default_rng(1))
-    found = scale_from_board(picture, CHARUCO, LENS)
-    assert found.camera_height_m == pytest.approx(0.3, rel=1e-3)
-    assert found.camera_height_m
-    assert found.sd_camera_height_m
-    assert abs(found.camera_height_m - 0.3) < 4 * found.sd_camera_height_m
-    assert found.corners == 35
-
-
-def test_without_a_lens_the_scale_holds_its_distortion() -> None:
-    seen = lying(0.0)
-    found = scale_from_corners(seen)
-    assert found.camera_height_m is None
-    assert found.metres_per_px == pytest.approx(H / LENS.fx_px, rel=0.1)
-    assert found.rms_px > 1
-
-
-def test_without_a_lens_the_board_must_lie_at_the_surface() -> None:
-    with pytest.raises(NotEnoughData, match=r"the board lies -0\.6 m above the water.*calibrate the lens"):
-        scale_from_corners(lying(-0.6), None, -0.6)
 
 
 def test_no_board_is_an_error(scene: Scene) -> None:

@@ -10,7 +10,6 @@ from session import InputError, NotEnoughData
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tests.tracking.lens.render import Scene, poses
 from tracking.lens import BoardSpec, LensCalibration, calibrate_lens, find_corners, to_pixels, to_rays
-from tracking.lens.board_scale import _similarity
 
 
 @pytest.fixture(scope="module")
@@ -129,10 +128,3 @@ def test_all_unreadable_pictures_are_named_at_once(tmp_path: Path, pictures: lis
     assert "b.png: not a picture" in message
     assert "c.png: the picture cannot be read; found No such file" in message
     assert "d.png: a picture of another size; found 960 x 100; expected 960 x 540, like a.png" in message
-
-
-def test_similarity_recovers_a_scale() -> None:
-    source = np.random.default_rng(0).normal(size=(9, 2))
-    fit = _similarity(source, 3 * source @ np.array([[0.6, 0.8], [-0.8, 0.6]]) + 7)
-    assert fit.scale == pytest.approx(3)
-    assert fit.sd_scale < 1e-12

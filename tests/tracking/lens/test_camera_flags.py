@@ -32,10 +32,6 @@ def test_the_stated_size_is_that_of_such_a_lens() -> None:
     assert (pixel[1, 0] - pixel[0, 0]) / 0.5 - 1 == pytest.approx(stretch, rel=0.01)
 
 
-def test_a_good_camera_has_no_flags() -> None:
-    assert lens_flags(CameraSpec(60.0, 0.142, KNOWN), picture_px=(960, 540), metres_per_px=2.0 / KNOWN.fx_px) == ()
-
-
 def test_other_doubts_are_told_apart() -> None:
     assert kinds(CameraSpec(60.0, 0.142, LENS)) == {"no_camera_height"}
     assert kinds(CameraSpec(60.0, 0.142, KNOWN), picture_px=(1920, 1080)) == {"lens_other_size"}

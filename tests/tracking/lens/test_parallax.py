@@ -41,11 +41,6 @@ def test_near_the_foot_water_shows_the_apparent_depth() -> None:
     assert factor == pytest.approx(1 + 0.4 / WATER_INDEX / H)
 
 
-def test_heights_belong_to_markers() -> None:
-    factor = true_over_apparent(np.zeros((7, 3, 2)), np.array([0.0, 0.1, 0.2]), 1.0)
-    assert factor == pytest.approx(np.tile([1.0, 0.9, 0.8], (7, 1)))
-
-
 def test_a_place_above_the_camera_is_refused() -> None:
     with pytest.raises(ValueError, match=r"1\.2 m above the plane is not below the camera at 1 m"):
         true_over_apparent(np.zeros((1, 2)), np.array([1.2]), 1.0)

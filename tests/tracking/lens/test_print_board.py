@@ -36,12 +36,6 @@ def test_drawings_have_the_size_of_the_paper(tmp_path: Path) -> None:
     assert (tmp_path / "board.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_the_same_board_gives_the_same_file(tmp_path: Path) -> None:
-    for name in ("a.svg", "b.svg"):
-        draw_board(tmp_path / name, BOARD)
-    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
-
-
 def test_another_kind_of_file_is_refused_with_the_choices(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"found \.docx; choices: \.pdf, \.svg, \.png"):
         draw_board(tmp_path / "board.docx", BOARD)

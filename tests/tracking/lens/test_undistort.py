@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tracking.lens.conftest import LENS
-from tracking.lens import to_pixels, to_rays, undistort
+from tracking.lens import to_pixels, to_rays
 from tracking.lens.undistort import folds
 
 
@@ -12,19 +12,6 @@ def test_pixels_come_back_from_their_rays_everywhere() -> None:
     x, y = np.meshgrid(np.linspace(0, 959, 30), np.linspace(0, 539, 20))
     pixel = np.stack([x, y], axis=-1)
     assert to_pixels(to_rays(pixel, LENS), LENS) == pytest.approx(pixel, abs=1e-6)
-
-
-def test_missing_samples_stay_missing() -> None:
-    position = np.array([[[100.0, 50.0], [np.nan, np.nan]]])
-    found = undistort(position, LENS)
-    assert np.isfinite(found[0, 0]).all()
-    assert np.isnan(found[0, 1]).all()
-
-
-def test_no_distortion_changes_nothing() -> None:
-    plain = LENS.model_copy(update={"distortion": (0.0,) * 5})
-    position = np.random.default_rng(0).uniform(0, 500, (4, 3, 2))
-    assert undistort(position, plain) == pytest.approx(position, abs=1e-9)
 
 
 @pytest.mark.parametrize(("k1", "folded"), [(-0.1, False), (0.3, False), (-0.5, True), (-2.0, True)])

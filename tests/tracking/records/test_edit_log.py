@@ -32,11 +32,6 @@ def loaded(path, text: str) -> EditLog:
     return EditLog.load(path, MARKERS, FRAMES)
 
 
-def test_a_log_that_is_not_there_is_empty(tmp_path):
-    log = EditLog.load(tmp_path / "f.edits.jsonl", MARKERS)
-    assert log.edits == log.in_force == ()
-
-
 def test_a_log_written_by_hand_is_read_with_its_lines(tmp_path):
     log = loaded(
         tmp_path / "f.edits.jsonl",

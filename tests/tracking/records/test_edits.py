@@ -62,14 +62,6 @@ swaps = edits.filter(lambda edit: isinstance(edit, Swap))
 
 
 @settings(deadline=None, max_examples=40)
-@given(swaps, st.integers(0, 99))
-def test_swapping_twice_changes_nothing(tmp_path_factory, swap, seed):
-    trial = mixed_trial(seed, FRAMES, MARKERS)
-    log = log_of(tmp_path_factory.getbasetemp(), swap, swap)
-    assert same(apply_edits(trial, log), trial, flags=False)
-
-
-@settings(deadline=None, max_examples=40)
 @given(st.lists(edits, max_size=4), edits, st.integers(0, 99))
 def test_an_undo_restores_bit_for_bit(tmp_path_factory, several, edit, seed):
     trial = mixed_trial(seed, FRAMES, MARKERS)

@@ -3,12 +3,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import FISHSIM_MARKERS, Flag, load_tracks
+from session import FISHSIM_MARKERS, load_tracks
 from swimmer import load_robot
 from tests.tracking.fish import FPS, MARKERS, swimming_fish
 from tests.tracking.records.trials import same, tracked_of, twin_px
 from tracking import check_tracks
-from tracking.records import GapLimits, SampleState, TrackedTrial, fill_gaps
+from tracking.records import GapLimits, SampleState, fill_gaps
 
 NOISE_PX = 0.15
 ANY = GapLimits(seconds=9.0, error_px=99.0)
@@ -108,20 +108,6 @@ def test_predicted_samples_are_filled_too_and_give_nothing():
     assert same(fill_gaps(tracked), plain)
 
 
-def test_a_moved_camera_moves_the_filling():
-    turn = np.array([[0.6, 0.8], [-0.8, 0.6]])
-    position = cut(twin_px()[1], ("tail_4", "tail_5"), 40, 10)
-    moved = fill_gaps(tracked_of(position @ turn + [300.0, -20.0])).tracks.position_px
-    assert np.allclose(moved, fill_gaps(tracked_of(position)).tracks.position_px @ turn + [300.0, -20.0], atol=1e-6)
-
-
-def test_flags_of_others_stay_and_old_gaps_go():
-    tracked = tracked_of(twin_px()[0])
-    flags = (Flag("jump", ("nose",), (3, 3), ""), Flag("gap", ("nose",), (5, 9), "old"))
-    filled = fill_gaps(TrackedTrial(tracked.tracks, tracked.state, tracked.size_px, flags))
-    assert filled.flags == flags[:1]
-
-
 FISHSIM = Path(__file__).parents[4] / "shared" / "data" / "fishsim"
 
 
@@ -149,7 +135,3 @@ def test_a_short_trial_is_flagged_not_guessed():
     filled = fill_gaps(tracked_of(position))
     assert filled.state[5, 3] == SampleState.MISSING
     assert "too few samples elsewhere" in filled.flags[0].message
-
-
-def test_the_default_limit_is_a_quarter_second():
-    assert GapLimits().seconds == 15 / FPS

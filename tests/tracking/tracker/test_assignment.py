@@ -31,24 +31,6 @@ def test_no_two_markers_share_a_spot_and_none_lies_beyond_its_gate(seed: int) ->
 
 
 @given(seeds)
-def test_the_order_of_spots_does_not_matter(seed: int) -> None:
-    spots, predicted = scene(seed)
-    order = np.random.default_rng(seed + 1).permutation(len(spots.strength))
-    chosen = assign(spots, predicted)
-    other = assign(Spots(spots.position_px[order], spots.strength[order]), predicted)
-    assert np.array_equal(chosen >= 0, other >= 0)
-    assert np.array_equal(chosen[chosen >= 0], order[other[other >= 0]])
-
-
-@given(seeds)
-def test_the_order_of_markers_does_not_matter(seed: int) -> None:
-    spots, predicted = scene(seed)
-    order = np.random.default_rng(seed + 1).permutation(len(predicted.gate_px))
-    other = assign(spots, Prediction(predicted.position_px[order], predicted.gate_px[order]))
-    assert np.array_equal(assign(spots, predicted)[order], other)
-
-
-@given(seeds)
 def test_a_marker_goes_without_only_when_every_spot_in_its_gate_is_taken(seed: int) -> None:
     spots, predicted = scene(seed)
     chosen = assign(spots, predicted)
@@ -82,12 +64,3 @@ def test_a_common_shift_of_a_chain_does_not_move_the_names_along(seed: int) -> N
     shift = rng.uniform(0, 7.2) * np.array([np.cos(angle), np.sin(angle)])
     chosen = assign(Spots(place + shift, np.ones(9)), Prediction(place, np.full(9, 20.0)))
     assert np.array_equal(chosen, np.arange(9))
-
-
-def test_of_two_equally_near_spots_the_stronger_is_taken() -> None:
-    spots = Spots(np.array([[45.0, 50.0], [55.0, 50.0]]), np.array([0.4, 1.0]))
-    assert assign(spots, Prediction(np.array([[50.0, 50.0]]), np.array([12.0]))).tolist() == [1]
-
-
-def test_without_spots_every_marker_goes_without() -> None:
-    assert assign(Spots(np.empty((0, 2)), np.empty(0)), Prediction(chain(), np.full(9, 20.0))).tolist() == [-1] * 9

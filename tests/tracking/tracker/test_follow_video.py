@@ -98,15 +98,6 @@ def test_frames_before_the_boxes_hold_no_samples(clip: Path) -> None:
     assert len(trial.state) == FRAMES
 
 
-def test_the_markers_come_in_the_order_asked_for(clip: Path, whole: TrackedTrial) -> None:
-    order = NAMES[::-1]
-    with Video(clip) as video:
-        trial = follow_video(video, POOL.boxes(NAMES), order)
-    assert trial.tracks.markers == order
-    off = np.abs(trial.tracks.position_px[:30, ::-1] - whole.tracks.position_px[:30])
-    assert off.max() < 1e-6
-
-
 @pytest.mark.parametrize("after", [*later(31), 62, *later(74)])
 @pytest.mark.parametrize("method", ["hybrid", "spots"])
 def test_interrupted_work_goes_on_to_the_same_bits(
@@ -124,27 +115,6 @@ def test_interrupted_work_goes_on_to_the_same_bits(
     assert same(tracked(clip, method=method, partial=partial, progress=resumed), reference)
     assert resumed.told[0][0] > 30
     assert not partial.path.exists()
-
-
-FAINT_POOL = Pool(tail(1.5, 30, 0.6, 4, (60, 60)), (220, 140), contrast=[110.0, 45.0, 110.0, 40.0])
-
-
-@pytest.mark.parametrize("after", later(33, 64))
-def test_interrupted_work_on_faint_markers_goes_on_to_the_same_bits(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: int
-) -> None:
-    """What CSRT has learned cannot be written down; it is shown what it had seen."""
-    monkeypatch.setattr(sys.modules["tracking.tracker.tracker"], "_FAINT", 60.0)
-    clip, boxes = FAINT_POOL.video(tmp_path / "faint.mkv", FRAMES), FAINT_POOL.boxes(NAMES)
-    reference = tracked(clip, boxes)
-    faint = [flag.markers for flag in reference.flags if flag.kind == "only_csrt" and flag.frames == (0, FRAMES - 1)]
-    assert faint == [("tail_2",), ("tail_4",)]
-    partial = Partial(tmp_path / "f1.partial.npz", "one")
-    with pytest.raises(KeyboardInterrupt):
-        tracked(clip, boxes, partial=partial, progress=Interrupting(after, monkeypatch))
-    resumed = Interrupting(10**6, monkeypatch)
-    assert same(tracked(clip, boxes, partial=partial, progress=resumed), reference)
-    assert resumed.told[0][0] > 30
 
 
 def test_the_threads_of_the_video_are_the_trackers_and_change_nothing(
@@ -166,15 +136,6 @@ def test_the_threads_of_the_video_are_the_trackers_and_change_nothing(
     assert same(trial, whole)
 
 
-def test_interrupted_before_the_first_snapshot_it_starts_anew(
-    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: TrackedTrial
-) -> None:
-    partial = Partial(tmp_path / "partial.npz", "one")
-    with pytest.raises(KeyboardInterrupt):
-        tracked(clip, partial=partial, progress=Interrupting(5, monkeypatch))
-    assert same(tracked(clip, partial=partial), whole)
-
-
 def test_what_was_kept_under_another_fingerprint_is_not_used(
     clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: TrackedTrial
 ) -> None:
@@ -193,18 +154,6 @@ def test_a_broken_partial_file_is_not_used(clip: Path, tmp_path: Path, whole: Tr
     assert same(tracked(clip, partial=partial), whole)
 
 
-def test_a_partial_file_that_lost_its_end_is_not_used(tmp_path: Path) -> None:
-    partial = Partial(tmp_path / "partial.npz", "one")
-    partial.write({"values": np.arange(1000)})
-    read = partial.read()
-    assert read is not None
-    assert np.array_equal(read["values"], np.arange(1000))
-    whole = partial.path.read_bytes()
-    for end in range(0, len(whole), 97):
-        partial.path.write_bytes(whole[:end])
-        assert partial.read() is None
-
-
 def test_a_partial_file_with_flipped_bytes_is_not_used(tmp_path: Path) -> None:
     partial = Partial(tmp_path / "partial.npz", "one")
     partial.write({"values": np.arange(1000)})
@@ -213,23 +162,6 @@ def test_a_partial_file_with_flipped_bytes_is_not_used(tmp_path: Path) -> None:
         partial.path.write_bytes(whole[:at] + bytes([whole[at] ^ 0x40]) + whole[at + 1 :])
         read = partial.read()
         assert read is None or np.array_equal(read.get("values", []), np.arange(1000))
-
-
-def test_without_a_place_to_keep_it_an_interruption_leaves_nothing(
-    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(KeyboardInterrupt):
-        tracked(clip, progress=Interrupting(40, monkeypatch))
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_progress_counts_frames_to_the_end(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    progress = Interrupting(10**6, monkeypatch)
-    tracked(clip, progress=progress)
-    assert [done for done, _, _ in progress.told] == list(range(2, FRAMES + 1))
-    assert {frames for _, frames, _ in progress.told} == {FRAMES}
-    assert min(fps for _, _, fps in progress.told) > 0
 
 
 def test_an_unknown_method_is_refused_with_the_choices(clip: Path) -> None:

@@ -91,32 +91,6 @@ def test_exchanged_pectorals_are_flagged_in_exactly_their_frames(frames: int, he
     ]
 
 
-def test_the_order_of_the_columns_does_not_matter() -> None:
-    position = swum(markers=ELEVEN)
-    position[50:60, [5, 6]] = position[50:60, [6, 5]]
-    order = np.random.default_rng(1).permutation(11)
-    shuffled = tuple(ELEVEN[k] for k in order)
-    flags = judge(trial_of(position[:, order], shuffled), ROBOT)
-    assert [(flag.kind, set(flag.markers), flag.frames) for flag in flags] == [("swap", {"tail_3", "tail_4"}, (50, 59))]
-
-
-def test_tracks_without_the_head_are_judged_without_fault() -> None:
-    """Left and right need the line from neck to nose."""
-    tail = ("tail_1", "tail_2", "tail_3", "tail_4", "pectoral_left", "pectoral_right")
-    assert judge(trial_of(swum(markers=tail), tail), ROBOT) == ()
-
-
-def test_a_missing_neighbour_hides_no_flag_of_others_and_makes_none() -> None:
-    position = swum()
-    position[20:40, 4] = np.nan
-    position[80:90, [7, 8]] = position[80:90, [8, 7]]
-    flags = judge(trial_of(position), ROBOT)
-    assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [
-        ("lost_marker", ("tail_2",), (20, 39)),
-        ("swap", ("tail_5", "caudal_fin"), (80, 89)),
-    ]
-
-
 def test_predicted_and_interpolated_samples_are_lost_ones_by_hand_are_not() -> None:
     trial = trial_of(swum())
     state = trial.state.copy()
@@ -144,13 +118,6 @@ def test_a_wrong_size_is_flagged_where_it_lasts_and_not_in_one_frame(factor: flo
     flags = judge(trial.with_samples(tracks.position_px, tracks.confidence, trial.state, size, ()), ROBOT)
     assert [(flag.kind, flag.markers) for flag in flags] == [("size", ("tail_2",))]
     assert flags[0].frames == (60, 79)
-
-
-def test_an_unknown_size_is_no_wrong_size() -> None:
-    trial = trial_of(swum())
-    size = np.full_like(trial.size_px, np.nan)
-    tracks = trial.tracks
-    assert judge(trial.with_samples(tracks.position_px, tracks.confidence, trial.state, size, ()), ROBOT) == ()
 
 
 def test_low_confidence_that_lasts_is_a_drift() -> None:

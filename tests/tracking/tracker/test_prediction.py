@@ -39,17 +39,6 @@ def test_steady_acceleration_is_predicted_exactly_from_the_third_frame_on() -> N
     assert np.abs(said[3:] - path[4:]).max() < 1e-9
 
 
-def test_the_second_frame_is_predicted_where_the_first_was() -> None:
-    path = np.array([[[10.0, 10.0]], [[20.0, 10.0]]])
-    motion = Motion(path[0], DIAMETER[:1])
-    assert np.array_equal(motion.predict(DIAMETER[:1]).position_px, path[0])
-
-
-def test_the_third_frame_is_predicted_by_velocity_alone() -> None:
-    motion, _ = carried_through(np.array([[[10.0, 10.0]], [[20.0, 12.0]]]))
-    assert np.array_equal(motion.predict(DIAMETER[:1]).position_px, [[30.0, 14.0]])
-
-
 def test_a_lost_marker_is_carried_along_rigidly() -> None:
     path = turning(40)
     seen = np.ones((40, 4), bool)
@@ -113,23 +102,3 @@ def test_a_marker_put_by_a_person_starts_anew_there() -> None:
     predicted = motion.predict(DIAMETER)
     assert predicted.position_px[2].tolist() == [33.0, 44.0]
     assert predicted.gate_px[2] >= 1.5 * DIAMETER[2]
-
-
-def test_restored_motion_goes_on_the_same() -> None:
-    path, seen = turning(30), np.random.default_rng(4).random((30, 4)) > 0.2
-    motion, _ = carried_through(path[:15], seen[:15])
-    other = Motion.restored({name: value.copy() for name, value in motion.state().items()})
-    for k in range(15, 30):
-        here, there = motion.predict(DIAMETER), other.predict(DIAMETER)
-        assert np.array_equal(here.position_px, there.position_px)
-        assert np.array_equal(here.gate_px, there.gate_px)
-        motion.update(here.position_px, path[k], seen[k])
-        other.update(there.position_px, path[k], seen[k])
-
-
-def test_all_markers_lost_at_once_are_predicted_without_fault() -> None:
-    motion, _ = carried_through(turning(10))
-    for _ in range(30):
-        predicted = motion.predict(DIAMETER)
-        assert np.isfinite(predicted.position_px).all()
-        motion.update(predicted.position_px, np.full((4, 2), np.nan), np.zeros(4, bool))

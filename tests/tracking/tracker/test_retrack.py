@@ -90,19 +90,6 @@ def test_from_a_box_on_empty_water_nothing_is_followed_and_a_flag_says_so(clip: 
     ]
 
 
-def test_what_only_csrt_sees_of_a_marker_set_by_hand_is_flagged(tmp_path: Path) -> None:
-    def contrast(frame: float) -> np.ndarray:
-        return np.array([110.0, 110.0, 27.0 if 20 <= frame <= 26 else 110.0, 110.0])
-
-    pool = POOL.but(path=tail(1.5, 30, 0.6, 4, (40, 60)), contrast=contrast, texture=1.0)
-    truth = pool.truths(FRAMES)
-    trial = TrackedTrial.of(Tracks(NAMES, np.arange(FRAMES) / 60, truth, np.full((FRAMES, 4), 0.9)))
-    with Video(pool.video(tmp_path / "clip.mkv", FRAMES)) as video:
-        after = retracker(video)(trial, Retrack("tail_3", SET, box_at(truth[SET, 2]), None))
-    (flag,) = after.flags
-    assert (flag.kind, flag.markers, flag.frames) == ("only_csrt", ("tail_3",), (20, 23))
-
-
 @pytest.mark.parametrize("until", [SET, 25, FRAMES - 1])
 def test_an_edit_log_tracks_on_up_to_its_last_frame(clip: Path, tmp_path: Path, until: int) -> None:
     log = EditLog.load(tmp_path / "f1.edits.jsonl", NAMES, FRAMES)
@@ -115,27 +102,3 @@ def test_an_edit_log_tracks_on_up_to_its_last_frame(clip: Path, tmp_path: Path, 
     assert away[SET : until + 1].max() < 0.3
     assert np.array_equal(after.tracks.position_px[until + 1 :, 2], before.tracks.position_px[until + 1 :, 2])
     assert [flag.kind for flag in after.flags] == ["edited"]
-
-
-def test_in_the_last_frame_there_is_nothing_to_track_on_to(clip: Path, tmp_path: Path) -> None:
-    log = EditLog.load(tmp_path / "f1.edits.jsonl", NAMES, FRAMES)
-    log = log.append(SetBox(marker="tail_3", frame=FRAMES - 1, box=box_at(TRUTH[-1, 2])))
-    with Video(clip) as video:
-        after = apply_edits(spoiled(), log, retracker(video))
-    assert after.state[-1, 2] == SampleState.BY_HAND
-    assert np.allclose(after.tracks.position_px[-1, 2], TRUTH[-1, 2], atol=1e-9)
-
-
-def test_two_markers_set_in_turn_each_heed_the_other(clip: Path, tmp_path: Path) -> None:
-    """tail_2 and tail_3 exchanged from frame 5 on, both set right by hand in frame 10."""
-    position = TRUTH.copy()
-    position[5:, [1, 2]] = position[5:, [2, 1]]
-    trial = TrackedTrial.of(Tracks(NAMES, np.arange(FRAMES) / 60, position, np.full((FRAMES, 4), 0.9)))
-    log = EditLog.load(tmp_path / "f1.edits.jsonl", NAMES, FRAMES)
-    for marker in (1, 2):
-        log = log.append(SetBox(marker=NAMES[marker], frame=SET, box=box_at(TRUTH[SET, marker])))
-    with Video(clip) as video:
-        after = apply_edits(trial, log, retracker(video))
-    away = np.linalg.norm(after.tracks.position_px - TRUTH, axis=2)[SET + 1 :]
-    assert np.nanmax(away) < 0.3
-    assert np.isfinite(away[:, 1:3]).all()

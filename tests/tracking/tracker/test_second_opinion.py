@@ -72,30 +72,6 @@ def test_an_answer_on_a_cover_is_refused(luma: float) -> None:
     assert seen[21:].all()
 
 
-def opinion_at(lost_at: tuple[float, float], others: tuple[tuple[float, float], ...]) -> dict[int, np.ndarray]:
-    """What it says of marker 0, last seen at (60, 60), in a picture of a marker there; others said to be elsewhere."""
-    luma = Pool(still((60, 60)), (200, 120)).frame(0)
-    opinion = SecondOpinion(threads=1)
-    position = np.array([(60.0, 60.0), *others])
-    lost = np.arange(len(position)) == 0
-    opinion.remember(luma, position, lost)
-    position[0] = lost_at
-    return opinion.ask(luma, lost, np.full(len(position), 14.0), position)
-
-
-def test_an_answer_where_another_marker_is_seen_is_refused() -> None:
-    assert opinion_at((60, 60), ())[0] == pytest.approx([60, 60], abs=1.0)
-    assert opinion_at((60, 60), ((64.0, 63.0),)) == {}
-    assert 0 in opinion_at((60, 60), ((75.0, 60.0),))
-
-
-def test_a_marker_never_seen_well_has_no_opinion() -> None:
-    opinion = SecondOpinion(threads=1)
-    luma = Pool(still((60, 60)), (200, 120)).frame(0)
-    assert opinion.ask(luma, np.array([True]), np.array([14.0]), np.array([[60.0, 60.0]])) == {}
-    assert opinion.updates == 0
-
-
 def test_an_answer_on_something_unlike_the_marker_is_refused() -> None:
     luma = Pool(still((60, 60)), (200, 120)).frame(0)
     opinion = SecondOpinion(threads=1)
@@ -116,14 +92,3 @@ def test_two_markers_lost_at_once_never_get_one_answer() -> None:
         there = sighting.position_px[sighting.seen]
         apart = np.linalg.norm(there[:, None] - there, axis=2)[~np.eye(len(there), dtype=bool)]
         assert apart.min(initial=np.inf) > 7
-
-
-def test_its_pictures_are_kept_and_taken_back() -> None:
-    luma = Pool(ROW, (200, 120)).frame(0)
-    opinion, other = SecondOpinion(threads=1), SecondOpinion(threads=1)
-    opinion.remember(luma, ROW(0), np.array([True, False, True]))
-    other.restore(opinion.state())
-    lost = np.array([True, True, True])
-    here, there = (one.ask(luma, lost, np.full(3, 14.0), ROW(0)) for one in (opinion, other))
-    assert set(here) == set(there) == {0, 2}
-    assert all(np.array_equal(here[marker], there[marker]) for marker in here)

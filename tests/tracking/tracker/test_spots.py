@@ -84,11 +84,6 @@ def test_neighbours_that_nearly_touch_stay_two_and_hardly_draw_each_other(diamet
     assert abs(np.mean(towards)) < 0.08
 
 
-def test_noise_of_a_tenth_of_the_contrast_leaves_the_centre_to_a_tenth_of_a_pixel() -> None:
-    errors = centre_errors(14.0, 80.0, noise=8.0)
-    assert np.sqrt((errors**2).mean(axis=0)).max() < 0.1
-
-
 def test_no_spot_on_water_without_markers() -> None:
     """Texture, noise and a slope, searched as if 16 markers of contrast 80 were expected there."""
     luma = Pool(still(), (200, 200), noise=3.0, texture=4.0, slope=(0.2, 0.1)).frame(0)
@@ -104,36 +99,6 @@ def test_a_marker_gives_strength_one_and_a_faint_one_its_share() -> None:
     spots = find_spots(luma, truth, np.full(2, 10.0), look)
     order = np.argsort(spots.position_px[:, 0])
     assert spots.strength[order] == pytest.approx([1.0, 0.5], abs=0.06)
-
-
-def test_a_dark_marker_is_no_spot_of_a_bright_one() -> None:
-    truth = np.array([[60.0, 60.0]])
-    luma = Pool(still(*truth), (120, 120), 14.0, -80.0, noise=1.0).frame(0)
-    bright = Appearance(np.ones(1), np.array([14.0]), np.array([80.0]), np.ones(1))
-    spots = find_spots(luma, truth, np.array([5.0]), bright)
-    assert len(spots.strength) == 0
-
-
-def test_overlapping_windows_give_each_spot_once() -> None:
-    truth = np.array([[60.0, 60.0], [78.0, 60.0]])
-    luma = Pool(still(*truth), (140, 120), 14.0, 100.0).frame(0)
-    spots = find_spots(luma, truth, np.full(2, 30.0), looks_of(luma, truth, 16.0))
-    assert len(spots.strength) == 2
-
-
-def test_spots_at_the_very_border_lie_in_the_picture() -> None:
-    truth = np.array([[1.0, 50.0], [98.5, 98.5]])
-    luma = Pool(still(*truth), (100, 100), 14.0, 100.0).frame(0)
-    look = Appearance(np.ones(2), np.full(2, 14.0), np.full(2, 100.0), np.ones(2))
-    spots = find_spots(luma, truth, np.full(2, 25.0), look)
-    assert ((spots.position_px >= 0) & (spots.position_px <= 99)).all()
-
-
-def test_spots_away_from_taken_places_keep_the_rest() -> None:
-    spots = Spots(np.array([[10.0, 10.0], [20.0, 10.0], [40.0, 10.0]]), np.ones(3))
-    left = spots.away_from(np.array([[12.0, 10.0], [40.0, 15.0]]), 5.5)
-    assert left.position_px.tolist() == [[20.0, 10.0]]
-    assert len(spots.away_from(np.empty((0, 2)), 5.5).strength) == 3
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

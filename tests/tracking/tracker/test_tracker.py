@@ -216,35 +216,8 @@ def test_a_restored_tracker_goes_on_bit_for_bit(use_csrt: bool, at: int) -> None
             assert np.array_equal(getattr(here, name), getattr(there, name), equal_nan=True)
 
 
-def test_a_tracker_cannot_be_kept_while_csrt_runs() -> None:
-    pool = Pool(still((60, 60), (100, 60)), (160, 120), contrast=lambda f: np.array([110.0, 0.0 if f > 5 else 110.0]))
-    tracker = pool.begin(use_csrt=True)
-    kept = []
-    for luma in pool.frames(14, 1):
-        tracker.step(luma)
-        kept.append(tracker.can_be_kept)
-    assert kept == [True] * 5 + [False] * 4 + [True] * 4
-
-
-def test_places_taken_by_others_are_left_alone() -> None:
-    pool = Pool(still((60, 60), (76, 60)), (140, 120), contrast=lambda f: np.array([0.0 if f > 3 else 110.0, 110.0]))
-    tracker, _ = MarkerTracker.begin(pool.frame(0), pool.truth(0)[:1], np.array([18.0]), use_csrt=False)
-    for number, luma in enumerate(pool.frames(30, 1), start=1):
-        seen = tracker.step(luma, pool.truth(0)[1:])
-        assert bool(seen.seen[0]) == (number <= 3)
-
-
 def test_dark_markers_and_bright_ones_are_followed_in_one_picture() -> None:
     pool = Pool(tail(2.0), (320, 340), contrast=np.where(np.arange(9) % 2, -80.0, 110.0).tolist())
     away = errors(pool.followed(30), pool.truths(30))
     assert np.isfinite(away).all()
     assert rms_axis(away) < 0.05
-
-
-def test_slowly_fading_light_is_learned() -> None:
-    pool = Pool(
-        still((40, 40), (80, 40), (60, 80)), (120, 120), contrast=lambda f: np.full(3, 110.0 * (1 - 0.3 * f / 100))
-    )
-    sightings = pool.followed(100)
-    assert all(s.seen.all() for s in sightings)
-    assert sightings[-1].confidence.min() > 0.6

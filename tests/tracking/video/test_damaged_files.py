@@ -75,12 +75,6 @@ def test_a_file_cut_short_says_where_it_ends_and_what_was_expected(
         assert video.damage == video.info.damage == video.info.caveats[0]
 
 
-def test_a_cut_fragmented_file_is_told(whole: dict[str, Path], tmp_path: Path) -> None:
-    with Video(cut(whole["mp4-fragments"], 0.6, tmp_path)) as video:
-        list(video.frames())
-        assert video.damage is not None
-
-
 @pytest.mark.parametrize("name", ["mp4", "mkv", "ts", "avi"])
 @pytest.mark.parametrize("seed", range(6))
 def test_frames_after_spoilt_bytes_keep_their_numbers_and_times(
@@ -105,12 +99,6 @@ def test_spoilt_fragments_give_what_is_readable(seed: int, whole: dict[str, Path
         assert len(times_s) > 20
         assert np.all(np.diff(times_s) > 0)
         assert video.damage is not None
-
-
-def test_a_jump_in_time_is_told(tmp_path: Path) -> None:
-    stamps_ms = [*range(0, 660, 33), *range(5000, 5660, 33)]
-    with Video(Clip(".mkv", "libx264", stamps_ms=stamps_ms).write(tmp_path)) as video:
-        assert video.info.caveats == ("time jumps by 4.373 s after frame 19",)
 
 
 def test_frames_missing_from_a_steady_video_are_told_and_those_of_a_variable_rate_are_not(tmp_path: Path) -> None:
@@ -140,17 +128,6 @@ def test_lost_frames_are_named_with_their_time(whole: dict[str, Path], tmp_path:
         with pytest.raises(InputError, match=r"frame 31: cannot be decoded; found damaged data at 1\.033 s"):
             video.frame(31)
         assert number_in(video.frame(32).luma) == 32
-
-
-def test_random_access_in_a_damaged_file_agrees_with_reading_in_order(whole: dict[str, Path], tmp_path: Path) -> None:
-    with Video(cut(whole["mp4"], 0.6, tmp_path)) as video:
-        in_order = {frame.number: frame.luma for frame in video.frames()}
-        for number in np.random.default_rng(2).permutation(video.info.frames):
-            if int(number) in in_order:
-                np.testing.assert_array_equal(video.frame(int(number)).luma, in_order[int(number)])
-            else:
-                with pytest.raises(InputError, match="cannot be decoded"):
-                    video.frame(int(number))
 
 
 def test_an_mp4_without_its_index_says_what_to_do(clip: Callable[[str], Path], tmp_path: Path) -> None:

@@ -14,12 +14,6 @@ def lossless(suffix: str = ".mkv", pixels: str = "gray", **other: object) -> Cli
     return Clip(suffix, "ffv1", frames=3, pixels=pixels, **other)  # type: ignore[arg-type]
 
 
-def test_luma_is_what_was_stored(tmp_path: Path) -> None:
-    with Video(lossless().write(tmp_path)) as video:
-        for frame in video.frames():
-            np.testing.assert_array_equal(frame.luma, picture(frame.number))
-
-
 def test_luma_is_a_view_that_cannot_be_written_to(clip: Callable[[str], Path]) -> None:
     with Video(clip("h264-mp4")) as video:
         frame = video.frame(4)
@@ -28,14 +22,6 @@ def test_luma_is_a_view_that_cannot_be_written_to(clip: Callable[[str], Path]) -
         assert frame.luma is frame.luma
         with pytest.raises(ValueError, match="read-only"):
             frame.luma[0, 0] = 0
-
-
-def test_luma_outlives_the_video(clip: Callable[[str], Path]) -> None:
-    with Video(clip("h264-mp4")) as video:
-        frames = list(video.frames(0, 12))
-        there_and_back = [video.frame(number) for number in (30, 2)]
-    assert [number_in(frame.luma) for frame in frames] == list(range(12))
-    assert [number_in(frame.luma) for frame in there_and_back] == [30, 2]
 
 
 @pytest.mark.parametrize("size", [(155, 91), (97, 65), (33, 33)])
@@ -74,11 +60,3 @@ def test_a_turned_camera_gives_upright_pictures(turned_deg: int, tmp_path: Path)
         assert [number_in(frame.luma) for frame in video.frames()] == list(range(5))
         assert number_in(video.frame(3).rgb()[..., 1]) == 3
         assert number_in(video.frame(3).scaled(160, 96).to_ndarray()[:96]) == 3
-
-
-def test_rgb_has_three_channels_of_a_gray_picture(clip: Callable[[str], Path]) -> None:
-    with Video(clip("ffv1-mkv")) as video:
-        rgb = video.frame(7).rgb()
-    assert rgb.shape == (96, 160, 3)
-    assert rgb.dtype == np.uint8
-    np.testing.assert_allclose(rgb, np.repeat(picture(7)[..., None], 3, axis=2), atol=3)

@@ -1,7 +1,6 @@
 """Every frame comes once, in order of presentation, with its own time."""
 
 from collections.abc import Callable
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -29,11 +28,6 @@ def test_times_are_those_that_were_written(name: str, clip: Callable[[str], Path
         assert video.info.fps == pytest.approx(30, rel=1e-3)
 
 
-def test_codec_has_its_common_name(clip: Callable[[str], Path]) -> None:
-    codecs = {name: Video(clip(name)).info.codec for name in ("h264-mp4", "hevc-mov", "vp9-webm", "ffv1-mkv")}
-    assert codecs == {"h264-mp4": "h264", "hevc-mov": "hevc", "vp9-webm": "vp9", "ffv1-mkv": "ffv1"}
-
-
 @pytest.mark.parametrize(("suffix", "codec"), [(".mp4", "libx264"), (".mov", "libx264"), (".mkv", "ffv1")])
 def test_variable_frame_rate_keeps_each_time(suffix: str, codec: str, tmp_path: Path) -> None:
     stamps_ms = np.cumsum(np.random.default_rng(3).integers(5, 120, 50))
@@ -42,14 +36,6 @@ def test_variable_frame_rate_keeps_each_time(suffix: str, codec: str, tmp_path: 
     with Video(path) as video:
         np.testing.assert_allclose([frame.time_s for frame in video.frames()], stamps_ms / 1000, atol=1e-6)
         assert [number_in(frame.luma) for frame in video.frames()] == list(range(50))
-
-
-@pytest.mark.parametrize("suffix", [".mp4", ".mkv", ".ts"])
-def test_59_94_is_not_60(suffix: str, tmp_path: Path) -> None:
-    path = Clip(suffix, "libx264", frames=130, rate=Fraction(60000, 1001)).write(tmp_path)
-    with Video(path) as video:
-        assert video.info.fps == pytest.approx(60000 / 1001, abs=0.02)
-        np.testing.assert_allclose(video.info.time_s, np.arange(130) * 1001 / 60000, atol=0.6e-3)
 
 
 @pytest.mark.parametrize("first", [-7, 25])
@@ -75,10 +61,3 @@ def test_a_file_without_times_says_where_they_come_from(clip: Callable[[str], Pa
         assert "times come from the frame rate" in raw.info.caveats[0]
         assert "times come from decoding time stamps" in avi.info.caveats[0]
         assert mp4.info.caveats == ()
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_threads_do_not_change_a_picture(threads: int, clip: Callable[[str], Path]) -> None:
-    with Video(clip("h264-mp4")) as all_cores, Video(clip("h264-mp4"), threads=threads) as some:
-        for one, other in zip(all_cores.frames(), some.frames(), strict=True):
-            np.testing.assert_array_equal(one.luma, other.luma)

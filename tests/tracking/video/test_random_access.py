@@ -33,14 +33,6 @@ def test_a_range_begins_and_ends_where_asked(name: str, start: int, stop: int, c
         assert [number_in(frame.luma) for frame in frames] == list(range(start, stop))
 
 
-def test_reading_in_order_and_at_random_do_not_disturb_each_other(clip: Callable[[str], Path]) -> None:
-    with Video(clip("h264-mp4")) as video:
-        for one, other in zip(video.frames(), video.frames(5), strict=False):
-            assert number_in(video.frame(39 - one.number).luma) == 39 - one.number
-            assert number_in(one.luma) == one.number
-            assert number_in(other.luma) == one.number + 5
-
-
 def test_a_container_that_cannot_seek_is_read_from_its_start(
     clip: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,6 +1,5 @@
 """Reading holds one frame at a time, however long the video, and closes its files."""
 
-import gc
 import weakref
 from collections.abc import Callable
 from pathlib import Path
@@ -48,27 +47,6 @@ def test_frames_alive_do_not_grow_with_length(tmp_path: Path) -> None:
     assert most <= 2
 
 
-def test_reading_to_the_end_closes_the_file(
-    clip: Callable[[str], Path], opened: list[av.container.InputContainer]
-) -> None:
-    with Video(clip("h264-mp4")) as video:
-        list(video.frames())
-        assert all(map(is_closed, opened))
-
-
-def test_stopping_early_closes_the_file(clip: Callable[[str], Path], opened: list[av.container.InputContainer]) -> None:
-    with Video(clip("h264-mp4")) as video:
-        frames = video.frames(3)
-        next(frames)
-        assert not all(map(is_closed, opened))
-        frames.close()
-        assert all(map(is_closed, opened))
-        for _ in video.frames():
-            break
-        gc.collect()
-        assert all(map(is_closed, opened))
-
-
 def test_leaving_the_video_closes_what_random_access_opened(
     clip: Callable[[str], Path], opened: list[av.container.InputContainer]
 ) -> None:
@@ -77,16 +55,6 @@ def test_leaving_the_video_closes_what_random_access_opened(
         video.frame(4)
         assert not all(map(is_closed, opened))
     assert all(map(is_closed, opened))
-
-
-def test_random_access_opens_the_file_once(
-    clip: Callable[[str], Path], opened: list[av.container.InputContainer]
-) -> None:
-    with Video(clip("h264-mp4")) as video:
-        before = len(opened)
-        for number in (20, 21, 22, 7, 39, 8):
-            video.frame(number)
-        assert len(opened) - before == 1
 
 
 def test_a_file_that_is_refused_is_closed(tmp_path: Path, opened: list[av.container.InputContainer]) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.reality import Sight
-from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
+from benchmarks.reality.mechanisms import CATALOGUED
 from benchmarks.reality.mechanisms.fluid import (
     AddedMassReaction,
     BackgroundCurrent,
@@ -30,11 +30,6 @@ from tests.benchmarks.reality.mechanisms.one_fish import (
 NAMES = CATALOGUED["fluid"]
 HEIGHT, LENGTH = LAYOUT.strips.half_height_m, LAYOUT.strips.length_m
 WAVY = bent_by(0.05 * np.sin(np.arange(LAYOUT.hinges)))
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_no_strength_is_no_mechanism(name: str) -> None:
-    assert drawn_of("fluid", name)(np.random.default_rng(0))(0.0) == ()
 
 
 def test_each_grows_with_its_strength_from_nothing() -> None:

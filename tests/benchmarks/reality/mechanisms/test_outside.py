@@ -38,11 +38,6 @@ HINGES = np.linspace(0.02, 0.1, LAYOUT.hinges)
 FRAMES_S = np.arange(301) / 60
 
 
-@pytest.mark.parametrize("name", OUTSIDE)
-def test_no_strength_is_no_mechanism(name: str) -> None:
-    assert drawn_of("outside", name)(np.random.default_rng(0))(0.0) == ()
-
-
 def test_each_grows_with_its_strength_from_nothing() -> None:
     names = [name for name in OUTSIDE if name != "timing_glitch"]
     for name, way in moved("outside", names, (1e-6, 0.5, 2.0, 10.0)).items():

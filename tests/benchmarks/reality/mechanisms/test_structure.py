@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from benchmarks.reality import Nuisances, Recording, Trial, World, simulate
-from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
+from benchmarks.reality.mechanisms import CATALOGUED
 from benchmarks.reality.mechanisms.structure import (
     BendOffset,
     EntrainedWater,
@@ -28,11 +28,6 @@ from tests.benchmarks.reality.motions import COEFFICIENTS
 NAMES = CATALOGUED["structure"]
 HINGES = np.linspace(0.02, 0.1, LAYOUT.hinges)
 STIFFNESS, DAMPING = prepared().hinge_stiffness_n_m[0], prepared().hinge_damping_n_m_s[0]
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_no_strength_is_no_mechanism(name: str) -> None:
-    assert drawn_of("structure", name)(np.random.default_rng(0))(0.0) == ()
 
 
 def test_each_grows_with_its_strength_from_nothing() -> None:
