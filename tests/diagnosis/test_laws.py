@@ -18,8 +18,8 @@ from diagnosis.strangers import strangers
 from fitting.signatures import signature_of
 from session import FISHSIM_MARKERS, TrialKind
 from swimmer.effects import Effect, Parameter, StepForce, StepState
-from swimmer.effects.measurement.scale_error import ScaleError
-from swimmer.effects.structure.joint_damping import JointDamping
+from swimmer.effects.measurement import ScaleError
+from swimmer.effects.structure import JointDamping
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
 from synthetic import PLAUSIBLE_COEFFICIENTS

@@ -23,8 +23,8 @@ from fitting.posterior.session_model import SessionModel
 from fitting.signatures import signature_of
 from session import FISHSIM_MARKERS
 from swimmer import build_mjcf, load_robot
-from swimmer.effects.measurement.marker_offset import MarkerOffset
-from swimmer.effects.structure.stiffness_gradient import StiffnessGradient
+from swimmer.effects.measurement import MarkerOffset
+from swimmer.effects.structure import StiffnessGradient
 from tests.cases import later
 from tests.diagnosis.grounds import CAMERA, ground
 from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, signature

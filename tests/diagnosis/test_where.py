@@ -15,7 +15,7 @@ from diagnosis.where import STAGES, Where, locate
 from fitting.signatures import Signature, signature_of
 from session import FISHSIM_MARKERS
 from swimmer.effects import catalogue
-from swimmer.effects.measurement.marker_offset import MarkerOffset
+from swimmer.effects.measurement import MarkerOffset
 from tests.diagnosis.grounds import CAMERA, ground
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -34,14 +34,10 @@ from benchmarks.reality.mechanisms.tendons import (
 )
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.tendons import Turn
-from swimmer.effects.drive.motor_speed_sag import WarmingPace
-from swimmer.effects.drive.motor_start_delay import LatePace
+from swimmer.effects.drive import LatePace, WarmingPace
 from swimmer.effects.dry_friction import CREEP_RAD_S
-from swimmer.effects.fluid.fluid_memory import AT_ONCE, SLOW_M_S
-from swimmer.effects.fluid.surface_motion import DAMPING, PITCH_HZ, ROLL_HZ
-from swimmer.effects.fluid.wall_proximity import DRAG, LIFT
-from swimmer.effects.fluid.wave_drag import hump
-from swimmer.effects.tendons.tendon_friction import CREEP_M_S
+from swimmer.effects.fluid import AT_ONCE, DAMPING, DRAG, LIFT, PITCH_HZ, ROLL_HZ, SLOW_M_S, hump
+from swimmer.effects.tendons import CREEP_M_S
 
 _BENT_RAD = 0.5  # up to which a hardening hinge is taken implicitly
 

@@ -10,13 +10,9 @@ from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import signature_of, view_of
 from fitting.signatures.signature import strengths
 from session import FISHSIM_MARKERS, CameraCalibration, CameraSpec
-from swimmer.effects.fluid.background_current import BackgroundCurrent
-from swimmer.effects.measurement.marker_offset import MarkerOffset
-from swimmer.effects.measurement.marker_swap import MarkerSwap
-from swimmer.effects.measurement.rolling_shutter import RollingShutter
-from swimmer.effects.measurement.scale_error import ScaleError
-from swimmer.effects.measurement.time_base_error import TimeBaseError
-from swimmer.effects.tendons.crank_arm_error import CrankArmError
+from swimmer.effects.fluid import BackgroundCurrent
+from swimmer.effects.measurement import MarkerOffset, MarkerSwap, RollingShutter, ScaleError, TimeBaseError
+from swimmer.effects.tendons import CrankArmError
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 

@@ -8,7 +8,7 @@ import pytest
 
 from session import InputError
 from swimmer.effects import Effect, Parameter, catalogue
-from swimmer.effects.tendons.crank_arm_error import CrankArmError
+from swimmer.effects.tendons import CrankArmError
 from tests.swimmer.effects.swims import ROBOT
 
 Catalogue = Callable[..., Mapping[str, Effect]]

@@ -5,12 +5,14 @@ import pytest
 
 from swimmer import DRY, Twin
 from swimmer.crank_turn import Turn
+from swimmer.effects import catalogue
 from swimmer.effects.affected_twin import AffectedRuns, AffectedTwin
-from swimmer.effects.drive.motor_speed_ripple import EFFECT as RIPPLE
-from swimmer.effects.drive.motor_speed_sag import EFFECT as SAG
-from swimmer.effects.drive.motor_start_delay import EFFECT as DELAY
 from swimmer.effects.effect import Drive, Effect
 from tests.swimmer.robots import FISH
+
+RIPPLE = catalogue()["motor_speed_ripple"]
+SAG = catalogue()["motor_speed_sag"]
+DELAY = catalogue()["motor_start_delay"]
 
 TIME_S = np.linspace(0.0, 6.0, 2401)
 SPEED = 2 * np.pi * 0.8

@@ -7,23 +7,24 @@ import numpy as np
 import pytest
 
 from swimmer import SWIM, FluidCoefficients, RobotSpec, Runs, Scene, TailMotion, Twin, build_mjcf, mean_thrust
+from swimmer.effects import catalogue
 from swimmer.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimmer.effects.effect import Effect, StepState
-from swimmer.effects.fluid.added_mass_reaction import EFFECT as REACTION
-from swimmer.effects.fluid.background_current import EFFECT as CURRENT
-from swimmer.effects.fluid.fluid_memory import EFFECT as MEMORY
-from swimmer.effects.fluid.fluid_memory import SLOW_M_S
-from swimmer.effects.fluid.plates import Plates
-from swimmer.effects.fluid.segment_coefficients import EFFECT as SEGMENTS
-from swimmer.effects.fluid.surface_motion import DAMPING, PITCH_HZ, ROLL_HZ
-from swimmer.effects.fluid.surface_motion import EFFECT as SURFACE
-from swimmer.effects.fluid.wall_proximity import EFFECT as WALL
-from swimmer.effects.fluid.wave_drag import EFFECT as WAVES
+from swimmer.effects.fluid import DAMPING, PITCH_HZ, ROLL_HZ, SLOW_M_S
+from swimmer.effects.plates import Plates
 from swimmer.effects.seen import Seen, View
 from tests.cases import later
 from tests.swimmer.effects.swims import PLAIN
 from tests.swimmer.engine_state import random_state
 from tests.swimmer.robots import FISH, changed, every_robot
+
+REACTION = catalogue()["added_mass_reaction"]
+CURRENT = catalogue()["background_current"]
+MEMORY = catalogue()["fluid_memory"]
+SEGMENTS = catalogue()["segment_coefficients"]
+SURFACE = catalogue()["surface_motion"]
+WALL = catalogue()["wall_proximity"]
+WAVES = catalogue()["wave_drag"]
 
 RHO = 1000.0
 NO_DRAG = FluidCoefficients(0.0, 0.0, 0.0, 0.0, 0.0)

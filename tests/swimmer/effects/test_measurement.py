@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from swimmer.effects import AffectedTwin, Seen, View, catalogue
-from swimmer.effects.measurement.marker_offset import MarkerOffset
-from swimmer.effects.measurement.marker_swap import MarkerSwap
-from swimmer.effects.measurement.tracker_drift import TrackerDrift
+from swimmer.effects.measurement import MarkerOffset, MarkerSwap, TrackerDrift
 from tests.swimmer.effects.swims import PLAIN, TIME_S, runs_with, with_effect
 
 NAMES = ("nose", "neck", "tail_1", "tail_2")

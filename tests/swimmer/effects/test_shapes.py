@@ -5,7 +5,7 @@ import pytest
 
 from session import InputError
 from swimmer.effects import Effect, Seen, StepForce, StepState
-from swimmer.effects.tendons.crank_arm_error import CrankArmError
+from swimmer.effects.tendons import CrankArmError
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
 from tests.swimmer.effects.swims import COUNT, PLAIN, TIME_S, plain_runs, with_effect

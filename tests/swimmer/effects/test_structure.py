@@ -7,17 +7,19 @@ import numpy as np
 import pytest
 
 from swimmer import DRY, FREE_DECAY, SWIM
+from swimmer.effects import catalogue
 from swimmer.effects.dry_friction import CREEP_RAD_S, DryFriction
-from swimmer.effects.structure.bend_offset import EFFECT as OFFSET
-from swimmer.effects.structure.entrained_water import EFFECT as WATER
-from swimmer.effects.structure.joint_damping import EFFECT as DAMPING
-from swimmer.effects.structure.mass_distribution import EFFECT as MASS
-from swimmer.effects.structure.stiffness_error import EFFECT as STIFFNESS
-from swimmer.effects.structure.stiffness_gradient import EFFECT as GRADIENT
-from swimmer.effects.structure.stiffness_hardening import EFFECT as HARDENING
 from tests.swimmer.effects.models import model_with, plain_model, settled
 from tests.swimmer.engine_state import at_pose
 from tests.swimmer.robots import FISH
+
+OFFSET = catalogue()["bend_offset"]
+WATER = catalogue()["entrained_water"]
+DAMPING = catalogue()["joint_damping"]
+MASS = catalogue()["mass_distribution"]
+STIFFNESS = catalogue()["stiffness_error"]
+GRADIENT = catalogue()["stiffness_gradient"]
+HARDENING = catalogue()["stiffness_hardening"]
 
 FINE = replace(FREE_DECAY, timestep_s=2.5e-4)
 LAST = np.array([0.0, 0.0, 0.0, 0.0, 1.0])

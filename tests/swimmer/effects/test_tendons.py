@@ -5,14 +5,16 @@ import numpy as np
 import pytest
 
 from swimmer import DRY, FREE_DECAY, RobotSpec, build_mjcf
-from swimmer.effects.tendons.path import TendonPath
-from swimmer.effects.tendons.tendon_asymmetry import EFFECT as ASYMMETRY
-from swimmer.effects.tendons.tendon_compliance import EFFECT as COMPLIANCE
-from swimmer.effects.tendons.tendon_friction import EFFECT as FRICTION
-from swimmer.effects.tendons.tendon_slack import EFFECT as SLACK
+from swimmer.effects import catalogue
+from swimmer.effects.tendon_path import TendonPath
 from tests.swimmer.effects.models import model_with, moved, plain_model, settled, still
 from tests.swimmer.engine_state import at_pose, random_state
 from tests.swimmer.robots import FISH, every_robot
+
+ASYMMETRY = catalogue()["tendon_asymmetry"]
+COMPLIANCE = catalogue()["tendon_compliance"]
+FRICTION = catalogue()["tendon_friction"]
+SLACK = catalogue()["tendon_slack"]
 
 TURN = np.linspace(-np.pi / 2, np.pi / 2, 41)
 

@@ -1,4 +1,4 @@
-"""A turn that is made at another pace: later, or slower and slower."""
+"""Turns of a crank that effects can work on: even ones, and ones made at another pace."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -7,6 +7,28 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from swimmer.crank_turn import Turn
+from swimmer.effects.effect import Drive
+
+
+@dataclass(frozen=True)
+class EvenTurn:
+    """Attributes: speed_rad_s, of the crank."""
+
+    speed_rad_s: float
+    logged: bool = False
+
+    def angle(self, time_s: ArrayLike) -> np.ndarray:
+        """(f,) rad."""
+        return self.speed_rad_s * np.asarray(time_s, float)
+
+    def speed(self, time_s: ArrayLike) -> np.ndarray:
+        """(f,) rad/s."""
+        return np.full(np.shape(time_s), self.speed_rad_s)
+
+
+def turn_of(drive: Drive) -> Turn:
+    """The turn that a crank makes, even or not."""
+    return EvenTurn(2 * np.pi * drive.frequency_hz) if drive.turn is None else drive.turn
 
 
 class Pace(Protocol):

@@ -1,0 +1,382 @@
+"""Effects of the water."""
+
+import mujoco
+import numpy as np
+
+from swimmer.effects.effect import Effect, Parameter, StepForce, StepState
+from swimmer.effects.plates import Plates
+from swimmer.effects.seen import Seen, View
+from swimmer.fluid import added_mass
+from swimmer.mjcf import Scene
+from swimmer.robot import RobotSpec
+
+
+def water_behind_kg(robot: RobotSpec, plates: Plates) -> np.ndarray:
+    """(p,) mass of the water that each plate carries when it moves across itself, spread evenly along it.
+
+    The robot is one long surface, so that water cannot pass between two plates, and leaves its last edge smoothly:
+    pi/4 rho d^2 a length for depth d.
+    """
+    half_length, _, half_height = plates.half_m.T
+    return np.asarray(robot.water.density_kg_m3 * np.pi * half_height**2 * 2 * half_length)
+
+
+class _Reactive:
+    """Elongated body theory's reactive force, of plates whose model holds the water m behind each as its own mass.
+
+    With v_x along, tailwards, and v_y across a plate and w its turning, the water answers with -m dv_y/dt across,
+    m v_y w along and the torque -m v_x v_y (Kirchhoff's equations), and what leaves the last edge at v_t across it
+    takes with it m' v_x v_t across and -1/2 m' v_t^2 along, m' a length. The engine does part of this:
+    m (dv/dt + w x v), of which m a_x along and m w v_x across are given back, a the acceleration in the pool; and the
+    terms without acceleration, of ellipsoids by themselves, which give way to the plates'.
+
+    The acceleration of the step to come is that of the last two, drawn on in a straight line: this settles, since the
+    engine has in hand all of the inertia that it is spared (z^2 = r (2 z - 1) with 0 <= r < 1 the share of it along the
+    plates has |z| < 1).
+    """
+
+    def __init__(self, robot: RobotSpec, plates: Plates, share: np.ndarray, timestep_s: float) -> None:
+        self.plates, self.timestep_s = plates, timestep_s
+        water, density = water_behind_kg(robot, plates), robot.water.density_kg_m3
+        self.mass_kg = share * water  # (n, p)
+        self.beyond_kg = share * (water - density * np.array([added_mass(half)[0][1] for half in plates.half_m]))
+        self.rear_m = plates.half_m[-1, 0]
+        self.edge_kg_m = self.mass_kg[:, -1] / (2 * self.rear_m)
+        self.velocity: np.ndarray | None = None
+        self.gained: float | np.ndarray = 0.0  # in the last step, m/s
+
+    @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
+    def __call__(self, state: StepState) -> np.ndarray:
+        motion = self.plates.motion(state)
+        gained = 0.0 if self.velocity is None else motion.velocity - self.velocity
+        coming = 2 * gained - self.gained
+        self.velocity, self.gained = motion.velocity, gained
+        own, turning = motion.along.conj() * motion.velocity, motion.turning
+        lengthwise = np.real(motion.along.conj() * coming) / self.timestep_s
+        force = self.mass_kg * (lengthwise + 1j * turning * own.real) + self.beyond_kg * own.imag * turning
+        torque = -self.beyond_kg * own.real * own.imag
+        at_edge = own.imag[:, -1] + turning[:, -1] * self.rear_m
+        shed = self.edge_kg_m * (1j * own.real[:, -1] * at_edge - 0.5 * at_edge**2)
+        force[:, -1] += shed
+        torque[:, -1] += self.rear_m * shed.imag
+        return self.plates.generalised(force * motion.along, motion, torque)
+
+
+class AddedMassReaction(Effect):
+    """Water that must be accelerated with the body, and is left behind with what it has gained.
+
+    Without what is left behind the kinetic energy would be the body's plus 1/2 scale m_A v_y^2, and stay; the wake
+    takes 1/2 m' v_t^2 of it a length of way. At scale 1 all is as in elongated body theory, which makes too much of a
+    fin that is higher than it is long: by itself in the water it would carry an eighth as much.
+    """
+
+    name = "added_mass_reaction"
+    family = "fluid"
+    stage = "body"
+    physics = "Reaction -d(m_A v_y)/dt to the acceleration of a plate across itself; its momentum is shed at the tail."
+    source = (
+        "Lighthill, Proc. R. Soc. B 179 (1971), m_A = pi/4 rho d^2 a length; Candelier, Boyer and Leroyer, J. Fluid "
+        "Mech. 673 (2011); Kirchhoff's equations (Lamb, article 124), of which MuJoCo has all but the acceleration."
+    )
+    seen_in = frozenset({"swim"})
+    parameters = (Parameter("scale", "1", 0.0, 1.0, 0.2),)
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """As mass of the plates: so the engine solves for what acts across them together with all other inertia."""
+        if values[0] > 0 and scene.in_water:
+            plates = Plates(robot, scene)
+            for name, mass in zip(plates.names, water_behind_kg(robot, plates), strict=True):
+                spec.geom(name).mass += float(values[0] * mass)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """Frees them along themselves, and sheds."""
+        if not scene.in_water or not values.any():
+            return None
+        return _Reactive(robot, Plates(robot, scene), values, scene.timestep_s)
+
+
+_PLATES = ("head_fluid", "caudal_fin")
+
+
+class SegmentCoefficients(Effect):
+    """All five coefficients of the head, and of the fin, are those of the tail times exp(parameter)."""
+
+    name = "segment_coefficients"
+    family = "fluid"
+    stage = "body"
+    physics = "Drag and lift coefficients depend on shape: a bluff head, and a fin with free edges, differ from a tail."
+    source = "Hoerner, Fluid-Dynamic Drag (1965), chapter 3: plates and bodies by proportion and bluntness."
+    seen_in = frozenset({"swim"})
+    parameters = (Parameter("ln_head", "1", -1.0, 1.0, 0.3), Parameter("ln_fin", "1", -1.0, 1.0, 0.3))
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """The factors."""
+        for name, value in zip(_PLATES, values, strict=True):
+            spec.geom(name).fluid_coefs = np.exp(value) * spec.geom(name).fluid_coefs
+
+
+AT_ONCE = 0.5
+"""Share of the force that follows the motion at once: Wagner's function at time 0."""
+SLOW_M_S = 0.02
+"""At which a wake is left behind by a fish at rest."""
+
+
+class _Wake:
+    """Holds back a share of the water's force, which comes as the wake is left; exact for a force that changes evenly.
+
+    The way is that of the plates' surface on the mean. Each step is given the force of the step before: with a share
+    below 1 held back this cannot grow, however strong the drag.
+    """
+
+    def __init__(self, plates: Plates, way_m: np.ndarray, timestep_s: float) -> None:
+        self.plates, self.way_m, self.timestep_s = plates, way_m, timestep_s
+        area = plates.half_m[:, [0]] * plates.half_m[:, [2]]
+        self.share = area / area.sum()  # (p, 1)
+        self.late: float | np.ndarray = 0.0
+        self.before: float | np.ndarray = 0.0  # no wake at the start
+
+    @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
+    def __call__(self, state: StepState) -> np.ndarray:
+        passed_m = self.timestep_s * np.hypot(np.abs(self.plates.motion(state).velocity) @ self.share, SLOW_M_S)
+        steps = np.divide(passed_m, self.way_m, out=np.full(passed_m.shape, np.inf), where=self.way_m > 0)
+        kept = np.exp(-steps)
+        late = kept * self.late + (1 - kept) / steps * (state.fluid - self.before)
+        self.late, self.before = late, state.fluid.copy()
+        return np.asarray(-(1 - AT_ONCE) * late)
+
+
+class FluidMemory(Effect):
+    """Half of the water's force comes at once, the rest as the wake that it must build up is left behind.
+
+    The lag is that of the whole force on each joint; the engine does not tell drag from lift.
+    """
+
+    name = "fluid_memory"
+    family = "fluid"
+    stage = "body"
+    physics = "The vortex shed at a change of circulation holds half of it back until it has been left behind."
+    source = "Wagner (1925); Jones, NACA report 681 (1940), here with one exponential; Theodorsen, report 496 (1935)."
+    seen_in = frozenset({"swim"})
+    parameters = (Parameter("way", "m", 0.0, 0.1, 0.004),)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """With a state of its own."""
+        return _Wake(Plates(robot, scene), values, scene.timestep_s) if scene.in_water and values.any() else None
+
+
+_MOST_M_S, _SD_M_S = 0.15, 0.02
+
+
+class BackgroundCurrent(Effect):
+    """A uniform, steady current, the same in the pool in all trials.
+
+    In one trial its components are those of the frame in which the head starts at the origin, heading along -x. The
+    velocity that a run starts with is the head's in the pool, as a camera measures it, so it stays as it is. The forces
+    of other effects take the water to be at rest.
+    """
+
+    name = "background_current"
+    family = "fluid"
+    stage = "body"
+    physics = "Forces depend on the velocity relative to the water, which is that in the pool less the current's."
+    source = "Galilean invariance; MuJoCo's option wind."
+    seen_in = frozenset({"swim"})
+    parameters = (
+        Parameter("right", "m/s", -_MOST_M_S, _MOST_M_S, _SD_M_S),
+        Parameter("down", "m/s", -_MOST_M_S, _MOST_M_S, _SD_M_S),
+    )
+
+    def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
+        """Turned from the picture into the frame of the trial."""
+        down_x, down_y = view.down
+        return np.asarray(values[0] * np.array([-down_y, down_x]) + values[1] * view.down)
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """As the engine's wind."""
+        if scene.in_water and values.any():
+            spec.option.wind = (*values, 0.0)
+
+
+DRAG = 1.2
+"""Of a plate that moves broadside: Hoerner, Fluid-Dynamic Drag (1965), chapter 3. The wall adds a share of it."""
+LIFT = 1.0
+"""Towards the wall, of a plate that moves along it; of order one (Quinn, Lauder and Smits 2014)."""
+COURSE_S = 1.0
+"""Over which a heading that swings from beat to beat is averaged to a course."""
+
+
+class _Wall:
+    """A wall 1 / nearness to the left of the start: forces on every plate by its own clearance c and half depth h.
+
+    It runs along the course, the heading of which `COURSE_S` are remembered. The share (h / c)^2 is levelled off to
+    h^2 / (c^2 + h^2), and the lift to 0, where a plate touches the wall.
+    """
+
+    def __init__(self, robot: RobotSpec, plates: Plates, nearness: np.ndarray, timestep_s: float) -> None:
+        self.plates, self.nearness = plates, nearness
+        self.turned = -np.expm1(-timestep_s / COURSE_S)  # share of a step in the course
+        self.course: complex | np.ndarray = 1.0 + 0.0j  # (n, 1) backward along it
+        half_length, _, self.half_height = plates.half_m.T
+        self.pressed = 0.5 * robot.water.density_kg_m3 * 4 * half_length * self.half_height  # 1/2 rho S
+
+    @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
+    def __call__(self, state: StepState) -> np.ndarray:
+        motion = self.plates.motion(state)
+        course = self.course / np.abs(self.course)
+        self.course = course + self.turned * (motion.along[:, :1] - course)
+        velocity = motion.velocity * np.conj(course)
+        clearance = 1 + self.nearness * np.imag(motion.place * np.conj(course))  # by the distance at the start
+        depth = self.nearness * self.half_height
+        far = np.hypot(clearance, depth)
+        share = (depth / far) ** 2
+        along, across = velocity.real, velocity.imag
+        drag = -DRAG * share * np.abs(across) * across
+        lift = -LIFT * share * along**2 * np.sign(self.nearness) * clearance / far
+        return self.plates.generalised(1j * self.pressed * (drag + lift) * course, motion)
+
+
+class WallProximity(Effect):
+    """A wall parallel to the course, given by its distance from the start, to the power -2: left +, right -.
+
+    In proportion to it is what a distant wall does.
+    """
+
+    name = "wall_proximity"
+    family = "fluid"
+    stage = "body"
+    physics = (
+        "A wall at clearance c adds a share (h / c)^2 to the drag across it and draws a passing body of half depth h "
+        "towards it."
+    )
+    source = "Images in a plane (Lamb, Hydrodynamics, article 137); Quinn, Lauder and Smits, J. Fluid Mech. 742 (2014)."
+    seen_in = frozenset({"swim"})
+    parameters = (Parameter("inverse_square", "1/m^2", -64.0, 64.0, 8.0),)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """Across the wall."""
+        nearness = np.sign(values) * np.sqrt(np.abs(values))
+        return (
+            _Wall(robot, Plates(robot, scene), nearness, scene.timestep_s) if scene.in_water and values.any() else None
+        )
+
+
+GRAVITY_M_S2 = 9.81
+HUMP_FROUDE = 0.5
+"""Where the bow's waves are twice as long as the hull, and their drag is greatest."""
+
+
+def hump(froude: np.ndarray) -> np.ndarray:
+    """Wave drag coefficient by Froude number against that on the hump: 2 x^4 / (1 + x^8) with x = Fr / 0.5.
+
+    Rises as Fr^4 (a resistance with the sixth power of speed) and falls as fast behind the hump, where a hull planes.
+    """
+    x4 = (froude / HUMP_FROUDE) ** 4
+    return np.asarray(2 * x4 / (1 + x4**2))
+
+
+class _Waves:
+    """Drag along the head's axis."""
+
+    def __init__(self, robot: RobotSpec, plates: Plates, on_hump: np.ndarray) -> None:
+        self.plates = plates
+        self.hull_speed = np.sqrt(GRAVITY_M_S2 * 2 * plates.half_m[0, 0])  # Fr = 1
+        self.scale = 0.5 * robot.water.density_kg_m3 * robot.elongated_body.reference_area_m2 * on_hump[:, 0]
+
+    @np.errstate(over="ignore", invalid="ignore")  # a simulation that blows up is marked later
+    def __call__(self, state: StepState) -> np.ndarray:
+        motion = self.plates.motion(state)
+        head = motion.along[:, 0]
+        speed = np.real(head.conj() * motion.velocity[:, 0])
+        force = np.zeros_like(motion.place)
+        force[:, 0] = -self.scale * hump(np.abs(speed) / self.hull_speed) * np.abs(speed) * speed * head
+        return self.plates.generalised(force, motion)
+
+
+class WaveDrag(Effect):
+    """A drag that is nothing when slow and rises steeply towards the speed of waves as long as the head."""
+
+    name = "wave_drag"
+    family = "fluid"
+    stage = "body"
+    physics = "Drag 1/2 rho S c(Fr) U^2 with a hump at Fr = U / sqrt(g L) = 0.5, L the hull's (head's) length."
+    source = "Havelock, Proc. R. Soc. A 89 (1914); Hoerner, Fluid-Dynamic Drag (1965), chapter 11."
+    seen_in = frozenset({"swim"})
+    parameters = (Parameter("on_hump", "1", 0.0, 4.0, 0.5),)
+
+    def force(self, robot: RobotSpec, scene: Scene, values: np.ndarray) -> StepForce | None:
+        """On the head."""
+        return _Waves(robot, Plates(robot, scene), values) if scene.in_water and values.any() else None
+
+
+ROLL_HZ, PITCH_HZ, DAMPING = 2.0, 1.6, 0.2
+"""Natural frequencies of a small float, and their damping ratio."""
+_HARMONICS = np.arange(1, 4)
+
+
+def swing(driven: np.ndarray, beat_rad: np.ndarray, time_s: np.ndarray, natural_hz: float) -> np.ndarray:
+    """(f,) lasting answer x of x'' + 2 z w x' + w^2 x = w^2 d to a drive d (f,), beat by beat; w = 2 pi natural_hz.
+
+    Args:
+        driven: d, of which the first three harmonics count.
+        beat_rad: (f,) angle of the crank.
+        time_s: (f,).
+        natural_hz: of the oscillator.
+    """
+    turning = np.exp(1j * np.outer(beat_rad, _HARMONICS))  # (f, 3)
+    columns = np.column_stack([np.ones(len(time_s)), turning.real, turning.imag])
+    cosine, sine = np.linalg.lstsq(columns, driven, rcond=None)[0][1:].reshape(2, -1)
+    faster = _HARMONICS * np.polyfit(time_s, beat_rad, 1)[0] / (2 * np.pi * natural_hz)  # over the natural frequency
+    answer = (cosine - 1j * sine) / (1 - faster**2 + 2j * DAMPING * faster)
+    return np.asarray((turning @ answer).real)
+
+
+class SurfaceMotion(Effect):
+    """Raised markers swing over the water line, at which nose and neck are: sideways with roll, lengthwise with pitch.
+
+    Roll and pitch are what a damped float does when the head's acceleration shakes it, across and along: in proportion
+    to it far below the natural frequency, late near it. Heave moves nothing in a picture taken from straight above and
+    far, so there is none.
+    """
+
+    name = "surface_motion"
+    family = "fluid"
+    stage = "camera"
+    physics = (
+        "A shaken float rolls and pitches; a marker z above the water line moves by -z roll to the right, z pitch aft."
+    )
+    source = "Driven damped oscillator; kinematics of a floating body, small angles."
+    seen_in = frozenset({"swim"})
+    parameters = (
+        Parameter("roll", "rad s^2/m", -0.3, 0.3, 0.02),
+        Parameter("pitch", "rad s^2/m", -0.6, 0.6, 0.06),
+        Parameter("pitch_over_height", "rad s^2/m^2", -0.3, 0.3, 0.025),
+    )
+
+    def observe(self, seen: Seen, values: np.ndarray) -> np.ndarray:
+        """About the axes of the head: the tail's hinges are upright, so it rolls and pitches along."""
+        nose = seen.names.index("nose")
+        if not values.any() or not np.isfinite(seen.marker_m).all():
+            return seen.marker_m
+        axes = seen.axes[:, nose]  # (f, 2, 2): backward, right
+        velocity = np.gradient(seen.marker_m[:, nose], seen.time_s, axis=0)
+        shaken = np.einsum("fkd,fd->fk", axes, np.gradient(velocity, seen.time_s, axis=0))  # m/s^2
+        pitch, roll = (
+            swing(value * shaken[:, k], seen.crank_rad, seen.time_s, hz)
+            for k, (value, hz) in enumerate(((1.0, PITCH_HZ), (values[0], ROLL_HZ)))
+        )
+        lean = values[1] * pitch[:, None] * axes[:, 0] - roll[:, None] * axes[:, 1]
+        behind = np.einsum("fmd,fd->fm", seen.marker_m - seen.marker_m[:, [seen.names.index("neck")]], axes[:, 0])
+        nearer = -values[2] * pitch[:, None] * behind  # over the camera's height
+        swung = seen.marker_m + seen.above_m[:, None] * lean[:, None]
+        return np.asarray(swung + nearer[..., None] * (seen.marker_m - seen.view.axis_m))
+
+
+EFFECTS: tuple[Effect, ...] = (
+    AddedMassReaction(),
+    SegmentCoefficients(),
+    FluidMemory(),
+    BackgroundCurrent(),
+    WallProximity(),
+    WaveDrag(),
+    SurfaceMotion(),
+)

@@ -1,1 +1,0 @@
-"""Effects of camera, markers and tracker."""

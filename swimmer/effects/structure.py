@@ -1,0 +1,198 @@
+"""Effects of the tail's hinges and masses."""
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from swimmer.effects.dry_friction import DryFriction
+from swimmer.effects.effect import Effect, Parameter, StepDamper
+from swimmer.effects.tendon_path import rest_lengths, set_rest_lengths
+from swimmer.mjcf import Scene
+from swimmer.robot import RobotSpec
+
+
+class StiffnessError(Effect):
+    """All hinges alike are stiffer by the share `relative`."""
+
+    name = "stiffness_error"
+    family = "structure"
+    stage = "tail"
+    physics = "The restoring torque of every hinge differs by the same share."
+    source = "Hooke's law; plates bend with the cube of a thickness that printing holds to a few hundredths."
+    seen_in = frozenset({"free_decay", "dry", "swim"})
+    parameters = (Parameter("relative", "1", -0.3, 1.5, 0.1),)
+
+    def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
+        """With other hinges."""
+        stiffness = float(robot.tail.hinge_stiffness_n_m * (1 + values[0]))
+        return robot.model_copy(update={"tail": robot.tail.model_copy(update={"hinge_stiffness_n_m": stiffness})})
+
+
+class StiffnessGradient(Effect):
+    """Stiffness goes evenly from (1 - `relative`) at the first hinge to (1 + `relative`) times at the last.
+
+    The mean over the hinges stays.
+    """
+
+    name = "stiffness_gradient"
+    family = "structure"
+    stage = "tail"
+    physics = "Hinges of unequal height or thickness share the bend unequally."
+    source = "Hooke's law; a plate's bending stiffness is E h t^3 / 12 a length."
+    seen_in = frozenset({"free_decay", "dry", "swim"})
+    parameters = (Parameter("relative", "1", -0.8, 0.8, 0.2),)
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """Each hinge its own stiffness."""
+        if values[0] and len(robot.hinges) > 1:
+            for hinge, place in zip(robot.hinges, np.linspace(-1.0, 1.0, len(robot.hinges)), strict=True):
+                joint = spec.joint(hinge)
+                joint.stiffness = joint.stiffness * (1 + values[0] * place)
+
+
+class StiffnessHardening(Effect):
+    """The torque of a hinge is k q (1 + `cubic` q^2)."""
+
+    name = "stiffness_hardening"
+    family = "structure"
+    stage = "tail"
+    physics = "A flexible gap that closes on one side and stretches on the other resists more than in proportion."
+    source = "Duffing (1918): the first odd term beyond Hooke's law."
+    seen_in = frozenset({"free_decay", "dry", "swim"})
+    parameters = (Parameter("cubic", "1/rad^2", 0.0, 20.0, 2.0),)
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """The third number of a joint's stiffness is the factor of q^3."""
+        if values[0] > 0:
+            for hinge in robot.hinges:
+                joint = spec.joint(hinge)
+                joint.stiffness = joint.stiffness[0] * np.array([1.0, 0.0, values[0]])
+
+
+class JointDamping(Effect):
+    """All hinges alike damp more by the share `relative`."""
+
+    name = "joint_damping"
+    family = "structure"
+    stage = "tail"
+    physics = "The torque against the motion of every hinge, in proportion to its speed, differs by the same share."
+    source = "Kelvin-Voigt material; loss factors of printed plastics and rubbers vary severalfold."
+    seen_in = frozenset({"free_decay", "dry", "swim"})
+    parameters = (Parameter("relative", "1", -0.5, 5.0, 0.5),)
+
+    def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
+        """With other hinges."""
+        damping = float(robot.tail.hinge_damping_n_m_s * (1 + values[0]))
+        return robot.model_copy(update={"tail": robot.tail.model_copy(update={"hinge_damping_n_m_s": damping})})
+
+
+class JointFriction(Effect):
+    """A hinge resists its motion with the same torque at any speed."""
+
+    name = "joint_friction"
+    family = "structure"
+    stage = "tail"
+    physics = "Coulomb friction: a torque against the hinge's motion that does not depend on its speed."
+    source = "Coulomb (1785); smoothed about zero speed."
+    seen_in = frozenset({"free_decay", "dry", "swim"})
+    parameters = (Parameter("torque", "N m", 0.0, 0.3, 0.03),)
+
+    def damping(
+        self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
+    ) -> StepDamper | None:
+        """The same in every hinge."""
+        return DryFriction(np.repeat(values, len(robot.hinges), axis=1)) if values.any() else None
+
+
+class BendOffset(Effect):
+    """Every hinge rests at `angle`; the tendons keep the lengths at which they hold the tail straight.
+
+    So with tendons the tail bends only as far as they let it.
+    """
+
+    name = "bend_offset"
+    family = "structure"
+    stage = "tail"
+    physics = "Warped printing or creep moves the angle at which a hinge's torque is zero."
+    source = "Hooke's law about another point."
+    seen_in = frozenset({"free_decay", "dry", "swim"})
+    parameters = (Parameter("angle", "rad", -0.3, 0.3, 0.03),)
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """Spring references of the hinges, which the compiler would take for the tendons too."""
+        if values[0]:
+            for hinge in robot.hinges:
+                spec.joint(hinge).springref = float(values[0])
+            if scene.with_tendons:
+                set_rest_lengths(spec, rest_lengths(spec, robot))
+
+
+class MassDistribution(Effect):
+    """A `share` of the head's mass belongs to the tail, where it is spread as the tail's own; the total stays."""
+
+    name = "mass_distribution"
+    family = "structure"
+    stage = "tail"
+    physics = "Glue, guides, markers and lines weigh on the tail what a balance has told of the whole robot alone."
+    source = "Newton's second law; the tail's mass follows from volume and density alone, 35 g of 1.4 kg."
+    seen_in = frozenset({"free_decay", "dry", "swim"})
+    parameters = (Parameter("share", "1", 0.0, 0.1, 0.01),)
+
+    def robot(self, robot: RobotSpec, values: np.ndarray) -> RobotSpec:
+        """Lighter parts in the head, denser ones in the tail."""
+        share = float(values[0])
+        if share == 0:
+            return robot
+        moved_kg = share * sum(part.mass_kg for part in robot.head.part)
+        heavier = 1 + moved_kg / _tail_kg(robot)
+        part = tuple(p.model_copy(update={"mass_kg": p.mass_kg * (1 - share)}) for p in robot.head.part)
+        tail, fin = robot.tail, robot.caudal_fin
+        return robot.model_copy(
+            update={
+                "head": robot.head.model_copy(update={"part": part}),
+                "tail": tail.model_copy(update={"density_kg_m3": tail.density_kg_m3 * heavier}),
+                "caudal_fin": fin.model_copy(update={"mass_kg": fin.mass_kg * heavier}),
+            }
+        )
+
+
+def _tail_kg(robot: RobotSpec) -> float:
+    volume_m3 = sum(s.length_m * s.thickness_m * 2 * s.half_height_m for s in robot.tail.segment)
+    return float(volume_m3 * robot.tail.density_kg_m3 + robot.caudal_fin.mass_kg)
+
+
+class EntrainedWater(Effect):
+    """A layer of water, `thickness` deep on both sides of the tail's plates and fin, moves as if it were part of them.
+
+    Unlike added mass it weighs alike in all directions. It hangs on the plates' surface, so its moment of inertia is
+    that of a plate.
+    """
+
+    name = "entrained_water"
+    family = "structure"
+    stage = "tail"
+    physics = "Skin, sponge and gaps hold water that takes part in every acceleration; in air it has run off."
+    source = "Newton's second law for rho times the volume held."
+    seen_in = frozenset({"swim"})
+    parameters = (Parameter("thickness", "m", 0.0, 0.02, 0.002),)
+
+    def mjcf(self, spec: mujoco.MjSpec, robot: RobotSpec, scene: Scene, values: np.ndarray) -> None:
+        """Heavier plates."""
+        if values[0] > 0 and scene.in_water:
+            for name in (*(f"{hinge}_plate" for hinge in robot.hinges), "caudal_fin"):
+                plate = spec.geom(name)
+                side_m2 = 4 * plate.size[0] * plate.size[2]
+                plate.mass += float(2 * values[0] * side_m2 * robot.water.density_kg_m3)
+
+
+EFFECTS: tuple[Effect, ...] = (
+    StiffnessError(),
+    StiffnessGradient(),
+    StiffnessHardening(),
+    JointDamping(),
+    JointFriction(),
+    BendOffset(),
+    MassDistribution(),
+    EntrainedWater(),
+)

@@ -1,1 +1,0 @@
-"""Effects of hinges and masses."""

@@ -1,1 +1,0 @@
-"""Effects of crank and tendons."""
