@@ -140,14 +140,6 @@ def test_a_missing_decay_is_assumed_and_said(calib: Front, unfitted: Path) -> No
 
 
 @pytest.mark.long
-def test_without_experiments_there_is_no_structure_file(calib: Front, unfitted: Path) -> None:
-    assert calib("fit", only(unfitted, "slow", "fast"), "--effort", "quick").code == 0
-    assert results_of(unfitted).keys() == {"calibration.json", "calibrated.xml", "tracks/slow.csv", "tracks/fast.csv"}
-    assert calibration_of(unfitted)["hinge_stiffness"] == DESCRIBED.tail.hinge_stiffness_n_m
-    assert calibration_of(unfitted)["experiments"] == {}
-
-
-@pytest.mark.long
 def test_a_session_without_a_swim_gives_the_structure_alone(calib: Front, unfitted: Path) -> None:
     only(unfitted, "dry_slow", "dry_fast", "pull")
 

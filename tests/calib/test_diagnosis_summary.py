@@ -76,13 +76,6 @@ def test_numbers_have_the_digits_of_their_interval_and_ratios_no_unit() -> None:
     assert line.endswith("relative -0.2505 (-0.2526 to -0.2484)")
 
 
-def test_of_alternatives_the_model_says_which_it_holds() -> None:
-    data = made_data("inseparable", models=["calibrated+tendon_slack.xml", "calibrated+everything.xml"])
-    one, every = (line for line in diagnosis_lines(data) if line.startswith("model: "))
-    assert "with tendon slack" in one
-    assert every == "model: calibrated+everything.xml"
-
-
 def test_a_supposed_gap_that_grows_is_said_to_grow() -> None:
     gap = made_data("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}).gap
     told = SuppositionResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)

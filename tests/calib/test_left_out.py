@@ -65,12 +65,6 @@ def test_a_session_with_nothing_to_fit_is_told_so(calib: Front, fresh: Path) -> 
     assert not (fresh / "results" / "calibration.json").exists()
 
 
-def test_a_session_of_motor_logs_only_is_told_so(calib: Front, fresh: Path) -> None:
-    only(with_others(fresh), "logged")
-
-    assert_told(calib("run", fresh), "no swim with tracks", "found logged (swim)", "Trial logged was left out")
-
-
 @pytest.mark.long
 @pytest.mark.usefixtures("true_report")
 def test_without_held_out_trials_there_is_no_held_out_summary(calib: Front, fresh: Path) -> None:

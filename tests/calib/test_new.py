@@ -36,13 +36,6 @@ def tracks_of_a_checkout(folder: Path) -> Path:
     return folder
 
 
-def test_a_checkout_of_the_authors_repository_will_do(calib: Front, tmp_path: Path) -> None:
-    outcome = calib("new", tmp_path / "s", "--from-fishsim", tracks_of_a_checkout(tmp_path / "fishsim"))
-
-    assert outcome.code == 0
-    assert [t.role for t in open_session(tmp_path / "s").trials] == ["fit"]
-
-
 def test_a_trial_to_fit_that_is_not_there_is_refused_and_nothing_made(calib: Front, tmp_path: Path) -> None:
     source = tracks_of_a_checkout(tmp_path / "fishsim")
 

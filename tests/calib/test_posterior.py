@@ -136,15 +136,6 @@ def test_stopped_while_sampling_it_goes_on(calib: Front, finished: Path, monkeyp
 
 
 @pytest.mark.long
-def test_a_chain_that_was_cut_off_is_sampled_anew(calib: Front, finished: Path) -> None:
-    session = Pipeline(open_session(finished), Options("quick"))
-    chain = finished / "results" / f".posterior-{session.posteriors.fingerprint[:12]}.h5"
-    chain.write_bytes(b"\x89HDF\r\n\x1a\n cut off")
-
-    assert calib("posterior", finished, *QUICK).code == 0
-
-
-@pytest.mark.long
 def test_it_refuses_to_report_chains_that_disagree(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,7 +16,6 @@ from calib.pipeline import Options, Pipeline, open_session
 from session import FISHSIM_MARKERS, load_camera
 from tests.calib.door import Front, assert_told, edit, files_in
 from tests.calib.filmed import (
-    BOXES_KEY,
     FRAMES,
     NAMES,
     PLAN,
@@ -62,15 +61,6 @@ def test_a_result_that_is_gone_is_made_again(calib: Front, tracked: Path, lost: 
 
     assert calib("track", tracked).code == 0
     assert path.read_bytes() == before
-
-
-def test_boxes_that_lie_beside_the_video_need_not_be_named(calib: Front, filmed: Path) -> None:
-    edit(with_tracks(filmed, "fast") / "session.toml", BOXES_KEY.format("slow"), "")
-
-    told = json.loads(calib("track", filmed, "--json").out)
-    given = json.loads((filmed / "trials" / "slow.boxes.json").read_text())
-    assert told["slow"]["boxes"] == given
-    assert not (filmed / "results" / "tracking" / "slow.boxes.json").exists()
 
 
 def test_boxes_that_are_not_given_are_found_and_kept(calib: Front, filmed: Path) -> None:
@@ -168,13 +158,6 @@ def test_a_doubtful_box_is_flagged_and_its_samples_count(
     assert (read(filmed / "results" / "tracks" / "slow.csv").confidence > 0).mean() > 0.9
 
 
-def test_one_faulty_trial_does_not_keep_the_others_from_being_tracked(calib: Front, filmed: Path) -> None:
-    change_boxes(filmed, "slow", on_water)
-
-    assert_told(calib("track", filmed), "boxes without a marker")
-    assert farthest_px(filmed, "fast") < 0.5
-
-
 @pytest.mark.parametrize("content", [b"", b"\0" * 4000], ids=["empty", "zeros"])
 def test_a_broken_video_is_one_clear_error(calib: Front, filmed: Path, content: bytes) -> None:
     (filmed / "trials" / "slow.mp4").write_bytes(content)
@@ -214,15 +197,6 @@ def index_first(path: Path) -> None:
 
 def test_a_session_without_video_is_told_so(calib: Front, fresh: Path) -> None:
     assert_told(calib("track", fresh), "session.toml", "no video to track", "video = ")
-
-
-def test_a_fit_tells_of_a_dry_trial_whose_video_is_broken(calib: Front, filmed: Path) -> None:
-    """It would give the crank, so the fit uses it."""
-    edit(filmed / "session.toml", 'name = "fast"\nkind = "swim"', 'name = "fast"\nkind = "dry"')
-    (filmed / "trials" / "fast.mp4").write_bytes(b"not a video at all" * 50)
-
-    assert_told(calib("fit", filmed, "--effort", "quick"), "fast.mp4", "not a readable video")
-    assert not (filmed / "results" / "calibration.json").exists()
 
 
 def test_tracks_of_a_file_win_over_the_video(calib: Front, filmed: Path) -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from calib.pipeline import Pipeline, open_session
 from session import FISHSIM_MARKERS
-from tests.calib.door import Front, assert_told, edit, files_in
-from tests.calib.filmed import FRAMES, read, tracks_of, with_tracks
+from tests.calib.door import Front, assert_told, edit
+from tests.calib.filmed import read, tracks_of, with_tracks
 from tracking.records import SampleState, load_tracked
 
 A, B = FISHSIM_MARKERS.index("tail_3"), FISHSIM_MARKERS.index("tail_4")
@@ -131,14 +131,3 @@ def test_a_trial_with_both_tracks_and_video_is_not_edited(calib: Front, tracked:
     edit(tracked / "session.toml", 'video = "trials/fast.mp4"', 'tracks = "truth/fast.csv"\nvideo = "trials/fast.mp4"')
 
     assert_told(calib("edit", tracked, "fast", SWAP), "its tracks come from a file")
-
-
-def test_a_log_written_by_hand_is_checked_before_it_is_replayed(calib: Front, tracked: Path) -> None:
-    log = tracked / "trials" / "slow.edits.jsonl"
-    log.write_text(f"# glints\n{SWAP.replace('tail_4', 'tail_9')}\n\n{SWAP.replace('30', '300')}\n")
-    before = files_in(tracked / "results" / "tracking")
-
-    expected = (str(log), "2 faults", "line 2", "'tail_9'", "line 4", "300", f"0 to {FRAMES['slow'] - 1}")
-    assert_told(calib("track", tracked), *expected)
-    assert_told(calib("edit", tracked, "slow", SWAP), str(log), "2 faults")
-    assert files_in(tracked / "results" / "tracking") == before

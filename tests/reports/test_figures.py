@@ -12,15 +12,14 @@ from matplotlib.colors import to_hex
 from reports import Gallery, ReportContext, picture_of_tracks
 from reports.blocks import Plot
 from reports.colours import TWIN
-from reports.figures.coefficients import coefficient_profiles_figure
 from reports.figures.flagged_samples import flagged_kinds
-from reports.figures.residuals import distances_over_time, marker_distances
+from reports.figures.residuals import marker_distances
 from reports.figures.speed import speed_sweep_figure
 from reports.figures.tail_beat import beat_loops
 from reports.figures.trial import beat_midlines
 from swimmer import load_robot
 from tests.reports.diagnoses import made_diagnosed, made_everything
-from tests.reports.sample import BEST, MARKERS, made_calibration, made_context, made_evidence, made_trial
+from tests.reports.sample import MARKERS, made_calibration, made_context, made_trial
 from tests.reports.whole import made_whole_context, of_trials
 
 ROBOT = load_robot()
@@ -110,16 +109,6 @@ def test_flagged_samples_do_not_enter_the_midlines() -> None:
     np.testing.assert_allclose(spoilt, clean, atol=0.01)
 
 
-def test_markers_off_the_middle_plane_are_no_part_of_the_midline() -> None:
-    trial = made_trial(ROBOT, "medium")
-    markers = ("nose", "neck", "pectoral_left", *MARKERS[3:])
-    measured = replace(trial.measured, markers=markers)
-
-    midlines, _ = beat_midlines(replace(trial, measured=measured), ROBOT)
-
-    assert midlines.shape == (16, len(MARKERS) - 1, 2)
-
-
 def test_each_sample_left_out_has_a_reason_and_no_other_has() -> None:
     trial = made_trial(ROBOT, "slow", flagged=True).measured
     kinds = flagged_kinds(trial)
@@ -149,16 +138,6 @@ def test_marker_distances_average_to_the_score_of_the_trial() -> None:
     assert float(share.mean()) == pytest.approx(trial.scores.used_fraction)
 
 
-def test_the_distance_starts_with_the_nose_aligned_and_grows_with_the_speed_error() -> None:
-    trial = made_trial(ROBOT, "medium")
-    time_s, distance, shape = distances_over_time(trial)
-
-    assert time_s[0] == 0.0
-    assert distance[0] == pytest.approx(shape[0])
-    error = abs(trial.speed_twin - trial.measured.speed) * time_s[-1]
-    assert distance[-1] == pytest.approx(error, abs=shape.max())
-
-
 def test_the_loop_of_a_sine_is_a_circle_as_wide_as_its_amplitude() -> None:
     trial = made_trial(ROBOT, "slow")
     measured, twin = beat_loops(trial, ROBOT)
@@ -167,21 +146,3 @@ def test_the_loop_of_a_sine_is_a_circle_as_wide_as_its_amplitude() -> None:
     np.testing.assert_allclose(np.linalg.norm(measured, axis=1)[:-6], np.abs(tip).max(), rtol=0.12)
     sizes = [np.nanmean(np.linalg.norm(loop, axis=1)) for loop in (twin, measured)]
     assert sizes[0] == pytest.approx(1.15 * sizes[1], rel=0.02)
-
-
-def test_the_sweep_draws_every_form_of_the_theory_and_the_twin() -> None:
-    calibration = made_calibration()
-    (axes,) = speed_sweep_figure(calibration).axes
-    curves = [line.get_ydata() for line in axes.lines if len(line.get_xdata()) == len(calibration.sweep.frequency_hz)]
-
-    for speed in (calibration.sweep.speed_twin, *calibration.sweep.ebt.values()):
-        assert any(np.allclose(curve, 1000 * speed) for curve in curves)
-
-
-def test_profiles_pass_through_the_fit() -> None:
-    evidence = made_evidence()
-    for axes in coefficient_profiles_figure(evidence.profiles, BEST).axes:
-        held, follows, ends, fit = axes.lines
-        assert list(ends.get_ydata()) == [pytest.approx(31.2)]
-        for curve in (held, follows):
-            assert (fit.get_xdata()[0], fit.get_ydata()[0]) in zip(curve.get_xdata(), curve.get_ydata(), strict=True)

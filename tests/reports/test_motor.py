@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -14,9 +12,8 @@ from reports.figures.motor import motor_speed_figure
 from reports.logged_trial import BINS
 from reports.sections import motor, structure
 from reports.sections.motor import motor_section
-from session import Flag
 from tests.reports.motors import SWING, made_logged
-from tests.reports.sample import made_calibration, made_context
+from tests.reports.sample import made_context
 
 
 @pytest.mark.parametrize("forward", [1.0, -1.0])
@@ -52,18 +49,6 @@ def test_the_section_tells_speeds_clock_and_load() -> None:
     assert "off the command by up to 2.0 %" in section.blocks[0].text  # type: ignore[union-attr]
 
 
-def test_doubts_and_hardware_errors_are_said_with_their_trial() -> None:
-    trial = made_logged(flags=(Flag("log_gap", message="the log has a gap of 0.3 s"),))
-    error = trial.motor.log.error.copy()
-    error[500:] = 4
-    log = replace(trial.motor.log, error=error)
-    section = motor_section((replace(trial, motor=replace(trial.motor, log=log)),))
-    supply = section.blocks[-1]
-
-    assert section.caveats == ("f0_60: the log has a gap of 0.3 s.",)
-    assert supply.rows[0][-1] == "0x04"  # type: ignore[union-attr]
-
-
 def test_a_log_whose_clock_is_not_known_is_shown_but_not_followed() -> None:
     lost = made_logged("lost", coded=False, usable=False)
     both, alone = motor_section((made_logged(), lost)), motor_section((lost,))
@@ -86,16 +71,3 @@ def test_without_a_log_there_is_no_section_and_the_turn_is_said_to_be_assumed() 
     last = structure.build(context).blocks[1].rows[-1]  # type: ignore[union-attr]
     assert last[0] == "crank angle"
     assert last[-1].startswith("assumed: turns evenly")
-
-
-def test_a_swim_with_a_log_is_driven_by_it() -> None:
-    calibration = made_calibration(("medium", "fast"))
-    first, second = calibration.trials
-    logged = replace(first, measured=replace(first.measured, motor=made_logged().motor))
-    context = made_context(replace(calibration, trials=(logged, second)))
-    rows = structure.build(context).blocks[1].rows  # type: ignore[union-attr]
-
-    assert [trial.name for trial in context.logged] == ["medium"]
-    assert motor.build(context) is not None
-    assert rows[-2][-1] == "motor log of medium"
-    assert rows[-1][-1].endswith("in fast")

@@ -10,7 +10,7 @@ from session import (
     new_from_fishsim,
     write_session_toml,
 )
-from tests.session.sample import FISHSIM, Robot, needs_fishsim
+from tests.session.sample import Robot
 
 
 def public_tracks(folder: Path, *names: str) -> Path:
@@ -108,17 +108,3 @@ def test_a_written_description_loads_back(tmp_path: Path) -> None:
     )
     assert session.robot_file == tmp_path / "robot.toml"
     assert (session.trials[0].video, session.trials[0].kind) == (None, "dry")
-
-
-@needs_fishsim
-def test_the_public_tracks_make_a_session(tmp_path: Path) -> None:
-    session = load_session(new_from_fishsim(tmp_path / "pool", FISHSIM), lambda _: Robot(FISHSIM_MARKERS))
-    roles = {trial.name: trial.role for trial in session.trials}
-    assert roles == {
-        "f0_50": "holdout",
-        "f0_75": "holdout",
-        "f1_00": "fit",
-        "f1_25": "holdout",
-        "f1_75": "fit",
-    }
-    assert session.trial("f1_25").commanded_hz == 1.25

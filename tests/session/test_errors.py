@@ -25,11 +25,6 @@ def test_message_names_each_file_once_and_orders_its_faults_by_line() -> None:
     )
 
 
-def test_a_fault_found_twice_is_told_once() -> None:
-    fault = Fault("a", "", "odd", "", "")
-    assert InputError([fault, fault]).faults == (fault,)
-
-
 def test_collector_takes_over_nested_faults_and_raises_them_with_its_own() -> None:
     faults = FaultCollector("a.toml")
     faults.add("line 1", "odd")

@@ -1,10 +1,9 @@
-import hashlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from session import InputError, file_hashes, load_session
+from session import InputError, load_session
 from tests.session.sample import MARKERS, SESSION_TOML, Robot, faults_of, make_session, tracks_text
 
 CAMERA = """\
@@ -55,23 +54,6 @@ def test_robot_and_camera_files_are_read(tmp_path: Path) -> None:
     assert session.camera.calibration.height_above_water_m is None
     names = [path.name for path in session.inputs()]
     assert names == ["session.toml", "robot.toml", "cam.toml", "slow.csv", "fast.csv"]
-
-
-def test_hashes_have_names_relative_to_the_session(tmp_path: Path) -> None:
-    folder = make_session(tmp_path / "pool", SESSION_TOML.replace('"fast.csv"', '"../fast.csv"'))
-    (tmp_path / "fast.csv").write_text(tracks_text())
-    hashes = file_hashes(load_session(folder))
-    assert list(hashes) == ["session.toml", "slow.csv", "../fast.csv"]
-    assert hashes["slow.csv"] == hashlib.sha256(tracks_text().encode()).hexdigest()
-
-
-def test_free_decay_needs_no_command_and_may_be_shorter_than_the_warmup(tmp_path: Path) -> None:
-    toml = SESSION_TOML.replace(
-        'kind = "swim"\ntracks = "slow.csv"\ncommanded_hz = 0.5', 'kind = "free_decay"\ntracks = "slow.csv"'
-    )
-    folder = make_session(tmp_path / "pool", toml)
-    (folder / "slow.csv").write_text(tracks_text(30))
-    assert load_session(folder).trial("slow").commanded_hz is None
 
 
 def test_an_unknown_trial_is_told_with_the_choices(tmp_path: Path) -> None:
@@ -160,12 +142,6 @@ def test_a_fault_is_told_with_its_line_and_what_would_be_right(
     assert not (folder / "results").exists()
 
 
-def test_a_marker_the_robot_lacks_is_told_with_those_it_has(tmp_path: Path) -> None:
-    message = faults_of(make_session(tmp_path / "pool"), robot_of=lambda _: Robot(("nose", "neck", "tail_2")))
-    assert "line 9, markers.names[2]: a marker that the robot does not have; found 'tail_1'" in message
-    assert "choices: nose, neck, tail_2. Did you mean 'tail_2'?" in message
-
-
 @pytest.mark.parametrize("scale", ["14.2", "0.05"])
 def test_a_scale_length_in_another_unit_is_one_fault_of_the_file(tmp_path: Path, scale: str) -> None:
     message = faults_of(
@@ -211,12 +187,6 @@ def test_stamps_of_quite_another_frame_rate_are_refused_once(tmp_path: Path, spa
 def test_stamps_of_about_that_frame_rate_are_taken(tmp_path: Path, spacing_s: np.ndarray) -> None:
     folder = make_session(tmp_path / "pool")
     stamped(folder, spacing_s)
-    load_session(folder)
-
-
-def test_a_free_decay_may_be_filmed_in_slow_motion(tmp_path: Path) -> None:
-    folder = make_session(tmp_path / "pool", SESSION_TOML.replace('"swim"', '"free_decay"', 1))
-    stamped(folder, np.full(89, 1 / 240))
     load_session(folder)
 
 

@@ -105,15 +105,6 @@ def test_json_results_begin_with_their_provenance_and_hold_no_nan(tmp_path: Path
     assert data["flags"] == [{"kind": "gap", "markers": [], "frames": None, "message": ""}]
 
 
-def test_a_result_is_read_back_with_its_provenance(tmp_path: Path) -> None:
-    apart = replace(MEASURED, arrays_apart=True)
-    assert [path.name for path in apart.write(tmp_path, PROVENANCE, MADE)] == ["r.json", "r.npz"]
-    assert read_provenance(tmp_path / "r.json") == PROVENANCE
-    read = apart.read(tmp_path)
-    np.testing.assert_array_equal(read.array, MADE.array)
-    assert (read.count, read.flags, read.pair.low) == (3, MADE.flags, 1.0)
-
-
 def test_what_is_no_data_is_no_result(tmp_path: Path) -> None:
     with pytest.raises(TypeError, match="a result cannot hold object"):
         MEASURED.write(tmp_path, PROVENANCE, replace(MADE, scalar=object()))

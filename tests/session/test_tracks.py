@@ -123,14 +123,6 @@ def test_faulty_tracks_are_told_with_their_place(tmp_path: Path, text: str | byt
     assert message in said
 
 
-def test_all_faults_of_a_file_come_at_once_and_long_lists_are_cut(tmp_path: Path) -> None:
-    said = faults(written(tmp_path, "1,2,3,4,5,6\n" + "1,2,3,4\n" * 30 + "1,a,3,4,b,6\n"))
-    assert "13 faults" in said
-    assert "and 20 more like the last, up to line 31" in said
-    assert "line 32, column 2 (nose_y): not a number; found 'a'" in said
-    assert "line 32, column 5 (tail_1_x): not a number; found 'b'" in said
-
-
 def test_absent_file_and_folder_are_told(tmp_path: Path) -> None:
     assert "the file is not there" in faults(tmp_path / "none.csv")
     assert "this is a folder" in faults(tmp_path)

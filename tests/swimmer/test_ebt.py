@@ -39,12 +39,6 @@ def test_added_mass_of_a_circular_section_is_that_of_the_displaced_water() -> No
     assert mass == pytest.approx(7.854, abs=1e-3)
 
 
-def test_drag_is_the_quadratic_law_with_the_published_area() -> None:
-    assert drag(np.array([0.0, 0.2, 0.4]), FISH, 0.31) == pytest.approx(
-        0.5 * 1000.0 * 0.31 * 0.10 * np.array([0.0, 0.04, 0.16])
-    )
-
-
 @given(lateral=sizes, slope=sizes, beta=st.floats(0.1, 2.0), drag_coefficient=sizes)
 def test_thrust_and_drag_balance_at_the_steady_speed(
     lateral: float, slope: float, beta: float, drag_coefficient: float

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipe, ellipk
 
-from swimmer import TailMotion, TipMotion, added_mass_per_length, drag, mean_thrust
+from swimmer import TailMotion, TipMotion, mean_thrust
 from swimmer.large_amplitude import mean_thrust_large, steady_speed_large
 from tests.swimmer.robots import FISH
 
@@ -67,23 +67,6 @@ def test_a_small_wave_has_the_thrust_of_the_steady_form(wave_number: float, angu
     assert mean_thrust_large(motion, speed, MASS) == pytest.approx(float(steady), abs=3e-6 * scale)
 
 
-def any_motion(seed: int, size: float) -> TipMotion:
-    forward, lateral, angle = size * np.random.default_rng(seed).normal(size=(3, 40))
-    return TipMotion(forward - forward.mean(), lateral, angle)
-
-
-@given(seed=st.integers(0, 10_000), size=st.floats(0.01, 0.6), ratio=st.floats(0.05, 10.0), beta=st.floats(0.5, 2.0))
-def test_thrust_and_drag_balance_at_the_steady_speed(seed: int, size: float, ratio: float, beta: float) -> None:
-    motion = any_motion(seed, size)
-    speed = steady_speed_large(motion, FISH, beta, ratio * beta)
-    mass = added_mass_per_length(FISH.elongated_body, FISH.water.density_kg_m3, beta)
-
-    assert speed >= 0
-    if speed > 0:
-        thrust, resistance = mean_thrust_large(motion, speed, mass), float(drag(np.array(speed), FISH, ratio * beta))
-        assert thrust == pytest.approx(resistance, rel=1e-6, abs=1e-12)
-
-
 @given(amplitude=amplitudes, wave_number=wave_numbers, angular=angulars, speed=speeds)
 def test_a_tip_that_leans_the_other_way_is_on_a_wave_that_runs_forward(
     amplitude: float, wave_number: float, angular: float, speed: float
@@ -94,16 +77,6 @@ def test_a_tip_that_leans_the_other_way_is_on_a_wave_that_runs_forward(
 
     other_way = mean_thrust_large(motion._replace(angle_rad=-motion.angle_rad), speed, MASS)
     assert other_way == pytest.approx(thrust_of_wave(amplitude, -wave_number, angular, speed), abs=rounding * scale)
-
-
-@given(seed=st.integers(0, 10_000), speed=speeds, share=st.floats(0.0, 1.0))
-def test_a_tip_that_moves_forward_is_one_of_a_faster_fish(seed: int, speed: float, share: float) -> None:
-    motion = any_motion(seed, 0.3)
-    ahead = motion._replace(forward_speed=motion.forward_speed + share * speed)
-
-    assert mean_thrust_large(ahead, (1 - share) * speed, MASS) == pytest.approx(
-        mean_thrust_large(motion, speed, MASS), abs=1e-12
-    )
 
 
 def test_a_tail_that_gives_no_thrust_does_not_swim() -> None:

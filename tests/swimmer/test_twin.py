@@ -115,27 +115,6 @@ def test_each_simulation_may_have_its_own_frame_times() -> None:
         np.testing.assert_array_equal(swum.marker_m[i], twin.simulate(alone(many, i), times[i]).marker_m[0])
 
 
-def test_frames_between_steps_lie_on_the_smooth_path_through_them() -> None:
-    """To a few micrometres, in the first steps, where the motion is the least smooth."""
-    twin, step = Twin(FISH), SWIM.timestep_s
-    one = runs(1.2, 0.4)
-    grid = np.arange(0, 1.0, step)
-    on_steps, between = twin.simulate(one, grid).marker_m[0], twin.simulate(one, grid + step / 2).marker_m[0]
-    # Midpoints by the next higher order than the cubic that is tested: 6-point Lagrange.
-    weights = np.array([3, -25, 150, 150, -25, 3]) / 256
-    count = len(grid) - 5
-    expected = sum(w * on_steps[k : k + count] for k, w in enumerate(weights))
-    np.testing.assert_allclose(between[2 : 2 + count], expected, rtol=0, atol=5e-6)
-
-
-@pytest.mark.parametrize("degree", range(4))
-def test_interpolation_is_exact_for_cubics_up_to_both_ends(degree: int) -> None:
-    where = np.array([0.0, 0.3, 1.0, 4.5, 8.9, 9.0])
-    samples = (np.arange(12.0) ** degree)[None, :, None]
-    found = twin_module._interpolate(samples, np.zeros(1, int), where)
-    np.testing.assert_allclose(found[0, :, 0], where**degree, rtol=1e-12)
-
-
 def test_interpolation_error_falls_with_the_fourth_power_of_the_step() -> None:
     errors = []
     for step in (0.1, 0.05):

@@ -78,14 +78,6 @@ def test_another_robot_comes_with_its_description(tmp_path: Path) -> None:
     assert trial.flags == ()
 
 
-def test_a_folder_in_use_is_left_alone(tmp_path: Path) -> None:
-    (tmp_path / "mine.txt").write_text("keep")
-
-    with pytest.raises(InputError, match="something that is already there"):
-        make_session(tmp_path, small_plan())
-    assert files_of(tmp_path) == {"mine.txt": b"keep"}
-
-
 def test_a_session_that_cannot_be_made_leaves_nothing(tmp_path: Path) -> None:
     unseen = Gap(marker="tail_2", first=0, frames=241)
 

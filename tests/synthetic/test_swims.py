@@ -50,16 +50,6 @@ def test_the_truth_of_a_swim_is_that_of_the_simulated_crank_and_nose() -> None:
         assert 0 <= swim.phase_rad < 2 * np.pi
 
 
-def test_a_swim_is_centred_in_the_image_unless_its_start_is_given() -> None:
-    centred, placed = (
-        simulate_swims(small_plan(slow={"start_px": start}))[0].position_px for start in (None, (1800.0, 900.0))
-    )
-
-    np.testing.assert_allclose(placed[0, 0], [1800.0, 900.0])
-    np.testing.assert_allclose((centred.min(axis=(0, 1)) + centred.max(axis=(0, 1))) / 2, [1919.5, 1079.5])
-    np.testing.assert_allclose(centred - centred[0, 0], placed - placed[0, 0], atol=1e-9)
-
-
 def test_a_swim_that_leaves_the_image_is_refused_with_the_way_out() -> None:
     with pytest.raises(InputError) as caught:
         simulate_swims(small_plan(slow={"start_px": (20.0, 1000.0), "heading_rad": np.pi}))

@@ -7,8 +7,8 @@ import pytest
 
 from session import CameraCalibration, CameraSpec, InputError, NotEnoughData, Tracks
 from swimmer import load_robot
+from tests.tracking.lens.render import to_pixels
 from tracking import to_pool
-from tracking.lens import to_pixels
 
 ROBOT = load_robot()
 MARKERS = tuple(ROBOT.markers)

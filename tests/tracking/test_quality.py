@@ -125,16 +125,6 @@ def test_a_merge_for_most_of_a_trial_is_laid_to_the_one_that_moved(moved: int, o
     assert flag.markers == (MARKERS[moved], MARKERS[onto])
 
 
-def test_a_merge_throughout_a_trial_is_laid_to_the_marker_that_moved() -> None:
-    position = swimming_fish(1.0, seed=4)
-    position[:, 6] = position[:, 7] + 1.0
-    quality = checked(position)
-    assert [(flag.kind, flag.markers, flag.frames) for flag in quality.flags] == [
-        ("merged_markers", ("tail_4", "tail_5"), (0, len(position) - 1))
-    ]
-    assert quality.used_fraction == pytest.approx(8 / 9)
-
-
 # ---- names, numbers and places
 
 
@@ -159,15 +149,6 @@ def test_a_short_leap_is_a_jump() -> None:
     (flag,) = checked(position).flags
     assert (flag.kind, flag.markers, flag.frames) == ("jump", ("tail_2",), (150, 151))
     assert "jumps, 16 px" in flag.message
-
-
-def test_a_marker_that_rides_on_another_spot_breaks_its_segment_length() -> None:
-    position = swimming_fish(1.0, seed=6)
-    body = position[80:120, 7] - position[80:120, 5]
-    position[80:120, 6] -= 11 * body / np.linalg.norm(body, axis=1, keepdims=True)
-    (flag,) = checked(position).flags
-    assert (flag.kind, flag.markers, flag.frames) == ("segment_length", ("tail_4",), (80, 119))
-    assert "expected" in flag.message
 
 
 @pytest.mark.parametrize("k", [0, 1, 2])
@@ -204,16 +185,6 @@ def test_a_marker_the_robot_lacks_is_refused_with_the_choices() -> None:
 
 def turned(position: np.ndarray) -> np.ndarray:
     return (position - 2000) @ np.array([[0.0, 1.0], [-1.0, 0.0]]) + 2000
-
-
-def test_eleven_markers_with_pectorals() -> None:
-    eleven = tuple(ROBOT.markers)
-    position = swimming_fish(1.0, seed=9, markers=eleven)
-    assert checked(position, eleven).flags == ()
-    k = eleven.index("pectoral_left")
-    position[100:130, k] += [9.0, -6.0]
-    (flag,) = checked(position, eleven).flags
-    assert (flag.markers, flag.frames) == (("pectoral_left",), (100, 129))
 
 
 @pytest.mark.parametrize("segments", [3, 7])

@@ -10,7 +10,7 @@ from tracking.lens.parallax import true_over_apparent
 from tracking.lens.pictures import video_pictures
 from tracking.lens.print_board import draw_board
 from tracking.lens.uncertainty import LensUncertainty
-from tracking.lens.undistort import camera_matrix, to_pixels, to_rays, undistort
+from tracking.lens.undistort import camera_matrix, to_rays, undistort
 
 __all__ = [
     "BoardScale",
@@ -28,7 +28,6 @@ __all__ = [
     "save_camera",
     "scale_from_board",
     "scale_from_corners",
-    "to_pixels",
     "to_rays",
     "true_over_apparent",
     "undistort",

@@ -27,16 +27,6 @@ def to_rays(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
     return rays.reshape(position_px.shape)
 
 
-def to_pixels(ray: np.ndarray, lens: CameraCalibration) -> np.ndarray:
-    """(..., 2) slopes of rays -> (..., 2) pixels of the picture as the lens bends it; inverts `to_rays`."""
-    flat = ray.reshape(-1, 2)
-    points = np.column_stack([flat, np.ones(len(flat))])
-    at_rest = np.zeros(3)
-    return cv2.projectPoints(points, at_rest, at_rest, camera_matrix(lens), np.array(lens.distortion))[0].reshape(
-        ray.shape
-    )
-
-
 def undistort(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
     """(..., 2) pixels of the distorted image -> pixels of an ideal pinhole camera with the same matrix."""
     return to_rays(position_px, lens) * [lens.fx_px, lens.fy_px] + [lens.cx_px, lens.cy_px]

@@ -136,15 +136,6 @@ def test_nuisances_move_what_they_name():
     assert np.abs(simulate([(soft, decay)])[0].hinges_rad - base.hinges_rad).max() > 5e-3
 
 
-def test_frames_cannot_show_what_was_before_the_start():
-    class Early(StickyHinges):
-        def expose(self, time_s):
-            return time_s - 0.5
-
-    with pytest.raises(ValueError, match=r"exposed at -0\.5 s, expected none before -0\.2 s"):
-        simulate([(replace(BASE, mechanisms=(Early(0.0),)), SWIM)])
-
-
 def test_one_batch_is_of_one_robot():
     with pytest.raises(ValueError, match="several robots"):
         simulate([(BASE, SWIM), (replace(BASE, hinges_per_gap=3), SWIM)])

@@ -64,12 +64,6 @@ def test_speeds_out_of_reach_are_refused_before_anything_turns(tmp_path: Path) -
     assert not (tmp_path / "new").exists()
 
 
-def test_speeds_near_the_limit_are_warned_of(tmp_path: Path) -> None:
-    one = bench()
-    one.capture(tmp_path, 1.15)
-    assert any("1.15 turns/s is near the limit" in line for line in one.told)
-
-
 def test_another_model_is_refused(tmp_path: Path) -> None:
     one = bench()
     one.motor.table["model_number"] = 1170
@@ -106,16 +100,6 @@ def test_what_fails_stops_the_motor_and_is_told_and_the_log_stays(tmp_path: Path
     assert load_motor(logged(tmp_path)).time_s.size > 200
     assert any("the trial was not added to the session" in line for line in one.told)
     assert not (tmp_path / "session.toml").exists()
-
-
-def test_a_lost_cable_is_told_and_the_watchdog_stops_the_motor(tmp_path: Path) -> None:
-    one = bench()
-    one.events.append((3.0, lambda: setattr(one.motor, "connected", False)))
-    with pytest.raises(MotorFault, match="the port is gone"):
-        one.capture(tmp_path, seconds=10.0)
-    assert any("did not confirm that it stopped" in line for line in one.told)
-    assert one.stopped_soon
-    assert load_motor(logged(tmp_path)).time_s.size > 200
 
 
 def test_a_host_that_slept_too_long_hears_that_the_watchdog_stopped_the_motor(tmp_path: Path) -> None:

@@ -36,10 +36,6 @@ def test_entries_do_not_overlap_and_start_at_a_value_they_allow() -> None:
         )
 
 
-def test_the_block_of_measurements_is_read_at_once() -> None:
-    assert len(ControlTable().read(120, 27)) == 27
-
-
 @pytest.mark.parametrize(("address", "length"), [(14, 1), (63, 3), (140, 20), (168, 2), (5000, 1)])
 def test_reading_where_nothing_is_defined_is_an_access_error(address: int, length: int) -> None:
     with pytest.raises(Refused) as refused:

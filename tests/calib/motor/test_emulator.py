@@ -33,29 +33,6 @@ def test_a_ping_is_answered_with_model_and_firmware(host: Host) -> None:
     assert host.ask(Instruction.PING, to=2) is None
 
 
-def test_a_bad_crc_is_answered_with_the_crc_error(host: Host) -> None:
-    sent = bytearray(encode(Packet(1, Instruction.WRITE, b"\x40\x00\x01")))
-    sent[-3] ^= 1
-
-    assert host.motor.feed(bytes(sent))[8] == ErrorNumber.CRC
-    assert not host.motor.state.torque_enabled
-
-
-def test_an_unknown_instruction_and_a_factory_reset_are_refused(host: Host) -> None:
-    unknown, reset = host.ask(0x77), host.ask(Instruction.FACTORY_RESET, b"\x01")
-
-    assert unknown is not None
-    assert unknown.error == ErrorNumber.INSTRUCTION
-    assert reset is not None
-    assert reset.error == ErrorNumber.RESULT_FAIL
-
-
-def test_the_mode_is_set_before_torque_and_not_after(host: Host) -> None:
-    assert host.write(OPERATING_MODE, 1) == 0
-    assert host.write(TORQUE_ENABLE, 1) == 0
-    assert host.write(OPERATING_MODE, 3) == ErrorNumber.ACCESS
-
-
 def test_it_turns_at_the_speed_asked_for(host: Host) -> None:
     host.turn(-250)
     host.clock.sleep(1.0)
@@ -121,17 +98,6 @@ class TestBusWatchdog:
 
         assert host.motor.state.velocity_rad_s == 0.0
 
-    def test_goals_are_refused_until_zero_is_written_and_it_then_waits_for_one(self, host: Host) -> None:
-        host.turn(200)
-        host.write(BUS_WATCHDOG, 5)
-        host.clock.sleep(1.0)
-
-        assert host.write(GOAL_VELOCITY, 150) == ErrorNumber.DATA_RANGE
-        assert host.write(BUS_WATCHDOG, 0) == 0
-        assert host.motor.stopped
-        assert host.write(GOAL_VELOCITY, 150) == 0
-        assert not host.motor.stopped
-
     def test_any_instruction_keeps_it_quiet_and_noise_does_not(self, host: Host) -> None:
         host.turn(200)
         host.write(BUS_WATCHDOG, 5)
@@ -175,16 +141,6 @@ class TestHardwareErrors:
         clock.sleep(0.3)
         assert host.motor.stopped
         assert host.motor.state.hardware_error == HardwareError.OVERLOAD
-
-    def test_a_motor_worked_too_hard_overheats(self) -> None:
-        clock = VirtualClock()
-        host = Host(Emulator(clock=clock, load=5.0))
-        host.turn(50)
-
-        clock.sleep(600.0)
-
-        assert host.motor.state.hardware_error == HardwareError.OVERHEATING
-        assert host.motor.stopped
 
 
 class TestStatusReturnLevel:

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import itertools
 import math
 
 import pytest
@@ -51,18 +50,6 @@ def test_it_stalls_at_full_torque_and_full_current() -> None:
     assert (physics.velocity_rad_s, physics.angle_rad) == (0.0, 0.0)
     assert (physics.torque_nm, physics.current_a) == pytest.approx((STALL, 4.9))
     assert physics.overloaded_s == pytest.approx(0.7)
-
-
-def test_a_load_of_the_angle_ripples_the_current_at_twice_the_turns() -> None:
-    physics = motor(lambda angle, _: 2.0 * math.sin(2 * angle), goal=2 * math.pi)
-    seen = []
-
-    for _ in range(100):
-        physics.advance(0.01)
-        seen.append(physics.torque_nm)
-
-    assert physics.velocity_rad_s == pytest.approx(2 * math.pi)
-    assert sum((a < 0) != (b < 0) for a, b in itertools.pairwise(seen)) in (3, 4)
 
 
 @pytest.mark.parametrize("time_s", [30.0, 600.0])

@@ -37,15 +37,6 @@ def test_the_crc_is_that_of_the_sdk() -> None:
     assert crc16(data) == Protocol2PacketHandler().updateCRC(0, data, len(data))
 
 
-def test_a_header_inside_a_packet_is_stuffed_and_comes_back() -> None:
-    inside = Packet(1, 0x03, b"\x68\x00" + HEADER)
-    sent = encode(inside)
-
-    assert sent[7:-2] == b"\x03\x68\x00\xff\xff\xfd\xfd\x00"
-    assert int.from_bytes(sent[5:7], "little") == len(sent) - 7
-    assert PacketReader().push(sent) == [inside]
-
-
 @given(st.integers(0, 252), st.integers(0, 255), st.lists(st.sampled_from([0xFF, 0xFD, 0, 7]), max_size=60))
 def test_any_packet_comes_back_whole(motor_id: int, instruction: int, params: list[int]) -> None:
     packet = Packet(motor_id, instruction, bytes(params))

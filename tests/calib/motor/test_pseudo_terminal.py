@@ -50,16 +50,6 @@ def test_a_host_that_falls_silent_is_noticed_by_the_watchdog() -> None:
     assert motor.state.watchdog_tripped
 
 
-def test_a_client_at_another_speed_finds_nothing() -> None:
-    with PseudoTerminal(Emulator(baud=57_600)) as terminal:
-        port = open_port(terminal.path, 1_000_000, patient=False)
-        assert PACKETS.ping(port, 1)[1] != sdk.COMM_SUCCESS
-        port.closePort()
-        port = open_port(terminal.path, 57_600)
-        assert PACKETS.ping(port, 1)[1] == sdk.COMM_SUCCESS
-        port.closePort()
-
-
 def test_a_lost_cable_ends_the_terminal_under_its_client() -> None:
     device = FaultyEmulator(Faults(kinds=(Fault.DISCONNECT,), rate=1.0, after=1))
     with PseudoTerminal(device) as terminal:

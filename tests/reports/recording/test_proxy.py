@@ -8,7 +8,6 @@ import av
 import numpy as np
 import pytest
 
-from benchmarks.video import VideoWriter
 from reports.recording import make_proxy
 from tests.reports.recording.trials import BODY, FRAMES, HEIGHT_PX, WIDTH_PX, frame_times_s, positions_px, write_video
 
@@ -36,22 +35,3 @@ def test_it_holds_every_picture_at_its_time(video: Path, tmp_path: Path) -> None
     keys = [k for k, frame in enumerate(frames) if frame.key_frame]
     assert keys[0] == 0
     assert max(np.diff([*keys, FRAMES])) <= 32, "close enough to jump"
-
-
-def test_a_small_video_keeps_its_size_but_for_a_multiple_of_four_rows(tmp_path: Path) -> None:
-    with VideoWriter(tmp_path / "odd.mkv", 101, 75, codec="ffv1") as writer:
-        for k in range(3):
-            writer.write(np.full((75, 101, 3), 40 * k, np.uint8))
-    make_proxy(tmp_path / "odd.mkv", tmp_path / "proxy.mp4")
-    with av.open(str(tmp_path / "proxy.mp4")) as container:
-        assert (container.streams.video[0].width, container.streams.video[0].height) == (96, 72)
-
-
-def test_an_interrupt_leaves_nothing_half_written(video: Path, tmp_path: Path) -> None:
-    def interrupt(frames: int) -> None:
-        if frames == 5:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        make_proxy(video, tmp_path / "proxy.mp4", progress=interrupt)
-    assert list(tmp_path.iterdir()) == []

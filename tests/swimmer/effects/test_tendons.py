@@ -100,18 +100,6 @@ def test_friction_takes_the_power_that_sliding_through_each_guide_costs() -> Non
     assert lost == pytest.approx(force * sum(sliding), rel=5e-3)
 
 
-def test_friction_gives_back_no_more_than_its_damping_takes() -> None:
-    """Neither the friction's own matrix over the rates nor what the damping has beyond it is ever negative."""
-    damper = FRICTION.damping(FISH, DRY, [plain_model(DRY)], np.array([[2.0]]))
-    given_back = FRICTION.force(FISH, DRY, np.array([[2.0]]))
-    assert damper is not None
-    assert given_back is not None
-    for rates in np.random.default_rng(0).normal(size=(50, 5)):
-        state = still(np.zeros((1, 6)), np.concatenate([[0.0], rates])[None])
-        taken, given = np.asarray(damper(state).joints)[0, 1:] @ rates**2, given_back(state)[0, 1:] @ rates
-        assert 0 <= given <= taken
-
-
 def test_an_asymmetry_bends_the_resting_tail_until_the_tendons_fit() -> None:
     shift = 0.003
     bent, mirrored = (settled(model_with(ASYMMETRY, sign * shift, DRY)) for sign in (1, -1))

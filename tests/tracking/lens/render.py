@@ -14,6 +14,13 @@ TEXEL_PER_SQUARE = 64
 SUPERSAMPLE = 2
 
 
+def to_pixels(ray: np.ndarray, lens: CameraCalibration) -> np.ndarray:
+    """(..., 2) slopes of rays -> (..., 2) pixels of the picture as the lens bends it; inverts `to_rays`."""
+    points = np.column_stack([ray.reshape(-1, 2), np.ones(ray.size // 2)])
+    matrix = np.array([[lens.fx_px, 0.0, lens.cx_px], [0.0, lens.fy_px, lens.cy_px], [0.0, 0.0, 1.0]])
+    return cv2.projectPoints(points, np.zeros(3), np.zeros(3), matrix, np.array(lens.distortion))[0].reshape(ray.shape)
+
+
 @dataclass(frozen=True)
 class Scene:
     """A lens and a board in front of it."""

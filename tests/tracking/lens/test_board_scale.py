@@ -6,9 +6,9 @@ import pytest
 
 from session import NotEnoughData
 from tests.tracking.lens.conftest import CHARUCO, LENS
-from tests.tracking.lens.render import Scene
+from tests.tracking.lens.render import Scene, to_pixels
 from tests.tracking.lens.test_parallax import H, slope_of
-from tracking.lens import Corners, find_corners, scale_from_board, scale_from_corners, to_pixels
+from tracking.lens import Corners, find_corners, scale_from_board, scale_from_corners
 
 
 def lying(height: float, turn: float = 0.4, tilt: float = 0.0) -> Corners:

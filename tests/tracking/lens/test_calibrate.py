@@ -8,8 +8,8 @@ import pytest
 
 from session import InputError, NotEnoughData
 from tests.tracking.lens.conftest import CHARUCO, LENS
-from tests.tracking.lens.render import Scene, poses
-from tracking.lens import BoardSpec, LensCalibration, calibrate_lens, find_corners, to_pixels, to_rays
+from tests.tracking.lens.render import Scene, poses, to_pixels
+from tracking.lens import BoardSpec, LensCalibration, calibrate_lens, find_corners, to_rays
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import pytest
 
 from session import CameraCalibration
 from tests.tracking.lens.conftest import CHARUCO, LENS
-from tests.tracking.lens.render import Scene, poses
-from tracking.lens import Corners, to_pixels
+from tests.tracking.lens.render import Scene, poses, to_pixels
+from tracking.lens import Corners
 from tracking.lens.lens_fit import fit_lens
 from tracking.lens.uncertainty import lens_covariance
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tests.tracking.lens.conftest import LENS
-from tracking.lens import to_pixels, to_rays
+from tests.tracking.lens.render import to_pixels
+from tracking.lens import to_rays
 from tracking.lens.undistort import folds
 
 

@@ -74,12 +74,6 @@ def test_exchanged_neighbours_are_flagged_in_exactly_their_frames(
     assert flagged_frames(swaps) == set(range(50, 50 + frames))
 
 
-def test_an_exchange_in_one_frame_alone_is_left_to_the_check_for_jumps() -> None:
-    position = swum()
-    position[50, [5, 6]] = position[50, [6, 5]]
-    assert judge(trial_of(position), ROBOT) == ()
-
-
 @pytest.mark.parametrize("frames", [2, 40])
 @pytest.mark.parametrize("heading", [0.2, 2.0, -2.6])
 def test_exchanged_pectorals_are_flagged_in_exactly_their_frames(frames: int, heading: float) -> None:
@@ -127,12 +121,3 @@ def test_low_confidence_that_lasts_is_a_drift() -> None:
     confidence[80:89, 5] = 0.2  # one frame too short
     flags = judge(trial.with_samples(trial.tracks.position_px, confidence, trial.state, trial.size_px, ()), ROBOT)
     assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [("drift", ("dorsal_fin",), (40, 59))]
-
-
-def test_flags_come_by_first_frame_and_say_what_is_wrong() -> None:
-    position = swum()
-    position[90:95, [3, 4]] = position[90:95, [4, 3]]
-    position[10:12, 8] = np.nan
-    flags = judge(trial_of(position), ROBOT)
-    assert [flag.frames for flag in flags] == [(10, 11), (90, 94)]
-    assert flags[1].message == "tail_1 and tail_2 seem to be exchanged"

@@ -86,16 +86,6 @@ def test_the_gate_follows_the_errors_of_the_predictions_and_forgets_them() -> No
     assert later.predict(DIAMETER[:1]).gate_px[0] == pytest.approx(least)
 
 
-def test_a_marker_seen_again_starts_without_a_velocity_from_its_jump() -> None:
-    path = turning(20)
-    seen = np.ones((20, 4), bool)
-    seen[10:15, 0] = False
-    back = path.copy()
-    back[15, 0] += [30.0, 0.0]  # found far from where it was carried to
-    motion, _ = carried_through(back[:16], seen[:16])
-    assert np.linalg.norm(motion.predict(DIAMETER).position_px[0] - back[15, 0]) < 1e-9
-
-
 def test_a_marker_put_by_a_person_starts_anew_there() -> None:
     motion, _ = carried_through(turning(10))
     motion.put(2, np.array([33.0, 44.0]))

@@ -45,18 +45,6 @@ def test_centres_are_right_to_a_twentieth_of_a_pixel_and_without_bias(diameter: 
     assert np.abs(errors.mean(axis=0)).max() < 0.02
 
 
-@pytest.mark.parametrize("diameter", DIAMETERS)
-def test_centres_do_not_follow_the_grid_of_pixels(diameter: float) -> None:
-    shifts = np.linspace(-0.5, 0.5, 9)
-    found = []
-    for shift in shifts:
-        truth = np.array([[60.0 + shift, 55.0 - shift]])
-        luma = Pool(still(*truth), (120, 110), diameter, 100.0, noise=0.0, texture=0.0).frame(0)
-        found.append(measure_centres(luma, np.rint(truth), truth, looks_of(luma, truth, 1.3 * diameter)).position_px[0])
-    errors = np.array(found) - [60.0, 55.0] - np.stack([shifts, -shifts], axis=1)
-    assert np.abs(errors).max() < 0.02
-
-
 @pytest.mark.parametrize("diameter", [8.0, 14.0, 22.0])
 def test_a_slope_of_the_water_moves_a_centre_by_less_than_its_share(diameter: float) -> None:
     """Over its disc the slope adds a few steps of luma on one side: at most 1/30 of the marker's light."""

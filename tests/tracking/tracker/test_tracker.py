@@ -78,18 +78,6 @@ def test_a_marker_that_leaves_the_picture_is_unseen_and_put_nowhere_else(use_csr
     assert np.nanmax(away) < 2.0
 
 
-def test_a_marker_that_comes_back_into_the_picture_is_found_again() -> None:
-    def path(frame: float) -> np.ndarray:
-        out = 40 * (1 - np.cos(2 * np.pi * frame / 60))
-        return np.array([(30 - out, 60), (70 - out, 60), (110 - out, 60)])
-
-    pool = Pool(path, (200, 120))
-    away = errors(pool.followed(61), pool.truths(61))
-    assert np.isnan(away[25:35, 0]).all()
-    assert np.isfinite(away[-5:]).all()
-    assert np.max(away[-5:]) < 0.3
-
-
 @pytest.mark.parametrize("seed", [0, 1, *later(2, 3)])
 @pytest.mark.parametrize("scale", [1.3, 2.0])
 def test_boxes_beside_their_markers_or_twice_too_large_start_right(seed: int, scale: float) -> None:
