@@ -13,8 +13,6 @@ from session import InputError
 SHORT = ClipPlan(
     frames=12, swim=Swim(drift_m_s=(0.03, 0.0)), optics=Optics(width_px=640, height_px=360, px_per_m=600.0)
 )
-    frames=12, swim=Swim(drift_m_s=(0.03, 0.0)), optics=Optics(width_px=640, height_px=360, px_per_m=600.0)
-)
 LOSSLESS = Encoding("ffv1")
 
 
