@@ -2,9 +2,8 @@
 
 from reports.context import ReportContext
 from reports.diagnosed import Diagnosed, read_diagnosed
-from reports.gallery import Gallery
 from reports.index import IndexEntry, render_index, write_index
-from reports.report import render_report, write_report
+from reports.report import Gallery, render_report, write_report
 from reports.sections.track_quality import picture_of_tracks
 
 __all__ = [

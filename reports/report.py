@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from reports.blocks import Plot
 from reports.context import ReportContext
 from reports.numbers import counted
 from reports.page import render_page
@@ -36,3 +37,14 @@ def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = S
         f"effort {provenance.effort}, seed {provenance.seed}",
         sections=[section for section in built if section is not None],
     )
+
+
+class Gallery(dict[str, Plot]):
+    """Every figure of a report, by the name under which its page saves it; those of a trial begin with its name."""
+
+    def __init__(self, context: ReportContext) -> None:
+        sections = [section for build in SECTIONS if (section := build(context)) is not None]
+        super().__init__({plot.name: plot for section in sections for plot in section.plots})
+
+    def __missing__(self, name: str) -> Plot:
+        raise ValueError(f"figure: found {name!r}, expected one of {', '.join(self)}")

@@ -15,9 +15,8 @@ from session import Flag, Tracks
 from swimmer.robot import RobotSpec
 from tracking.body_model import BodyModel, centred, layout_model, learned, spacing_spread
 from tracking.following import Gate, fitting_shape
-from tracking.frozen_picture import frozen_flags, frozen_picture
 from tracking.misplaced import clashing, misplaced, reaching, widened
-from tracking.quality_flags import Findings, flags_of
+from tracking.quality_flags import Findings, flags_of, frozen_flags, frozen_picture
 from tracking.suspects import standing_still, touching
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from calib.capture import registers
-from calib.capture.unwrap import Unwrapped
+from calib.capture.registers import Unwrapped
 
 TICK_S = 0.001
 SLOW_S = 0.01  # longer than the shortest exchange, and the time is unsure by half of it

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from calib.capture import registers
 from calib.capture.errors import MotorFault
 from calib.capture.motor import Reading
-from calib.capture.unwrap import Unwrapped
+from calib.capture.registers import Unwrapped
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import TextIO
 from calib.capture import registers
 from calib.capture.errors import UserError
 from calib.capture.motor import Reading
-from calib.capture.unwrap import Unwrapped
+from calib.capture.registers import Unwrapped
 
 MOTOR_HEADER = "time_s,position_rad,velocity_rad_s,current_a,voltage_v,temperature_c,error"
 COMMANDS_HEADER = "time_s,part,velocity_rad_s"

@@ -6,7 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from calib.capture.code import CHIP_S, CHIP_TURNS_PER_S, END_CODE, START_CODE
+START_CODE = (1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, -1, 1, 1, -1, -1)
+END_CODE = START_CODE[::-1]
+
+CHIP_S = 0.25
+CHIP_TURNS_PER_S = 0.25
+
 
 REST_S = 0.5
 RUN_OUT_S = 1.0  # the crank comes to rest before the end code

@@ -17,8 +17,8 @@ from calib.capture.host import Clock, Signals
 from calib.capture.logs import FEWEST_ROWS, TrialLog
 from calib.capture.motor import SILENCE_S, Motor, Reading
 from calib.capture.plan import TrialPlan, trial_name
+from calib.capture.registers import Unwrapped
 from calib.capture.session_text import SessionText
-from calib.capture.unwrap import Unwrapped
 
 PERIOD_S = 0.01
 SLOWEST_LOG_HZ = 50.0

@@ -15,8 +15,7 @@ from calib.motor.emulator import Emulator
 from calib.motor.motor_physics import MotorConstants
 from calib.motor.serve import run_emulator
 from calib.motor.servo import HardwareError, MotorState
-from calib.motor.virtual_clock import VirtualClock
-from calib.motor.virtual_port import VirtualPort
+from calib.motor.virtual_port import VirtualClock, VirtualPort
 
 if TYPE_CHECKING:
     from calib.motor.pseudo_terminal import PseudoTerminal

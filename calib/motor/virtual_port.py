@@ -7,7 +7,22 @@ from collections import deque
 from collections.abc import Sequence
 
 from calib.motor.emulator import Emulator
-from calib.motor.virtual_clock import VirtualClock
+
+
+class VirtualClock:
+    """Call it for the time in s; `sleep` moves it on at once. It starts at `start_s`."""
+
+    def __init__(self, start_s: float = 0.0) -> None:
+        self._now = start_s
+
+    def __call__(self) -> float:
+        """The time in s."""
+        return self._now
+
+    def sleep(self, seconds: float) -> None:
+        """Moves the time on; a negative time counts as none."""
+        self._now += max(0.0, seconds)
+
 
 SUPPORTED = (
     9_600, 57_600, 115_200, 230_400, 460_800, 500_000, 576_000, 921_600, 1_000_000, 1_152_000, 2_000_000, 2_500_000,

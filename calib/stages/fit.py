@@ -7,9 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import mujoco
+import numpy as np
+
 from calib.job import Job
 from calib.options import EFFORTS, EffortName
-from calib.stages.calibrated_mjcf import calibrated_mjcf
 from calib.stages.recordings import Recordings
 from calib.stages.structure import StructureStage
 from fitting import (
@@ -22,8 +24,37 @@ from fitting import (
     calibrate,
     calibration_result,
 )
-from session import Stage, SwimcalError, read_provenance, write_whole
-from swimmer import Twin, check_engine
+from session import Stage, SwimcalError, program_version, read_provenance, write_whole
+from swimmer import ENGINE, Runs, Twin, build_mjcf, check_engine, model_sha256
+
+
+def calibrated_mjcf(calibration: Calibration) -> str:
+    """The text of `results/calibrated.xml`.
+
+    One keyframe a fit trial, named like it, starts the twin as that trial started: swimming, with the crank turning
+    at the measured frequency (its control is part of the keyframe).
+    """
+    spec = build_mjcf(calibration.robot, calibration.coefficients)
+    made_with = f"{program_version()}, MuJoCo {ENGINE}, model {model_sha256(calibration.robot)}"
+    spec.add_text(name="calibrated_with", data=made_with)
+    twin = Twin(calibration.robot, markers=("nose", "neck"))
+    for trial in calibration.trials:
+        if trial.measured.role != "fit":
+            continue
+        hz = trial.simulated_hz
+        runs = Runs(
+            coefficients=np.array([calibration.coefficients], float),
+            frequency_hz=np.array([hz]),
+            phase_rad=np.array([trial.phase_rad]),
+            velocity=trial.measured.start_velocity[None],
+        )
+        position, velocity = twin.start(runs)
+        spec.add_key(name=trial.measured.name, qpos=position[0], qvel=velocity[0], ctrl=[2 * np.pi * hz])
+    spec.compile()
+    text: str = spec.to_xml()
+    mujoco.MjModel.from_xml_string(text)  # what is written must load
+    return text
+
 
 if TYPE_CHECKING:
     from fitting.marginal import Marginal

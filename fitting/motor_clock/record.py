@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fitting.frequency import SwimFrequency
 from fitting.motor_clock.clock import MotorClock, find_clock
-from fitting.motor_clock.log_flags import log_flags
-from fitting.motor_clock.steady_stretch import steady_stretch
 from fitting.motor_clock.tail_motion import TailMotion, tail_motion
 from session import (
     CameraSpec,
@@ -23,6 +22,73 @@ from session import (
     load_motor,
 )
 from swimmer import CrankTurn, RobotSpec
+
+OFF_COMMAND = 0.05  # relative; beyond, the motor did not do what it was told
+HOLE_S = 0.1  # without a reading; the crank may do anything in it
+SAG = 0.1  # of the supply voltage, relative
+
+ERRORS = {0: "input voltage", 2: "overheating", 3: "encoder", 4: "electrical shock", 5: "overload"}
+"""Bits of the hardware error status (ROBOTIS e-Manual, XW540-T140-R)."""
+
+
+def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> tuple[Flag, ...]:
+    """Doubts about a log.
+
+    Args:
+        log: as read.
+        drive_s: the steady stretch, on the motor's clock, s.
+        measured_hz, commanded_hz: turns a second over it; nan where not known.
+    """
+    return (*log.flags, *_doubts(log, drive_s, measured_hz, commanded_hz))
+
+
+def _doubts(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> Iterator[Flag]:
+    if bits := int(np.bitwise_or.reduce(np.nan_to_num(log.error).astype(int))):
+        named = [ERRORS.get(bit, f"bit {bit}") for bit in range(bits.bit_length()) if bits >> bit & 1]
+        yield Flag("motor_error", message=f"the motor reported: {', '.join(named)}")
+    if commanded_hz > 0 and abs(measured_hz / commanded_hz - 1) > OFF_COMMAND:
+        off = 100 * (measured_hz / commanded_hz - 1)
+        message = f"the motor made {measured_hz:.3f} turns a second, {off:+.0f} % off the commanded {commanded_hz:.3g}"
+        yield Flag("motor_slow", message=message)
+    times = log.time_s[np.isfinite(log.position_rad)]
+    times = times[(times >= drive_s[0]) & (times <= drive_s[1])]
+    if (longest := float(np.diff(times).max(initial=0.0))) > HOLE_S:
+        message = f"up to {longest:.2f} s of the drive without a reading; the crank is taken to turn smoothly there"
+        yield Flag("log_gap", message=message)
+    voltage = log.voltage_v[np.isfinite(log.voltage_v)]
+    if len(voltage) and voltage.min() < (1 - SAG) * voltage.max():
+        message = (
+            f"the supply falls from {voltage.max():.1f} to {voltage.min():.1f} V; the motor slows down with it: "
+            "is the supply strong enough?"
+        )
+        yield Flag("supply_sags", message=message)
+
+
+STEADY = 0.05  # relative; how far the mean over a turn may be off that of the drive
+_STEP_S = 0.02
+_FASTEST = 98  # percentile of the speed that counts as the highest
+
+
+def steady_stretch(turn: CrankTurn) -> tuple[float, float]:
+    """First and last instant of it, on the clock of `turn`; the whole log where the crank never turns steadily.
+
+    The speed is taken over whole turns of the crank, so that one that swings within each turn is steady too, and a
+    code, which goes to and fro, is not.
+    """
+    time_s = np.arange(turn.start_s, turn.end_s, _STEP_S)
+    period_s = 2 * np.pi / max(float(np.percentile(turn.speed(time_s), _FASTEST)), 1e-9)
+    middle_s = time_s[(time_s >= turn.start_s + period_s / 2) & (time_s <= turn.end_s - period_s / 2)]
+    if not len(middle_s):
+        return turn.start_s, turn.end_s
+    speed = (turn.angle(middle_s + period_s / 2) - turn.angle(middle_s - period_s / 2)) / period_s  # (k,)
+    drive = np.median(speed[speed > speed.max() / 2]) if speed.max() > 0 else 0.0
+    steady = np.abs(speed - drive) <= STEADY * drive
+    begins, ends = np.flatnonzero(np.diff(np.pad(steady, 1).astype(int))).reshape(-1, 2).T
+    if not len(begins):
+        return turn.start_s, turn.end_s
+    longest = int(np.argmax(ends - begins))
+    return float(middle_s[begins[longest]] - period_s / 2), float(middle_s[ends[longest] - 1] + period_s / 2)
+
 
 RISE_S = 1.0  # after the command of the drive, in which the motor comes up to speed; as in `calib capture`
 COVERED = 0.5  # share of the frames that a log on a given clock must cover to be believed to belong to them

@@ -3,13 +3,12 @@
 from tracking.lens.board import BoardSpec, load_board
 from tracking.lens.board_scale import BoardScale, scale_from_board, scale_from_corners
 from tracking.lens.calibrate import LensCalibration, View, calibrate_lens
-from tracking.lens.camera_file import save_camera
-from tracking.lens.camera_flags import lens_flags
+from tracking.lens.camera_flags import lens_flags, save_camera
 from tracking.lens.corners import Corners, find_corners
+from tracking.lens.credibility import LensUncertainty
 from tracking.lens.parallax import true_over_apparent
 from tracking.lens.pictures import video_pictures
 from tracking.lens.print_board import draw_board
-from tracking.lens.uncertainty import LensUncertainty
 from tracking.lens.undistort import camera_matrix, to_rays, undistort
 
 __all__ = [

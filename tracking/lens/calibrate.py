@@ -9,10 +9,9 @@ import numpy as np
 from session import CameraCalibration, Flag, NotEnoughData
 from tracking.lens.board import BoardSpec
 from tracking.lens.corners import Corners, find_corners
-from tracking.lens.credibility import RMS_SHARE, Evidence, coverage_of, doubts
+from tracking.lens.credibility import RMS_SHARE, Evidence, LensUncertainty, coverage_of, doubts, lens_uncertainty
 from tracking.lens.lens_fit import LensFit, fit_lens
 from tracking.lens.pictures import each_picture
-from tracking.lens.uncertainty import LensUncertainty, lens_uncertainty
 
 LEAST_CORNERS = 8
 """Fewer corners tell little more than the pose of the board."""

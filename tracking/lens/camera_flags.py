@@ -1,6 +1,10 @@
 """What is doubtful about a session's camera, for the results and the report."""
 
-from session import CameraCalibration, CameraSpec, Flag
+from pathlib import Path
+
+import tomlkit
+
+from session import CameraCalibration, CameraSpec, Flag, write_whole
 from tracking.lens.undistort import folds
 
 LINEAR_K1 = 0.02
@@ -92,3 +96,17 @@ def _other_height(lens: CameraCalibration, metres_per_px: float | None) -> Flag 
         "was calibrated in the mode of the video"
     )
     return Flag("camera_height_off_scale", message=message)
+
+
+def save_camera(path: Path, calibration: CameraCalibration) -> None:
+    """Writes a camera file, whole or not at all; `session.load_camera` reads the same numbers back.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written.
+    """
+    table = tomlkit.table()
+    for key, value in calibration.model_dump(exclude_none=True).items():
+        table[key] = list(value) if isinstance(value, tuple) else value
+    document = tomlkit.document()
+    document["camera"] = table
+    write_whole(path, tomlkit.dumps(document))

@@ -3,12 +3,19 @@
 from tracking.records.deeplabcut import load_deeplabcut, save_deeplabcut
 from tracking.records.edit import Drop, Edit, Relabel, SetBox, Swap, Undo
 from tracking.records.edit_log import EditLog, LoggedEdit
-from tracking.records.edits import Retrack, Retracker, apply_edits, retracks
-from tracking.records.fishsim import save_fishsim
+from tracking.records.edits import (
+    ONLY_CSRT,
+    Retrack,
+    Retracker,
+    apply_edits,
+    only_csrt_flags,
+    retracks,
+    seen_only_by_csrt,
+)
+from tracking.records.foreign import save_fishsim
 from tracking.records.formats import FORMATS, export_tracks, import_tracks
 from tracking.records.gaps import GapLimits, fill_gaps
 from tracking.records.movement import load_movement, save_movement, to_movement
-from tracking.records.only_csrt import ONLY_CSRT, only_csrt_flags, seen_only_by_csrt
 from tracking.records.storage import TrackedFiles, load_tracked, save_tracked
 from tracking.records.tracked import SEEN, STATE_WORDS, UNTRUSTED, SampleState, TrackedTrial
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,8 +11,28 @@ import numpy as np
 from session import Flag
 from tracking.records.edit import Drop, Relabel, SetBox, Swap
 from tracking.records.edit_log import EditLog, LoggedEdit
-from tracking.records.only_csrt import ONLY_CSRT, only_csrt_flags, seen_only_by_csrt
 from tracking.records.tracked import SampleState, TrackedTrial
+from tracking.suspects import stretches
+
+ONLY_CSRT = "only_csrt"
+
+
+def only_csrt_flags(by_csrt: np.ndarray, markers: Sequence[str]) -> tuple[Flag, ...]:
+    """One flag for each stretch of each marker in (n, m)."""
+    return tuple(
+        Flag(ONLY_CSRT, (name,), span, f"no spot answers, only CSRT sees {name}")
+        for k, name in enumerate(markers)
+        for span in stretches(by_csrt[:, k])
+    )
+
+
+def seen_only_by_csrt(flags: Iterable[Flag], frames: int, markers: Sequence[str]) -> np.ndarray:
+    """(n, m) bool, what `only_csrt_flags` was made from."""
+    by_csrt = np.zeros((frames, len(markers)), dtype=bool)
+    for flag in flags:
+        if flag.kind == ONLY_CSRT and flag.frames is not None:
+            by_csrt[flag.frames[0] : flag.frames[1] + 1, [markers.index(name) for name in flag.markers]] = True
+    return by_csrt
 
 
 class Retrack(NamedTuple):

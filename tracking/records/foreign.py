@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
-from session import Fault, FaultCollector, Tracks, did_you_mean
+from session import Fault, FaultCollector, Tracks, did_you_mean, write_whole
 from session.tracks import FARTHEST_PX
 
 
@@ -66,3 +67,15 @@ def checked_tracks(
     faults.extend_capped([fault(k, i, "lies beyond any image", position[k, i], in_reach) for k, i in far])
     faults.raise_if_any()
     return Tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)
+
+
+def save_fishsim(path: Path, tracks: Tracks) -> None:
+    """Writes the authors' form, nan where missing, whole or not at all; `session.load_tracks` reads it.
+
+    Times and confidences are lost.
+
+    Raises:
+        ResultsNotWritable: the file cannot be written.
+    """
+    rows = tracks.position_px.reshape(len(tracks.time_s), -1).tolist()  # (n, 2 m)
+    write_whole(path, "".join(",".join(map(repr, row)) + "\n" for row in rows))

@@ -8,7 +8,7 @@ from pathlib import Path
 from session import FaultCollector, Tracks, load_tracks, save_tracks
 from session.tables import read_table
 from tracking.records.deeplabcut import is_deeplabcut, load_deeplabcut, save_deeplabcut
-from tracking.records.fishsim import save_fishsim
+from tracking.records.foreign import save_fishsim
 from tracking.records.movement import load_movement, save_movement
 from tracking.records.tracked import TrackedTrial
 

@@ -4,16 +4,108 @@ from collections.abc import Iterator
 from itertools import takewhile
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from session.errors import Fault, InputError
-from tracking.video.damage import lost_frames, suspect_frames
+from tracking.video.damage import lost_frames, missing_at_the_end, suspect_frames
 from tracking.video.decoding import Decoder, Numbered
 from tracking.video.frame import Frame
-from tracking.video.seeking import Seeker
-from tracking.video.survey import survey
+from tracking.video.index import FrameIndex, index_frames, read_packets
+from tracking.video.info import VideoInfo
+from tracking.video.opening import fault
+
+
+class Seeker:
+    """Reaches frames by number, decoding on from where it is when no key frame lies between."""
+
+    def __init__(self, decoder: Decoder, index: FrameIndex) -> None:
+        self._decoder, self._index = decoder, index
+        self._run: Iterator[Numbered] = iter(())
+        self._at: int | None = None
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._decoder.close()
+
+    def reach(self, number: int) -> Numbered | None:
+        """Frame `number`, or the next readable one after it; None if there is none.
+
+        A start that overshoots (the container's seek landed too late, or the frame only becomes clean from further
+        back) is tried again from earlier key frames.
+        """
+        at = self._at
+        if at is not None and at < number and not self._index.key_between(at, number):
+            reached = self._run_to(number)
+            if reached is not None and reached.number == number:
+                return reached
+        reached = None
+        for start in self._index.starts(number):
+            self._run = self._decoder.decode(self._index, start)
+            reached = self._run_to(number)
+            if reached is not None and reached.number == number:
+                break
+        return reached
+
+    def onwards(self, number: int) -> Iterator[Numbered]:
+        """Frame `number` and all readable ones after it, in order."""
+        first = self.reach(number)
+        if first is not None:
+            yield first
+            yield from self._run
+
+    def _run_to(self, number: int) -> Numbered | None:
+        """Decodes on to frame `number` or the first one after it."""
+        for numbered in self._run:
+            self._at = numbered.number
+            if numbered.number >= number:
+                return numbered
+        self._at = None
+        return None
+
+
+class Survey(NamedTuple):
+    """A video before its frames are read.
+
+    Attributes:
+        info: what its users are told.
+        frames: which packet stamp is which frame.
+        stored_size_px: width and height of a picture as it is stored.
+    """
+
+    info: VideoInfo
+    frames: FrameIndex
+    stored_size_px: tuple[int, int]
+
+
+def survey(file: Path) -> Survey:
+    """Opens a video, goes through its packets and decodes one frame.
+
+    Raises:
+        InputError: if the file is missing, is no video or has no frame that can be decoded.
+    """
+    with Decoder(file, threads=1) as decoder:  # one thread: nothing beyond the first picture is decoded
+        container, stream = decoder.container, decoder.stream
+        read = read_packets(container, stream)
+        picture = read.picture
+        if picture is None:
+            found = f"{len(read.packets)} packets of {stream.codec_context.name}, none of them readable"
+            raise fault(file, "no frame of this video can be decoded", found, "at least one", "Copy the file again.")
+        index = index_frames(read, container, stream)
+        stored = picture.width, picture.height
+        turns = round(picture.rotation / 90) % 4
+        info = VideoInfo(
+            file,
+            *(stored if turns % 2 == 0 else stored[::-1]),
+            codec=stream.codec_context.codec.canonical_name,
+            time_s=index.time_s,
+            time_source=index.source,
+            rotation_deg=90 * turns,
+            pixel_aspect=float(stream.sample_aspect_ratio or 1),
+            damage=missing_at_the_end(index, container, stream),
+        )
+    return Survey(info, index, stored)
 
 
 class Video:

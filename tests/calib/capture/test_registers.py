@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from calib.capture import registers
-from calib.capture.registers import MEASURED, Measured, decode_measured
-from calib.capture.unwrap import Unwrapped
+from calib.capture.registers import MEASURED, Measured, Unwrapped, decode_measured
 
 
 def block(value: Measured) -> bytes:

@@ -10,8 +10,8 @@ from session import CameraCalibration
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tests.tracking.lens.render import Scene, poses, to_pixels
 from tracking.lens import Corners
+from tracking.lens.credibility import lens_covariance
 from tracking.lens.lens_fit import fit_lens
-from tracking.lens.uncertainty import lens_covariance
 
 NOISE_PX = 0.05
 TRUTH = np.array([LENS.fx_px, LENS.fy_px, LENS.cx_px, LENS.cy_px, *LENS.distortion])
