@@ -130,6 +130,16 @@ class TestHardwareErrors:
         assert host.read(70, 1) == 0
         assert host.write(TORQUE_ENABLE, 1) == 0
 
+    def test_a_motor_worked_too_hard_overheats(self) -> None:
+        clock = VirtualClock()
+        host = Host(Emulator(clock=clock, load=5.0))
+        host.turn(50)
+
+        clock.sleep(600.0)
+
+        assert host.motor.state.hardware_error == HardwareError.OVERHEATING
+        assert host.motor.stopped
+
     def test_a_stalled_motor_overloads_after_a_second(self) -> None:
         clock = VirtualClock()
         host = Host(Emulator(clock=clock, load=8.0))
