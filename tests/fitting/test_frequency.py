@@ -35,14 +35,6 @@ def test_a_clean_beat_is_found_whatever_its_speed_and_length(hz: float, beats: f
     assert found.explained > 0.999
 
 
-@pytest.mark.parametrize("hz", [0.3, 1.0, 3.0])
-@pytest.mark.parametrize("beats", [1.2, 3.0, 10.0])
-def test_drift_and_noise_leave_it_within_one_percent(hz: float, beats: float) -> None:
-    boxes = noisy(tail(hz, beats, drift=0.03), 0.9, np.random.default_rng(3))
-
-    assert estimate_frequency(*boxes).hz == pytest.approx(hz, rel=0.01 if beats > 2 else 0.04)
-
-
 @pytest.mark.parametrize(
     "harmonics",
     [(1.0, 0.45, 0.3), (1.0, 0.0, 0.5), (1.0, 0.6, 0.0), (0.7, 0.0, 0.0)],
@@ -53,13 +45,7 @@ def test_harmonics_trap_it_neither_at_a_multiple_nor_at_a_fraction(hz: float, ha
     boxes = noisy(tail(hz, 6.3, harmonics=harmonics), 0.8, np.random.default_rng(5))
 
     assert estimate_frequency(*boxes).hz == pytest.approx(hz, rel=0.01)
-
-
-def test_the_command_does_not_pull_it() -> None:
-    boxes = noisy(tail(0.75, 4.0), 0.9, np.random.default_rng(1))
-    free, told = estimate_frequency(*boxes), estimate_frequency(*boxes, commanded_hz=1.5)
-
-    assert told.hz == free.hz
+    assert estimate_frequency(*boxes, commanded_hz=2 * hz).hz == estimate_frequency(*boxes).hz
 
 
 def test_samples_of_no_weight_count_for_nothing() -> None:
@@ -97,17 +83,6 @@ def test_phase_and_amplitude_are_those_of_the_last_marker() -> None:
     assert found.amplitude_m == pytest.approx(0.06, rel=1e-3)
     expected = found.amplitude_m * np.cos(2 * np.pi * clean.time_s + found.phase_rad)
     np.testing.assert_allclose(clean.lateral_m[:, 4], expected, atol=1e-4)
-
-
-@pytest.mark.long
-def test_its_95_percent_interval_holds_the_truth_about_as_often() -> None:
-    """Every other frame of noise with a correlation of 0.9 a frame."""
-    clean = tail(0.8, 2.9, fps=30.0, drift=0.01)
-    draws = [estimate_frequency(*noisy(clean, 0.9**2, np.random.default_rng(seed))) for seed in range(400)]
-    z = np.array([(found.hz - 0.8) / found.se_hz for found in draws])
-
-    assert 0.90 <= (np.abs(z) < 1.96).mean() <= 0.99
-    assert abs(z.mean()) < 0.2
 
 
 @pytest.mark.long

@@ -122,14 +122,6 @@ def test_a_swim_without_error_has_next_to_none() -> None:
     assert speed_standard_error(time_s, swum, all_of(time_s), 1.0) < 1e-9
 
 
-def test_twice_the_error_is_twice_the_standard_error() -> None:
-    time_s = times(5.0)
-    error = errors_of_tracks(len(time_s), 10.0, np.random.default_rng(3))
-    one, two = (speed_standard_error(time_s, 0.1 * time_s + k * error, all_of(time_s), 1.0) for k in (1, 2))
-
-    assert two == pytest.approx(2 * one, rel=1e-6)
-
-
 @pytest.mark.parametrize("count", [0, 2, 11])
 def test_too_few_frames_have_no_standard_error(count: int) -> None:
     time_s = times(1.0)

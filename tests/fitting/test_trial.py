@@ -121,18 +121,6 @@ def test_frames_without_a_trusted_head_count_for_no_marker(session: Session) -> 
     assert (trial.weight[:50] > 0).all()
 
 
-def test_rotating_and_shifting_the_pool_changes_nothing(session: Session) -> None:
-    tracks = tracks_of(session, "slow")
-    cos, sin = np.cos(0.7), np.sin(0.7)
-    turned = replace(tracks, position_px=tracks.position_px @ np.array([[cos, sin], [-sin, cos]]) + [300.0, -120.0])
-    here, there = measured(session, "slow"), measured(session, "slow", turned)
-
-    np.testing.assert_allclose(there.head.position_m, here.head.position_m, atol=1e-9)
-    np.testing.assert_allclose(there.start_velocity, here.start_velocity, atol=1e-7)
-    assert there.frequency.hz == pytest.approx(here.frequency.hz, abs=1e-7)
-    assert there.speed == pytest.approx(here.speed, abs=1e-9)
-
-
 def test_tail_markers_go_from_head_to_fin() -> None:
     names = ("caudal_fin", "nose", "tail_2", "neck", "tail_1", "dorsal_fin")
 

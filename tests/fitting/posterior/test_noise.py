@@ -44,26 +44,6 @@ def test_noise_that_lasts_longer_leaves_fewer_independent_frames() -> None:
     assert len(TIME_S) > frames[0] > 1.5 * frames[1] > 3 * frames[2]
 
 
-@pytest.mark.long
-def test_the_covariance_of_a_gait_is_that_of_repeated_draws() -> None:
-    usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
-    usable[40:80, 3] = False
-    read, sd_m = reader(usable), 1e-3 * np.linspace(0.3, 0.9, len(ALONG_M))
-    lag_s = np.abs(TIME_S[:, None] - TIME_S)
-    correlation = 0.8 * np.exp(-lag_s / 0.1) + 0.2 * np.eye(len(lag_s))
-    told = GaitNoise(sd_m, 0.1, 0.2, correlation).covariance(read)
-    root = np.linalg.cholesky(correlation)
-    drawn = np.einsum("kn,snmc->skmc", root, np.random.default_rng(0).standard_normal((1500, *cruising().shape)))
-    gaits = read(cruising() + sd_m[:, None] * drawn)
-    seen = np.cov(gaits.T)
-    # the heading is found from noisy markers too, left out here: that turns means, but boxes do more
-    places = np.arange(1, len(told)).reshape(-1, 2, 7)
-    beats = np.append(places[:, :, 1:].ravel(), SPEED)
-    assert np.diag(seen)[beats] == pytest.approx(np.diag(told)[beats], rel=0.2)
-    white = np.linalg.cholesky(np.linalg.inv(told[np.ix_(beats, beats)]))
-    assert np.trace(white.T @ seen[np.ix_(beats, beats)] @ white) / len(beats) == pytest.approx(1.0, abs=0.05)
-
-
 def test_the_covariance_of_the_course_is_that_of_repeated_draws() -> None:
     """Of a fish that hardly swims: where it heads matters little for where it goes."""
     read, sd_m, part = (

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -109,9 +107,3 @@ def test_a_fish_elsewhere_differs_by_its_means_alone(model: TrialModel, freedoms
     for axis, column in enumerate(freedoms.own[:, -2:].T):
         assert set(np.flatnonzero(column)) == set(places[:, axis, 0])
         assert np.ptp(column[places[:, axis, 0]]) == 0.0
-
-
-def test_a_trial_whose_frequency_is_less_sure_is_freer(model: TrialModel, freedoms: Freedoms) -> None:
-    unsure = replace(model.trial.frequency, se_hz=3 * model.trial.frequency.se_hz)
-    freer = replace(model, trial=replace(model.trial, frequency=unsure)).freedoms(TRUTH)
-    assert freer.own[:, 3] == pytest.approx(3 * freedoms.own[:, 3])
