@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fitting import FULL, QUICK, CoefficientFit
+from fitting import QUICK, CoefficientFit
 from fitting.coefficient_fit import Restart, flags_of
 from fitting.coefficients import fit_coefficients
 from fitting.objective import Swims
-from swimmer import FluidCoefficients, Twin, load_robot
+from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS, Truth
-from tests.fitting.swims import noise_free
 
 SMALL = replace(QUICK, final_iterations=14)
 TINY = replace(QUICK, screened=4, starts=1, finalists=1, heat_iterations=1, final_iterations=1, valley_steps=1)
@@ -126,15 +124,3 @@ def test_a_closer_twin_that_swims_backward_is_rejected_aloud() -> None:
 
     assert flag.kind == "rejected_restart"
     assert "20 % closer" in flag.message
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("seed", [0, 1])
-def test_with_full_effort_what_the_markers_determine_is_recovered_to_five_percent(seed: int, tmp_path: Path) -> None:
-    trials, _ = noise_free(tmp_path)
-    fitted = (trials["slow"], trials["fast"])
-    found = fit_coefficients(Swims(Twin(load_robot(), fitted[0].markers), fitted), FULL, seed=seed)
-
-    assert found.mean_distance_m < 0.5e-3
-    for name in TOLERANCE:
-        assert getattr(found.coefficients, name) == pytest.approx(getattr(PLAUSIBLE_COEFFICIENTS, name), rel=0.05), name

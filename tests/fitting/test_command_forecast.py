@@ -41,6 +41,7 @@ def test_the_beat_is_the_command_times_the_mean_ratio_of_the_fit_trials() -> Non
     assert found.speeds["twin"] == pytest.approx(SPEED_PER_HZ * 0.75)
     assert found.speeds["published, twin's tail"] == pytest.approx(0.12 * 0.75)
     assert found.flags == ()
+    assert beat_to_command(commanded(1.0, None, 2.0)) == pytest.approx(0.65)
 
 
 def test_nothing_measured_in_the_trial_enters() -> None:
@@ -50,10 +51,6 @@ def test_nothing_measured_in_the_trial_enters() -> None:
     blind = replace(calibration, trials=(replace(slow, measured=lost, simulated_hz=np.nan, speeds={}), *fitted))
 
     assert forecast(blind) == forecast(calibration)
-
-
-def test_fit_trials_without_a_command_do_not_enter_the_ratio() -> None:
-    assert beat_to_command(commanded(1.0, None, 2.0)) == pytest.approx(0.65)
 
 
 @pytest.mark.parametrize(

@@ -15,17 +15,13 @@ BACKWARD = (0.0, 3.46, 10.0, 1.095, 0.0)
 """As close to the public tracks as the other, when started at the measured speed."""
 
 
-def test_known_twins_are_told_apart(trials: dict[str, MeasuredTrial]) -> None:
+def test_known_twins_are_told_apart_at_low_frequency(trials: dict[str, MeasuredTrial]) -> None:
     twin = Twin(load_robot(), ("nose", "neck"))
     like_public = tuple(
         replace(trials["slow"], frequency=replace(trials["slow"].frequency, hz=hz)) for hz in (0.75, 1.31)
     )
 
     assert swims_forward(twin, np.array([FORWARD, BACKWARD]), like_public).tolist() == [True, False]
-
-
-def test_backward_is_a_matter_of_low_frequency() -> None:
-    twin = Twin(load_robot(), ("nose", "neck"))
     speeds = speed_from_rest(twin, np.array([FORWARD, BACKWARD]), np.array([0.4, 1.3]))
 
     assert (speeds[0] > 0.01).all()

@@ -146,7 +146,8 @@ def test_a_budget_too_small_for_one_forward_swimmer_says_so(swims: Swims, monkey
 
 
 def test_the_objective_counts_points_and_the_seconds_they_cost(swims: Swims) -> None:
-    objective = PublishedObjective(swims, BUDGET_S)
+    told: list[tuple[float, float]] = []
+    objective = PublishedObjective(swims, BUDGET_S, lambda share, best: told.append((share, best)))
     point_s = sum(float(trial.time_s[trial.scored][-1]) for trial in swims.trials)
     points = objective.phased(np.array([PLAUSIBLE_COEFFICIENTS, PLAUSIBLE_COEFFICIENTS]))
     assert (objective.space.evaluations, objective.spent_s) == (2, 2 * point_s)
@@ -156,6 +157,7 @@ def test_the_objective_counts_points_and_the_seconds_they_cost(swims: Swims) -> 
     assert objective.spent_s == pytest.approx(4 * point_s + objective.space._seconds_from_rest)
     np.testing.assert_array_equal(distances, swims.mean_distance(points))
     assert objective.trace == [(objective.spent_s, distances.min())]
+    assert told[-1] == (objective.spent_s / BUDGET_S, distances.min())
 
 
 def test_what_would_win_but_swims_backward_is_handed_back_with_a_penalty(

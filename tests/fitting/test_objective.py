@@ -10,12 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fitting import MeasuredTrial
-from fitting.forecast import phase_from_harmonic
 from fitting.mean_distance import SOFTENING_M, MeanDistance
 from fitting.objective import Swims
 from fitting.search_space import PHASE_STEP_RAD, ROOT_STEP, SearchSpace, parameters
-from swimmer import Twin
 from synthetic import Truth
 
 ERRORS = 7
@@ -77,13 +74,6 @@ def test_a_batch_gives_what_single_simulations_give(swims: Swims) -> None:
     np.testing.assert_array_equal(swims.errors(columns), single)
 
 
-def test_threads_change_nothing(swims: Swims) -> None:
-    columns = columns_around(POINT, 5)
-    one, two = (Swims(Twin(swims.twin.robot, swims.twin.markers, workers=n), swims.trials) for n in (1, 2))
-
-    np.testing.assert_array_equal(one.errors(columns), two.errors(columns))
-
-
 def test_the_order_of_trials_changes_nothing(swims: Swims) -> None:
     turned = Swims(swims.twin, swims.trials[::-1])
     columns = columns_around(POINT, 3)
@@ -142,14 +132,3 @@ def test_slopes_at_a_bound_look_inwards_only(swims: Swims) -> None:
     for corner in (low, high):
         assert np.isfinite(space.slopes(np.clip(corner, space.low, space.high)[:, None], np.empty(0))).all()
     assert parameters(space.low[:, None])[:5].max() == 0.0
-
-
-@pytest.mark.parametrize("name", ["slow", "fast", "new"])
-def test_the_first_harmonic_tells_the_phase(
-    name: str, swims: Swims, trials: dict[str, MeasuredTrial], truth: Truth
-) -> None:
-    trial = trials[name]
-    coefficients = np.array([truth.plan.coefficients], float)
-    found = phase_from_harmonic(swims.twin, trial, coefficients, trial.start_frequency.hz)[0]
-
-    assert abs(np.angle(np.exp(1j * (found - truth.trials[name].phase_rad)))) < 0.2  # refined within 0.6

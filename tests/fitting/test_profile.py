@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from calib.pipeline import Options, Pipeline, open_session
 from fitting import CoefficientFit, CoefficientProfiles
 from fitting.coefficients import refine_coefficients
 from fitting.objective import Swims
 from fitting.profile import profile_objective
 from fitting.search_space import ROOTS, parameters
 from fitting.valley import moved
-from session import new_from_fishsim
-from swimmer import FluidCoefficients, Twin
+from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
-from tests.session.sample import FISHSIM, needs_fishsim
 
 POINTS = 3
 ROUNDING = 1 + 1e-9
@@ -103,15 +99,3 @@ def test_a_curve_takes_in_the_restarts_below_it_and_leaves_out_those_above() -> 
 
     np.testing.assert_allclose(found, [0.0, 1.0, 2.25, 4.0])
     np.testing.assert_allclose(height, [0.04, 0.03, 0.02, 0.06])
-
-
-@pytest.mark.long
-@needs_fishsim
-def test_no_restart_of_the_public_tracks_lies_below_its_profile(tmp_path: Path) -> None:
-    folder = new_from_fishsim(tmp_path / "fishsim", FISHSIM, ("f1_00", "f1_75"))
-    pipeline = Pipeline(open_session(folder), Options("full"))
-    calibration = pipeline.calibrated()
-    trials = [trial.measured for trial in calibration.trials if trial.measured.role == "fit"]
-    swims = Swims(Twin(calibration.robot, trials[0].markers), tuple(trials))
-
-    assert_no_restart_lies_below(profile_objective(swims, calibration.fit), swims, calibration.fit)

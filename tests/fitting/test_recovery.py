@@ -56,17 +56,6 @@ def test_without_noise_the_default_search_recovers_all_five(true: FluidCoefficie
     assert fit.flags == ()
 
 
-@pytest.mark.long
-def test_a_second_floor_of_the_valley_does_not_hold_the_search() -> None:
-    """A descent from this start ends at 5.6 times the Magnus lift and a third more angular drag, 10 % further away."""
-    swims = Swims(exact_twin(), exact_swims(noise_m=HALF_PIXEL_M, seed=38, lasts_s=0.1))
-    start = np.append(np.sqrt(TRUTH * FAR_OFF), PHASES)
-    stuck, fit = refine_coefficients(swims, [start], 12), fit_coefficients(swims, NEAR, seed=0, starts=[start])
-
-    assert relative(stuck.coefficients)[2] > 0.3
-    assert np.abs(relative(fit.coefficients)[:4]).max() < 0.1
-
-
 @dataclass(frozen=True, eq=False)
 class Draw:
     """One truth near the standard one and two fits to it: with half a pixel of noise and with its mirror image.

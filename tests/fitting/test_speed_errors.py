@@ -72,7 +72,7 @@ def test_the_spread_of_trials_widens_the_interval() -> None:
 
 
 @pytest.mark.long
-def test_the_interval_of_the_bias_holds_the_mean_it_was_drawn_from_about_as_often_as_it_says() -> None:
+def test_the_interval_of_the_bias_holds_the_mean_it_was_drawn_from() -> None:
     """Ten trials; a percentile bootstrap of few trials is a little too narrow."""
     random = np.random.default_rng(0)
     made = trials([0.0] * 10)
@@ -88,14 +88,9 @@ def test_the_interval_of_the_bias_holds_the_mean_it_was_drawn_from_about_as_ofte
     assert 78 <= hits <= 96
 
 
-def test_the_seed_decides_the_interval_and_no_trials_give_none() -> None:
+def test_the_seed_decides_the_interval_and_no_order_of_trials() -> None:
     made = trials([0.01, -0.02, 0.03])
 
     assert speed_errors(made, seed=1) == speed_errors(made, seed=1) != speed_errors(made, seed=2)
-    assert speed_errors([]) == {}
-
-
-def test_the_order_of_trials_does_not_change_a_bit() -> None:
-    made = trials([0.01, -0.02, 0.03, 0.0])
-
     assert speed_errors(made[::-1]) == speed_errors(made)
+    assert speed_errors([]) == {}

@@ -11,11 +11,10 @@ import pytest
 from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import measure_dry_run
 from fitting.forecast import phase_from_harmonic, swim
-from fitting.in_pool import head_frame
 from fitting.motor_clock import MotorRecord
 from fitting.objective import Swims
 from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks
-from swimmer import Runs, Twin
+from swimmer import Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.motor_clock.drives import FPS, PX_PER_M, ROBOT, SPEC, SWIM_SPEC, Filmed, filmed, recorded
 
@@ -118,18 +117,6 @@ def test_a_held_out_trial_uses_the_turn_over_its_scored_part_too() -> None:
     phase = phase_from_harmonic(twin, trial, COEFFICIENTS, trial.start_frequency.hz)[0]
     one, other = (swim(twin, trial, COEFFICIENTS, np.array([phase]), hz) for hz in (0.5, 1.5))
     assert np.array_equal(one.position_m, other.position_m)
-
-
-def test_a_trial_without_a_log_swims_exactly_as_before() -> None:
-    twin, trial = Twin(ROBOT, FISHSIM_MARKERS), replace(swum()[2], turn=None, motor=None)
-    hz, parameters = trial.frequency.hz, np.append(COEFFICIENTS[0], 0.7)[:, None]
-    last = int(np.flatnonzero(trial.scored)[-1]) + 1
-    runs = Runs(COEFFICIENTS, np.array([hz]), np.array([0.7]), trial.start_velocity[None])
-    before = head_frame(FISHSIM_MARKERS, twin.simulate(runs, trial.time_s[:last]).marker_m)
-    assert np.array_equal(Swims(twin, (trial,)).simulate(parameters)[0].position_m, before.position_m)
-    assert np.array_equal(swim(twin, trial, COEFFICIENTS, np.array([0.7]), hz, last).position_m, before.position_m)
-    time_s = trial.time_s
-    assert np.array_equal(np.exp(-1j * trial.crank_rad(time_s, hz)), np.exp(-2j * np.pi * hz * time_s))
 
 
 def test_a_log_whose_clock_is_not_believed_leaves_all_frames_and_an_even_turn() -> None:

@@ -9,13 +9,11 @@ import pytest
 
 from fitting.posterior.gait import (
     COURSE,
-    SLIDES,
     SPEED,
     Gait,
     advanced,
     harmonics_of,
     phase_between,
-    places_of_markers,
     places_of_slides,
 )
 from swimmer import Runs
@@ -94,15 +92,6 @@ def test_markers_that_slide_along_the_fish_are_told_beside_the_path_of_all() -> 
         forward = pool((cruising() @ [1.0, 1j] + np.sign(SPEED_M_S) * slid) * turn)
         gait = read(forward)
         assert gait[places_of_slides(len(gait))] == pytest.approx(pace - pace.mean(), abs=1e-5)
-
-
-def test_of_many_markers_the_first_eleven_slide() -> None:
-    """What follows the markers is always less than one more of them, so that a gait's length tells what it holds."""
-    for count in range(3, 30):
-        course = min(count, SLIDES) + len(COURSE)
-        length = 1 + 14 * count + course
-        assert places_of_markers(length).stop == 1 + 14 * count
-        assert places_of_slides(length) == slice(1 + 14 * count, length - len(COURSE))
 
 
 def test_samples_that_do_not_count_may_be_anything() -> None:

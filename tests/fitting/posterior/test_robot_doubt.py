@@ -73,12 +73,6 @@ def test_it_moves_a_gait_as_a_robot_made_so(model: SessionModel, robot: np.ndarr
     assert column[0] == pytest.approx(expected[0], abs=3e-4)  # m/s; the twin is a little rough
 
 
-def test_what_was_measured_ten_times_as_well_moves_it_a_tenth(model: SessionModel, robot: np.ndarray) -> None:
-    known = doubts_of(source._replace(se=0.1 * UNMEASURED_SD[source.quantity] * source.value) for source in measured(1))
-    trial = SessionModel.of(exact_twin(), [model.trials[0].trial], known).trials[0]
-    assert trial.freedoms(TRUTH).robot == pytest.approx(0.1 * robot)
-
-
 def test_trials_asked_at_once_tell_what_each_tells_alone() -> None:
     swims = (*exact_swims(hz=(0.9,), seconds=4.0), *exact_swims(hz=(1.2,), seconds=5.0))
     session = SessionModel.of(exact_twin(), list(swims))
