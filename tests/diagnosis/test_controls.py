@@ -34,12 +34,9 @@ def squares(at: Ground, left: np.ndarray) -> float:
     return float((of_gaits(at, left) ** 2).sum())
 
 
-def test_what_swims_have_in_common_is_carried_over() -> None:
+def test_what_swims_have_in_common_is_carried_over_and_not_what_each_has_to_itself() -> None:
     same = with_left([gap_of(5e-3)] * 2)
     assert squares(same, carried_over(same, same)) < 0.1 * squares(same, same.left)
-
-
-def test_what_each_swim_has_to_itself_is_not() -> None:
     fitted, other = with_left([gap_of(5e-3, 1), gap_of(5e-3, 2)]), with_left([gap_of(5e-3, 3), gap_of(5e-3, 4)])
     assert squares(other, carried_over(fitted, other)) > 0.8 * squares(other, other.left)
 
