@@ -11,61 +11,66 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from diagnosis import Diagnosis, Settings, diagnose, discrepancy_for
-from diagnosis.diagnosis_file import diagnosis_result
-from diagnosis.refit import refit
-from diagnosis.result import DIAGNOSIS
+from diagnosis import Diagnosis, Settings, Supposition, diagnose, discrepancy_for, suppose
+from diagnosis.diagnosis_file import _parameters, diagnosis_result
+from diagnosis.ground import Ground
+from diagnosis.refit import Refit, refit
+from diagnosis.result import DIAGNOSIS, parameters_of
 from diagnosis.sentences import sentences
 from fitting import MeasuredTrial
-from session import FISHSIM_MARKERS, Provenance
+from session import FISHSIM_MARKERS, NotEnoughData, Provenance
 from swimmer import CrankTurn, Twin
 from swimmer.effects import catalogue
+from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.diagnosis.grounds import ARM, CAMERA, ROBOT, ground, shorter, trials
 
 EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "bend_offset", "scale_error")}
 SCHEMA = Path(__file__).resolve().parents[3] / "shared" / "design" / "schema" / "diagnosis.schema.json"
 
 
+STARTS = (PLAUSIBLE_COEFFICIENTS, (1.2, 1.5, 4.0, 3.0, 0.5))
+
+
+def swims() -> list[MeasuredTrial]:
+    """Two that are fitted and one that is held out."""
+    return [*trials(), replace(trials()[0], name="held").with_role("holdout")]
+
+
+def twin(by: float = ARM) -> Twin:
+    """Of a robot whose arm is described too short."""
+    return Twin(shorter(by), FISHSIM_MARKERS, workers=1)
+
+
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
-    swims = [*trials(), replace(trials()[0], name="held").with_role("holdout")]
-    twin = Twin(shorter(), FISHSIM_MARKERS, workers=1)
-    return diagnose(swims, twin, CAMERA, EFFECTS, discrepancy_for(FISHSIM_MARKERS, ROBOT), Settings("quick"))
+    return diagnose(swims(), twin(), CAMERA, EFFECTS, discrepancy_for(FISHSIM_MARKERS, ROBOT), Settings("quick"))
 
 
 @pytest.mark.long
-def test_it_names_the_arm(found: Diagnosis) -> None:
+def test_it_names_the_arm_and_the_gap_shrinks(found: Diagnosis) -> None:
     assert found.verdict.groups == (("crank_arm_error",),)
     assert found.refit is not None
     assert found.refit.values[0] == pytest.approx(ARM, abs=0.005)
+    assert found.gap is not None
+    assert found.gap.shrinkage.with_effects < found.gap.shrinkage.plain
+    assert found.gap.after[0].marker_error_m < found.gap.before[0].marker_error_m
+    assert found.gap.after[0].placed_error_m < found.gap.before[0].placed_error_m
 
 
-def test_motor_logs_are_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_motor_logs_are_not_looked_at_and_small_matrices_wait_for_no_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     class Looked(Exception):
         pass
 
     def fitted(swims: list[MeasuredTrial], *_: object, **__: object) -> None:
-        raise Looked([trial.turn for trial in swims])
+        threads = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+        raise Looked([trial.turn for trial in swims], threads)
 
     monkeypatch.setattr("diagnosis.diagnosis.Ground.fitted", fitted)
     even = CrankTurn.measured(np.linspace(0.0, 9.0, 99), np.linspace(0.0, 60.0, 99))
     logged = [replace(trial, turn=even, beat=trial.frequency) for trial in trials()]
-    with pytest.raises(Looked) as looked:
-        diagnose(logged, Twin(ROBOT, FISHSIM_MARKERS, workers=1), CAMERA, EFFECTS, np.eye(127))
-    assert looked.value.args[0] == [None] * len(logged)
-
-
-def test_small_matrices_wait_for_no_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Looked(Exception):
-        pass
-
-    def fitted(*_: object, **__: object) -> None:
-        raise Looked([pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"])
-
-    monkeypatch.setattr("diagnosis.diagnosis.Ground.fitted", fitted)
     with threadpool_limits(2), pytest.raises(Looked) as looked:
-        diagnose(trials(), Twin(ROBOT, FISHSIM_MARKERS, workers=1), CAMERA, EFFECTS, np.eye(127))
-    assert set(looked.value.args[0]) == {1}
+        diagnose(logged, twin(), CAMERA, EFFECTS, np.eye(127))
+    assert looked.value.args == ([None] * len(logged), {1})
 
 
 @pytest.mark.long
@@ -74,14 +79,6 @@ def test_a_known_strength_is_recovered_from_a_wrong_start() -> None:
     sd = np.sqrt(arm.covariance[5, 5])
     assert abs(arm.values[0] - ARM) < 4 * sd
     assert sd < ARM / 4
-
-
-@pytest.mark.long
-def test_the_gap_shrinks(found: Diagnosis) -> None:
-    assert found.gap is not None
-    assert found.gap.shrinkage.with_effects < found.gap.shrinkage.plain
-    assert found.gap.after[0].marker_error_m < found.gap.before[0].marker_error_m
-    assert found.gap.after[0].placed_error_m < found.gap.before[0].placed_error_m
 
 
 @pytest.mark.long
@@ -97,9 +94,68 @@ def test_what_is_written_follows_the_contract(found: Diagnosis, tmp_path: Path) 
 
 @pytest.mark.long
 def test_without_the_effect_in_the_catalogue_it_is_not_named() -> None:
-    twin = Twin(shorter(), FISHSIM_MARKERS, workers=1)
     others = {name: effect for name, effect in EFFECTS.items() if name != "crank_arm_error"}
-    told = diagnose(list(trials()), twin, CAMERA, others, discrepancy_for(FISHSIM_MARKERS, ROBOT), Settings("quick"))
+    told = diagnose(list(trials()), twin(), CAMERA, others, discrepancy_for(FISHSIM_MARKERS, ROBOT), Settings("quick"))
     assert "crank_arm_error" not in told.probabilities.names
     assert told.verdict.name != "named"
     assert told.gap is None
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "at_bound"),
+    [
+        ("joint_damping", -0.499, True),  # -0.5 to 5
+        ("joint_damping", -0.3, False),
+        ("joint_damping", 4.99, True),
+        ("tendon_slack", 0.0, False),  # of one sign: from 0 on; the plain twin is no bound
+    ],
+)
+def test_a_parameter_is_at_its_bound_where_its_value_is(name: str, value: float, at_bound: bool) -> None:
+    effect = catalogue()[name]
+    found = Refit((effect,), np.ones(5), np.array([value]), np.zeros(3), np.eye(6), np.ones(6))
+    (told,) = parameters_of(_parameters(found), name).values()
+    assert (told.value, told.at_bound) == (value, at_bound)
+    assert effect.parameters[0].low <= told.ci95[0] <= told.ci95[1] <= effect.parameters[0].high
+
+
+def supposed(*names: str) -> Supposition:
+    effects = [catalogue()[name] for name in names]
+    discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
+    return suppose(swims(), twin(), CAMERA, effects, discrepancy, Settings("quick"))
+
+
+@pytest.mark.long
+def test_the_arm_is_borne_out_and_a_bend_beside_it_is_not() -> None:
+    found = supposed("crank_arm_error", "bend_offset")
+
+    assert found.log_bayes_factor > 5
+    assert found.of_each["crank_arm_error"] > 5
+    assert found.of_each["bend_offset"] < 1
+    assert found.refit.by_effect["crank_arm_error"] == pytest.approx(ARM, abs=0.006)
+    plain, with_effects = ([each.placed_error_m for each in fitted] for fitted in found.fitted)
+    assert np.mean(with_effects) < np.mean(plain)
+    assert found.gap is not None
+    assert found.gap.shrinkage.with_effects < found.gap.shrinkage.plain
+
+
+def test_without_a_fitted_swim_nothing_is_said() -> None:
+    with pytest.raises(NotEnoughData, match='no swim of role "fit"'):
+        suppose([], twin(), CAMERA, [], np.eye(1))
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_a_twin_that_leaves_no_more_than_noise_is_not_looked_for_again(
+    same: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, inner = [], Ground._from.__func__  # type: ignore[attr-defined]
+
+    def counted(cls: type[Ground], *args: object) -> Ground | None:
+        asked.append(args[2])
+        return inner(cls, *args)  # type: ignore[no-any-return]
+
+    monkeypatch.setattr(Ground, "_from", classmethod(counted))
+    found = Ground.fitted(
+        trials(), twin(0.0 if same else 0.2), CAMERA, discrepancy_for(FISHSIM_MARKERS, ROBOT), starts=STARTS
+    )
+    assert found.is_noise == same
+    assert (len(asked) == 1) == same

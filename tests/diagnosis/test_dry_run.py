@@ -44,33 +44,19 @@ def dry_part(ground: Ground, rows: np.ndarray) -> np.ndarray:
     return np.asarray(np.split(gaits, count, axis=-1)[-1])
 
 
-def test_it_stands_after_the_swims(found: Diagnosis) -> None:
-    assert [trial.name for trial in found.ground.trials] == ["f0.70", "f1.10", "dry0.90"]
-    assert [trial.name for trial in found.ground.swims] == ["f0.70", "f1.10"]
-
-
-def test_no_coefficient_moves_it(found: Diagnosis) -> None:
+def test_neither_coefficients_nor_water_move_it(found: Diagnosis, signatures: dict[str, Signature]) -> None:
     np.testing.assert_allclose(dry_part(found.ground, found.ground.slopes.T), 0.0, atol=1e-9)
-
-
-def test_what_water_does_is_not_in_it(found: Diagnosis, signatures: dict[str, Signature]) -> None:
     size = {name: np.abs(dry_part(found.ground, told.rows)).max() for name, told in signatures.items()}
     assert size["entrained_water"] < 1e-9
     assert size["crank_arm_error"] > 1e-3
 
 
-def test_the_arm_is_named_from_both(found: Diagnosis) -> None:
-    assert found.verdict.groups == (("crank_arm_error",),)
-
-
-def test_nothing_is_missing_on_a_clamped_head(found: Diagnosis) -> None:
+def test_the_arm_is_named_from_both_and_what_a_decay_says_is_told(found: Diagnosis) -> None:
     told = diagnosis_result(found)
+    assert found.verdict.groups == (("crank_arm_error",),)
     assert told.missing_forces.trials == ("f0.70", "f1.10")
     assert {"dry0.90", "decay"} < set(told.where.by_trial)
-
-
-def test_what_a_decay_says_of_the_hinges_is_told(found: Diagnosis) -> None:
-    (told,) = (vars(decay) for decay in diagnosis_result(found).free_decays)
-    assert told["trial"] == "decay"
+    (decay,) = (vars(decay) for decay in told.free_decays)
+    assert decay["trial"] == "decay"
     for number in ("stiffness_over_mass", "damping_over_mass"):
-        assert abs(told[number]) < 4 * told[f"{number}_se"] < 0.1
+        assert abs(decay[number]) < 4 * decay[f"{number}_se"] < 0.1

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.special import expit
@@ -12,7 +10,7 @@ from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
 from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.row import NONE, Row
-from diagnosis.verdict import verdict_of
+from diagnosis.verdict import Verdict, verdict_of
 from fitting.signatures import Signature
 from tests.cases import later
 from tests.diagnosis.rows import DIRECTIONS, SPACE, K, Made, catalogue, explanations, signature
@@ -32,13 +30,10 @@ def chances(sets: dict[tuple[int, ...], float], other: float) -> dict[Explanatio
     return {Explanation(present): chance for present, chance in sets.items()} | {Explanation((), True): other}
 
 
-def test_probabilities_add_up_to_one() -> None:
-    assert sum(after(noise(0) + 5 * DIRECTIONS[3]).of.values()) == pytest.approx(1.0)
-
-
 @pytest.mark.parametrize("strength", [8.0, -8.0, 25.0])
 def test_an_effect_that_is_there_is_named(strength: float) -> None:
     found = after(noise(1) + strength * DIRECTIONS[4])
+    assert sum(found.of.values()) == pytest.approx(1.0)
     assert found.marginal[4] > 0.8
     assert verdict_of(found).groups == (("effect_4",),)
 
@@ -60,19 +55,14 @@ def test_two_that_look_alike_are_told_as_alternatives() -> None:
     verdict = verdict_of(after(noise(3) + 8 * DIRECTIONS[0]))
     assert verdict.name == "inseparable"
     assert set(verdict.groups[0]) == {"effect_0", "twin_of_0"}
+    either = Probabilities(("a", "b"), chances({(): 0.0, (0,): 0.5, (1,): 0.2, (0, 1): 0.25}, other=0.05))
+    assert verdict_of(either) == Verdict("inseparable", (("a", "b"),))  # they may act together all the same
 
 
 def test_an_effect_of_one_sign_does_not_explain_the_other() -> None:
     there, not_there = (after(noise(4) + s * DIRECTIONS[10]) for s in (9.0, -9.0))
     assert there.marginal[10] > 0.8
     assert not_there.marginal[10] < 0.2
-
-
-def test_alternatives_that_may_act_together_are_alternatives_all_the_same() -> None:
-    either = Probabilities(("a", "b"), chances({(): 0.0, (0,): 0.5, (1,): 0.2, (0, 1): 0.25}, other=0.05))
-    verdict = verdict_of(either)
-    assert verdict.name == "inseparable"
-    assert verdict.groups == (("a", "b"),)
 
 
 def test_a_form_explains_only_strengths_near_those_that_were_tried() -> None:
@@ -127,11 +117,6 @@ def test_chances_come_true() -> None:
             assert abs(hit[bin_].mean() - p[bin_].mean()) < 0.08 + 3 * error
 
 
-def test_an_effect_that_does_nothing_is_left_out() -> None:
-    found = Probabilities.after(explanations(noise(8), [signature("idle", np.zeros(K)), signature("e", DIRECTIONS[1])]))
-    assert found.marginal[0] == 0.0
-
-
 def test_an_effect_that_did_not_stand_hands_its_chance_to_the_sets_without_it() -> None:
     sets = {Explanation((0,)): 0.2, Explanation((0, 1)): 0.5, Explanation((2,)): 0.1}
     sets |= {Explanation((1,), True): 0.1, Explanation((0,), True, 1): 0.1}
@@ -156,12 +141,6 @@ def test_names_that_may_stand_for_each_other_leave_no_chance_for_nothing() -> No
     assert found.of[Explanation((0, 1))] == pytest.approx(expit(0.4) * found.marginal[0])
 
 
-def test_alternatives_lose_together() -> None:
-    sets = {Explanation((0, 2)): 0.6, Explanation((1, 2)): 0.3, Explanation((2,)): 0.1}
-    after = Probabilities(("a", "b", "c"), sets).with_odds(["a", "b"], 0.0, beside=["c"])
-    assert after.marginal == pytest.approx([0.5 * 2 / 3, 0.5 / 3, 1.0])
-
-
 def test_what_looks_like_an_effect_may_be_none_and_the_less_it_strays_from_a_strong_one_the_less() -> None:
     found = [after(noise(1) + strength * DIRECTIONS[4]) for strength in (6.0, 18.0, 45.0)]
     share = [each.other for each in found]
@@ -180,10 +159,13 @@ def test_a_name_that_a_gap_only_looks_like_is_not_said() -> None:
     assert verdict_of(far).name == "unexplained"
 
 
-def test_what_the_gap_looks_like_if_there_is_one_is_named() -> None:
-    """That there may be nothing is no reason to call it unexplained."""
-    found = Probabilities(("a", "b"), {Explanation(()): 0.015, Explanation((0,)): 0.89, Explanation((), True): 0.095})
-    assert verdict_of(found).groups == (("a",),)
+@pytest.mark.parametrize(
+    ("nothing", "named", "name"), [(0.015, 0.89, "named"), (0.1, 0.9, "no_gap"), (0.015, 0.5, "unexplained")]
+)
+def test_that_there_may_be_nothing_is_no_reason_to_call_it_unexplained(nothing: float, named: float, name: str) -> None:
+    other = 1 - nothing - named
+    found = Probabilities(("a", "b"), chances({(): nothing, (0,): named}, other))
+    assert verdict_of(found).name == name
 
 
 def test_a_likely_name_is_said_beside_a_sure_one_and_not_alone() -> None:
@@ -195,16 +177,6 @@ def test_a_likely_name_is_said_beside_a_sure_one_and_not_alone() -> None:
     imitated = {Explanation((1,), True, 0): 0.36, Explanation((), True, 0): 0.19}
     looked = Probabilities(("a", "b"), {Explanation((0, 1)): 0.29, Explanation((0,)): 0.16} | imitated)
     assert verdict_of(looked).name == "unexplained"  # the sure one may as well be something that looks like it
-
-
-def test_no_more_effects_are_said_than_are_weighed_together() -> None:
-    sets = {Explanation(tuple(i for i in range(5) if i != without)): 0.25 for without in range(1, 5)}
-    assert len(verdict_of(Probabilities(tuple("abcde"), sets)).groups) == 4
-
-
-def test_what_may_well_be_nothing_is_no_gap() -> None:
-    found = Probabilities(("a", "b"), {Explanation(()): 0.1, Explanation((0,)): 0.9})
-    assert verdict_of(found).name == "no_gap"
 
 
 def test_what_changes_frequencies_alone_is_no_chance_likeness_whatever_gaits_have() -> None:
@@ -222,13 +194,3 @@ def test_what_changes_frequencies_alone_is_no_chance_likeness_whatever_gaits_hav
     )
     assert known > 0.9
     assert unknown < 0.8
-
-
-def test_what_changes_numbers_beside_the_gaits_alone_has_no_share_in_gaits() -> None:
-    """Nothing at all: a share of less than none, by rounding, has no logarithm."""
-    random = np.random.default_rng(8)
-    for _ in range(200):
-        moved = np.concatenate([np.zeros(40), random.standard_normal(9)])
-        told = SimpleNamespace(_moved=(moved,), numbers=slice(40, 49))
-        assert Explanations.of_gaits(told, 0) == 0.0  # type: ignore[arg-type]
-    assert Explanations.of_gaits(SimpleNamespace(_moved=(np.zeros(49),), numbers=slice(40, 49)), 0) == 1.0  # type: ignore[arg-type]

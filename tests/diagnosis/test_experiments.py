@@ -54,27 +54,20 @@ def by_text(found: tuple[Experiment, ...], text: str) -> Experiment:
     return one
 
 
-def test_a_clock_is_told_from_a_gear_by_a_log_or_a_clock_in_view(found: tuple[Experiment, ...]) -> None:
+def test_a_log_or_a_clock_in_view_tells_clock_from_gear_and_no_swim(found: tuple[Experiment, ...]) -> None:
     log, clock = by_text(found, "Log the motor"), by_text(found, "running clock")
     assert max(log.expected_error, clock.expected_error) < 0.001
     assert log.trial is not None
     assert log.trial.logged
     assert clock.trial is None
-
-
-def test_no_swim_does_so_as_surely(found: tuple[Experiment, ...]) -> None:
     swim = by_text(found, "swim at 1.4 Hz")
-    assert swim.expected_error > 100 * by_text(found, "Log the motor").expected_error
+    assert swim.expected_error > 100 * log.expected_error
     assert swim.trial is not None
     assert (swim.trial.kind, swim.trial.commanded_hz, swim.trial.logged) == ("swim", 1.4, False)
 
 
-@pytest.mark.parametrize(("apart", "log_odds"), [(9.0, 40.0), (9.0, -32.0), (1.5, 0.0), (0.0, 0.0)])
-def test_swims_that_told_what_they_should_are_believed(apart: float, log_odds: float) -> None:
-    assert borne_out(apart, log_odds) == 1.0
-
-
-def test_swims_that_should_have_told_two_apart_and_did_not_promise_little() -> None:
+def test_swims_that_told_what_they_should_are_believed_and_others_promise_little() -> None:
+    assert [borne_out(*seen) for seen in ((9.0, 40.0), (9.0, -32.0), (1.5, 0.0), (0.0, 0.0))] == [1.0] * 4
     assert borne_out(9.0, 0.0) == pytest.approx(2 / 9)
     assert borne_out(9.0, 0.0) < borne_out(9.0, 10.0) < borne_out(9.0, 20.0) < 1.0
 
@@ -113,6 +106,7 @@ def test_two_that_are_probably_both_there_are_not_to_be_told_apart() -> None:
 def test_the_most_telling_comes_first_and_what_was_swum_is_not_swum_again(found: tuple[Experiment, ...]) -> None:
     errors = [each.expected_error for each in found]
     assert errors == sorted(errors)
+    assert recommended((DAMPING,)) == ()  # nothing is confused
     assert 0.0 <= min(errors) <= max(errors) <= 0.5
     assert all(set(each.separates) == {CLOCK, RATIO} for each in found)
     swum = np.array([trial.commanded_hz for trial in ground().trials])
@@ -169,7 +163,3 @@ def test_what_effects_do_to_one_more_swim_joins_what_they_do_to_the_others(name:
     assert np.array_equal(joined.signatures[name].values, anew.signatures[name].values)
     assert np.allclose(joined.signatures[name].gaits, anew.signatures[name].gaits, rtol=0, atol=1e-12)
     assert np.allclose(joined.signatures[name].beside, anew.signatures[name].beside, rtol=0, atol=1e-12)
-
-
-def test_where_nothing_is_confused_nothing_is_recommended() -> None:
-    assert recommended((DAMPING,)) == ()

@@ -25,12 +25,3 @@ def test_its_size_is_found(size_m: float) -> None:
     gap = GenericGap(KNOWN, GENERIC, TRIALS).covariance(left(size_m))
     sizes = np.sqrt(np.diag(gap)[:-TRIALS] / np.diag(GENERIC)[:-TRIALS])
     assert sizes == pytest.approx(size_m, rel=0.3)
-
-
-def test_a_clock_that_is_wrong_says_nothing_of_how_it_swims() -> None:
-    row = left(0.002)
-    fast = row + np.append(np.zeros(len(row) - TRIALS), np.full(TRIALS, 0.4))
-    even, off = (GenericGap(KNOWN, GENERIC, TRIALS).covariance(each) for each in (row, fast))
-    np.testing.assert_array_equal(even[:-TRIALS, :-TRIALS], off[:-TRIALS, :-TRIALS])
-    assert np.sqrt(off[-1, -1]) == pytest.approx(0.4, rel=0.3)
-    assert np.sqrt(even[-1, -1]) < 0.02

@@ -13,7 +13,7 @@ from diagnosis.evidence import Belief
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
 from diagnosis.laws import Law, laws
-from diagnosis.pushes import responses
+from diagnosis.pushes import Responses, responses
 from diagnosis.strangers import strangers
 from fitting.signatures import signature_of
 from session import FISHSIM_MARKERS, TrialKind
@@ -63,7 +63,7 @@ class OfALaw(Effect):
                 result[:, FIRST_HINGE + HINGE] = values[:, 0] * state.velocity[:, FIRST_HINGE + HINGE]
             elif self.goes_with in TAIL:
                 on_places = values[:, :1] * TAIL[self.goes_with](state)
-                result[:, :3], result[:, FIRST_HINGE:] = along_tail(state.position, on_places)
+                result = np.einsum("nvp,np->nv", jacobian(state.position)[0].conj(), on_places).real
             else:
                 cos, sin = np.cos(state.position[:, 2]), np.sin(state.position[:, 2])
                 across = cos * state.velocity[:, 1] - sin * state.velocity[:, 0]
@@ -74,10 +74,10 @@ class OfALaw(Effect):
         return force
 
 
-def arms(position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """From the head's origin and each hinge (n, 1 + h, 12) to places along the bent tail, and how these head (n, 12).
+def jacobian(position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How twelve places along the bent tail move with each coordinate (n, v, 12), and how these head (n, 12).
 
-    In the plane as complex numbers; 0 from hinges behind a place.
+    In the plane as complex numbers; the crank moves none.
     """
     hinge_m = ROBOT.hinge_x_m
     place_m = np.linspace(hinge_m[0], ROBOT.fin_root_x_m + ROBOT.caudal_fin.centre_m, 12)
@@ -85,56 +85,39 @@ def arms(position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     starts = np.concatenate([[0.0], hinge_m])
     joint = np.cumsum(np.exp(1j * heading[:, :-1]) * np.diff(starts), axis=1)
     joint = np.column_stack([np.zeros(len(joint)), joint])  # (n, 1 + h)
-    last = np.maximum(np.searchsorted(hinge_m, place_m, side="left"), 0)  # number of the part that a place is on
+    last = np.searchsorted(hinge_m, place_m, side="left")  # number of the part that a place is on
     place = joint[:, last] + np.exp(1j * heading[:, last]) * (place_m - starts[last])
     ahead = np.arange(len(starts))[:, None] <= last
-    return np.where(ahead, place[:, None] - joint[:, :, None], 0.0), heading[:, last]
+    turned = np.where(ahead, 1j * (place[:, None] - joint[:, :, None]), 0.0)
+    moved = np.zeros((*position.shape, 12), complex)
+    moved[:, 0], moved[:, 1], moved[:, 2], moved[:, FIRST_HINGE:] = 1.0, 1j, turned[:, 0], turned[:, 1:]
+    return moved, heading[:, last]
 
 
-def turning(series: np.ndarray) -> np.ndarray:
-    """(n, 1 + h) what the head and each hinge have of a series (n, v)."""
-    return np.column_stack([series[:, 2], series[:, FIRST_HINGE:]])
-
-
-def moving(state: StepState) -> tuple[np.ndarray, np.ndarray]:
-    """Velocities (n, 12) of the places, and what carries each arm's end along with its start (n, 1 + h, 12)."""
-    out, _ = arms(state.position)
-    turns = turning(state.velocity)
-    carried = np.array([[1j * turns[:, j, None] * out[:, j] for j in range(out.shape[1])]])[0].transpose(1, 0, 2)
-    return state.velocity[:, :1] + 1j * state.velocity[:, 1:2] + carried.sum(axis=1), carried
+def moving(position: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """(n, 12) velocities of the places."""
+    return np.einsum("nvp,nv->np", jacobian(position)[0], speed)
 
 
 def drag(state: StepState) -> np.ndarray:
     """(n, 12) complex, the square of the speed across itself of each place, across it."""
-    _, heading = arms(state.position)
-    normal = 1j * np.exp(1j * heading)
-    across = (moving(state)[0] * normal.conj()).real
+    normal = 1j * np.exp(1j * jacobian(state.position)[1])
+    across = (moving(state.position, state.velocity) * normal.conj()).real
     return np.asarray(across * np.abs(across) * normal)
 
 
 def inertia(state: StepState) -> np.ndarray:
     """(n, 12) complex, the acceleration of each place."""
-    out, _ = arms(state.position)
-    turns, faster = (turning(each) for each in (state.velocity, state.acceleration))
-    _, carried = moving(state)
-    behind = np.cumsum(carried[:, ::-1], axis=1)[:, ::-1]  # how fast the end of each arm moves beside its start
-    of_arms = 1j * faster[:, :, None] * out + 1j * turns[:, :, None] * np.where(out == 0, 0.0, behind)
-    return np.asarray(state.acceleration[:, :1] + 1j * state.acceleration[:, 1:2] + of_arms.sum(axis=1))
+    before, after = (moving(state.position + step * state.velocity, state.velocity) for step in (-1e-5, 1e-5))
+    return np.asarray(moving(state.position, state.acceleration) + (after - before) / 2e-5)
 
 
 TAIL = {"the square of the speed of its parts": drag, "the acceleration of its parts": inertia}
 
 
-def along_tail(position: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) on the head and (n, h) in the hinges, of forces (n, 12) at places along the tail."""
-    out, _ = arms(position)
-    moments = (out.conj() * force[:, None]).imag.sum(axis=2)
-    return np.column_stack([force.real.sum(axis=1), force.imag.sum(axis=1), moments[:, 0]]), moments[:, 1:]
-
-
 @pytest.fixture(scope="module")
-def known() -> dict[tuple[str, str], Law]:
-    return {(law.place, law.goes_with): law for law in laws(ground(), responses(ground()))}
+def known(pushed: Responses) -> dict[tuple[str, str], Law]:
+    return {(law.place, law.goes_with): law for law in laws(ground(), pushed)}
 
 
 def shown(goes_with: str, strength: float) -> np.ndarray:

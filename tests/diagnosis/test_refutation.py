@@ -74,20 +74,6 @@ def test_what_is_left_of_a_verdict_stays_with_a_twin_and_a_gap_of_its_own(weighe
     assert found.probabilities.marginal == pytest.approx([0.0, 1.0])
 
 
-def test_where_all_is_refuted_nothing_is_said(weighed: Explanations) -> None:
-    before = Stood(
-        Verdict("named", (("slack",),)),
-        Probabilities(("slack", "gear"), {Explanation((0,)): 1.0}),
-        refitted("slack"),
-        gap(-0.8, WORSE),
-        (),
-    )
-    found = stood(before, weighed, lambda names: refitted(*names), lambda _twin: gap(None, None))
-    assert found.verdict == Verdict("unexplained", ())
-    assert found.best is None
-    assert found.probabilities.other == pytest.approx(1.0)
-
-
 LIKE_A = Explanation((), True, 0)
 
 
@@ -107,38 +93,27 @@ def test_a_name_beside_one_that_is_refuted_is_no_surer_and_no_less_sure_for_it()
     assert found.marginal == pytest.approx([0.65, 0.0, 0.08])
 
 
-@pytest.mark.parametrize(("nothing", "name"), [(0.001, "unexplained"), (0.04, "no_gap")])
-def test_a_gap_that_only_a_refuted_name_made_sure_is_none(
-    weighed: Explanations, nothing: float, name: VerdictName
+@pytest.mark.parametrize(
+    ("sets", "said", "name", "marginal"),
+    [
+        ({Explanation((0,)): 1.0}, ("slack",), "unexplained", 0.0),
+        ({Explanation(()): 0.001, Explanation((0,)): 0.899, LIKE_A: 0.1}, ("slack",), "unexplained", 0.0),
+        ({Explanation(()): 0.04, Explanation((0,)): 0.86, LIKE_A: 0.1}, ("slack",), "no_gap", 0.0),
+        ({Explanation((0,)): 0.5, Explanation((1,)): 0.4, LIKE_A: 0.1}, ("slack", "gear"), "unexplained", 0.4),
+    ],
+    ids=["all refuted", "something like it", "hardly less likely nothing", "alternative stays as likely"],
+)
+def test_where_what_was_refitted_is_refuted_nothing_is_said(
+    weighed: Explanations,
+    sets: dict[Explanation, float],
+    said: tuple[str, ...],
+    name: VerdictName,
+    marginal: float,
 ) -> None:
-    """Where nothing at all is hardly less likely than something that looks like it, there may be nothing."""
-    sets = {Explanation(()): nothing, Explanation((0,)): 0.9 - nothing, LIKE_A: 0.1}
-    before = Stood(
-        Verdict("named", (("slack",),)),
-        Probabilities(("slack", "gear"), sets),
-        refitted("slack"),
-        gap(-0.8, WORSE),
-        (),
-    )
+    verdict = Verdict("named" if len(said) == 1 else "inseparable", (said,))
+    before = Stood(verdict, Probabilities(("slack", "gear"), sets), refitted("slack"), gap(-0.8, WORSE), ())
     found = stood(before, weighed, lambda names: refitted(*names), lambda _twin: gap(None, None))
     assert found.verdict == Verdict(name, ())
-    assert found.probabilities.null == pytest.approx(nothing / (nothing + 0.1))
-
-
-def test_an_alternative_that_was_not_refitted_stays_as_likely_and_is_not_said(weighed: Explanations) -> None:
-    sets = {Explanation((0,)): 0.5, Explanation((1,)): 0.4, LIKE_A: 0.1}
-    found = stood(
-        Stood(
-            Verdict("inseparable", (("slack", "gear"),)),
-            Probabilities(("slack", "gear"), sets),
-            refitted("slack"),
-            gap(-0.8, WORSE),
-            (),
-        ),
-        weighed,
-        lambda names: refitted(*names),
-        lambda _twin: gap(None, None),
-    )
-    assert found.verdict == Verdict("unexplained", ())
-    assert found.probabilities.marginal == pytest.approx([0.0, 0.4])
+    assert found.best is None
+    assert found.probabilities.marginal == pytest.approx([0.0, marginal])
     assert found.refutations == (Refutation("slack", -0.8, WORSE),)

@@ -13,7 +13,7 @@ from diagnosis.explaining import explained
 from diagnosis.forms import shown
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
-from diagnosis.pushes import Responses, across, responses
+from diagnosis.pushes import Responses, across
 from diagnosis.ripples import smeared
 from diagnosis.row import Row
 from diagnosis.strangers import Stranger, likely_of, strangers
@@ -54,14 +54,11 @@ def test_what_is_amiss_at_one_place_is_found_there_where_nothing_else_shows() ->
 
 
 @pytest.mark.parametrize("seed", [1, *later(2, 3, 4)])
-def test_noise_is_at_no_place(seed: int) -> None:
+def test_noise_and_an_effect_that_is_there_are_at_no_place(seed: int) -> None:
     found = among(noise(seed))
     assert verdict_of(found).name == "no_gap"
     assert sum(found.at_place) < 0.3
-
-
-def test_an_effect_that_is_there_is_no_stranger() -> None:
-    found = among(noise(0) + 12.0 * DIRECTIONS[5])
+    found = among(noise(seed) + 12.0 * DIRECTIONS[5])
     assert verdict_of(found).groups == (("effect_5",),)
     assert sum(found.at_place) < 0.2
 
@@ -116,11 +113,6 @@ def test_a_picture_on_another_scale_scales_speed_and_beats(elsewhere: tuple[Stra
     expected = (0.01 * picture.columns @ np.array([1.0, 0.0, 0.0, 1.0]))[: len(model.measured)]
     turning = np.cumsum([len(each.measured) for each in model.trials]) - 1
     assert np.delete(np.concatenate(scaled), turning) == pytest.approx(np.delete(expected, turning), abs=1e-9)
-
-
-@pytest.fixture(scope="module")
-def pushed() -> Responses:
-    return responses(ground())
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from fitting import CALIBRATION, FORMS, QUICK, Calibration, MeasuredTrial, calib
 from fitting.ebt import fit_ebt
 from fitting.objective import Swims
 from fitting.structure import assumed
-from fitting.sweep import sweep_frequencies, sweep_speed
+from fitting.sweep import sweep_speed
 from fitting.tail_tip import measured_tail
 from session import NotEnoughData, Provenance
 from swimmer import load_robot
@@ -105,62 +105,6 @@ def test_trials_that_do_not_show_the_tail_tip_are_left_out_of_ebt(trials: dict[s
         none = fit_ebt(form, tails[:1], np.array([slow.speed]), robot)
         assert np.isnan(none.drag_coefficient)
         assert "usable in no fit trial" in none.flags[0].message
-
-
-@pytest.mark.skipif(not SCHEMA.is_file(), reason="the public schema is not here (../shared/design/schema)")
-def test_its_file_has_the_public_form(calibration: Calibration, tmp_path: Path) -> None:
-    jsonschema = pytest.importorskip("jsonschema")
-
-    jsonschema.validate(written(calibration, tmp_path), json.loads(SCHEMA.read_text()))
-    jsonschema.validate(written(calibration, tmp_path), CALIBRATION.schema())
-
-
-def test_what_is_not_known_is_null_in_the_file(calibration: Calibration, tmp_path: Path) -> None:
-    slow, *others = calibration.trials
-    scores = slow.scores._replace(marker_error_m=float("nan"))
-    unknown = replace(slow, speeds={**slow.speeds, "twin": float("nan")}, scores=scores)
-    data = written(replace(calibration, trials=(unknown, *others)), tmp_path)
-
-    assert data["trials"]["slow"]["speed_twin"] is None
-    assert data["trials"]["slow"]["marker_error_mm"] is None
-    assert data["summary"]["fit"]["speed_mae_twin"] is None
-
-
-def test_without_held_out_trials_their_summary_is_null(calibration: Calibration, tmp_path: Path) -> None:
-    data = written(replace(calibration, trials=calibration.trials[:2]), tmp_path)
-
-    assert data["summary"]["holdout"] is None
-
-
-def test_distances_are_in_millimetres_in_the_file_and_metres_inside(calibration: Calibration) -> None:
-    told = calibration_result(calibration).trials["slow"]
-    scores = calibration.trials[0].scores
-
-    assert told.marker_error_mm == 1000 * scores.marker_error_m
-    assert told.shape_error_mm == 1000 * scores.shape_error_m
-
-
-def test_a_fit_read_back_is_the_one_that_was_written(calibration: Calibration, tmp_path: Path) -> None:
-    written(calibration, tmp_path)
-    read = CALIBRATION.read(tmp_path)
-    fit, phases = read.fit, {name: trial.phase_rad for name, trial in read.trials.items()}
-
-    assert fit.coefficients == calibration.coefficients
-    assert fit.flags == calibration.fit.flags
-    assert phases == {trial.measured.name: trial.phase_rad for trial in calibration.trials}
-    np.testing.assert_array_equal(fit.phase_rad, calibration.fit.phase_rad)
-    assert fit.mean_distance_m == pytest.approx(calibration.fit.mean_distance_m, rel=1e-12)
-    for kept, made in zip(fit.restarts, calibration.fit.restarts, strict=True):
-        np.testing.assert_array_equal(kept.coefficients, made.coefficients)
-        np.testing.assert_allclose(kept.history_m, made.history_m, rtol=1e-12)
-        assert (kept.converged, kept.swims_forward) == (made.converged, made.swims_forward)
-
-
-def test_the_sweep_reaches_a_little_beyond_the_trials() -> None:
-    frequencies = sweep_frequencies([0.8, 0.4, 1.2])
-
-    assert frequencies[[0, -1]] == pytest.approx([0.34, 1.38])
-    assert (np.diff(frequencies) > 0).all()
 
 
 def test_the_sweep_gives_the_speed_a_long_swim_settles_at(swims: Swims, calibration: Calibration) -> None:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fitting import FULL, QUICK, CoefficientFit
+from fitting import QUICK, CoefficientFit
 from fitting.coefficient_fit import Restart, flags_of
 from fitting.coefficients import fit_coefficients
 from fitting.objective import Swims
-from swimmer import FluidCoefficients, Twin, load_robot
+from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS, Truth
-from tests.fitting.swims import noise_free
 
 SMALL = replace(QUICK, final_iterations=14)
 TINY = replace(QUICK, screened=4, starts=1, finalists=1, heat_iterations=1, final_iterations=1, valley_steps=1)
@@ -28,35 +26,25 @@ def small(swims: Swims) -> CoefficientFit:
 
 
 @pytest.mark.long
-def test_without_noise_the_markers_are_met_to_half_a_millimetre(small: CoefficientFit) -> None:
-    assert small.mean_distance_m < 0.5e-3
-
-
-@pytest.mark.long
-def test_from_wrong_starts_what_the_markers_determine_is_recovered(small: CoefficientFit) -> None:
+def test_from_wrong_starts_coefficients_and_phases_are_recovered(
+    small: CoefficientFit, swims: Swims, truth: Truth
+) -> None:
     starts = np.array([restart.start for restart in small.restarts])
     assert (np.abs(np.sqrt(starts) - np.sqrt(PLAUSIBLE_COEFFICIENTS)).max(axis=1) > 0.7).all()
 
     for name, tolerance in TOLERANCE.items():
         assert getattr(small.coefficients, name) == pytest.approx(getattr(PLAUSIBLE_COEFFICIENTS, name), rel=tolerance)
-
-
-@pytest.mark.long
-def test_the_phases_are_found_along_with_them(small: CoefficientFit, swims: Swims, truth: Truth) -> None:
     true = np.array([truth.trials[trial.name].phase_rad for trial in swims.trials])
 
     assert np.abs(np.angle(np.exp(1j * (small.phase_rad - true)))).max() < 0.05
+    assert small.mean_distance_m < 0.5e-3
 
 
 @pytest.mark.long
-def test_every_descent_goes_down(small: CoefficientFit) -> None:
+def test_every_descent_goes_down_and_the_best_comes_first(small: CoefficientFit, swims: Swims) -> None:
     for restart in small.restarts:
         assert (np.diff(restart.history_m) <= 1e-9).all()
         assert restart.history_m[-1] == restart.objective_m
-
-
-@pytest.mark.long
-def test_the_best_comes_first_and_is_what_the_fit_gives(small: CoefficientFit, swims: Swims) -> None:
     ranks = [(not restart.swims_forward, restart.objective_m) for restart in small.restarts]
     assert ranks == sorted(ranks)
     np.testing.assert_allclose(small.coefficients, small.restarts[0].coefficients)
@@ -65,30 +53,6 @@ def test_the_best_comes_first_and_is_what_the_fit_gives(small: CoefficientFit, s
     assert swims.mean_distance(column)[0] == pytest.approx(small.mean_distance_m, rel=1e-9)
     assert (np.array(small.coefficients) >= 0).all()
     assert (np.array(small.coefficients) <= 10).all()
-
-
-@pytest.mark.long
-def test_threads_do_not_change_the_result_nor_do_runs(swims: Swims) -> None:
-    fits = [
-        fit_coefficients(Swims(Twin(swims.twin.robot, swims.twin.markers, workers=workers), swims.trials), TINY, seed=3)
-        for workers in (1, 2)
-    ]
-
-    assert fits[0].coefficients == fits[1].coefficients
-    assert fits[0].evaluations == fits[1].evaluations
-    np.testing.assert_array_equal(fits[0].phase_rad, fits[1].phase_rad)
-
-
-@pytest.mark.long
-def test_progress_never_goes_back_and_ends_at_one(swims: Swims) -> None:
-    told: list[tuple[float, float]] = []
-    fit_coefficients(swims, TINY, seed=0, progress=lambda share, best_m: told.append((share, best_m)))
-    shares, best = np.array(told).T
-
-    assert (np.diff(shares) >= 0).all()
-    assert 0 < shares[0] < 1
-    assert shares[-1] == 1.0
-    assert (best > 0).all()
 
 
 def restart(coefficients: tuple[float, ...], objective_m: float = 0.01, **changes: bool) -> Restart:
@@ -104,10 +68,6 @@ def kinds(*restarts: Restart) -> list[str]:
     return [flag.kind for flag in flags_of(list(restarts))]
 
 
-def test_a_fit_with_nothing_doubtful_has_no_flag() -> None:
-    assert kinds(restart(GOOD), restart(GOOD, 0.02)) == []
-
-
 @pytest.mark.parametrize(("place", "value", "bound"), [(0, 0.0, "0"), (2, 9.995, "10"), (4, 10.0, "10")])
 def test_a_coefficient_at_its_bound_is_flagged_by_name(place: int, value: float, bound: str) -> None:
     values = list(GOOD)
@@ -119,9 +79,11 @@ def test_a_coefficient_at_its_bound_is_flagged_by_name(place: int, value: float,
     assert f"at its bound {bound}:" in flag.message
 
 
-def test_iterations_that_ran_out_are_flagged_for_the_best_only() -> None:
+def test_what_is_wrong_with_the_best_alone_is_flagged() -> None:
+    assert kinds(restart(GOOD), restart(GOOD, 0.02)) == []
     assert kinds(restart(GOOD, converged=False), restart(GOOD, 0.02)) == ["not_converged"]
     assert kinds(restart(GOOD), restart(GOOD, 0.02, converged=False)) == []
+    assert kinds(restart(GOOD, swims_forward=False)) == ["swims_backward"]
 
 
 def test_equally_good_restarts_that_differ_are_flagged_with_what_differs() -> None:
@@ -150,19 +112,3 @@ def test_a_closer_twin_that_swims_backward_is_rejected_aloud() -> None:
 
     assert flag.kind == "rejected_restart"
     assert "20 % closer" in flag.message
-
-
-def test_a_fit_that_swims_backward_is_flagged() -> None:
-    assert kinds(restart(GOOD, swims_forward=False)) == ["swims_backward"]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("seed", [0, 1])
-def test_with_full_effort_what_the_markers_determine_is_recovered_to_five_percent(seed: int, tmp_path: Path) -> None:
-    trials, _ = noise_free(tmp_path)
-    fitted = (trials["slow"], trials["fast"])
-    found = fit_coefficients(Swims(Twin(load_robot(), fitted[0].markers), fitted), FULL, seed=seed)
-
-    assert found.mean_distance_m < 0.5e-3
-    for name in TOLERANCE:
-        assert getattr(found.coefficients, name) == pytest.approx(getattr(PLAUSIBLE_COEFFICIENTS, name), rel=0.05), name

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import Calibration, CommandForecast, beat_to_command, calibration_result, forecast_from_command
+from fitting import Calibration, CommandForecast, beat_to_command, forecast_from_command
 from tests.reports.sample import made_calibration
 
 HELD_OUT, SPEED_PER_HZ = "slow", 0.1
@@ -41,6 +41,7 @@ def test_the_beat_is_the_command_times_the_mean_ratio_of_the_fit_trials() -> Non
     assert found.speeds["twin"] == pytest.approx(SPEED_PER_HZ * 0.75)
     assert found.speeds["published, twin's tail"] == pytest.approx(0.12 * 0.75)
     assert found.flags == ()
+    assert beat_to_command(commanded(1.0, None, 2.0)) == pytest.approx(0.65)
 
 
 def test_nothing_measured_in_the_trial_enters() -> None:
@@ -50,10 +51,6 @@ def test_nothing_measured_in_the_trial_enters() -> None:
     blind = replace(calibration, trials=(replace(slow, measured=lost, simulated_hz=np.nan, speeds={}), *fitted))
 
     assert forecast(blind) == forecast(calibration)
-
-
-def test_fit_trials_without_a_command_do_not_enter_the_ratio() -> None:
-    assert beat_to_command(commanded(1.0, None, 2.0)) == pytest.approx(0.65)
 
 
 @pytest.mark.parametrize(
@@ -85,14 +82,3 @@ def test_where_the_twin_diverged_beside_it_there_is_no_speed() -> None:
     found = forecast(replace(calibration, sweep=replace(calibration.sweep, speed_twin=speed)))
     assert np.isnan(found.speeds["twin"])
     assert found.speeds["large, twin's tail"] == pytest.approx(0.115 * 0.75)
-
-
-def test_the_file_holds_it_for_held_out_trials() -> None:
-    trials = calibration_result(commanded(1.0, 1.0, 1.3 / 0.8)).trials
-    foretold = trials[HELD_OUT].from_command
-
-    assert trials["medium"].from_command is None
-    assert foretold is not None
-    assert foretold.frequency_hz == pytest.approx(0.8)
-    assert foretold.speeds["twin"] == pytest.approx(0.08)
-    assert foretold.flags == ()

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fitting import FORMS
 from fitting.ebt import EbtForm, fit_ebt
-from fitting.tail_tip import TailSwim, measured_tail, published_motion, smoothed_motion, tip_motion
+from fitting.tail_tip import TailSwim, measured_tail, published_motion, smoothed_motion
 from swimmer import TailMotion, load_robot
 from tests.fitting.swims import by_hand, straight_swim
-from tests.fitting.tails import PIXEL_M, on_half_pixels
 
 Motion = Callable[[TailSwim], TailMotion]
 ROBOT = load_robot()
@@ -91,42 +89,6 @@ def test_the_motion_of_a_wave_is_that_of_its_formula(motion: Motion, kept: float
 
     assert found.lateral_speed_sq == pytest.approx(kept * (2 * np.pi * AMPLITUDE) ** 2 / 2, rel=0.01)
     assert found.slope_sq == pytest.approx(SLOPE**2 / 2, rel=0.02)
-
-
-def test_half_pixels_inflate_the_published_derivative_and_hardly_the_smoothed_one() -> None:
-    slow = swim(0.4, 0.03)
-    boxes = replace(slow, tip_m=on_half_pixels(slow.tip_m))
-    true = (2 * np.pi * 0.4 * 0.03) ** 2 / 2
-    grid = (0.5 * PIXEL_M * 60) ** 2 / 6  # two rounding errors, uniform over half a pixel, a frame apart
-
-    assert published_motion(boxes).lateral_speed_sq == pytest.approx(true + grid, rel=0.15)
-    assert smoothed_motion(boxes).lateral_speed_sq == pytest.approx(true, rel=0.05)
-
-
-@each_motion
-def test_samples_left_out_do_not_enter(motion: Motion, kept: float) -> None:
-    whole = swim()
-    weight, tip = whole.weight.copy(), whole.tip_m.copy()
-    tip[100:160] = np.nan
-    weight[100:160] = 0.0
-    found = motion(replace(whole, tip_m=tip, weight=weight))
-
-    assert found.lateral_speed_sq == pytest.approx(kept * (2 * np.pi * AMPLITUDE) ** 2 / 2, rel=0.05)
-    assert found.slope_sq == pytest.approx(SLOPE**2 / 2, rel=0.05)
-
-
-def test_without_any_sample_there_is_no_motion() -> None:
-    motion = published_motion(replace(swim(), weight=np.zeros((301, 2))))
-
-    assert np.isnan(motion.lateral_speed_sq)
-    assert np.isnan(motion.slope_sq)
-
-
-def test_the_tip_sways_about_its_mean_way() -> None:
-    motion = tip_motion(swim())
-
-    assert [part.mean() for part in motion] == pytest.approx([0.0] * len(motion), abs=1e-12)
-    assert (motion[1] ** 2).mean() == pytest.approx((1 - QUIETED) * (2 * np.pi * AMPLITUDE) ** 2 / 2, rel=0.01)
 
 
 def test_of_a_trial_the_two_rearmost_markers_count_however_it_lies_in_the_pool() -> None:

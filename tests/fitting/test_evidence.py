@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fitting import EVIDENCE, CoefficientFit, Evidence, MeasuredTrial, gather_evidence
+from fitting import CoefficientFit, Evidence, MeasuredTrial, gather_evidence
 from fitting.coefficients import refine_coefficients
 from fitting.objective import Swims
 from fitting.pairs import MODELS, MOST_PAIRS, Screened, chosen_pairs, fit_pairs, screen, search_pair
-from session import Provenance
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 
@@ -48,15 +46,10 @@ def evidence(trials: tuple[MeasuredTrial, ...], fit: CoefficientFit) -> Evidence
 
 
 @pytest.mark.long
-def test_a_profile_is_never_above_its_slice(evidence: Evidence) -> None:
-    assert evidence.profiles.value.shape == evidence.profiles.slice_m.shape == evidence.profiles.profile_m.shape
-    assert (evidence.profiles.profile_m <= evidence.profiles.slice_m).all()
-
-
-@pytest.mark.long
-def test_profiles_are_lowest_at_the_fit(evidence: Evidence, fit: CoefficientFit) -> None:
+def test_profiles_lie_below_slices_and_are_lowest_at_the_fit(evidence: Evidence, fit: CoefficientFit) -> None:
     """To within what the roughness of the objective leaves, far less than the rise to either end."""
     profiles = evidence.profiles
+    assert (profiles.profile_m <= profiles.slice_m).all()
     assert profiles.best_m == pytest.approx(fit.mean_distance_m, rel=1e-9)
     assert (profiles.profile_m > 0.98 * profiles.best_m).all()
     for i, coefficient in enumerate(fit.coefficients[:4]):
@@ -66,15 +59,11 @@ def test_profiles_are_lowest_at_the_fit(evidence: Evidence, fit: CoefficientFit)
 
 
 @pytest.mark.long
-def test_the_free_yaw_of_straight_axes_is_small_and_named_by_trial(evidence: Evidence) -> None:
+def test_axes_and_boxes_that_sit_right_stay_where_they_are(evidence: Evidence) -> None:
+    """Also of the held-out trial, which finds its own from its first beats."""
     assert list(evidence.yaw.yaw_rad) == ["f0.70", "f1.20"]
     assert np.abs(np.degrees(list(evidence.yaw.yaw_rad.values()))).max() < 1.0
     assert evidence.yaw.mean_distance_m <= 1.02 * evidence.profiles.best_m
-
-
-@pytest.mark.long
-def test_boxes_that_sit_right_stay_where_they_are(evidence: Evidence) -> None:
-    """Also of the held-out trial, which finds its own from its first beats."""
     assert [trial.name for trial in evidence.placed.trials] == ["f0.70", "f1.20", "f1.00"]
     assert np.abs([trial.boxes for trial in evidence.placed.trials]).max() < 0.002
     assert np.abs(evidence.placed.marker_m).max() < 0.002
@@ -83,18 +72,12 @@ def test_boxes_that_sit_right_stay_where_they_are(evidence: Evidence) -> None:
 
 
 @pytest.mark.long
-def test_every_pair_is_fitted_once_and_forecasts_what_it_has_not_seen(evidence: Evidence) -> None:
+def test_every_pair_is_fitted_once_whatever_the_order(trials: tuple[MeasuredTrial, ...], evidence: Evidence) -> None:
+    """Bit for bit in any order: their screening, their choice and their means go by the trials' names."""
     assert [pair.fitted for pair in evidence.pairs] == [("f0.70", "f1.00"), ("f0.70", "f1.20"), ("f1.00", "f1.20")]
     for pair in evidence.pairs:
         assert tuple(pair.speed_mae) == MODELS
         assert all(np.isfinite(list(pair.speed_mae.values())))
-
-
-@pytest.mark.long
-def test_the_pairs_know_nothing_of_the_fit_and_come_in_any_order(
-    trials: tuple[MeasuredTrial, ...], evidence: Evidence
-) -> None:
-    """Bit for bit: their screening, their choice and their means go by the trials' names."""
     assert fit_pairs(trials[::-1], exact_twin()) == evidence.pairs
 
 
@@ -150,34 +133,12 @@ def test_each_pair_finds_a_twin_that_forecasts_what_it_has_not_seen(
         assert pair.speed_mae["twin"] < 0.01
 
 
-def test_two_swims_have_no_other_pair(trials: tuple[MeasuredTrial, ...]) -> None:
+def test_of_many_pairs_a_seeded_choice_is_made_by_name_and_of_two_swims_none(
+    trials: tuple[MeasuredTrial, ...],
+) -> None:
     assert fit_pairs(trials[:2], exact_twin()) == ()
-
-
-def test_of_many_pairs_a_seeded_choice_is_made_by_name() -> None:
     names = tuple(f"trial {i}" for i in range(8))
     chosen, again, other = (chosen_pairs(names, seed) for seed in (0, 0, 1))
 
     assert len(set(chosen)) == MOST_PAIRS
     assert chosen == again == chosen_pairs(names[::-1], 0) != other
-
-
-@pytest.mark.long
-def test_evidence_comes_back_from_its_file_as_it_went(evidence: Evidence, tmp_path: Path) -> None:
-    EVIDENCE.write(tmp_path, Provenance("4.0.0", "0" * 64, {}, 0, "quick"), evidence)
-    back = EVIDENCE.read(tmp_path)
-
-    for name, values in vars(evidence.profiles).items():
-        np.testing.assert_allclose(getattr(back.profiles, name), values, rtol=1e-14)
-    assert back.yaw.coefficients == evidence.yaw.coefficients
-    assert (back.yaw.yaw_rad, back.yaw.converged) == (evidence.yaw.yaw_rad, evidence.yaw.converged)
-    assert back.yaw.mean_distance_m == pytest.approx(evidence.yaw.mean_distance_m, rel=1e-14)
-    np.testing.assert_allclose(back.placed.marker_m, evidence.placed.marker_m, rtol=1e-14)
-    np.testing.assert_allclose(back.placed.marker_sd_m, evidence.placed.marker_sd_m, rtol=1e-14)
-    for trial, before in zip(back.placed.trials, evidence.placed.trials, strict=True):
-        np.testing.assert_allclose(trial.boxes, before.boxes, rtol=1e-14)
-        np.testing.assert_allclose(trial.boxes_sd, before.boxes_sd, rtol=1e-14)
-        assert trial.distance_m == pytest.approx(before.distance_m, rel=1e-14)
-    for one, other in zip(back.pairs, evidence.pairs, strict=True):
-        assert replace(one, marker_error_m=0.0) == replace(other, marker_error_m=0.0)
-        assert one.marker_error_m == pytest.approx(other.marker_error_m, rel=1e-14)

@@ -9,8 +9,7 @@ import pytest
 
 from fitting import MeasuredTrial
 from fitting.forecast import _lowest as lowest
-from fitting.forecast import _shape_misfit as shape_misfit
-from fitting.forecast import fit_phase, forecast, frames_in_step, swim
+from fitting.forecast import fit_phase, forecast
 from fitting.objective import Swims
 from fitting.scoring import score
 from synthetic import Truth
@@ -37,16 +36,6 @@ def test_between_tries_the_phase_is_that_of_a_parabola() -> None:
     assert lowest(tries, np.full(4, np.inf)) == 0.0
 
 
-def test_what_diverges_is_not_in_step(swims: Swims, trials: dict[str, MeasuredTrial], truth: Truth) -> None:
-    """Of a twin that is lost at some phases the best of the others is taken."""
-    trial = trials["new"]
-    frames = frames_in_step(trial)
-    phases = truth.trials["new"].phase_rad + np.array([0.0, 0.5])
-    told = swim(swims.twin, trial, np.tile(truth.plan.coefficients, (2, 1)), phases, trial.start_frequency.hz)
-    lost = replace(told, shape_m=np.where(np.arange(2)[:, None, None, None] == 1, np.nan, told.shape_m))
-    assert np.array_equal(np.isfinite(shape_misfit(trial, lost, frames)), [True, False])
-
-
 def test_markers_put_beside_their_place_do_not_move_the_phase(
     swims: Swims, trials: dict[str, MeasuredTrial], truth: Truth
 ) -> None:
@@ -68,16 +57,3 @@ def test_a_held_out_swim_is_foretold_by_the_true_coefficients(
 
     assert simulated.position_m.shape == trial.head.position_m.shape
     assert score(trial, simulated).marker_error_m < 5e-3
-
-
-def test_frames_it_is_scored_on_do_not_move_its_phase(
-    swims: Swims, trials: dict[str, MeasuredTrial], truth: Truth
-) -> None:
-    trial = trials["new"]
-    shape = trial.head.shape_m.copy()
-    shape[~trial.known] *= -3.0
-    other = replace(trial, head=replace(trial.head, shape_m=shape))
-
-    assert fit_phase(swims.twin, other, truth.plan.coefficients) == fit_phase(
-        swims.twin, trial, truth.plan.coefficients
-    )

@@ -10,13 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fitting import MeasuredTrial
-from fitting.forecast import phase_from_harmonic
 from fitting.mean_distance import SOFTENING_M, MeanDistance
 from fitting.objective import Swims
 from fitting.search_space import PHASE_STEP_RAD, ROOT_STEP, SearchSpace, parameters
-from swimmer import Twin
-from synthetic import Truth
 
 ERRORS = 7
 errors_m = arrays(float, (2 * ERRORS, 1), elements=st.floats(-0.2, 0.2))
@@ -77,31 +73,6 @@ def test_a_batch_gives_what_single_simulations_give(swims: Swims) -> None:
     np.testing.assert_array_equal(swims.errors(columns), single)
 
 
-def test_threads_change_nothing(swims: Swims) -> None:
-    columns = columns_around(POINT, 5)
-    one, two = (Swims(Twin(swims.twin.robot, swims.twin.markers, workers=n), swims.trials) for n in (1, 2))
-
-    np.testing.assert_array_equal(one.errors(columns), two.errors(columns))
-
-
-def test_the_order_of_trials_changes_nothing(swims: Swims) -> None:
-    turned = Swims(swims.twin, swims.trials[::-1])
-    columns = columns_around(POINT, 3)
-    swapped = columns[[0, 1, 2, 3, 4, 6, 5]]
-
-    np.testing.assert_allclose(turned.mean_distance(swapped), swims.mean_distance(columns), rtol=1e-12)
-    values = [s.norm.value(s.errors(c)[:, :1]) for s, c in ((swims, columns), (turned, swapped))]
-    assert values[0] == pytest.approx(values[1], rel=1e-12)
-
-
-def test_each_trial_counts_the_same_however_long(swims: Swims) -> None:
-    columns = POINT[:, None]
-    each = [Swims(swims.twin, (trial,)) for trial in swims.trials]
-    alone = [one.mean_distance(columns[[0, 1, 2, 3, 4, 5 + i]])[0] for i, one in enumerate(each)]
-
-    assert swims.mean_distance(columns)[0] == pytest.approx(np.mean(alone))
-
-
 def test_flagged_samples_do_not_enter(swims: Swims) -> None:
     slow = swims.trials[0]
     weight, head = slow.weight.copy(), slow.head
@@ -113,13 +84,6 @@ def test_flagged_samples_do_not_enter(swims: Swims) -> None:
 
     flagged = Swims(swims.twin, (replace(slow, weight=weight),)).mean_distance(column)
     assert Swims(swims.twin, (broken,)).mean_distance(column) == pytest.approx(flagged)
-
-
-def test_at_the_truth_there_is_hardly_any_distance(swims: Swims, truth: Truth) -> None:
-    phases = [truth.trials[trial.name].phase_rad for trial in swims.trials]
-    column = np.array([*truth.plan.coefficients, *phases])[:, None]
-
-    assert swims.mean_distance(column)[0] < 1e-3
 
 
 def test_slopes_point_where_the_errors_go(swims: Swims) -> None:
@@ -142,14 +106,3 @@ def test_slopes_at_a_bound_look_inwards_only(swims: Swims) -> None:
     for corner in (low, high):
         assert np.isfinite(space.slopes(np.clip(corner, space.low, space.high)[:, None], np.empty(0))).all()
     assert parameters(space.low[:, None])[:5].max() == 0.0
-
-
-@pytest.mark.parametrize("name", ["slow", "fast", "new"])
-def test_the_first_harmonic_tells_the_phase(
-    name: str, swims: Swims, trials: dict[str, MeasuredTrial], truth: Truth
-) -> None:
-    trial = trials[name]
-    coefficients = np.array([truth.plan.coefficients], float)
-    found = phase_from_harmonic(swims.twin, trial, coefficients, trial.start_frequency.hz)[0]
-
-    assert abs(np.angle(np.exp(1j * (found - truth.trials[name].phase_rad)))) < 0.2  # refined within 0.6

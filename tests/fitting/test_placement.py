@@ -42,19 +42,6 @@ def misplaced(trial: MeasuredTrial, truth: Placement, noise_m: np.ndarray | floa
     return replace(trial, head=replace(seen, shape_m=seen.shape_m + noise_m))
 
 
-def test_the_same_bodies_need_no_placement(trials: tuple[MeasuredTrial, ...]) -> None:
-    found = place(trials, [trial.head for trial in trials])
-
-    assert np.abs(found.marker_m).max() < 1e-9
-    assert np.abs(list(found.boxes.values())).max() < 1e-9
-
-
-def test_a_box_off_to_one_side_turns_the_fish_to_the_other() -> None:
-    """The neck's 2 mm to the right (+y, as the fish swims towards -x) makes all else seem turned to the left."""
-    assert BoxesOff(neck_across=0.002).turn_rad == pytest.approx(-0.002 / 0.142, rel=1e-3)
-    assert BoxesOff(neck_along=0.002).scale == pytest.approx(1 - 0.002 / 0.142)
-
-
 def test_what_the_normaliser_makes_of_misplaced_boxes_is_that_to_first_order(trials: tuple[MeasuredTrial, ...]) -> None:
     """Boxes moved on the pool, scaled by nose and neck and normalised, against the placement's own words."""
     trial, off = trials[0], BOXES["f0.90"]
@@ -75,38 +62,17 @@ def test_what_the_normaliser_makes_of_misplaced_boxes_is_that_to_first_order(tri
 
 def test_misplaced_boxes_and_markers_are_found_again(trials: tuple[MeasuredTrial, ...], truth: Placement) -> None:
     """To within what the priors hold back, least where trials differ: what all share may be boxes or markers."""
-    found = place([misplaced(trial, truth) for trial in trials], [trial.head for trial in trials])
+    measured = [misplaced(trial, truth) for trial in trials]
+    found = place(measured, [trial.head for trial in trials])
     slow, fast = (found.boxes[name] for name in BOXES)
 
     assert slow.turn_rad - fast.turn_rad == pytest.approx(0.015 / 0.142, rel=0.06)
     assert slow.scale - fast.scale == pytest.approx(0.009 / 0.142, rel=0.06)
     dorsal, tail = (trials[0].markers.index(name) for name in ("dorsal_fin", "tail_3"))
     assert found.marker_m[dorsal] - found.marker_m[tail] == pytest.approx([-0.024, 0.013], abs=0.004)
-
-
-def test_put_right_the_shapes_agree(trials: tuple[MeasuredTrial, ...], truth: Placement) -> None:
-    measured = [misplaced(trial, truth) for trial in trials]
-    found = place(measured, [trial.head for trial in trials])
     for seen, trial in zip(measured, trials, strict=True):
-        left = found.seen(trial, trial.head).shape_m - seen.head.shape_m
-        before = trial.head.shape_m - seen.head.shape_m
-        assert np.abs(left).max() < 0.002
-        assert np.abs(before).max() > 0.02
-
-
-def test_known_markers_leave_a_trial_its_own_boxes(trials: tuple[MeasuredTrial, ...], truth: Placement) -> None:
-    """As for a held-out trial: from two beats, the markers' places given."""
-    trial = trials[0]
-    two_beats = trial.time_s < 2 / HZ[0]
-    measured = misplaced(trial, truth)
-    spoilt = np.where(two_beats[:, None, None], measured.head.shape_m, 7.0)
-    late = replace(measured, head=replace(measured.head, shape_m=spoilt))
-    known = replace(truth, marker_sd_m=np.full_like(truth.marker_m, 0.0005))
-    found = place([late], [trial.head], [two_beats], known)
-
-    assert found.boxes["f0.90"].turn_rad == pytest.approx(BOXES["f0.90"].turn_rad, rel=0.06)
-    assert found.boxes["f0.90"].scale == pytest.approx(BOXES["f0.90"].scale, abs=0.004)
-    assert found.marker_m == pytest.approx(truth.marker_m, abs=0.0005)
+        assert np.abs(found.seen(trial, trial.head).shape_m - seen.head.shape_m).max() < 0.002
+        assert np.abs(trial.head.shape_m - seen.head.shape_m).max() > 0.02
 
 
 def test_a_marker_that_sits_elsewhere_on_its_link_is_put_right(trials: tuple[MeasuredTrial, ...]) -> None:
@@ -135,21 +101,6 @@ def test_a_marker_that_sits_elsewhere_on_its_link_is_put_right(trials: tuple[Mea
             assert apart[1] < after_m
 
 
-def test_samples_that_are_flagged_say_nothing(trials: tuple[MeasuredTrial, ...], truth: Placement) -> None:
-    measured = [misplaced(trial, truth) for trial in trials]
-    first = measured[0]
-    weight, shape = first.weight.copy(), first.head.shape_m.copy()
-    weight[90:200, 4], shape[90:200, 4] = 0.0, 3.0
-    flagged = replace(first, weight=weight, head=replace(first.head, shape_m=shape))
-    simulated = [trial.head for trial in trials]
-    clean, found = (
-        place([replace(first, weight=weight), measured[1]], simulated),
-        place([flagged, measured[1]], simulated),
-    )
-
-    np.testing.assert_allclose(found.marker_m, clean.marker_m)
-
-
 def test_its_intervals_hold_the_truth_as_often_as_they_claim(trials: tuple[MeasuredTrial, ...]) -> None:
     """Of truths as the priors have them; errors of 3 mm that last a fifth of a second; 90 %."""
     simulated, random = [trial.head for trial in trials], np.random.default_rng(3)
@@ -168,15 +119,6 @@ def test_its_intervals_hold_the_truth_as_often_as_they_claim(trials: tuple[Measu
         markers_held.append(np.abs(found.marker_m - marker_m)[free] < 1.645 * found.marker_sd_m[free])
     assert 0.8 < np.mean(boxes_held) < 0.98
     assert np.mean(markers_held) > 0.8  # they go together, so thirty draws tell little of them
-
-
-def test_where_nothing_counts_the_priors_stand(trials: tuple[MeasuredTrial, ...]) -> None:
-    lost = [replace(trial, weight=np.zeros_like(trial.weight)) for trial in trials]
-    found = place(lost, [trial.head for trial in trials])
-
-    assert np.abs(list(found.boxes.values())).max() == 0.0
-    assert np.array(list(found.boxes_sd.values())) == pytest.approx(BOX_SD_M)
-    assert found.marker_sd_m[2:] == pytest.approx(MARKER_SD_M)
 
 
 def test_a_simulation_that_diverged_leaves_the_other_trial_its_own(trials: tuple[MeasuredTrial, ...]) -> None:

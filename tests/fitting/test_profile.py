@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from calib.pipeline import Options, Pipeline, open_session
 from fitting import CoefficientFit, CoefficientProfiles
 from fitting.coefficients import refine_coefficients
 from fitting.objective import Swims
 from fitting.profile import profile_objective
-from fitting.search_space import ROOTS, parameters
-from fitting.valley import moved
-from session import new_from_fishsim
-from swimmer import FluidCoefficients, Twin
+from fitting.search_space import parameters
+from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
-from tests.session.sample import FISHSIM, needs_fishsim
 
 POINTS = 3
 ROUNDING = 1 + 1e-9
@@ -70,18 +65,6 @@ def test_no_profile_lies_above_a_restart_at_its_own_value(
     assert_no_restart_lies_below(profiles, swims, fit)
 
 
-def test_no_place_lies_above_the_nearest_restart_moved_there(
-    profiles: CoefficientProfiles, swims: Swims, fit: CoefficientFit
-) -> None:
-    """Places are ranked by the softened distance, which may prefer one that is a little farther off."""
-    ends = np.column_stack([restart.point for restart in fit.restarts])
-    for i in range(5):
-        for root, height in zip(np.linspace(*ROOTS, POINTS), profiles.profile_m[i], strict=True):
-            nearest = ends[:, np.argmin(np.abs(ends[i] - root))]
-            there = swims.mean_distance(parameters(moved(nearest, i, root))[:, None])[0]
-            assert height <= 1.02 * there
-
-
 def test_a_backward_restart_is_no_part_of_a_profile(swims: Swims, fit: CoefficientFit) -> None:
     backward = (fit.restarts[0], *(replace(restart, swims_forward=False) for restart in fit.restarts[1:]))
     with pytest.MonkeyPatch.context() as patch:
@@ -103,15 +86,3 @@ def test_a_curve_takes_in_the_restarts_below_it_and_leaves_out_those_above() -> 
 
     np.testing.assert_allclose(found, [0.0, 1.0, 2.25, 4.0])
     np.testing.assert_allclose(height, [0.04, 0.03, 0.02, 0.06])
-
-
-@pytest.mark.long
-@needs_fishsim
-def test_no_restart_of_the_public_tracks_lies_below_its_profile(tmp_path: Path) -> None:
-    folder = new_from_fishsim(tmp_path / "fishsim", FISHSIM, ("f1_00", "f1_75"))
-    pipeline = Pipeline(open_session(folder), Options("full"))
-    calibration = pipeline.calibrated()
-    trials = [trial.measured for trial in calibration.trials if trial.measured.role == "fit"]
-    swims = Swims(Twin(calibration.robot, trials[0].markers), tuple(trials))
-
-    assert_no_restart_lies_below(profile_objective(swims, calibration.fit), swims, calibration.fit)

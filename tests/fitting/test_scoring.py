@@ -10,18 +10,12 @@ from fitting.scoring import score
 from tests.fitting.swims import by_hand, head_frame_of, straight_swim
 
 
-def test_a_twin_that_does_the_same_is_no_distance_away() -> None:
-    position = straight_swim(40)
-
-    assert score(by_hand(position), head_frame_of(position)) == pytest.approx((0.0, 0.0, 0.0, 1.0))
-
-
 def test_where_it_began_and_where_it_headed_do_not_matter() -> None:
     position = straight_swim(40)
     cos, sin = np.cos(1.1), np.sin(1.1)
     turned = position @ np.array([[cos, sin], [-sin, cos]]) + np.array([3.0, -2.0])
 
-    assert score(by_hand(position), head_frame_of(turned)).marker_error_m == pytest.approx(0.0, abs=1e-12)
+    assert score(by_hand(position), head_frame_of(turned)) == pytest.approx((0.0, 0.0, 0.0, 1.0), abs=1e-12)
 
 
 def test_both_are_aligned_at_the_first_kept_frame() -> None:
@@ -33,15 +27,6 @@ def test_both_are_aligned_at_the_first_kept_frame() -> None:
     distance = np.linalg.norm(residuals(trial, simulated, kept), axis=-1)  # (30, 5)
     np.testing.assert_allclose(distance, np.repeat(0.01 * np.arange(30)[:, None] / 10, 5, axis=1), atol=1e-12)
     assert score(trial, simulated).marker_error_m == pytest.approx(0.0145)
-
-
-def test_only_the_scored_frames_count() -> None:
-    scored = np.arange(40) < 21
-    position = straight_swim(40)
-    late = position.copy()
-    late[21:] += 7.0
-
-    assert score(by_hand(position, scored=scored), head_frame_of(late)).marker_error_all_m == pytest.approx(0.0)
 
 
 def test_flagged_samples_count_in_the_distance_over_all_samples_only() -> None:
@@ -59,29 +44,6 @@ def test_flagged_samples_count_in_the_distance_over_all_samples_only() -> None:
     assert found.used_fraction == pytest.approx(48 / 50)
 
 
-def test_a_doubtful_sample_counts_like_any_other_in_the_published_mean() -> None:
-    position = straight_swim(10)
-    off = position.copy()
-    off[:, 4] += [0.0, 0.1]
-    weight = np.ones((10, 5))
-    weight[:, 4] = 0.2
-
-    assert score(by_hand(off, weight=weight), head_frame_of(position)).marker_error_m == pytest.approx(0.02)
-
-
-def test_missing_samples_count_nowhere() -> None:
-    position = straight_swim(10)
-    gap = position.copy()
-    gap[4, 3] = np.nan
-    weight = np.ones((10, 5))
-    weight[4, 3] = 0.0
-
-    found = score(by_hand(gap, weight=weight), head_frame_of(straight_swim(10, 0.2)))
-    assert np.isfinite(found.marker_error_m)
-    assert np.isfinite(found.marker_error_all_m)
-    assert found.used_fraction == pytest.approx(49 / 50)
-
-
 def test_the_shape_is_compared_relative_to_the_nose_in_every_frame() -> None:
     """Swimming faster is no error of shape; a bent tail is one of each marker that it moves."""
     position = straight_swim(20, 0.3)
@@ -91,22 +53,3 @@ def test_the_shape_is_compared_relative_to_the_nose_in_every_frame() -> None:
     found = score(by_hand(straight_swim(20, 0.3)), head_frame_of(position))
     assert found.shape_error_m == pytest.approx(0.05 / 5)
     assert found.marker_error_m == pytest.approx(0.05 / 5)
-
-
-def test_with_every_sample_flagged_there_is_no_distance() -> None:
-    position = straight_swim(10)
-    found = score(by_hand(position, weight=np.zeros((10, 5))), head_frame_of(position))
-
-    assert np.isnan(found.marker_error_m)
-    assert found.used_fraction == 0.0
-    assert found.marker_error_all_m == pytest.approx(0.0)
-
-
-def test_a_simulation_may_end_with_the_last_frame_compared() -> None:
-    frames = np.arange(40) < 15
-    trial, simulated = by_hand(straight_swim(40), scored=frames), straight_swim(40, 0.2)
-
-    whole = residuals(trial, head_frame_of(simulated), frames)
-    np.testing.assert_allclose(residuals(trial, head_frame_of(simulated[:15]), frames), whole)
-    many = head_frame_of(np.stack([simulated, straight_swim(40, 0.4)]))
-    np.testing.assert_allclose(residuals(trial, many, frames)[0], whole)

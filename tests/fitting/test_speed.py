@@ -25,6 +25,8 @@ def test_of_a_line_it_is_exact() -> None:
     time_s = times(2.7)
 
     assert forward_speed(time_s, 0.3 - 0.123 * time_s, all_of(time_s), 1.0) == pytest.approx(-0.123)
+    many = np.array([0.1, 0.2, -0.05])
+    np.testing.assert_allclose(forward_speed(time_s, many[:, None] * time_s, all_of(time_s), 1.0), many)
 
 
 def test_over_whole_beats_a_wave_even_about_their_middle_leaves_no_trace() -> None:
@@ -43,28 +45,6 @@ def test_over_whole_beats_no_wave_tilts_it_further_than_an_odd_one(phase: float)
     limit = 6 * 0.004 / (np.pi * 4 * seconds)
 
     assert abs(forward_speed(time_s, swum, all_of(time_s), hz) - 0.1) <= 1.02 * limit
-
-
-def test_it_is_the_same_for_each_of_many_swims() -> None:
-    time_s = times(3.0)
-    swum = np.array([0.1, 0.2, -0.05])[:, None] * time_s
-
-    np.testing.assert_allclose(forward_speed(time_s, swum, all_of(time_s), 1.0), [0.1, 0.2, -0.05])
-
-
-def test_only_kept_frames_count() -> None:
-    time_s = times(4.0)
-    kept = time_s >= 1.0
-    swum = np.where(kept, 0.1 * time_s, 5.0)
-
-    assert forward_speed(time_s, swum, kept, 1.0) == pytest.approx(0.1)
-
-
-@pytest.mark.parametrize("count", [0, 1])
-def test_too_few_frames_have_no_speed(count: int) -> None:
-    time_s = times(1.0)
-
-    assert np.isnan(forward_speed(time_s, time_s, np.arange(len(time_s)) < count, 1.0))
 
 
 @given(seconds=st.floats(0.3, 9.0), hz=st.floats(0.3, 3.0), start=st.floats(0.0, 1.0))
@@ -91,7 +71,7 @@ def errors_of_tracks(frames: int, lasting: float, random: np.random.Generator) -
     return 1e-3 * lfilter([1.0], [1.0, -keep], fresh)[300:]
 
 
-def coverage(beats: float, hz: float, lasting_beats: float, draws: int = 400) -> float:
+def coverage(beats: float, hz: float, lasting_beats: float, draws: int = 600) -> float:
     """Share of 95 % intervals that hold the speed a swim without errors would show."""
     random, time_s = np.random.default_rng(0), times(beats / hz)
     clean = 0.12 * time_s + 0.003 * np.cos(4 * np.pi * hz * time_s + 1)
@@ -103,35 +83,15 @@ def coverage(beats: float, hz: float, lasting_beats: float, draws: int = 400) ->
     return hits / draws
 
 
-@pytest.mark.parametrize(("beats", "hz", "lasting_beats"), [*later((6.0, 1.2, 0.0), (6.0, 1.2, 0.4)), (12.0, 0.8, 0.1)])
-def test_its_intervals_hold_about_as_often_as_they_say(beats: float, hz: float, lasting_beats: float) -> None:
-    assert 0.88 < coverage(beats, hz, lasting_beats, draws=400) < 0.995
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("lasting_beats", [0.0, 0.1, 0.4, 0.8])
-@pytest.mark.parametrize(("beats", "hz"), [(4.2, 0.6), (6.0, 1.2), (12.0, 0.8)])
+@pytest.mark.parametrize("lasting_beats", [0.1, *later(0.0, 0.4, 0.8)])
+@pytest.mark.parametrize(("beats", "hz"), [(12.0, 0.8), *later((4.2, 0.6), (6.0, 1.2))])
 def test_at_all_speeds_its_intervals_hold(beats: float, hz: float, lasting_beats: float) -> None:
-    assert (0.92 if lasting_beats < 0.5 else 0.85) < coverage(beats, hz, lasting_beats, draws=1000) < 0.999
+    assert (0.92 if lasting_beats < 0.5 else 0.85) < coverage(beats, hz, lasting_beats) < 0.999
 
 
-def test_a_swim_without_error_has_next_to_none() -> None:
-    time_s = times(4.0)
-    swum = 0.12 * time_s + 0.003 * np.cos(4 * np.pi * time_s)
-
-    assert speed_standard_error(time_s, swum, all_of(time_s), 1.0) < 1e-9
-
-
-def test_twice_the_error_is_twice_the_standard_error() -> None:
-    time_s = times(5.0)
-    error = errors_of_tracks(len(time_s), 10.0, np.random.default_rng(3))
-    one, two = (speed_standard_error(time_s, 0.1 * time_s + k * error, all_of(time_s), 1.0) for k in (1, 2))
-
-    assert two == pytest.approx(2 * one, rel=1e-6)
-
-
-@pytest.mark.parametrize("count", [0, 2, 11])
-def test_too_few_frames_have_no_standard_error(count: int) -> None:
+@pytest.mark.parametrize("count", [0, 1, 11])
+def test_too_few_frames_have_no_speed_and_no_standard_error(count: int) -> None:
     time_s = times(1.0)
 
+    assert np.isnan(forward_speed(time_s, time_s, np.arange(len(time_s)) < count, 1.0)) == (count < 2)
     assert np.isnan(speed_standard_error(time_s, time_s, np.arange(len(time_s)) < count, 1.0))

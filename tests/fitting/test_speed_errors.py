@@ -57,13 +57,6 @@ def test_many_trials_of_one_error_leave_an_interval_as_narrow_as_their_measureme
     assert 0 < bias.high - bias.low < 0.004
 
 
-def test_without_measurement_error_one_trial_says_nothing_of_others() -> None:
-    (errors,) = [speed_errors(trials([0.02], noise=0.0))["twin"]]
-
-    for interval in errors:
-        assert interval == pytest.approx((0.02, 0.02, 0.02), abs=1e-9)
-
-
 def test_the_spread_of_trials_widens_the_interval() -> None:
     close, apart = (speed_errors(trials(e))["twin"].bias for e in ([0.01, 0.012, 0.008], [0.01, 0.06, -0.04]))
 
@@ -72,7 +65,7 @@ def test_the_spread_of_trials_widens_the_interval() -> None:
 
 
 @pytest.mark.long
-def test_the_interval_of_the_bias_holds_the_mean_it_was_drawn_from_about_as_often_as_it_says() -> None:
+def test_the_interval_of_the_bias_holds_the_mean_it_was_drawn_from() -> None:
     """Ten trials; a percentile bootstrap of few trials is a little too narrow."""
     random = np.random.default_rng(0)
     made = trials([0.0] * 10)
@@ -86,16 +79,3 @@ def test_the_interval_of_the_bias_holds_the_mean_it_was_drawn_from_about_as_ofte
         hits += bias.low <= 0.01 <= bias.high
 
     assert 78 <= hits <= 96
-
-
-def test_the_seed_decides_the_interval_and_no_trials_give_none() -> None:
-    made = trials([0.01, -0.02, 0.03])
-
-    assert speed_errors(made, seed=1) == speed_errors(made, seed=1) != speed_errors(made, seed=2)
-    assert speed_errors([]) == {}
-
-
-def test_the_order_of_trials_does_not_change_a_bit() -> None:
-    made = trials([0.01, -0.02, 0.03, 0.0])
-
-    assert speed_errors(made[::-1]) == speed_errors(made)

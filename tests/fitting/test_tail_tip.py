@@ -33,19 +33,12 @@ def seen(clean: TailSwim, jitter_px: float, random: np.random.Generator) -> Tail
     return replace(clean, tip_m=on_half_pixels(clean.tip_m + jitter))
 
 
-@pytest.mark.parametrize(("hz", "amplitude"), [(0.3, 0.03), (0.4, 0.03), (0.4, 0.06), (0.5, 0.04)])
-def test_at_slow_beats_smoothing_takes_away_most_of_the_bias_of_finite_differences(hz: float, amplitude: float) -> None:
+@pytest.mark.parametrize(("hz", "amplitude"), [(0.3, 0.03), (0.4, 0.015), (0.4, 0.06), (0.5, 0.04)])
+def test_at_slow_beats_smoothing_takes_away_most_of_the_bias(hz: float, amplitude: float) -> None:
     published, smoothed = bias(hz, amplitude)
 
     assert published > 0.04
     assert abs(smoothed) < 0.25 * published
-
-
-def test_finite_differences_of_the_slowest_swims_are_off_by_most_of_the_truth() -> None:
-    published, smoothed = bias(0.4, 0.015)
-
-    assert published > 0.8
-    assert abs(smoothed) < 0.1
 
 
 def test_at_fast_beats_smoothing_takes_some_of_the_beat_itself() -> None:
@@ -115,8 +108,3 @@ def test_however_the_pool_lies_the_tip_moves_the_same(angle: float) -> None:
 
     for part, same in zip(tip_motion(turned), tip_motion(still), strict=True):
         np.testing.assert_allclose(part, same, rtol=0, atol=1e-11)
-
-
-def test_a_head_that_yaws_in_beat_does_not_turn_the_frame_that_swims_along() -> None:
-    for part, same in zip(tip_motion(wave_swim(yawing=0.2)), tip_motion(wave_swim()), strict=True):
-        np.testing.assert_allclose(part, same, atol=1e-3)

@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fitting import MeasuredTrial, measure_trial, tail_markers
+from fitting import MeasuredTrial, measure_trial
 from fitting.forecast import fit_phase
 from fitting.objective import Swims
-from session import CameraSpec, NotEnoughData, Session, Tracks, load_session, load_tracks
+from session import CameraCalibration, CameraSpec, NotEnoughData, Session, Tracks, load_session, load_tracks
 from swimmer import load_robot
 from synthetic import Truth, make_session
 from tests.fitting.swims import PLAN
+from tests.tracking.lens.render import to_pixels
+from tracking import to_pool
+
+LENS = CameraCalibration(
+    width_px=3840,
+    height_px=2160,
+    fx_px=2280.0,
+    fy_px=2280.0,
+    cx_px=1919.5,
+    cy_px=1079.5,
+    distortion=(-0.05, 0.02, 0.0, 0.0, -0.003),
+    height_above_water_m=2.4,
+)
 
 
 @pytest.fixture(scope="module")
@@ -60,13 +74,6 @@ def test_what_two_beats_are_does_not_hang_on_the_command(session: Session, comma
     known = measured(session, "new", commanded_hz=commanded_hz).known
 
     assert measured(session, "new").time_s[known][-1] == pytest.approx(2.0, abs=0.45 if commanded_hz < 0.6 else 0.06)
-
-
-def test_of_a_short_held_out_trial_half_is_known(session: Session) -> None:
-    trial = measured(session, "new", first_frames(tracks_of(session, "new"), 3.0))
-
-    assert trial.time_s[trial.known][-1] == pytest.approx(1.5)
-    assert trial.time_s[trial.kept][0] == pytest.approx(1.5 + 1 / 60)
 
 
 @pytest.mark.parametrize("seconds", [5.0, 3.0])
@@ -118,45 +125,26 @@ def test_frames_without_a_trusted_head_count_for_no_marker(session: Session) -> 
     assert (trial.weight[:50] > 0).all()
 
 
-def test_rotating_and_shifting_the_pool_changes_nothing(session: Session) -> None:
-    tracks = tracks_of(session, "slow")
-    cos, sin = np.cos(0.7), np.sin(0.7)
-    turned = replace(tracks, position_px=tracks.position_px @ np.array([[cos, sin], [-sin, cos]]) + [300.0, -120.0])
-    here, there = measured(session, "slow"), measured(session, "slow", turned)
-
-    np.testing.assert_allclose(there.head.position_m, here.head.position_m, atol=1e-9)
-    np.testing.assert_allclose(there.start_velocity, here.start_velocity, atol=1e-7)
-    assert there.frequency.hz == pytest.approx(here.frequency.hz, abs=1e-7)
-    assert there.speed == pytest.approx(here.speed, abs=1e-9)
+def distrusted(tracks: Tracks) -> Tracks:
+    return replace(tracks, confidence=np.where(np.arange(len(tracks.markers)) < 3, tracks.confidence, 0.0))
 
 
-def test_tail_markers_go_from_head_to_fin() -> None:
-    names = ("caudal_fin", "nose", "tail_2", "neck", "tail_1", "dorsal_fin")
-
-    assert [names[i] for i in tail_markers(load_robot(), names)] == ["tail_1", "tail_2", "caudal_fin"]
-
-
-def test_too_short_a_trial_is_refused(session: Session) -> None:
-    with pytest.raises(
-        NotEnoughData, match=r"trial slow: 1.10 s leave 7 frames .* 12 are needed: shorten \[fit\] warmup_s"
-    ):
-        measured(session, "slow", first_frames(tracks_of(session, "fast"), 1.1))
-
-
-def test_without_a_tail_marker_there_is_nothing_to_fit(session: Session) -> None:
-    head_only = tracks_of(session, "slow").select(("nose", "neck", "dorsal_fin"))
-
-    with pytest.raises(NotEnoughData, match="trial slow: none of its markers sits on the tail"):
-        measured(session, "slow", head_only)
-
-
-def test_a_tail_nobody_can_trust_is_refused(session: Session) -> None:
-    tracks = tracks_of(session, "slow")
-    confidence = tracks.confidence.copy()
-    confidence[:, 3:] = 0.0
-
-    with pytest.raises(NotEnoughData, match="fewer than 12 frames with a usable tail marker"):
-        measured(session, "slow", replace(tracks, confidence=confidence))
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda tracks: first_frames(tracks, 1.1), r"trial fast: 1.10 s leave .* needed: shorten \[fit\] warmup_s"),
+        (
+            lambda tracks: tracks.select(("nose", "neck", "dorsal_fin")),
+            "trial fast: none of its markers sits on the tail",
+        ),
+        (distrusted, "fewer than 12 frames with a usable tail marker"),
+    ],
+)
+def test_a_trial_that_shows_too_little_is_refused(
+    session: Session, change: Callable[[Tracks], Tracks], message: str
+) -> None:
+    with pytest.raises(NotEnoughData, match=message):
+        measured(session, "fast", change(tracks_of(session, "fast")))
 
 
 def test_the_camera_sets_the_scale(session: Session) -> None:
@@ -177,3 +165,18 @@ def test_stamps_that_are_somewhat_beside_the_frame_rate_are_believed_and_flagged
     found = measured(replace(session, camera=replace(session.camera, fps=fps)), "slow", tracks_of(session, "slow"))
     assert ("frame_rate_off" in {flag.kind for flag in found.flags}) == flagged
     assert found.frequency.hz == plain.frequency.hz
+
+
+def test_lens_and_heights_of_the_markers_are_undone(session: Session) -> None:
+    robot, flat = load_robot(), tracks_of(session, "fast")
+    true = to_pool(flat, session.camera)[0]
+    above_m = robot.marker_positions_m(flat.markers)[:, 2] - robot.markers["nose"].position_m[2]  # (m,)
+    ray = (true - np.nanmean(true, axis=(0, 1))) * [1, -1] / (2.4 - above_m)[:, None]
+    filmed = replace(flat, position_px=to_pixels(ray, LENS))
+
+    expected = measured(session, "fast")
+    camera = replace(session.camera, calibration=LENS)
+    found = measured(replace(session, camera=camera), "fast", filmed)
+
+    assert found.head.shape_m == pytest.approx(expected.head.shape_m, abs=1e-6)
+    assert found.speed == pytest.approx(expected.speed, abs=1e-6)

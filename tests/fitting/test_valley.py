@@ -42,22 +42,8 @@ class BentValley:
 def test_the_walk_crosses_the_barrier_to_the_other_floor() -> None:
     space: Any = BentValley()
     lowest, _ = along_valley(space, space.floor(UPPER), MOVED, steps=16)
-
-    assert lowest[MOVED] == pytest.approx(LOWER, abs=0.2)
-    np.testing.assert_allclose(lowest, space.floor(lowest[MOVED]), atol=0.01)
-
-
-def test_what_it_finds_lies_elsewhere_and_apart() -> None:
-    space: Any = BentValley()
     roots = [point[MOVED] for point in along_valley(space, space.floor(UPPER), MOVED, steps=8)]
 
-    assert len(roots) == 2
     assert np.diff(np.sort([*roots, UPPER])).min() > ELSEWHERE
-
-
-@pytest.mark.parametrize("index", range(4))
-def test_points_stay_within_the_bounds(index: int) -> None:
-    space: Any = BentValley()
-    for point in along_valley(space, space.floor(UPPER), index, steps=6):
-        assert (point >= space.low).all()
-        assert (point <= space.high).all()
+    assert lowest[MOVED] == pytest.approx(LOWER, abs=0.2)
+    np.testing.assert_allclose(lowest, space.floor(lowest[MOVED]), atol=0.01)

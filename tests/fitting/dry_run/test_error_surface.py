@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.dry_run.error_surface import Cell, CrankGrid, ErrorSurface, error_surface, speed_range
+from fitting.dry_run.error_surface import Cell, CrankGrid, ErrorSurface, error_surface
 from fitting.dry_run.published import distance_at, other_valley, refine_valleys
 from tests.fitting.dry_run.runs import NOISELESS, dry_trial, shared_response
 
@@ -81,14 +81,6 @@ def test_a_second_valley_counts_when_it_is_as_deep_and_elsewhere() -> None:
     assert other_valley((best, deep), surface) == deep
     assert other_valley((best, near, shallow), surface) is None
     assert other_valley((best, Cell(0.034, 0.6, 2 * np.pi + 0.9, 0.02)), surface) is None
-
-
-def test_the_speeds_hold_command_and_beat_but_no_absurd_command() -> None:
-    low, high = speed_range([dry_trial(), dry_trial(hz=1.19)])
-    assert low < 0.6 * 0.9
-    assert high > 1.03 * 1.19 * 1.1
-
-    assert speed_range([dry_trial(commanded_hz=6.0)])[1] < 1.0
 
 
 def test_phases_must_divide_the_table() -> None:

@@ -31,12 +31,6 @@ def test_the_motion_repeats_from_the_first_turn_on() -> None:
             np.testing.assert_allclose(seen, early[i, 5:95, marker, 1], atol=2e-5)
 
 
-def test_speed_matters_by_more_than_the_shortcut_may_cost_but_by_less_than_a_millimetre() -> None:
-    slow, fast = simulate_turns(ROBOT, FISHSIM_MARKERS, np.array([0.2, 1.2])).marker_m
-
-    assert 0.2 < farthest_mm(slow, fast) < 1.0
-
-
 @pytest.mark.parametrize("arm_mm", [29.9, 35.3, 38.2, 40.0, 41.2])
 def test_between_arms_and_speeds_it_is_what_a_simulation_gives(arm_mm: float) -> None:
     response, hz = shared_response(), np.array([0.52, 0.7, 1.13, 1.4])
@@ -82,13 +76,6 @@ def test_nothing_is_interpolated_across_a_snap() -> None:
     assert two.branch_at(0.031) == 0
     assert two.branch_at(0.049) == 1
     assert two.turn(0.033, 0.7, 0).marker_m.imag.max() == pytest.approx(0.033)
-
-
-def test_the_published_robot_snaps_beyond_its_measured_arm() -> None:
-    low, high = shared_response().range_of(0)
-
-    assert low < 0.030
-    assert 0.040 < high < 0.042
 
 
 def test_a_robot_without_a_smooth_motion_is_refused() -> None:

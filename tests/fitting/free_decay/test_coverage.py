@@ -77,15 +77,6 @@ def judged(truths: list[Truth], estimates: Sequence[DecayFit | HingeEstimate]) -
 
 
 @pytest.mark.long
-def test_a_few_decays_err_by_what_their_intervals_say() -> None:
-    few = study(5, 5, 0.006, 2.0)
-
-    assert np.abs(few.error[:, 0]).max() < 0.01
-    assert np.abs(few.error[:, 1]).max() < 0.10
-    assert (np.abs(few.error / few.se) < 3.5).all()
-
-
-@pytest.mark.long
 def test_intervals_cover_nine_times_in_ten_and_more_over_four_hundred_decays() -> None:
     ringing, damped = study(200, 21, 0.006, 2.5), study(200, 22, 0.02, 2.0)
     together = Study(*(np.concatenate(parts) for parts in zip(ringing, damped, strict=True)))

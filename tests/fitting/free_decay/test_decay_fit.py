@@ -42,26 +42,18 @@ def test_without_noise_the_hinges_are_recovered_from_a_wrong_start(truth: Truth)
     assert fit.start_rad.shape == (2, 5)
 
 
-def test_a_robot_described_far_off_and_without_damping_is_a_start_as_good(light: DecayFit) -> None:
-    hinges = {"hinge_stiffness_n_m": 12.0, "hinge_damping_n_m_s": 0.0}
-    robot = ROBOT.model_copy(update={"tail": ROBOT.tail.model_copy(update=hinges)})
+def test_through_tracking_noise_the_hinges_and_the_spectrum_are_right(light: DecayFit) -> None:
+    spectrum, hz = light.spectrum, light.spectrum.ring.frequency_hz
 
-    fit = fit_decay(measured(decay_tracks(LIGHT)), robot, workers=1)
-
-    assert fit.stiffness_n_m == pytest.approx(light.stiffness_n_m, rel=1e-3)
-    assert fit.damping_n_m_s == pytest.approx(light.damping_n_m_s, rel=5e-3)
-
-
-def test_through_tracking_noise_the_stiffness_is_right_to_one_percent_and_the_damping_to_ten(light: DecayFit) -> None:
+    assert spectrum.peak_hz == pytest.approx(hz, rel=0.05)
+    assert spectrum.amplitude_m.shape == (len(spectrum.bins_hz), 6)
+    assert 0.0 < spectrum.frequency_se_hz < 0.02 * hz
     assert light.flags == ()
     assert light.converged
     assert light.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
     assert light.damping_n_m_s == pytest.approx(LIGHT.damping_n_m_s, rel=0.10)
     assert light.explained > 0.99
     assert np.nanstd(light.measured_m - light.simulated_m) < 0.001
-
-
-def test_the_frequency_alone_gives_nearly_the_same_hinges(light: DecayFit) -> None:
     assert light.matched_stiffness_n_m == pytest.approx(light.stiffness_n_m, rel=0.03)
 
 
@@ -79,60 +71,32 @@ def test_a_decay_of_the_linear_chain_gives_its_stiffness_back() -> None:
     assert fit.damping_n_m_s == pytest.approx(truth.damping_n_m_s, rel=1e-2)
 
 
-def test_a_few_samples_out_of_place_are_left_out_and_told() -> None:
+@pytest.mark.parametrize(
+    ("frames", "marker", "off_px", "kind"),
+    [
+        (slice(50, 53), 7, [0.0, 12.0], "jump"),
+        (slice(35, 55), 8, np.nan, "clipped"),
+        *later((slice(None), 5, np.nan, "clipped")),
+    ],
+)
+def test_samples_out_of_place_or_out_of_sight_are_left_out_and_told(
+    frames: slice, marker: int, off_px: float | list[float], kind: str
+) -> None:
     tracks = decay_tracks(LIGHT)
-    tracks.position_px[50:53, 7] += [0.0, 12.0]
+    tracks.position_px[frames, marker] += off_px
 
     fit = fitted(tracks)
 
-    assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
-    assert [(flag.kind, flag.markers, flag.frames) for flag in fit.flags] == [("jump", ("tail_5",), (50, 52))]
-
-
-def test_a_marker_that_leaves_the_picture_is_clipped() -> None:
-    tracks = decay_tracks(LIGHT)
-    tracks.position_px[35:55, 8] = np.nan
-
-    fit = fitted(tracks)
-
-    assert "clipped" in kinds(fit)
     assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.02)
+    assert [flag.markers for flag in fit.flags if flag.kind == kind] == [(MARKERS[marker],)]
 
 
-@pytest.mark.parametrize("fps", [24.0, *later(120.0)])
-def test_other_frame_rates_do_as_well(fps: float) -> None:
-    truth = replace(LIGHT, fps=fps)
-    trial = measure_decay_trial("decay", decay_tracks(truth), replace(CAMERA, fps=fps), ROBOT)
-
-    assert fit_decay(trial, ROBOT, workers=1).stiffness_n_m == pytest.approx(truth.stiffness_n_m, rel=0.01)
-
-
-def test_the_fin_alone_tells_the_hinges() -> None:
-    fit = fitted(decay_tracks(LIGHT).select(("nose", "neck", "caudal_fin")))
-
-    assert fit.flags == ()
-    assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
-
-
-@pytest.mark.long
-def test_a_marker_that_is_never_believed_does_no_harm() -> None:
-    tracks = decay_tracks(LIGHT)
-    tracks.position_px[:, 5] = np.nan
-
-    fit = fitted(tracks)
-
-    assert "clipped" in kinds(fit)
-    assert fit.stiffness_n_m == pytest.approx(LIGHT.stiffness_n_m, rel=0.01)
-
-
-def test_a_tail_that_creeps_back_is_unidentifiable() -> None:
-    assert "unidentifiable" in kinds(fitted(decay_tracks(replace(LIGHT, damping_n_m_s=0.09))))
-
-
-def test_a_recording_that_ends_at_once_is_too_short() -> None:
-    tracks = decay_tracks(replace(LIGHT, seconds=0.85))
-
-    assert "too_short" in kinds(fitted(tracks))
+@pytest.mark.parametrize(
+    ("truth", "kind"),
+    [(replace(LIGHT, damping_n_m_s=0.09), "unidentifiable"), (replace(LIGHT, seconds=0.85), "too_short")],
+)
+def test_a_tail_that_creeps_back_and_a_recording_that_ends_at_once_are_flagged(truth: Truth, kind: str) -> None:
+    assert kind in kinds(fitted(decay_tracks(truth)))
 
 
 @pytest.mark.long
@@ -154,24 +118,16 @@ def test_a_head_that_swings_along_is_not_clamped() -> None:
     assert "head_moves" in {flag.kind for flag in measured(tracks).flags}
 
 
-def test_tracks_without_a_tail_marker_are_refused() -> None:
-    with pytest.raises(NotEnoughData, match="none of its markers sits on the tail"):
-        measured(decay_tracks(LIGHT).select(("nose", "neck", "dorsal_fin")))
-
-
-def test_too_few_frames_after_the_release_are_refused() -> None:
-    tracks = decay_tracks(replace(LIGHT, seconds=0.62))
-
-    with pytest.raises(NotEnoughData, match="frames after the release"):
-        measured(tracks)
-
-
-def test_the_spectrum_peaks_where_the_tail_rings(light: DecayFit) -> None:
-    spectrum, hz = light.spectrum, light.spectrum.ring.frequency_hz
-
-    assert spectrum.peak_hz == pytest.approx(hz, rel=0.05)
-    assert spectrum.amplitude_m.shape == (len(spectrum.bins_hz), 6)
-    assert 0.0 < spectrum.frequency_se_hz < 0.02 * hz
+@pytest.mark.parametrize(
+    ("seconds", "markers", "message"),
+    [
+        (2.2, ("nose", "neck", "dorsal_fin"), "none of its markers sits on the tail"),
+        (0.62, MARKERS, "frames after the release"),
+    ],
+)
+def test_a_decay_that_shows_too_little_is_refused(seconds: float, markers: tuple[str, ...], message: str) -> None:
+    with pytest.raises(NotEnoughData, match=message):
+        measured(decay_tracks(replace(LIGHT, seconds=seconds)).select(markers))
 
 
 def test_several_decays_weigh_by_their_errors_and_say_when_they_disagree(light: DecayFit) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.free_decay.lasting_noise import LastingNoise, Linearised, descend, regress, whitened
+from fitting.free_decay.lasting_noise import LastingNoise, Linearised, regress, whitened
 from synthetic.noise import TrackingNoise, lasting_errors
 from tests.cases import later
 
@@ -51,7 +51,3 @@ def test_whitened_noise_is_white_and_gaps_are_left_out() -> None:
     assert white[~used].any() == np.False_
     assert white[used].std() == pytest.approx(1.0, rel=0.02)
     assert (white[1:, 0] * white[:-1, 0]).mean() == pytest.approx(0.0, abs=0.03)
-
-
-def test_a_step_for_known_noise_finds_the_truth() -> None:
-    assert descend(problem(0), LastingNoise(0.1, 0.0, 0.5e-3)).step == pytest.approx(TRUTH, abs=0.2)

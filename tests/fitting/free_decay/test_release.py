@@ -24,14 +24,8 @@ def test_the_first_frame_comes_within_two_of_the_release(release_s: float, dampi
 
     assert 0.0 < frame_times(truth)[release.first] - release_s < 2.01 / truth.fps
     assert release.flags == ()
-
-
-def test_a_slow_bending_before_it_is_not_the_release() -> None:
-    truth = Truth(release_s=1.0, seconds=3.0)
-    lateral, times = lateral_of(truth), frame_times(truth)
-    lateral[:40] *= np.linspace(0.0, 1.0, 40)[:, None]
-
-    assert 0.0 < times[find_release(times, lateral, np.ones_like(lateral)).first] - 1.0 < 0.034
+    lateral[:10] *= np.linspace(0.0, 1.0, 10)[:, None]  # bent slowly before
+    assert find_release(frame_times(truth), lateral, np.ones_like(lateral)).first == release.first
 
 
 def test_a_recording_that_starts_in_mid_swing_says_so() -> None:

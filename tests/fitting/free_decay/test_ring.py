@@ -90,14 +90,3 @@ def test_it_tells_of_hinges_masses_and_the_clock_alone() -> None:
     structure = {name for name, effect in catalogue().items() if effect.family == "structure"}
     assert structure - set(shown) == {"entrained_water"}
     assert set(shown) - structure == {"time_base_error"}
-
-
-def test_a_twin_that_does_not_stand_says_nothing() -> None:
-    told = first().of_twin(twin(robot(stiffer=3e4)))
-    assert np.isnan(told).all()
-
-
-def test_a_plain_twin_that_does_not_stand_has_no_slopes_and_still_a_number() -> None:
-    seen = replace(first(), robot=robot(stiffer=3e4))
-    told = seen._matched(first()._moved(np.zeros((1, 2))))
-    assert np.isfinite(told).all()

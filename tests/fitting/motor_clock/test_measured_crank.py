@@ -10,12 +10,11 @@ import pytest
 
 from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import measure_dry_run
-from fitting.forecast import phase_from_harmonic, swim
-from fitting.in_pool import head_frame
+from fitting.forecast import phase_from_harmonic
 from fitting.motor_clock import MotorRecord
 from fitting.objective import Swims
 from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks
-from swimmer import Runs, Twin
+from swimmer import Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.motor_clock.drives import FPS, PX_PER_M, ROBOT, SPEC, SWIM_SPEC, Filmed, filmed, recorded
 
@@ -83,15 +82,6 @@ def test_a_tail_that_beats_otherwise_than_the_crank_turns_is_flagged() -> None:
     assert trial.frequency == trial.beat
 
 
-def test_a_dry_run_does_not_follow_the_log_of_another_trial() -> None:
-    one = filmed(2, seed=4)[0]
-    record = recorded(one)
-    other = replace(record, turn=record.turn.shifted(0.0, 1.5))
-    trial = measure_dry_run(SPEC, tracks_of(one), CAMERA, ROBOT, motor=replace(other, drive_s=record.drive_s))
-    assert "beat_off_crank" in {flag.kind for flag in trial.flags}
-    assert np.array_equal(trial.even_s, trial.time_s)
-
-
 def test_with_the_measured_turn_the_true_coefficients_fit_better() -> None:
     """The motor of this swim turns unevenly, by 2 and 3 per cent once and twice a turn."""
     _, _, trial = swum()
@@ -108,28 +98,6 @@ def test_the_harmonic_phase_starts_close_to_the_best() -> None:
     columns = np.vstack([np.repeat(COEFFICIENTS.T, len(tries), axis=1), tries])
     best = tries[np.argmin(Swims(twin, (trial,), "shape").mean_distance(columns))]
     assert abs(best - found) < 0.2
-
-
-def test_a_held_out_trial_uses_the_turn_over_its_scored_part_too() -> None:
-    _, _, trial = swum("holdout")
-    twin = Twin(ROBOT, FISHSIM_MARKERS)
-    assert trial.turn is not None
-    assert trial.start_frequency.hz == pytest.approx(trial.turn.mean_hz(0.0, trial.time_s[trial.known][-1]))
-    phase = phase_from_harmonic(twin, trial, COEFFICIENTS, trial.start_frequency.hz)[0]
-    one, other = (swim(twin, trial, COEFFICIENTS, np.array([phase]), hz) for hz in (0.5, 1.5))
-    assert np.array_equal(one.position_m, other.position_m)
-
-
-def test_a_trial_without_a_log_swims_exactly_as_before() -> None:
-    twin, trial = Twin(ROBOT, FISHSIM_MARKERS), replace(swum()[2], turn=None, motor=None)
-    hz, parameters = trial.frequency.hz, np.append(COEFFICIENTS[0], 0.7)[:, None]
-    last = int(np.flatnonzero(trial.scored)[-1]) + 1
-    runs = Runs(COEFFICIENTS, np.array([hz]), np.array([0.7]), trial.start_velocity[None])
-    before = head_frame(FISHSIM_MARKERS, twin.simulate(runs, trial.time_s[:last]).marker_m)
-    assert np.array_equal(Swims(twin, (trial,)).simulate(parameters)[0].position_m, before.position_m)
-    assert np.array_equal(swim(twin, trial, COEFFICIENTS, np.array([0.7]), hz, last).position_m, before.position_m)
-    time_s = trial.time_s
-    assert np.array_equal(np.exp(-1j * trial.crank_rad(time_s, hz)), np.exp(-2j * np.pi * hz * time_s))
 
 
 def test_a_log_whose_clock_is_not_believed_leaves_all_frames_and_an_even_turn() -> None:

@@ -60,7 +60,7 @@ def correlated() -> np.ndarray:
     return covariance
 
 
-def test_the_combination_that_the_data_see_is_told_from_the_one_they_do_not() -> None:
+def test_combinations_that_the_data_see_come_before_those_they_do_not() -> None:
     found = identifiability(drawn(correlated()))
     worst = found.directions[-1]
 
@@ -72,51 +72,41 @@ def test_the_combination_that_the_data_see_is_told_from_the_one_they_do_not() ->
 
 
 @pytest.mark.parametrize(
-    ("determined", "sentence"),
+    ("determined", "at_bound", "sentence"),
     [
-        ((True,) * 5, "All five coefficients are determined by these trials."),
-        ((False,) * 5, "None of the five coefficients is determined by these trials."),
+        ((True,) * 5, (), "All five coefficients are determined by these trials."),
+        ((False,) * 5, (), "None of the five coefficients is determined by these trials."),
         (
             (True, False, True, True, False),
+            (),
             "Slender drag and magnus lift are not determined by these trials; "
             "blunt drag, angular drag and kutta lift are.",
         ),
+        (
+            (True, True, True, True, False),
+            ("slender_drag", "kutta_lift"),
+            "Magnus lift is not determined by these trials; blunt drag and angular drag are. "
+            "Slender drag and kutta lift press against a bound of the prior.",
+        ),
+        (
+            (True,) * 5,
+            NAMES[1:],
+            "Blunt drag is determined by these trials. "
+            "Slender drag, angular drag, kutta lift and magnus lift press against a bound of the prior.",
+        ),
     ],
 )
-def test_the_sentence_says_which_coefficients_are_determined(determined: tuple[bool, ...], sentence: str) -> None:
-    assert identifiability(drawn(correlated(), determined)).sentence == sentence
+def test_the_sentence_says_which_coefficients_are_determined(
+    determined: tuple[bool, ...], at_bound: tuple[str, ...], sentence: str
+) -> None:
+    found = identifiability(drawn(correlated(), determined, at_bound))
+    assert found.sentence == sentence
+    assert found.determined.tolist() == [d and n not in at_bound for d, n in zip(determined, NAMES, strict=True)]
 
 
-def test_what_only_the_bound_holds_is_not_determined() -> None:
-    found = identifiability(drawn(correlated(), (True, True, True, True, False), ("slender_drag", "kutta_lift")))
-
-    assert found.determined.tolist() == [True, False, True, False, False]
-    assert found.sentence == (
-        "Magnus lift is not determined by these trials; blunt drag and angular drag are. "
-        "Slender drag and kutta lift press against a bound of the prior."
-    )
-    assert identifiability(drawn(correlated(), at_bound=NAMES[1:])).sentence == (
-        "Blunt drag is determined by these trials. "
-        "Slender drag, angular drag, kutta lift and magnus lift press against a bound of the prior."
-    )
-
-
-def test_one_that_a_bound_ends_is_not_determined_however_narrow() -> None:
-    def marginal(low: float, high: float, sd: float) -> Marginal:
-        return Marginal((low + high) / 2, sd, low, high, 400.0, 1.0, False)
-
-    pressed, inside, wide, small = (
-        marginal(*ends) for ends in ((7.3, 9.94, 0.8), (7.3, 9.6, 0.8), (0.19, 7.8, 2.4), (0.01, 0.1, 0.03))
-    )
-    assert (pressed.narrow, pressed.at_bounds) == (True, (10.0,))
-    assert (inside.narrow, inside.at_bounds) == (True, ())
-    assert (wide.narrow, wide.at_bounds) == (False, (0.0,))
-    assert (small.narrow, small.at_bounds) == (True, ())  # so near to zero that zero is what the trials say
-
-
-def misfitting(wave: float, speed: float, misfit_p: float) -> list[Flag]:
+def misfitting(wave: float, speed: float, misfit_p: float, marker_m: float = TAKEN.marker_m) -> list[Flag]:
     made = SimpleNamespace(
-        found=SimpleNamespace(settled=True, off=TAKEN),
+        found=SimpleNamespace(settled=True, off=TAKEN._replace(marker_m=marker_m)),
         discrepancy=np.tile([wave, speed], (4, 1)),
         misfit_p=misfit_p,
         marginals={},
@@ -141,9 +131,7 @@ def test_a_speed_that_is_off_by_all_that_is_allowed_is_said() -> None:
 
 
 def test_markers_far_from_their_described_places_are_flagged() -> None:
-    found = SimpleNamespace(settled=True, off=TAKEN._replace(marker_m=0.0099))
-    made = SimpleNamespace(found=found, discrepancy=np.full((4, 2), 1e-3), misfit_p=0.5, marginals={})
-    (flag,) = _flags(cast(Posterior, made))
+    (flag,) = misfitting(1e-3, 1e-3, 0.5, marker_m=0.0099)
     assert flag.kind == "markers_off"
     assert "some 10 mm from where the robot's description has them" in flag.message
 

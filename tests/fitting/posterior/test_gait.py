@@ -9,13 +9,11 @@ import pytest
 
 from fitting.posterior.gait import (
     COURSE,
-    SLIDES,
     SPEED,
     Gait,
     advanced,
     harmonics_of,
     phase_between,
-    places_of_markers,
     places_of_slides,
 )
 from swimmer import Runs
@@ -42,10 +40,7 @@ def test_a_wave_of_known_size_and_lag_has_its_harmonics() -> None:
     assert across[:, 1] == pytest.approx(0.0, abs=1e-9)
     assert across[:, 2] == pytest.approx(-0.1j * AMPLITUDE_M, abs=1e-9)
     assert harmonics_of(gait)[:, 0] == pytest.approx(0.0, abs=1e-9)
-
-
-def test_means_are_places_on_the_body() -> None:
-    means = reader()(cruising())[1:].reshape(-1, 2, 7)[..., 0]
+    means = gait[1:].reshape(-1, 2, 7)[..., 0]
     assert means[:, 0] - means[0, 0] == pytest.approx(-ALONG_M)
     assert means[:, 1] == pytest.approx(0.0, abs=1e-9)
 
@@ -55,18 +50,6 @@ def test_a_pool_that_is_turned_and_shifted_shows_the_same_gait(heading_rad: floa
     straight = cruising() @ [1.0, 1j]
     turned = pool(straight * np.exp(1j * heading_rad) + 2.0 - 1.5j)
     assert reader()(turned) == pytest.approx(reader()(cruising()), abs=1e-10)
-
-
-def test_a_course_that_bends_shows_the_same_gait() -> None:
-    heading = 0.3 + 0.10 * (TIME_S - 3) + 0.02 * (TIME_S - 3) ** 2
-    step = SPEED_M_S * np.exp(1j * heading) / 60
-    path = np.cumsum(step) - step / 2
-    bent = pool(path[:, None] + shape() * np.exp(1j * heading)[:, None])
-    difference = reader()(bent) - reader()(cruising())
-    means, beats = difference[1:].reshape(-1, 2, 7)[..., 0], difference[1:].reshape(-1, 2, 7)[..., 1:]
-    assert abs(difference[SPEED]) < 5e-5
-    assert np.abs(beats).max() < 1e-4
-    assert np.abs(means).max() < 1e-6
 
 
 def test_the_course_is_how_fast_it_slips_and_turns() -> None:
@@ -97,25 +80,6 @@ def test_markers_that_slide_along_the_fish_are_told_beside_the_path_of_all() -> 
         forward = pool((cruising() @ [1.0, 1j] + np.sign(SPEED_M_S) * slid) * turn)
         gait = read(forward)
         assert gait[places_of_slides(len(gait))] == pytest.approx(pace - pace.mean(), abs=1e-5)
-
-
-def test_of_many_markers_the_first_eleven_slide() -> None:
-    """What follows the markers is always less than one more of them, so that a gait's length tells what it holds."""
-    for count in range(3, 30):
-        course = min(count, SLIDES) + len(COURSE)
-        length = 1 + 14 * count + course
-        assert places_of_markers(length).stop == 1 + 14 * count
-        assert places_of_slides(length) == slice(1 + 14 * count, length - len(COURSE))
-
-
-def test_samples_that_do_not_count_may_be_anything() -> None:
-    usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
-    usable[30:60, 4], usable[100:110, 0], usable[::7, 6] = False, False, False
-    spoilt = np.where(usable[..., None], cruising(), np.nan)
-    spoilt[30:60, 4] = 17.0
-    assert reader(usable)(spoilt) == pytest.approx(reader(usable)(cruising()), abs=1e-10)
-    beats = (harmonics_of(reader(usable)(spoilt)), harmonics_of(reader()(cruising())))
-    assert beats[0] == pytest.approx(beats[1], abs=1e-6)
 
 
 def test_an_advanced_gait_is_that_of_a_simulation_with_another_phase() -> None:

@@ -39,31 +39,6 @@ def test_noise_is_found_beside_the_swim(lasts_s: float, gaps: bool) -> None:
     assert lasts_s / 1.4 < lasting < 1.4 * lasts_s
 
 
-def test_noise_that_lasts_longer_leaves_fewer_independent_frames() -> None:
-    frames = [noise_of(reader(), _noisy(lasts_s, 0)).effective for lasts_s in (0.03, 0.1, 0.3)]
-    assert len(TIME_S) > frames[0] > 1.5 * frames[1] > 3 * frames[2]
-
-
-@pytest.mark.long
-def test_the_covariance_of_a_gait_is_that_of_repeated_draws() -> None:
-    usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
-    usable[40:80, 3] = False
-    read, sd_m = reader(usable), 1e-3 * np.linspace(0.3, 0.9, len(ALONG_M))
-    lag_s = np.abs(TIME_S[:, None] - TIME_S)
-    correlation = 0.8 * np.exp(-lag_s / 0.1) + 0.2 * np.eye(len(lag_s))
-    told = GaitNoise(sd_m, 0.1, 0.2, correlation).covariance(read)
-    root = np.linalg.cholesky(correlation)
-    drawn = np.einsum("kn,snmc->skmc", root, np.random.default_rng(0).standard_normal((1500, *cruising().shape)))
-    gaits = read(cruising() + sd_m[:, None] * drawn)
-    seen = np.cov(gaits.T)
-    # the heading is found from noisy markers too, left out here: that turns means, but boxes do more
-    places = np.arange(1, len(told)).reshape(-1, 2, 7)
-    beats = np.append(places[:, :, 1:].ravel(), SPEED)
-    assert np.diag(seen)[beats] == pytest.approx(np.diag(told)[beats], rel=0.2)
-    white = np.linalg.cholesky(np.linalg.inv(told[np.ix_(beats, beats)]))
-    assert np.trace(white.T @ seen[np.ix_(beats, beats)] @ white) / len(beats) == pytest.approx(1.0, abs=0.05)
-
-
 def test_the_covariance_of_the_course_is_that_of_repeated_draws() -> None:
     """Of a fish that hardly swims: where it heads matters little for where it goes."""
     read, sd_m, part = (
@@ -159,27 +134,6 @@ def test_intervals_with_the_noise_that_was_found_hold_as_often_as_with_the_true_
     with_true, with_found = np.mean(inside, axis=0)
     assert with_found > 0.86
     assert with_found == pytest.approx(with_true, abs=0.03)
-
-
-def test_independent_markers_are_given_no_correlation_beyond_chance() -> None:
-    pairs = np.triu_indices(len(ALONG_M), 1)
-    found = [noise_of(reader(), _noisy(0.1, seed)).parts for seed in range(6)]
-    assert [len(parts) for parts in found] == [1] * 6
-    across = np.array([parts[0].across[pairs] for parts in found])
-    assert np.sqrt((across**2).mean()) < 0.06
-    assert np.abs(across).max() < 0.25
-
-
-def test_a_marker_that_is_never_seen_with_another_has_what_all_have_in_common() -> None:
-    usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
-    usable[20:, 4] = False
-    position_m = cruising() + 1e-3 * _shared(NoisePart(0.8, 0.1, False, ALIKE), 0.2, 0)[0]
-    noise = noise_of(reader(usable), np.where(usable[..., None], position_m, np.nan))
-    others = np.delete(np.arange(len(ALONG_M)), 4)
-    assert np.ptp(noise.parts[0].across[4, others]) < 0.01
-    assert 0 <= noise.parts[0].across[4, others].mean() < 0.5
-    assert np.linalg.eigvalsh(noise.covariance(reader(usable)))[0] > -1e-15
-    assert np.isfinite(noise.sd_m).all()
 
 
 def test_typical_noise_has_the_parts_of_all() -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from fitting.posterior.gait import advanced, phase_between
-from fitting.posterior.trial_model import PHASE_SD_RAD, START_SD, Freedoms, TrialModel
+from fitting.posterior.trial_model import START_SD, Freedoms, TrialModel
 from session import FISHSIM_MARKERS
 from swimmer import RobotSpec, Runs, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
@@ -96,22 +94,3 @@ def test_a_marker_glued_off_its_place_moves_it_as_a_robot_made_so(
     column = 0.001 * freedoms.markers[:, 2 * FISHSIM_MARKERS.index(name) + axis]
     sign = np.sign(column @ expected)  # each way along an axis is as likely
     assert sign * column == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
-
-
-def test_the_phase_moves_it_as_a_crank_that_is_ahead(model: TrialModel, freedoms: Freedoms) -> None:
-    gait = model.simulated(TRUTH[None])[0]
-    expected = (advanced(gait, 0.01) - advanced(gait, -0.01)) / 0.02 * PHASE_SD_RAD
-    assert freedoms.own[:, 4] == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
-
-
-def test_a_fish_elsewhere_differs_by_its_means_alone(model: TrialModel, freedoms: Freedoms) -> None:
-    places = np.arange(1, len(model.measured)).reshape(-1, 2, 7)
-    for axis, column in enumerate(freedoms.own[:, -2:].T):
-        assert set(np.flatnonzero(column)) == set(places[:, axis, 0])
-        assert np.ptp(column[places[:, axis, 0]]) == 0.0
-
-
-def test_a_trial_whose_frequency_is_less_sure_is_freer(model: TrialModel, freedoms: Freedoms) -> None:
-    unsure = replace(model.trial.frequency, se_hz=3 * model.trial.frequency.se_hz)
-    freer = replace(model, trial=replace(model.trial, frequency=unsure)).freedoms(TRUTH)
-    assert freer.own[:, 3] == pytest.approx(3 * freedoms.own[:, 3])

@@ -43,24 +43,8 @@ def test_both_sizes_are_recovered(disturbed: Disturbances, off: PlacesOff) -> No
     assert found.std(axis=0)[0] < 0.25
 
 
-def test_what_is_known_of_markers_is_not_looked_for(disturbed: Disturbances) -> None:
-    found = places_off(drawn(PlacesOff(0.004, 0.0), 0), TRIALS, disturbed, marker_m=0.001)
-    assert found.marker_m == pytest.approx(0.001)
-    assert found.box_m == pytest.approx(0.004, rel=0.4)
-
-
 def test_a_beat_that_the_twin_misses_does_not_pass_for_boxes(disturbed: Disturbances) -> None:
     left = drawn(TAKEN, 0)
     worse = left + 0.05
     worse[MEANS] = left[MEANS]
     assert places_off(worse, TRIALS, disturbed) == pytest.approx(places_off(left, TRIALS, disturbed))
-
-
-def test_with_nothing_to_tell_them_by_the_sizes_are_those_of_the_prior(disturbed: Disturbances) -> None:
-    silent = disturbed._replace(per_box=np.zeros((LENGTH, 0)), per_marker=np.zeros((LENGTH, 0)))
-    assert places_off(np.zeros(LENGTH), TRIALS, silent) == pytest.approx(TAKEN, rel=0.02)
-
-
-def test_means_stand_first_of_each_marker_and_axis() -> None:
-    assert mean_places(29, 1).tolist() == [1, 8, 15, 22]
-    assert mean_places(58, 2).tolist() == [1, 8, 15, 22, 30, 37, 44, 51]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from fitting import measure_trial
 from fitting.posterior.gait import Gait, places_of_slides
@@ -15,10 +14,9 @@ TRIALS = ("f0_75", "f1_00", "f1_25", "f1_75")  # the slowest swims at 20 mm/s, t
 TAIL = slice(3, 8)
 
 
-@pytest.fixture(scope="module")
-def over_speed() -> np.ndarray:
-    """(t, 9) of each trial, by which share of its speed each marker slides forward."""
-    found = []
+@needs_fishsim
+def test_high_markers_run_ahead_and_the_tail_falls_behind() -> None:
+    found = []  # of each trial, by which share of its speed each marker slides forward
     for name in TRIALS:
         camera = CameraSpec(fps=60.0, scale_length_m=0.142, calibration=None, file=None)
         tracks = load_tracks(FISHSIM / f"{name}.csv", FISHSIM_MARKERS, 60.0)
@@ -26,16 +24,8 @@ def over_speed() -> np.ndarray:
         trial = measure_trial(spec, tracks, camera, load_robot(), 1.0)
         gait = Gait.of(trial, with_course=True)(trial.position_m[trial.kept])
         found.append(gait[places_of_slides(len(gait))] / gait[0])
-    return np.array(found)
-
-
-@needs_fishsim
-def test_high_markers_run_ahead_and_the_tail_falls_behind(over_speed: np.ndarray) -> None:
+    over_speed = np.array(found)  # (t, 9)
     dorsal, caudal = (FISHSIM_MARKERS.index(name) for name in ("dorsal_fin", "caudal_fin"))
     assert (over_speed[:, [dorsal, caudal]] > 0.012).all()
     assert (over_speed[:, TAIL].mean(axis=1) < -0.01).all()
-
-
-@needs_fishsim
-def test_every_trial_has_the_same_pattern(over_speed: np.ndarray) -> None:
     assert np.corrcoef(over_speed).min() > 0.85

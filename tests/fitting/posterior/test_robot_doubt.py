@@ -57,11 +57,6 @@ def test_what_was_measured_is_free_by_its_standard_error_and_the_rest_by_the_sta
     assert {doubt.source.quantity: doubt.sd for doubt in doubts_of(assumed(ROBOT).sources)} == UNMEASURED_SD
 
 
-def test_a_robot_without_damping_is_not_doubted_to_have_less() -> None:
-    stiffness, damping, arm = measured(0.01)
-    assert len(doubts_of((stiffness, damping._replace(value=0.0, se=1e-5), arm))) == 2
-
-
 @pytest.mark.parametrize("which", range(3))
 def test_it_moves_a_gait_as_a_robot_made_so(model: SessionModel, robot: np.ndarray, which: int) -> None:
     doubt = doubts_of(assumed(ROBOT).sources)[which]
@@ -71,23 +66,6 @@ def test_it_moves_a_gait_as_a_robot_made_so(model: SessionModel, robot: np.ndarr
     expected = more - less
     assert column[1:] == pytest.approx(expected[1:], abs=0.1 * np.abs(expected[1:]).max())
     assert column[0] == pytest.approx(expected[0], abs=3e-4)  # m/s; the twin is a little rough
-
-
-def test_what_was_measured_ten_times_as_well_moves_it_a_tenth(model: SessionModel, robot: np.ndarray) -> None:
-    known = doubts_of(source._replace(se=0.1 * UNMEASURED_SD[source.quantity] * source.value) for source in measured(1))
-    trial = SessionModel.of(exact_twin(), [model.trials[0].trial], known).trials[0]
-    assert trial.freedoms(TRUTH).robot == pytest.approx(0.1 * robot)
-
-
-def test_trials_asked_at_once_tell_what_each_tells_alone() -> None:
-    swims = (*exact_swims(hz=(0.9,), seconds=4.0), *exact_swims(hz=(1.2,), seconds=5.0))
-    session = SessionModel.of(exact_twin(), list(swims))
-    at = np.array([TRUTH, 1.1 * TRUTH])
-    alone = np.hstack([model.simulated(at) for model in session.trials])
-    np.testing.assert_array_equal(session.simulated(at), alone)
-    doubted = np.vstack([model.freedoms(TRUTH).robot for model in session.trials])
-    np.testing.assert_array_equal(session.disturbances(TRUTH).robot, doubted)
-    assert np.linalg.norm(doubted, axis=0).min() > 0
 
 
 def known_posterior(nuisance: float) -> Posterior:

@@ -111,16 +111,6 @@ def test_noise_alone_asks_for_something_as_seldom_as_it_says(linear: Linear) -> 
 
 
 @pytest.mark.usefixtures("once")
-def test_what_counts_as_seen_is_flagged_nearly_always(linear: Linear) -> None:
-    quiet = asked(linear.after(linear.middle))
-    water = next(each for each in quiet.tried if each.effect == "entrained_water")
-    signature = tested.signature_of(EFFECTS["entrained_water"], linear.model, CAMERA, TRUTH)
-    there = linear.middle + quiet.seen_from / water.shows * signature.gaits[0]
-    flagged = [bool(asked(linear.after(there + noise(linear, seed))).flags) for seed in range(100)]
-    assert 0.88 <= np.mean(flagged) < 1.0
-
-
-@pytest.mark.usefixtures("once")
 def test_an_effect_of_one_sign_is_asked_for_one_way(linear: Linear) -> None:
     slack = tested.signature_of(EFFECTS["tendon_slack"], linear.model, CAMERA, TRUTH)
     row = slack.gaits[int(np.argmax(slack.values[:, 0]))]

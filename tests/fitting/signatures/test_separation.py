@@ -8,7 +8,6 @@ from fitting.signatures.signature import Signature
 from swimmer.effects import Effect, Parameter
 
 K = 9
-RANDOM = np.random.default_rng(0)
 
 
 class Made(Effect):
@@ -35,18 +34,6 @@ def test_what_coefficients_can_do_has_no_length(space: Whitened) -> None:
     assert space.length(row) == pytest.approx(np.linalg.norm(row[5:]))
 
 
-def test_a_prior_holds_coefficients_back() -> None:
-    held = Whitened.of(np.eye(K), np.eye(K)[:, :5], np.ones(5))
-    assert held.length(np.eye(K)[0]) == pytest.approx(np.sqrt(0.5))
-
-
-def test_correlated_noise_shortens_what_is_like_it() -> None:
-    along = np.ones(K) / np.sqrt(K)
-    noise = np.eye(K) + 8 * np.outer(along, along)
-    space = Whitened.of(noise, np.zeros((K, 5)), np.ones(5))
-    assert space.length(6 * along) == pytest.approx(2.0)
-
-
 def test_a_rival_in_the_same_direction_comes_all_the_way_within_its_bounds(space: Whitened) -> None:
     row = 2 * np.eye(K)[6]
     same = signature("same", np.eye(K)[6:7], (-5.0, 5.0))
@@ -66,20 +53,6 @@ def test_a_rival_of_two_parameters_uses_both(space: Whitened) -> None:
     rival = space.rival(np.eye(K)[6] - 2 * np.eye(K)[7] + np.eye(K)[8], both)
     assert rival.values == pytest.approx([1.0, -2.0])
     assert rival.distance == pytest.approx(1.0)
-
-
-def test_two_way_error_at_a_distance_of_3_3_is_five_per_cent(space: Whitened) -> None:
-    """Of data with one of two changes, the nearer is the wrong one as often as Phi(-d / 2) says."""
-    one, other = np.zeros(K), 3.3 * np.eye(K)[8]
-    drawn = one + RANDOM.standard_normal((20_000, K))
-    nearer = [np.linalg.norm(space.freed(drawn - row), axis=1) for row in (one, other)]
-    assert np.mean(nearer[1] < nearer[0]) == pytest.approx(0.0495, abs=0.005)
-
-
-def test_where_the_twin_diverged_the_other_strength_counts(space: Whitened) -> None:
-    broken = signature("broken", np.eye(K)[6:7], (-5.0, 5.0))
-    broken.gaits[0] = np.nan
-    assert space.rival(np.eye(K)[6], broken).distance == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_rival_that_turns_with_its_strength_is_nearest_on_the_right_stretch(space: Whitened) -> None:

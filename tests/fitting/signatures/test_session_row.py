@@ -61,11 +61,6 @@ def test_it_ends_as_soon_as_it_stands_still() -> None:
     assert rounds(farther) > 1
 
 
-def test_it_stays_within_the_bounds() -> None:
-    model = LinearModel()
-    assert (found(model, np.array([0.0, 10.0, 0.0, 10.0, 0.0])) >= 0).all()
-
-
 class BentModel(LinearModel):
     """Its gait bends with the coefficients."""
 

@@ -73,12 +73,6 @@ def test_pieces_share_out_all_that_bounds_allow(low: float, high: float) -> None
     assert all(each.low < each.high for each in found)
 
 
-def test_where_one_side_diverged_it_does_as_on_the_other() -> None:
-    found = pieces(signature(linear, diverges=(-3.0, -1.0)), 0)
-    assert found[0].low == -5.0
-    assert all(each.slope == pytest.approx(TURN) for each in found)
-
-
 def test_little_is_the_mean_of_both_sides() -> None:
     found = little(signature(bent), 0)
     assert found == pytest.approx(TURN)

@@ -12,7 +12,7 @@ import pytest
 from fitting.dry_run import crank_response, fit_crank
 from fitting.dry_run.error_surface import CrankGrid
 from fitting.free_decay import DecayTrial
-from fitting.structure import DryExperiments, Source, Structure, assumed, identify, identify_structure
+from fitting.structure import DryExperiments, Source, Structure, identify, identify_structure
 from session import Flag, SimulationDiverged
 from tests.cases import later
 from tests.fitting.structure.experiments import DESCRIBED, TRUE, measured, robot_with
@@ -106,15 +106,6 @@ def test_without_a_dry_run_the_arm_is_assumed(of_decay: Structure) -> None:
     assert (arm.assumed, arm.se) == (True, None)
     assert arm.sentence == "no dry run: crank arm 39.5 mm as in the built-in robot"
     assert not by_quantity(of_decay)["hinge_stiffness"].assumed
-
-
-def test_without_any_experiment_the_robot_is_as_described() -> None:
-    structure, none = identify_structure(DryExperiments(), DESCRIBED), assumed(DESCRIBED)
-
-    assert none.robot is DESCRIBED
-    assert structure.robot == DESCRIBED
-    assert structure.sources == none.sources
-    assert all(source.assumed for source in none.sources)
 
 
 @pytest.mark.parametrize(
