@@ -27,6 +27,11 @@ from fitting import (
 from session import Stage, SwimcalError, program_version, read_provenance, write_whole
 from swimmer import ENGINE, Runs, Twin, build_mjcf, check_engine, model_sha256
 
+if TYPE_CHECKING:
+    from fitting.marginal import Marginal
+
+_FORM = 7  # of calibration.json and evidence.json
+
 
 def calibrated_mjcf(calibration: Calibration) -> str:
     """The text of `results/calibrated.xml`.
@@ -54,12 +59,6 @@ def calibrated_mjcf(calibration: Calibration) -> str:
     text: str = spec.to_xml()
     mujoco.MjModel.from_xml_string(text)  # what is written must load
     return text
-
-
-if TYPE_CHECKING:
-    from fitting.marginal import Marginal
-
-_FORM = 7  # of calibration.json and evidence.json
 
 
 class FitStage(Stage):

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from swimmer.effects.dry_friction import DryFriction
 from swimmer.effects.effect import Effect, Parameter, StepDamper
-from swimmer.effects.step_damping import DryFriction
 from swimmer.effects.tendon_path import rest_lengths, set_rest_lengths
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec

@@ -9,7 +9,7 @@ from tracking.lens.credibility import LensUncertainty
 from tracking.lens.parallax import true_over_apparent
 from tracking.lens.pictures import video_pictures
 from tracking.lens.print_board import draw_board
-from tracking.lens.undistort import camera_matrix, to_rays
+from tracking.lens.undistort import camera_matrix, to_rays, undistort
 
 __all__ = [
     "BoardScale",
@@ -29,5 +29,6 @@ __all__ = [
     "scale_from_corners",
     "to_rays",
     "true_over_apparent",
+    "undistort",
     "video_pictures",
 ]

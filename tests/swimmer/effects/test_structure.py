@@ -8,7 +8,7 @@ import pytest
 
 from swimmer import DRY, FREE_DECAY, SWIM
 from swimmer.effects import catalogue
-from swimmer.effects.step_damping import CREEP_RAD_S, DryFriction
+from swimmer.effects.dry_friction import CREEP_RAD_S, DryFriction
 from tests.swimmer.effects.models import model_with, plain_model, settled
 from tests.swimmer.engine_state import at_pose
 from tests.swimmer.robots import FISH
