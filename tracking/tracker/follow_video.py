@@ -10,9 +10,9 @@ from session import Fault, Flag, InputError, Tracks
 from tracking.boxes import StartBoxes
 from tracking.records import SampleState, TrackedTrial, only_csrt_flags
 from tracking.suspects import stretches
-from tracking.tracker.csrt import PlainCsrt
 from tracking.tracker.opencv_threads import opencv_on_one_thread
 from tracking.tracker.partial import Partial
+from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.tracker import MarkerTracker, Sighting
 from tracking.tracker.without_marker import LEAST_CONTRAST, without_marker
 from tracking.video import Frame, Video
