@@ -161,3 +161,13 @@ def test_what_would_win_but_swims_backward_is_handed_back_with_a_penalty(
     spent_s = objective.spent_s
     assert objective.consider(np.ones((7, 1)), np.array([0.025])) == [0.025]  # cannot win: not checked from rest
     assert objective.spent_s == spent_s
+
+
+def test_progress_is_told_the_share_spent(swims: Swims) -> None:
+    told: list[tuple[float, float]] = []
+    fit = search("random", swims, TINY, budget_s=BUDGET_S, progress=lambda share, best: told.append((share, best)))
+    shares, best = np.array(told).T
+
+    assert (np.diff(shares) >= 0).all()
+    assert shares[-1] == 1.0
+    assert best[-1] == fit.mean_distance_m

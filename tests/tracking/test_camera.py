@@ -85,3 +85,10 @@ def test_no_scale_without_nose_and_neck() -> None:
     tracks.position_px[:, MARKERS.index("neck")] = np.nan
     with pytest.raises(NotEnoughData, match="have no scale"):
         to_pool(tracks, CAMERA)
+
+
+def test_without_the_cameras_height_the_heights_change_nothing() -> None:
+    _, tracks = filmed(PLACE_M, LENS)
+    flat = CameraSpec(60.0, ROBOT.scale_length_m, LENS.model_copy(update={"height_above_water_m": None}))
+    with_heights, _ = to_pool(tracks, flat, marker_height_m=PLACE_M[:, 2])
+    assert np.array_equal(with_heights, to_pool(tracks, flat)[0])
