@@ -13,7 +13,7 @@ from diagnosis.row import NONE, Row
 from diagnosis.verdict import Verdict, verdict_of
 from fitting.signatures import Signature
 from tests.cases import later
-from tests.diagnosis.rows import DIRECTIONS, SPACE, K, Made, catalogue, explanations, signature
+from tests.diagnosis.rows import DIRECTIONS, SPACE, K, catalogue, explanations, made, signature
 
 LAST = slice(K - 2, K)
 
@@ -69,7 +69,7 @@ def test_a_form_explains_only_strengths_near_those_that_were_tried() -> None:
     """Strong, the effect goes another way; a little of that other way is not this effect."""
     strengths = np.array([-30.0, -10.0, 10.0, 30.0])[:, None]
     rows = strengths * DIRECTIONS[1] + np.where(strengths == 30.0, 30.0, 0.0) * DIRECTIONS[2]
-    bent = Signature(Made("bent"), strengths, rows, np.zeros((4, 0)))
+    bent = Signature(made("bent"), strengths, rows, np.zeros((4, 0)))
     weak, strong, sideways = (
         Probabilities.after(explanations(noise(12) + left, [bent, signature("plain", DIRECTIONS[5])])).marginal[0]
         for left in (8 * DIRECTIONS[1], 35 * (DIRECTIONS[1] + DIRECTIONS[2]), 6 * (DIRECTIONS[1] + DIRECTIONS[2]))

@@ -14,7 +14,7 @@ from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.refit import Refit
 from diagnosis.refutation import Refutation, Stood, refutable, stood
 from diagnosis.verdict import Verdict, VerdictName
-from tests.diagnosis.rows import DIRECTIONS, K, Made, explanations, signature
+from tests.diagnosis.rows import DIRECTIONS, K, explanations, made, signature
 
 WORSE = (-1.6, -0.1)
 
@@ -25,7 +25,7 @@ def gap(value: float | None, interval: tuple[float, float] | None) -> Gap:
 
 def refitted(*names: str) -> Refit:
     size = 5 + len(names)
-    return Refit(tuple(map(Made, names)), np.ones(5), np.zeros(len(names)), np.zeros(K), np.eye(size), np.ones(size))
+    return Refit(tuple(map(made, names)), np.ones(5), np.zeros(len(names)), np.zeros(K), np.eye(size), np.ones(size))
 
 
 @pytest.fixture(scope="module")

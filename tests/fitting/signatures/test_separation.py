@@ -5,16 +5,10 @@ import pytest
 
 from fitting.signatures.separation import Whitened
 from fitting.signatures.signature import Signature
-from swimmer.effects import Effect, Parameter
+from tests.fitting.signatures.made import Made
 
 K = 9
 RANDOM = np.random.default_rng(0)
-
-
-class Made(Effect):
-    def __init__(self, name: str, *bounds: tuple[float, float]) -> None:
-        self.name = name  # type: ignore[misc]
-        self.parameters = tuple(Parameter(f"p{i}", "1", low, high, 1.0) for i, (low, high) in enumerate(bounds))
 
 
 def signature(name: str, rows: np.ndarray, *bounds: tuple[float, float]) -> Signature:

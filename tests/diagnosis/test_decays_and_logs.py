@@ -1,4 +1,8 @@
-"""A free decay is evidence beside the swims: of hinges and the clock, and of nothing that water or a motor does."""
+"""What a free decay and a motor's log say beside swims.
+
+A decay tells of hinges and the clock, and of nothing that water or a motor does; a log tells a crank that turned
+otherwise from a camera whose clock is wrong.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +22,7 @@ from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import responses
 from diagnosis.rings import rings_of
 from diagnosis.strangers import strangers
+from diagnosis.verdict import verdict_of
 from diagnosis.where import OF_NO_MARKER, locate
 from fitting.free_decay import Ring
 from fitting.signatures import Signature, signature_of
@@ -47,14 +52,22 @@ def signatures(at: Ground) -> list[Signature]:
     return [signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in TRIED]
 
 
-def seen(slower: float | None) -> Probabilities:
-    """Of swims that beat slower than commanded, beside a decay; None without one."""
+def seen(slower: float | None = None, logged: float | None = None) -> tuple[Ground, Probabilities]:
+    """Of swims that beat slower than commanded; None without a decay or a log.
+
+    Args:
+        slower: times as fast as it should the clock goes by which a decay was filmed.
+        logged: times the filmed speed of the first trial its log tells.
+    """
     known = ground()
-    told = (replace(each.trial, commanded_hz=OFF * each.trial.frequency.hz) for each in known.model.trials)
+    told = [replace(each.trial, commanded_hz=OFF * each.trial.frequency.hz) for each in known.model.trials]
+    if logged is not None:
+        told[0] = replace(told[0], logged_hz=logged * told[0].frequency.hz)
     beside = tuple(replace(each, trial=trial) for each, trial in zip(known.model.trials, told, strict=True))
     rings = () if slower is None else rings_of([decay(slower=slower)], exact_twin(1)).believed
     at = replace(known, model=type(known.model)(beside, rings))  # its slopes are found anew
-    return explained(at, signatures(at), Belief()).probabilities
+    found = explained(at, signatures(at), Belief())
+    return found.ground, found.probabilities
 
 
 def test_its_numbers_end_the_row() -> None:
@@ -92,7 +105,7 @@ def test_it_speaks_for_a_clock_or_for_a_gear() -> None:
 
     By little: hinges are doubted by 3 %, and so a clock is by half as much.
     """
-    found = [each.marginal for each in (seen(OFF), seen(None), seen(1.0))]
+    found = [seen(each)[1].marginal for each in (OFF, None, 1.0)]
     slow, none, right = (np.log(each[TRIED.index(CLOCK)] / each[TRIED.index(RATIO)]) for each in found)
     assert slow > none + 0.4
     assert none > right + 1.0
@@ -172,3 +185,36 @@ def test_it_is_recommended_where_it_would_tell_something() -> None:
     (told,) = _with_a_decay(without(), [_Confused(pair, 0.0, 0.0) for pair in pairs], looks())
     assert told.separates == pairs[0]
     assert told.expected_error < 0.5
+
+
+def test_without_a_log_these_swims_call_for_a_gear() -> None:
+    """They swim as a fish does that beats as often as was filmed; that a clock is wrong is far from excluded."""
+    ground, found = seen()
+    assert ground.model.frequencies == 2
+    assert found.marginal[1] > found.marginal[0] > 0.001
+    assert found.any_seen([0, 1]) > 0.99
+
+
+@pytest.mark.parametrize(("logged", "name"), [(OFF, CLOCK), (1.0, RATIO)])
+def test_a_log_tells_clock_from_gear(logged: float, name: str) -> None:
+    """By the log the crank turned as commanded, and the clock is wrong; or it turned as filmed."""
+    ground, found = seen(logged=logged)
+    assert ground.model.frequencies == 3
+    assert verdict_of(found).groups == ((name,),)
+
+
+@pytest.mark.long
+def test_a_motor_that_warms_up_shows_in_film_and_log_alike() -> None:
+    ground, _ = seen(logged=1.0)
+    sag = signature_of(catalogue()["motor_speed_sag"], ground.model, CAMERA, ground.at)
+    warming = sag.beside[np.argmax(sag.values[:, 1])]
+    assert abs(warming[0]) > 1e-3
+    assert warming[2] == pytest.approx(warming[0])
+
+
+def test_a_wrong_clock_shows_in_no_log_and_a_wrong_gear_in_both() -> None:
+    ground, _ = seen(logged=1.0)
+    clock, ratio = (signature.beside[np.argmax(signature.values[:, 0])] for signature in signatures(ground)[:2])
+    assert clock[0] == pytest.approx(ratio[0], rel=0.2)
+    assert clock[2] == pytest.approx(0.0, abs=1e-9)
+    assert ratio[2] == pytest.approx(ratio[0])
