@@ -18,7 +18,6 @@ from diagnosis.strangers import strangers
 from fitting.signatures import signature_of
 from session import FISHSIM_MARKERS, TrialKind
 from swimmer.effects import Effect, Parameter, StepForce, StepState
-from swimmer.effects.measurement.scale_error import ScaleError
 from swimmer.effects.structure.joint_damping import JointDamping
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
@@ -174,14 +173,6 @@ def test_a_heavier_head_goes_with_its_acceleration(known: dict[tuple[str, str], 
 )
 def test_hinges_whose_springs_are_weaker_are_told_as_that(weaker: str, told: tuple[str, str]) -> None:
     assert likeliest_of(shown(weaker, 0.02)) == told
-
-
-def test_a_box_that_sits_elsewhere_in_all_trials_is_told_as_that() -> None:
-    """It takes the scale with it, which a marker behind nose and neck does not."""
-    at = ground()
-    rows = signature_of(ScaleError(), at.model, CAMERA, at.at, np.array([[0.0, 0.05], [0.05, 0.0]])).rows
-    assert likeliest_of(rows[0]) == ("marker neck", "a steady offset in the picture")
-    assert likeliest_of(rows[1]) == ("marker neck", "a steady offset on the body")
 
 
 def likeliest_of(gap: np.ndarray) -> tuple[str, str]:

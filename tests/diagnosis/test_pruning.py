@@ -107,7 +107,7 @@ def with_third(
 
 
 @pytest.mark.parametrize(("share", "sure", "believed"), [(0.2, (8, 12), (-3, 2)), (0.8, (20, 40), (5, 40))])
-def test_what_is_little_beside_the_others_may_be_what_their_forms_have_wrong(
+def test_what_is_little_beside_others_may_be_what_forms_have_wrong(
     monkeypatch: pytest.MonkeyPatch, share: float, sure: tuple[float, float], believed: tuple[float, float]
 ) -> None:
     fit, fewer = with_third(monkeypatch, share)

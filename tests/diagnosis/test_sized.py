@@ -36,7 +36,7 @@ def test_evidences_of_all_sizes_are_those_of_their_covariances() -> None:
     assert beside.evidences(SIZES, OTHER, UNLIKE) == pytest.approx(one_by_one)
 
 
-def test_what_no_form_holds_goes_with_what_the_row_has_of_it_and_not_with_what_there_might_be() -> None:
+def test_what_no_form_holds_goes_with_what_the_row_has_of_it() -> None:
     lengths = columns().lengths(np.array([[64.0, 64.0], [64.0, 1e-3], [1e-3, 64.0]]))
     assert lengths[1] == pytest.approx(12.0, rel=0.2)
     assert lengths[2] < 4

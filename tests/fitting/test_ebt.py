@@ -54,7 +54,7 @@ def test_each_form_recovers_the_ratio_that_made_the_speeds(form: EbtForm, ratio:
 
 
 @each_form
-def test_errors_of_the_speeds_move_it_by_as_much_as_least_squares_would(form: EbtForm) -> None:
+def test_errors_of_the_speeds_move_it_as_least_squares_would(form: EbtForm) -> None:
     """The ratio's standard deviation against that of the linearised problem."""
     step, sd = 1e-2, 0.002
     slope = (speeds(form, 1.0 + step) - speeds(form, 1.0 - step)) / (2 * step)
@@ -111,7 +111,7 @@ def test_without_any_sample_there_is_no_motion() -> None:
     assert np.isnan(motion.slope_sq)
 
 
-def test_of_a_trial_the_two_rearmost_markers_count_however_it_lies_in_the_pool() -> None:
+def test_the_two_rearmost_markers_count_however_the_fish_lies() -> None:
     still = swim()
     position = straight_swim(len(still.time_s), fps=60.0)
     position[:, 3:] += still.tip_m - still.tip_m.mean(axis=0)

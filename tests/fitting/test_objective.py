@@ -13,7 +13,6 @@ from hypothesis.extra.numpy import arrays
 from fitting.mean_distance import SOFTENING_M, MeanDistance
 from fitting.objective import Swims
 from fitting.search_space import PHASE_STEP_RAD, ROOT_STEP, SearchSpace, parameters
-from synthetic import Truth
 
 ERRORS = 7
 errors_m = arrays(float, (2 * ERRORS, 1), elements=st.floats(-0.2, 0.2))
@@ -103,13 +102,6 @@ def test_flagged_samples_do_not_enter(swims: Swims) -> None:
 
     flagged = Swims(swims.twin, (replace(slow, weight=weight),)).mean_distance(column)
     assert Swims(swims.twin, (broken,)).mean_distance(column) == pytest.approx(flagged)
-
-
-def test_at_the_truth_there_is_hardly_any_distance(swims: Swims, truth: Truth) -> None:
-    phases = [truth.trials[trial.name].phase_rad for trial in swims.trials]
-    column = np.array([*truth.plan.coefficients, *phases])[:, None]
-
-    assert swims.mean_distance(column)[0] < 1e-3
 
 
 def test_slopes_point_where_the_errors_go(swims: Swims) -> None:

@@ -44,7 +44,7 @@ def test_flagged_samples_count_in_the_distance_over_all_samples_only() -> None:
     assert found.used_fraction == pytest.approx(48 / 50)
 
 
-def test_a_doubtful_sample_counts_like_any_other_in_the_published_mean() -> None:
+def test_a_doubtful_sample_counts_in_the_published_mean() -> None:
     position = straight_swim(10)
     off = position.copy()
     off[:, 4] += [0.0, 0.1]
@@ -54,7 +54,7 @@ def test_a_doubtful_sample_counts_like_any_other_in_the_published_mean() -> None
     assert score(by_hand(off, weight=weight), head_frame_of(position)).marker_error_m == pytest.approx(0.02)
 
 
-def test_missing_samples_count_nowhere_and_without_any_there_is_no_distance() -> None:
+def test_missing_and_flagged_samples_give_no_distance() -> None:
     position = straight_swim(10)
     gap = position.copy()
     gap[4, 3] = np.nan

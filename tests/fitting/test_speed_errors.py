@@ -50,7 +50,7 @@ def test_values_are_those_of_the_trials_and_intervals_are_in_order(errors: list[
             assert interval.low <= interval.high
 
 
-def test_many_trials_of_one_error_leave_an_interval_as_narrow_as_their_measurement() -> None:
+def test_many_trials_of_one_error_leave_a_narrow_interval() -> None:
     bias = speed_errors(trials([0.02] * 6))["twin"].bias
 
     assert bias.low < 0.02 < bias.high

@@ -31,7 +31,7 @@ def begun(space: Forward, points: np.ndarray, wanted: int) -> list[float]:
     return [float(point[0]) for point in SearchSpace.promising(space, points, wanted, 0.2)]  # type: ignore[arg-type]
 
 
-def test_the_best_come_first_and_keep_their_distance_in_coefficients_alone() -> None:
+def test_the_best_come_first_and_keep_their_distance() -> None:
     assert begun(Forward(), places(1.0, 1.1, 1.3, 0.7, 0.4), 3) == [1.0, 1.3, 0.7]
 
 

@@ -90,7 +90,7 @@ def test_the_tip_of_a_wave_moves_and_leans_as_its_formula_says() -> None:
     np.testing.assert_allclose(motion.forward_speed, 0.0, atol=1e-9)
 
 
-def test_the_thrust_of_a_tracked_wave_is_the_closed_form_and_not_that_of_a_tip_leaning_the_other_way() -> None:
+def test_the_thrust_of_a_tracked_wave_is_the_closed_form() -> None:
     motion = tip_motion(wave_swim())
     expected = thrust_of_wave(**WAVE, speed=SPEED)
     other_way = mean_thrust_large(motion._replace(angle_rad=-motion.angle_rad), SPEED, MASS)
@@ -110,6 +110,6 @@ def test_however_the_pool_lies_the_tip_moves_the_same(angle: float) -> None:
         np.testing.assert_allclose(part, same, rtol=0, atol=1e-11)
 
 
-def test_a_head_that_yaws_in_beat_does_not_turn_the_frame_that_swims_along() -> None:
+def test_a_head_that_yaws_in_beat_does_not_turn_the_frame() -> None:
     for part, same in zip(tip_motion(wave_swim(yawing=0.2)), tip_motion(wave_swim()), strict=True):
         np.testing.assert_allclose(part, same, atol=1e-3)

@@ -41,18 +41,6 @@ def errors(fit: JointFit) -> tuple[np.ndarray, np.ndarray]:
     return np.array(off), np.array(error)
 
 
-@pytest.mark.long
-def test_arm_speed_and_phase_are_found() -> None:
-    fit = fitted()
-
-    assert fit.arm_m == pytest.approx(ARM_M, abs=2e-4)
-    for trial, (asked, phase) in zip(fit.trials, (SLOW, FAST), strict=True):
-        assert trial.speed_hz == pytest.approx(clean_run(ARM_M, asked, phase)[2], rel=1e-3)
-        assert np.degrees(trial.phase_rad) == pytest.approx(np.degrees(phase), abs=1.0)
-        assert trial.shortcut_error_m < 2e-4
-        assert trial.marker_error_m < 0.012
-
-
 def test_from_a_wrong_start_without_noise_it_ends_at_the_truth() -> None:
     trials = [dry_trial(ARM_M, *part, noise=NOISELESS) for part in (SLOW, FAST)]
     off, _ = errors(fit_joint(trials, shared_response(), WRONG))
@@ -68,14 +56,6 @@ def test_misplaced_boxes_move_the_published_arm_but_not_the_joint_one() -> None:
     assert abs(fit.arm_published_m - ARM_M) > 1e-3
     assert fit.arm_published_m == pytest.approx(np.mean(fit.arm_per_trial_m))
     assert abs(fit.arm_m - ARM_M) < 4 * fit.arm_se_m
-
-
-@pytest.mark.long
-def test_more_runs_make_the_standard_error_smaller() -> None:
-    one = fit_joint(both(0)[:1], shared_response(), WRONG[:1])
-    two = fit_joint(both(0), shared_response(), WRONG)
-
-    assert two.arm_se_m < one.arm_se_m
 
 
 def test_missing_and_flagged_samples_are_left_out() -> None:

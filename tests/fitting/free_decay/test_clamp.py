@@ -25,7 +25,7 @@ def flagged(place_m: np.ndarray, truth: Truth, seed: int) -> list[str]:
 
 
 @pytest.mark.parametrize("truth", [DAMPED, LIGHT])
-def test_a_yield_of_an_eighth_of_the_swing_is_flagged_and_tracking_errors_are_not(truth: Truth) -> None:
+def test_a_clamp_that_yields_is_told_from_tracking_errors(truth: Truth) -> None:
     place = swings([truth])[0]
 
     for seed in range(6):

@@ -9,9 +9,10 @@ import pytest
 
 from fitting.free_decay import DecayFit, DecayTrial, combine_decays, fit_decay, measure_decay_trial
 from session import NotEnoughData, Tracks
+from synthetic import NOISELESS
 from tests.cases import later
 from tests.fitting.free_decay.chain import linear_decay
-from tests.fitting.free_decay.decays import CAMERA, MARKERS, NOISELESS, ROBOT, Truth, decay_tracks, filmed, swings
+from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay_tracks, filmed, swings, with_hinges
 
 LIGHT = Truth(stiffness_n_m=0.45, damping_n_m_s=0.006, seconds=2.2)
 
@@ -42,11 +43,8 @@ def test_without_noise_the_hinges_are_recovered_from_a_wrong_start(truth: Truth)
     assert fit.start_rad.shape == (2, 5)
 
 
-def test_a_robot_described_far_off_and_without_damping_is_a_start_as_good(light: DecayFit) -> None:
-    hinges = {"hinge_stiffness_n_m": 12.0, "hinge_damping_n_m_s": 0.0}
-    robot = ROBOT.model_copy(update={"tail": ROBOT.tail.model_copy(update=hinges)})
-
-    fit = fit_decay(measured(decay_tracks(LIGHT)), robot, workers=1)
+def test_a_robot_described_far_off_is_a_start_as_good(light: DecayFit) -> None:
+    fit = fit_decay(measured(decay_tracks(LIGHT)), with_hinges(12.0, 0.0), workers=1)
 
     assert fit.stiffness_n_m == pytest.approx(light.stiffness_n_m, rel=1e-3)
     assert fit.damping_n_m_s == pytest.approx(light.damping_n_m_s, rel=5e-3)
@@ -89,7 +87,7 @@ def test_a_decay_of_the_linear_chain_gives_its_stiffness_back() -> None:
         *later((slice(None), 5, np.nan, "clipped")),
     ],
 )
-def test_samples_out_of_place_or_out_of_sight_are_left_out_and_told(
+def test_samples_out_of_place_or_sight_are_left_out_and_told(
     frames: slice, marker: int, off_px: float | list[float], kind: str
 ) -> None:
     tracks = decay_tracks(LIGHT)
@@ -120,7 +118,7 @@ def test_the_fin_alone_tells_the_hinges() -> None:
     ("truth", "kind"),
     [(replace(LIGHT, damping_n_m_s=0.09), "unidentifiable"), (replace(LIGHT, seconds=0.85), "too_short")],
 )
-def test_a_tail_that_creeps_back_and_a_recording_that_ends_at_once_are_flagged(truth: Truth, kind: str) -> None:
+def test_creeping_tails_and_short_recordings_are_flagged(truth: Truth, kind: str) -> None:
     assert kind in kinds(fitted(decay_tracks(truth)))
 
 
@@ -155,7 +153,7 @@ def test_a_decay_that_shows_too_little_is_refused(seconds: float, markers: tuple
         measured(decay_tracks(replace(LIGHT, seconds=seconds)).select(markers))
 
 
-def test_several_decays_weigh_by_their_errors_and_say_when_they_disagree(light: DecayFit) -> None:
+def test_several_decays_weigh_by_their_errors_and_may_disagree(light: DecayFit) -> None:
     off = replace(light, name="other", stiffness_n_m=1.1 * light.stiffness_n_m)
 
     alike, apart = combine_decays([light, light]), combine_decays([light, off])

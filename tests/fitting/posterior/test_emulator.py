@@ -47,11 +47,3 @@ def test_points_of_little_weight_hardly_count() -> None:
     gaits[150:] += 100.0
     weight[150:] = 1e-9
     assert fit_emulator(points, gaits, weight)(points[:150]) == pytest.approx(gaits[:150], abs=1e-2)
-
-
-def test_points_that_say_nothing_of_a_direction_do_not_break_it() -> None:
-    points = _points(300, 9)
-    points[:, 4] = 2.0
-    emulator = fit_emulator(points, _smooth(points), np.ones(len(points)))
-    assert np.isfinite(emulator.scatter).all()
-    assert emulator(points) == pytest.approx(_smooth(points), abs=1e-2)

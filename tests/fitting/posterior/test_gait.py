@@ -83,7 +83,7 @@ def test_the_course_is_how_fast_it_slips_and_turns() -> None:
     assert phase_between(gait, advanced(gait, 0.7), [4, 5, 6]) == pytest.approx(0.7)
 
 
-def test_markers_that_slide_along_the_fish_are_told_beside_the_path_of_all() -> None:
+def test_markers_that_slide_are_told_beside_the_path_of_all() -> None:
     pace = 1e-3 * np.arange(len(ALONG_M))
     read = replace(reader(), span_m=float(ALONG_M[1]))
     slid = np.einsum("n,m->nm", TIME_S, pace)

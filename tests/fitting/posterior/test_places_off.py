@@ -56,7 +56,7 @@ def test_a_beat_that_the_twin_misses_does_not_pass_for_boxes(disturbed: Disturba
     assert places_off(worse, TRIALS, disturbed) == pytest.approx(places_off(left, TRIALS, disturbed))
 
 
-def test_with_nothing_to_tell_them_by_the_sizes_are_those_of_the_prior(disturbed: Disturbances) -> None:
+def test_with_nothing_to_tell_by_sizes_are_those_of_the_prior(disturbed: Disturbances) -> None:
     silent = disturbed._replace(per_box=np.zeros((LENGTH, 0)), per_marker=np.zeros((LENGTH, 0)))
     assert places_off(np.zeros(LENGTH), TRIALS, silent) == pytest.approx(TAKEN, rel=0.02)
 

@@ -34,7 +34,7 @@ def test_another_seed_finds_the_same(drawn: DrawnSession, posterior: Posterior) 
     assert other.std(axis=0) == pytest.approx(sd, rel=0.15)
 
 
-def test_the_simulated_likelihood_gives_the_same_answer_as_the_emulated_one(posterior: Posterior) -> None:
+def test_the_simulated_likelihood_answers_as_the_emulated_one(posterior: Posterior) -> None:
     chosen = np.random.default_rng(0).choice(len(posterior.coefficients), 1500, replace=False)
     draws, discrepancy = posterior.coefficients[chosen], posterior.discrepancy[chosen]
     found = posterior.found

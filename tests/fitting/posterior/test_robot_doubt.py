@@ -52,7 +52,7 @@ def test_a_doubt_changes_its_own_number_and_no_other(quantity: str) -> None:
         assert number(other, each) == pytest.approx((1.07 if each == quantity else 1.0) * number(ROBOT, each))
 
 
-def test_what_was_measured_is_free_by_its_standard_error_and_the_rest_by_the_stated_share() -> None:
+def test_what_was_measured_is_free_by_its_standard_error() -> None:
     assert [doubt.sd for doubt in doubts_of(measured(0.004))] == pytest.approx([0.004] * 3)
     assert {doubt.source.quantity: doubt.sd for doubt in doubts_of(assumed(ROBOT).sources)} == UNMEASURED_SD
 

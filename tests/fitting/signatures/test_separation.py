@@ -41,7 +41,7 @@ def test_correlated_noise_shortens_what_is_like_it() -> None:
     assert space.length(6 * along) == pytest.approx(2.0)
 
 
-def test_a_rival_in_the_same_direction_comes_all_the_way_within_its_bounds(space: Whitened) -> None:
+def test_a_rival_in_the_same_direction_comes_within_its_bounds(space: Whitened) -> None:
     row = 2 * np.eye(K)[6]
     same = signature("same", np.eye(K)[6:7], (-5.0, 5.0))
     bound = signature("bound", np.eye(K)[6:7], (-5.0, 0.5))
@@ -76,7 +76,7 @@ def test_where_the_twin_diverged_the_other_strength_counts(space: Whitened) -> N
     assert space.rival(np.eye(K)[6], broken).distance == pytest.approx(0.0, abs=1e-6)
 
 
-def test_a_rival_that_turns_with_its_strength_is_nearest_on_the_right_stretch(space: Whitened) -> None:
+def test_a_rival_that_turns_is_nearest_on_the_right_stretch(space: Whitened) -> None:
     """Along one direction while it is weak and along another once it is strong; no single slope comes near both."""
     bent = signature("bent", np.eye(K)[6:7], (0.0, 6.0))
     bent.gaits[1] = 3 * np.eye(K)[7]
