@@ -193,11 +193,3 @@ def test_a_log_tells_clock_from_gear(logged: float, name: str) -> None:
     ground, found = seen(logged=logged)
     assert ground.model.frequencies == 3
     assert verdict_of(found).groups == ((name,),)
-
-
-def test_a_wrong_clock_shows_in_no_log_and_a_wrong_gear_in_both() -> None:
-    ground, _ = seen(logged=1.0)
-    clock, ratio = (signature.beside[np.argmax(signature.values[:, 0])] for signature in signatures(ground)[:2])
-    assert clock[0] == pytest.approx(ratio[0], rel=0.2)
-    assert clock[2] == pytest.approx(0.0, abs=1e-9)
-    assert ratio[2] == pytest.approx(ratio[0])

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from diagnosis.discrepancy import COURSE_SD, SLIDE_SD_M_S, Discrepancy, discrepancy_for
-from fitting.posterior.gait import SPEED, advanced, beat_phase
+from fitting.posterior.gait import SPEED, advanced
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
 from fitting.posterior.trial_model import TrialModel
 from session import FISHSIM_MARKERS, InputError
 from swimmer import DRY, Twin
-from tests.diagnosis.grounds import dry_run, ground, trials
+from tests.diagnosis.grounds import dry_run, trials
 from tests.fitting.exact_swims import ROBOT
 
 HERTZ, PHASE_RAD = np.array([0.5, 0.55, 1.3]), np.array([0.0, 2.0, -1.0])
@@ -87,13 +87,3 @@ def test_it_is_read_as_written_and_an_older_form_is_refused(tmp_path: Path) -> N
     np.savez(tmp_path / "older.npz", covariance=np.eye(2))
     with pytest.raises(InputError, match=r"older\.npz: not a discrepancy of today; found covariance.* suite anew"):
         Discrepancy.load(tmp_path / "older.npz")
-
-
-def test_what_swims_have_in_common_is_no_surprise_in_a_session() -> None:
-    """The likelier explanation of what all swims show alike is the twin's own error."""
-    model: SessionModel = ground().model
-    apart, alike = drawn(0.0, 0.0).over(model), drawn(0.9, 0.0).over(model)
-    phases = [float(beat_phase(each.measured, list(each.trial.tail))) for each in model.trials]
-    mode = drawn(0.0, 0.0).directions[:, 0]
-    row = np.concatenate([*(np.append(advanced(mode, phase), np.zeros(len(FISHSIM_MARKERS) + 2)) for phase in phases)])
-    assert row @ np.linalg.solve(alike, row) < 0.7 * row @ np.linalg.solve(apart, row)

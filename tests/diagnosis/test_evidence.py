@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.special import expit
 
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
@@ -115,16 +114,6 @@ def test_an_effect_that_did_not_stand_hands_its_chance_on() -> None:
     assert after.of[Explanation((0,))] == pytest.approx(0.2 + 0.6 - beside)
     assert after.of[Explanation((1,), True)] == 0.1  # that there is neither was not asked
     assert before.with_odds(["a"], 20.0, beside=["b"]).marginal == pytest.approx(before.marginal)
-
-
-def test_names_that_stand_for_each_other_leave_none_for_nothing() -> None:
-    sets = {Explanation(()): 1e-9, Explanation((0, 1)): 0.9, Explanation((0,)): 0.05, Explanation((1,)): 0.05}
-    found = Probabilities(("a", "b"), sets)
-    for own, other in (("a", "b"), ("b", "a")):
-        found = found.with_odds([own], 0.4, beside=[other])
-    assert found.null == 1e-9
-    assert found.any_seen([0, 1]) == pytest.approx(1.0)
-    assert found.of[Explanation((0, 1))] == pytest.approx(expit(0.4) * found.marginal[0])
 
 
 def test_what_looks_like_an_effect_may_be_none() -> None:

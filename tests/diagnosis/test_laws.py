@@ -7,7 +7,6 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Belief
 from diagnosis.explaining import explained
@@ -146,25 +145,6 @@ def test_air_drags_no_tail_but_mass_acts_in_it_too() -> None:
     assert at.model.trials[-1].twin.scene.head_clamped
     assert not found["the square of the speed of its parts"].any()
     assert found["the acceleration of its parts"].any()
-
-
-def test_a_heavier_head_goes_with_its_acceleration(known: dict[tuple[str, str], Law]) -> None:
-    at = ground()
-    (heavier, _) = (each for each in robot_doubts(at.twin) if each.doubt.source.quantity == "mass")
-    models = [type(model)(heavier.more, model.trial, model.phase_rad, (), True) for model in at.model.trials]
-    rows = np.concatenate([model.simulated(at.at[None])[0] for model in models])
-    plain = np.concatenate([model.simulated(at.at[None])[0] for model in at.model.trials])
-    change = np.concatenate([rows - plain, np.zeros(at.model.frequencies)])
-    whitened = at.space.freed(change)
-
-    def left(goes_with: str) -> float:
-        told = at.space.freed(known["head", goes_with].columns.sum(axis=1).T).T
-        rest = whitened - told @ np.linalg.lstsq(told, whitened, rcond=None)[0]
-        return float(np.linalg.norm(rest) / np.linalg.norm(whitened))
-
-    laws_of_head = [law for place, law in known if place == "head"]
-    assert left("its acceleration") < 0.3
-    assert min(laws_of_head, key=left) == "its acceleration"
 
 
 @pytest.mark.parametrize(

@@ -73,16 +73,6 @@ def test_a_batch_gives_what_single_simulations_give(swims: Swims) -> None:
     np.testing.assert_array_equal(swims.errors(columns), single)
 
 
-def test_the_order_of_trials_changes_nothing(swims: Swims) -> None:
-    turned = Swims(swims.twin, swims.trials[::-1])
-    columns = columns_around(POINT, 3)
-    swapped = columns[[0, 1, 2, 3, 4, 6, 5]]
-
-    np.testing.assert_allclose(turned.mean_distance(swapped), swims.mean_distance(columns), rtol=1e-12)
-    values = [s.norm.value(s.errors(c)[:, :1]) for s, c in ((swims, columns), (turned, swapped))]
-    assert values[0] == pytest.approx(values[1], rel=1e-12)
-
-
 def test_each_trial_counts_the_same_however_long(swims: Swims) -> None:
     columns = POINT[:, None]
     each = [Swims(swims.twin, (trial,)) for trial in swims.trials]

@@ -99,16 +99,6 @@ def test_with_the_measured_turn_the_true_coefficients_fit_better() -> None:
     assert misfit_m(twin, trial) < 0.5 * misfit_m(twin, even)
 
 
-def test_the_harmonic_phase_starts_close_to_the_best() -> None:
-    _, _, trial = swum()
-    twin = Twin(ROBOT, FISHSIM_MARKERS)
-    found = phase_from_harmonic(twin, trial, COEFFICIENTS, trial.frequency.hz)[0]
-    tries = found + np.linspace(-0.5, 0.5, 41)
-    columns = np.vstack([np.repeat(COEFFICIENTS.T, len(tries), axis=1), tries])
-    best = tries[np.argmin(Swims(twin, (trial,), "shape").mean_distance(columns))]
-    assert abs(best - found) < 0.2
-
-
 def test_a_held_out_trial_uses_the_turn_over_its_scored_part_too() -> None:
     _, _, trial = swum("holdout")
     twin = Twin(ROBOT, FISHSIM_MARKERS)
