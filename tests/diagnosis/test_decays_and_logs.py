@@ -23,7 +23,6 @@ from diagnosis.pushes import responses
 from diagnosis.rings import rings_of
 from diagnosis.verdict import verdict_of
 from diagnosis.where import OF_NO_MARKER, locate
-from fitting.free_decay import Ring
 from fitting.signatures import Signature, signature_of
 from session import FISHSIM_MARKERS
 from swimmer.effects import catalogue
@@ -154,22 +153,6 @@ def looks() -> _Looks:
         for name, effect in effects.items()
     }
     return _Looks.of(without(), without().model, strengths, effects)
-
-
-def test_joining_one_to_come_is_looking_anew() -> None:
-    bare, now = without(), looks()
-    ring = Ring.to_come("free decay", ROBOT, tuple(FISHSIM_MARKERS[i] for i in bare.trials[0].tail), 1 / 60)
-    wider = replace(bare, alike=np.ones((len(bare.left), 2))).with_ring(ring)
-    joined = now.with_ring(ring, bare.twin)
-    anew = _Looks.of(wider, wider.model, now.strengths, {name: catalogue()[name] for name in TRIED})
-    for name in TRIED:
-        assert joined.changes[name] == pytest.approx(anew.changes[name], abs=1e-6)
-        assert joined.signatures[name].rows == pytest.approx(anew.signatures[name].rows, abs=1e-6)
-    assert wider.slopes == pytest.approx(replace(wider).slopes)
-    assert wider.alike is not None
-    assert not wider.alike[-2:].any()
-    pair = ("stiffness_error", "joint_damping")
-    assert joined.apart(bare.with_ring(ring).space, pair) > now.apart(bare.space, pair)
 
 
 def test_it_is_recommended_where_it_would_tell_something() -> None:

@@ -116,14 +116,6 @@ def test_an_effect_that_did_not_stand_hands_its_chance_on() -> None:
     assert before.with_odds(["a"], 20.0, beside=["b"]).marginal == pytest.approx(before.marginal)
 
 
-def test_what_looks_like_an_effect_may_be_none() -> None:
-    found = [after(noise(1) + strength * DIRECTIONS[4]) for strength in (6.0, 18.0, 45.0)]
-    share = [each.other for each in found]
-    assert 0.5 * Belief().imitated < share[0] < Belief().imitated
-    assert share[0] > 1.3 * share[1] > 1.3 * 1.3 * share[2]
-    assert all(each.any_seen([4]) > 0.99 for each in found)
-
-
 def test_a_name_that_a_gap_only_looks_like_is_not_said() -> None:
     """Both look like the first effect, by 0.99 and by 0.9 of their length; of the second too much is something else."""
     aside = np.random.default_rng(3).standard_normal((4, K)) @ (np.eye(K) - DIRECTIONS.T @ DIRECTIONS)

@@ -119,23 +119,6 @@ def elsewhere(pushed: Responses) -> tuple[Stranger, ...]:
     return strangers(ground(), pushed)
 
 
-def test_every_place_is_looked_at_alike_in_all_trials_and_in_each(elsewhere: tuple[Stranger, ...]) -> None:
-    places = {each.place for each in elsewhere}
-    assert {f"marker {name}" for name in FISHSIM_MARKERS} <= places
-    assert {"head", "hinge tail_1", "tail at caudal_fin", "picture", "timing of the beat"} <= places
-    for each in elsewhere:
-        assert len(each.columns) == len(ground().left)
-    by_place = {(each.place, each.goes_with, each.same): each.columns for each in elsewhere}
-    assert len(by_place) == len(elsewhere)
-    for place, goes_with, _ in by_place:
-        if goes_with.startswith("a steady offset"):
-            assert (place, goes_with, False) not in by_place  # boxes that are off in each trial are no stranger
-            continue
-        trials = len(ground().trials)
-        split = by_place[place, goes_with, False].reshape(len(ground().left), trials, -1)
-        assert split.sum(axis=1) == pytest.approx(by_place[place, goes_with, True])
-
-
 def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tuple[Stranger, ...]) -> None:
     (lagging,) = (each for each in elsewhere if (each.place, each.goes_with, each.same) == ("marker tail_4", "", True))
     gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2, 0.0])

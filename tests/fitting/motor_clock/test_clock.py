@@ -127,7 +127,7 @@ def test_a_log_beside_the_beat_belongs_by_its_commands_or_speed() -> None:
     assert replace(alone, commanded_hz=np.nan).logged_hz is None
 
 
-def test_frames_stamped_at_another_rate_are_flagged_and_leave_the_logged_speed() -> None:
+def test_frames_stamped_at_another_rate_are_flagged() -> None:
     one = filmed(6)[1]
     tail = tail_of(one, None)
     as_filmed, stamped = recorded(one), recorded(one, replace(tail, time_s=1.004 * tail.time_s))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +14,21 @@ import pytest
 from fitting.dry_run import crank_response, fit_crank
 from fitting.dry_run.error_surface import CrankGrid
 from fitting.free_decay import DecayTrial
-from fitting.structure import DryExperiments, Source, Structure, assumed, identify, identify_structure
-from session import Flag, SimulationDiverged
+from fitting.structure import (
+    STRUCTURE,
+    DryExperiments,
+    Source,
+    Structure,
+    assumed,
+    identify,
+    identify_structure,
+    read_structure,
+)
+from session import Flag, Provenance, SimulationDiverged
 from tests.cases import later
 from tests.fitting.structure.experiments import DESCRIBED, TRUE, measured, robot_with
 
+STAMP = Provenance("4.0.0", "0" * 64, {"session.toml": "1" * 64}, 0, "quick")
 MOVES = Flag("head_moves", message="the head moves by 9 mm")
 
 
@@ -172,3 +184,25 @@ def test_a_decay_of_something_else_is_named() -> None:
     still = np.broadcast_to(decay.position_m[-1], decay.position_m.shape)
     with pytest.raises(SimulationDiverged, match=r"trial pull: .*leave it out"):
         identify_structure(DryExperiments([replace(decay, position_m=still + odd)]), DESCRIBED)
+
+
+@pytest.mark.long
+def test_a_structure_read_back_is_the_one_that_was_written(structure: Structure, tmp_path: Path) -> None:
+    text, beside = STRUCTURE.write(tmp_path, STAMP, structure)
+    read = read_structure(tmp_path, DESCRIBED, measured().runs)
+
+    assert read.robot == structure.robot
+    assert (read.sources, read.hinges, read.flags) == (structure.sources, structure.hinges, structure.flags)
+    assert read.crank is not None
+    assert read.crank.trials[0].measured is measured().runs[0]
+    one, two = (STRUCTURE.write(tmp_path / name, STAMP, each) for name, each in {"a": structure, "b": read}.items())
+    assert [path.read_bytes() for path in one] == [path.read_bytes() for path in two]
+
+    payload = json.loads(text.read_text())
+    (decay,) = payload["decays"]
+    run = payload["crank"]["trials"][0]
+    assert decay["stiffness_n_m"] == structure.decays[0].stiffness_n_m
+    assert run["measured"] == "dry_slow"
+    with np.load(beside) as arrays:
+        assert arrays[run["surface"]["distance_m"]].shape == (21, 81, 60)
+    assert text.stat().st_size < 20_000
