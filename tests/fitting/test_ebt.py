@@ -105,13 +105,8 @@ def test_samples_left_out_do_not_enter(motion: Motion, kept: float) -> None:
 
     assert found.lateral_speed_sq == pytest.approx(kept * (2 * np.pi * AMPLITUDE) ** 2 / 2, rel=0.05)
     assert found.slope_sq == pytest.approx(SLOPE**2 / 2, rel=0.05)
-
-
-def test_without_any_sample_there_is_no_motion() -> None:
-    motion = published_motion(replace(swim(), weight=np.zeros((301, 2))))
-
-    assert np.isnan(motion.lateral_speed_sq)
-    assert np.isnan(motion.slope_sq)
+    nothing = motion(replace(whole, weight=np.zeros_like(weight)))
+    assert np.isnan([nothing.lateral_speed_sq, nothing.slope_sq]).all()
 
 
 def test_the_two_rearmost_markers_count_however_the_fish_lies() -> None:

@@ -13,7 +13,7 @@ from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks, TrialSpe
 from swimmer import load_robot
 from synthetic import Freeze, Gap, Jump, Merge, TrackFault, with_faults
 from tests.cases import later
-from tests.fitting.tails import Tail, noisy, tail
+from tests.fitting.tails import noisy, tail
 from tests.session.sample import FISHSIM, needs_fishsim
 
 REAL = ("f0_50", "f0_75", "f1_00", "f1_25", "f1_75")
@@ -48,7 +48,7 @@ def test_harmonics_trap_it_neither_at_a_multiple_nor_at_a_fraction(hz: float, ha
     assert estimate_frequency(*boxes, commanded_hz=2 * hz).hz == estimate_frequency(*boxes).hz
 
 
-def test_samples_of_no_weight_count_for_nothing() -> None:
+def test_samples_of_no_weight_and_lost_frames_do_not_count() -> None:
     clean = tail(0.8, 4.0)
     broken, weight = clean.lateral_m.copy(), clean.weight.copy()
     broken[50:150, 4] = broken[50, 4]
@@ -56,6 +56,8 @@ def test_samples_of_no_weight_count_for_nothing() -> None:
     weight[50:150, 4] = weight[170:220, 3] = 0.0
 
     assert estimate_frequency(clean.time_s, broken, weight).hz == pytest.approx(0.8, rel=2e-4)
+    kept = np.sort(np.random.default_rng(0).choice(len(clean.time_s), 200, replace=False))
+    assert estimate_frequency(*(part[kept] for part in clean)).hz == pytest.approx(0.8, rel=2e-4)
 
 
 def test_outliers_nobody_flagged_are_tamed() -> None:
@@ -66,14 +68,6 @@ def test_outliers_nobody_flagged_are_tamed() -> None:
     boxes.lateral_m[hit] += random.choice([-0.08, 0.08], hit.sum())
 
     assert estimate_frequency(*boxes).hz == pytest.approx(0.8, rel=0.005)
-
-
-def test_frames_may_be_unevenly_spaced() -> None:
-    clean = tail(1.0, 6.0)
-    kept = np.sort(np.random.default_rng(0).choice(len(clean.time_s), 200, replace=False))
-    uneven = Tail(*(part[kept] for part in clean))
-
-    assert estimate_frequency(*uneven).hz == pytest.approx(1.0, rel=2e-4)
 
 
 def test_phase_and_amplitude_are_those_of_the_last_marker() -> None:

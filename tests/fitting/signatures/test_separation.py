@@ -23,22 +23,17 @@ def space() -> Whitened:
     return Whitened.of(np.eye(K), np.eye(K)[:, :5], np.full(5, 1e9))
 
 
-def test_what_coefficients_can_do_has_no_length(space: Whitened) -> None:
+def test_what_coefficients_and_noise_can_do_has_little_length(space: Whitened) -> None:
     row = np.arange(1.0, K + 1)
     assert space.length(np.where(np.arange(K) < 5, row, 0.0)) == pytest.approx(0.0, abs=1e-6)
     assert space.length(row) == pytest.approx(np.linalg.norm(row[5:]))
-
-
-def test_a_prior_holds_coefficients_back() -> None:
     held = Whitened.of(np.eye(K), np.eye(K)[:, :5], np.ones(5))
     assert held.length(np.eye(K)[0]) == pytest.approx(np.sqrt(0.5))
 
-
-def test_correlated_noise_shortens_what_is_like_it() -> None:
     along = np.ones(K) / np.sqrt(K)
     noise = np.eye(K) + 8 * np.outer(along, along)
-    space = Whitened.of(noise, np.zeros((K, 5)), np.ones(5))
-    assert space.length(6 * along) == pytest.approx(2.0)
+    correlated = Whitened.of(noise, np.zeros((K, 5)), np.ones(5))
+    assert correlated.length(6 * along) == pytest.approx(2.0)
 
 
 def test_a_rival_in_the_same_direction_comes_within_its_bounds(space: Whitened) -> None:
