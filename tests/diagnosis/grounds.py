@@ -7,6 +7,7 @@ from functools import lru_cache
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.ground import Ground
 from fitting import MeasuredTrial
+from fitting.dry_run.response import with_arm
 from session import FISHSIM_MARKERS, CameraSpec
 from swimmer import RobotSpec, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
@@ -18,8 +19,7 @@ ARM = 0.03  # by which the arm of the robot that swims is longer than that of th
 
 def shorter(by: float = ARM) -> RobotSpec:
     """The robot as it is described to the diagnosis."""
-    crank = ROBOT.crank.model_copy(update={"arm_m": ROBOT.crank.arm_m / (1 + by)})
-    return ROBOT.model_copy(update={"crank": crank})
+    return with_arm(ROBOT, ROBOT.crank.arm_m / (1 + by))
 
 
 @lru_cache(maxsize=1)

@@ -2,39 +2,27 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
 from diagnosis.row import Row
 from fitting.signatures import Signature, Whitened
-from session import TrialKind
-from swimmer.effects import Effect, Parameter
+from tests.fitting.signatures.made import Made
 
 K = 100
 SPACE = Whitened.of(np.eye(K), np.eye(K)[:, :5], np.full(5, 10.0))
 DIRECTIONS = np.linalg.qr(np.random.default_rng(4).standard_normal((K, 12)))[0].T  # (12, k)
 
 
-class Made(Effect):
-    """Does what it is given, and nothing else."""
-
-    family = "structure"
-    stage = "tail"
-    physics = source = "made up"
-    seen_in: ClassVar[frozenset[TrialKind]] = frozenset({"swim"})
-
-    def __init__(self, name: str, low: float = -50.0, high: float = 50.0) -> None:
-        self.name = name  # type: ignore[misc]
-        self.parameters = (Parameter("strength", "1", low, high, 10.0),)
+def made(name: str, low: float = -50.0, high: float = 50.0) -> Made:
+    return Made(name, (low, high), sd=10.0)
 
 
 def signature(name: str, direction: np.ndarray, low: float = -50.0, high: float = 50.0) -> Signature:
     """Linear, along a direction (k,)."""
     strengths = np.array([s for s in (-30.0, -10.0, 10.0, 30.0) if low <= s <= high])[:, None]
-    return Signature(Made(name, low, high), strengths, strengths * direction, np.zeros((len(strengths), 0)))
+    return Signature(made(name, low, high), strengths, strengths * direction, np.zeros((len(strengths), 0)))
 
 
 def catalogue() -> list[Signature]:

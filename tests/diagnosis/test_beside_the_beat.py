@@ -101,7 +101,7 @@ def test_lost_frames_make_beats_late_with_their_size() -> None:
     assert sway_of(late(frames_lost)).log_odds < found.log_odds  # within a stretch a step is no delay of all of it
 
 
-def test_a_clock_that_wanders_is_no_sway_and_a_warming_motor_makes_no_beat_late() -> None:
+def test_wandering_clocks_and_warming_motors_are_no_motion() -> None:
     assert sway_of(late(lambda time_s: 0.02 * np.sin(2 * np.pi * time_s / 3.0))).log_odds < 0.0
     assert delay_of(late(lambda time_s: 0.05 * (1 - np.exp(-time_s / 4.0)))).log_odds < 0.0
 

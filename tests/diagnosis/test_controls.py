@@ -34,7 +34,7 @@ def squares(at: Ground, left: np.ndarray) -> float:
     return float((of_gaits(at, left) ** 2).sum())
 
 
-def test_what_swims_have_in_common_is_carried_over_and_not_what_each_has_to_itself() -> None:
+def test_only_what_swims_have_in_common_is_carried_over() -> None:
     same = with_left([gap_of(5e-3)] * 2)
     assert squares(same, carried_over(same, same)) < 0.1 * squares(same, same.left)
     fitted, other = with_left([gap_of(5e-3, 1), gap_of(5e-3, 2)]), with_left([gap_of(5e-3, 3), gap_of(5e-3, 4)])

@@ -57,7 +57,7 @@ def test_it_names_the_arm_and_the_gap_shrinks(found: Diagnosis) -> None:
     assert found.gap.after[0].placed_error_m < found.gap.before[0].placed_error_m
 
 
-def test_motor_logs_are_not_looked_at_and_small_matrices_wait_for_no_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_motor_logs_and_threads_are_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     class Looked(Exception):
         pass
 
@@ -144,9 +144,7 @@ def test_without_a_fitted_swim_nothing_is_said() -> None:
 
 
 @pytest.mark.parametrize("same", [True, False])
-def test_a_twin_that_leaves_no_more_than_noise_is_not_looked_for_again(
-    same: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_twin_that_leaves_but_noise_is_not_looked_for_again(same: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     asked, inner = [], Ground._from.__func__  # type: ignore[attr-defined]
 
     def counted(cls: type[Ground], *args: object) -> Ground | None:

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from diagnosis.discrepancy import COURSE_SD, SLIDE_SD_M_S, Discrepancy, discrepancy_for
-from fitting.posterior.gait import SPEED, advanced, beat_phase, of_markers
+from fitting.posterior.gait import SPEED, advanced
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
 from fitting.posterior.trial_model import TrialModel
 from session import FISHSIM_MARKERS, InputError
 from swimmer import DRY, Twin
-from tests.diagnosis.grounds import dry_run, ground, trials
+from tests.diagnosis.grounds import dry_run, trials
 from tests.fitting.exact_swims import ROBOT
 
 HERTZ, PHASE_RAD = np.array([0.5, 0.55, 1.3]), np.array([0.0, 2.0, -1.0])
@@ -34,7 +34,7 @@ def test_each_swim_varies_at_the_phase_at_which_its_tail_begins() -> None:
         assert found[i, :, i] == pytest.approx(turned.T @ turned, rel=1e-9)
 
 
-def test_swims_have_more_in_common_the_more_alike_their_frequencies_are() -> None:
+def test_swims_of_like_frequencies_have_more_in_common() -> None:
     known = drawn(0.2, 0.6)
     found = known.of_gaits(HERTZ, np.zeros(3)).reshape(3, GAIT, 3, GAIT)
     alone = known.directions @ known.directions.T
@@ -45,13 +45,7 @@ def test_swims_have_more_in_common_the_more_alike_their_frequencies_are() -> Non
     assert np.linalg.eigvalsh(known.of_gaits(HERTZ, PHASE_RAD)).min() > -1e-15
 
 
-def test_a_gait_begins_at_the_phase_by_which_it_was_advanced() -> None:
-    gait = np.zeros(GAIT)
-    of_markers(gait)[:, 1, 1] = 0.02
-    assert beat_phase(advanced(np.tile(gait, (3, 1)), PHASE_RAD), [4, 5, 6]) == pytest.approx(PHASE_RAD)
-
-
-def test_a_run_in_air_has_nothing_in_common_with_swims_and_courses_have_nothing_in_common() -> None:
+def test_runs_in_air_and_courses_have_nothing_in_common_with_swims() -> None:
     twin = Twin(ROBOT, FISHSIM_MARKERS, workers=1)
     clamped = Twin(ROBOT, FISHSIM_MARKERS, DRY, workers=1)
     runs = [(twin, trials()[0]), (twin, trials()[1]), (clamped, dry_run()), (clamped, dry_run())]
@@ -80,7 +74,7 @@ def test_of_another_marker_it_is_as_of_the_nearest_and_by_itself() -> None:
     assert told[:, :15, :, :15] == pytest.approx(known[:, :15, :, :15], abs=1e-12)
 
 
-def test_it_is_read_as_it_was_written_and_one_of_an_older_form_is_refused(tmp_path: Path) -> None:
+def test_it_is_read_as_written_and_an_older_form_is_refused(tmp_path: Path) -> None:
     any_one = drawn(0.5, 0.3)
     beat = np.linspace(0.1, 1.0, 9) * (1 - 2j)
     known = replace(any_one, strengths={"fluid_memory": (0.1,), "bend_offset": ()}, beat=beat)
@@ -93,13 +87,3 @@ def test_it_is_read_as_it_was_written_and_one_of_an_older_form_is_refused(tmp_pa
     np.savez(tmp_path / "older.npz", covariance=np.eye(2))
     with pytest.raises(InputError, match=r"older\.npz: not a discrepancy of today; found covariance.* suite anew"):
         Discrepancy.load(tmp_path / "older.npz")
-
-
-def test_what_swims_have_in_common_is_no_surprise_in_a_session() -> None:
-    """The likelier explanation of what all swims show alike is the twin's own error."""
-    model: SessionModel = ground().model
-    apart, alike = drawn(0.0, 0.0).over(model), drawn(0.9, 0.0).over(model)
-    phases = [float(beat_phase(each.measured, list(each.trial.tail))) for each in model.trials]
-    mode = drawn(0.0, 0.0).directions[:, 0]
-    row = np.concatenate([*(np.append(advanced(mode, phase), np.zeros(len(FISHSIM_MARKERS) + 2)) for phase in phases)])
-    assert row @ np.linalg.solve(alike, row) < 0.7 * row @ np.linalg.solve(apart, row)

@@ -62,14 +62,6 @@ def test_the_error_of_a_session_is_found_whatever_the_gap(error: float, gap: flo
         assert found.probabilities.marginal[4] > 0.7
 
 
-def test_a_little_of_what_the_twin_leaves_of_all_trials_is_no_effect() -> None:
-    known = replace(Discrepancy.independent(np.eye(1)), strengths={"effect_4": (0.8,)})
-    for strength, present in ((8.0, False), (45.0, True)):
-        row = replace(cast(Row, ground(2, 0.7, strength * DIRECTIONS[4])), discrepancy=known)
-        found = explained(cast(Ground, row), catalogue(), Belief())
-        assert (found.probabilities.marginal[4] > 0.5) == present
-
-
 @pytest.mark.parametrize(("strength", "named"), [(25.0, False), (90.0, True)])
 def test_what_few_sessions_show_far_more_of_is_no_surer_than_that(
     strength: float, named: bool, monkeypatch: pytest.MonkeyPatch
@@ -89,7 +81,7 @@ def test_what_few_sessions_show_far_more_of_is_no_surer_than_that(
     assert found.probabilities.null >= usual.null
 
 
-def test_a_kind_that_is_seldom_is_taken_where_it_is_likelier_than_all_that_is_usual() -> None:
+def test_a_seldom_kind_is_taken_where_likelier_than_all_usual_ones() -> None:
     assert likeliest_error(np.array([0.3, 0.28, 0.0, 0.42]), 3) == 0
     assert likeliest_error(np.array([0.2, 0.24, 0.0, 0.56]), 3) == 3
     assert likeliest_error(np.array([0.4, 0.6]), 2) == 1

@@ -7,7 +7,6 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.evidence import Belief
 from diagnosis.explaining import explained
@@ -18,7 +17,6 @@ from diagnosis.strangers import strangers
 from fitting.signatures import signature_of
 from session import FISHSIM_MARKERS, TrialKind
 from swimmer.effects import Effect, Parameter, StepForce, StepState
-from swimmer.effects.measurement import ScaleError
 from swimmer.effects.structure import JointDamping
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
@@ -149,39 +147,12 @@ def test_air_drags_no_tail_but_mass_acts_in_it_too() -> None:
     assert found["the acceleration of its parts"].any()
 
 
-def test_a_heavier_head_goes_with_its_acceleration(known: dict[tuple[str, str], Law]) -> None:
-    at = ground()
-    (heavier, _) = (each for each in robot_doubts(at.twin) if each.doubt.source.quantity == "mass")
-    models = [type(model)(heavier.more, model.trial, model.phase_rad, (), True) for model in at.model.trials]
-    rows = np.concatenate([model.simulated(at.at[None])[0] for model in models])
-    plain = np.concatenate([model.simulated(at.at[None])[0] for model in at.model.trials])
-    change = np.concatenate([rows - plain, np.zeros(at.model.frequencies)])
-    whitened = at.space.freed(change)
-
-    def left(goes_with: str) -> float:
-        told = at.space.freed(known["head", goes_with].columns.sum(axis=1).T).T
-        rest = whitened - told @ np.linalg.lstsq(told, whitened, rcond=None)[0]
-        return float(np.linalg.norm(rest) / np.linalg.norm(whitened))
-
-    laws_of_head = [law for place, law in known if place == "head"]
-    assert left("its acceleration") < 0.3
-    assert min(laws_of_head, key=left) == "its acceleration"
-
-
 @pytest.mark.parametrize(
     ("weaker", "told"),
     [("its angle", ("hinge tail_2", "its angle")), ("all angles", ("whole tail", "its angle"))],
 )
 def test_hinges_whose_springs_are_weaker_are_told_as_that(weaker: str, told: tuple[str, str]) -> None:
     assert likeliest_of(shown(weaker, 0.02)) == told
-
-
-def test_a_box_that_sits_elsewhere_in_all_trials_is_told_as_that() -> None:
-    """It takes the scale with it, which a marker behind nose and neck does not."""
-    at = ground()
-    rows = signature_of(ScaleError(), at.model, CAMERA, at.at, np.array([[0.0, 0.05], [0.05, 0.0]])).rows
-    assert likeliest_of(rows[0]) == ("marker neck", "a steady offset in the picture")
-    assert likeliest_of(rows[1]) == ("marker neck", "a steady offset on the body")
 
 
 def likeliest_of(gap: np.ndarray) -> tuple[str, str]:

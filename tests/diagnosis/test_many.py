@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from diagnosis.evidence import Explanations
 from diagnosis.forms import shown
@@ -72,10 +71,3 @@ def test_noise_and_single_effects_are_told_as_without_it() -> None:
         left = gap(3, dict(sizes))
         with_it, without = (Probabilities.after(each) for each in (asked(left), explanations(left)))
         assert np.abs(with_it.marginal - without.marginal).max() < 0.01
-
-
-def test_what_is_certain_is_told_without_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("diagnosis.probabilities.standing", lambda *_: {3: 1.0})
-    with np.errstate(all="raise", under="ignore"):
-        found = Probabilities.after(asked(gap(1, dict.fromkeys(ACTING, 30.0))))
-    assert found.marginal[3] > 0.999

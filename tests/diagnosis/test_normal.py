@@ -1,10 +1,17 @@
-"""A row's density is that of the normal distribution it says it is."""
+"""Densities of rows are those of the normal distributions they say they are, beside effects of any size and any gap."""
+
+from __future__ import annotations
 
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
 
+from diagnosis.forms import shown
+from diagnosis.generic import GenericGap, generic_covariance
 from diagnosis.normal import Normal, log_mass, of_sizes
+from diagnosis.row import Row
+from diagnosis.sized import MOST_WRONG, Columns, Sized
+from tests.diagnosis.rows import DIRECTIONS, SPACE, K, signature
 
 Q = 7
 
@@ -54,3 +61,80 @@ def test_strengths_after_the_row_are_those_of_ridge_regression() -> None:
 @pytest.mark.parametrize(("low", "high"), [(-1.0, 2.0), (0.0, np.inf), (3.0, 4.0), (-4.0, -3.0), (-np.inf, np.inf)])
 def test_the_mass_between_two_ends_is_that_of_the_normal(low: float, high: float) -> None:
     assert np.exp(log_mass(np.array(low), np.array(high))) == pytest.approx(norm.sf(low) - norm.sf(high))
+
+
+SIZES, OTHER = np.array([[1.0, 4.0], [16.0, 4.0], [64.0, 1.0]]), np.array([0.0, 4.0, 16.0])
+UNLIKE = 0.25
+
+
+def columns() -> Columns:
+    """Two effects that may be as strong as any, one of them there."""
+    effects = shown([signature(f"effect_{i}", DIRECTIONS[i], -1e5, 1e5) for i in (0, 1)], SPACE)
+    left = np.random.default_rng(2).standard_normal(K) + 12 * DIRECTIONS[0]
+    return Columns.of(Row.of(SPACE, left, np.eye(K), effects), [each.forms[0] for each in effects])
+
+
+def test_evidences_of_all_sizes_are_those_of_their_covariances() -> None:
+    beside = columns()
+    row, size = beside.row, beside.every
+    unlike = beside.unlike(SIZES, OTHER, UNLIKE)
+    expected = [
+        multivariate_normal(np.zeros(len(row.left)), np.diag(1 + wrong * row.spread) + size * own**2 @ size.T).logpdf(
+            row.left
+        )
+        for wrong, own in zip(unlike, SIZES, strict=True)
+    ]
+    found = beside.evidences(SIZES, OTHER, UNLIKE) - len(row.left) / 2 * np.log(2 * np.pi)
+    assert found == pytest.approx(expected, abs=0.01)  # strengths stay where forms hold
+    one_by_one = [Sized(beside, tuple(s), o, UNLIKE).evidence for s, o in zip(SIZES, OTHER, strict=True)]
+    assert beside.evidences(SIZES, OTHER, UNLIKE) == pytest.approx(one_by_one)
+
+
+def test_what_no_form_holds_goes_with_what_the_row_has_of_it() -> None:
+    lengths = columns().lengths(np.array([[64.0, 64.0], [64.0, 1e-3], [1e-3, 64.0]]))
+    assert lengths[1] == pytest.approx(12.0, rel=0.2)
+    assert lengths[2] < 4
+    assert lengths[0] == pytest.approx(np.hypot(*lengths[1:]), rel=0.03)
+
+
+def test_it_has_a_limit() -> None:
+    beside = columns()
+    far = Columns.of(Row(beside.row.turn, 100 * beside.row.left, beside.row.spread), beside.forms)
+    assert far.lengths(np.array([[1024.0, 1.0]])) == MOST_WRONG
+
+
+def test_without_any_form_only_something_else_makes_a_row_likelier() -> None:
+    row = columns().row
+    nothing = Columns.of(row, ())
+    evidences = nothing.evidences(np.zeros((3, 0)), np.array([0.0, 4.0, 1024.0]), UNLIKE)
+    assert evidences[0] == pytest.approx(-0.5 * row.squares)
+    assert evidences[1] > evidences[0] > evidences[2]
+
+
+ALONG_M = np.array([0.0, 0.142, 0.3, 0.45, 0.55])
+TRIALS, NOISE_SD = 2, 1e-4
+GENERIC = generic_covariance(ALONG_M, TRIALS, TRIALS)
+KNOWN = NOISE_SD**2 * np.eye(len(GENERIC))
+
+
+def gap_of(size_m: float, seed: int = 0) -> np.ndarray:
+    """(k,) a gap of such a size, its frequencies included, and noise."""
+    random = np.random.default_rng([seed, 3])
+    gap = size_m * np.linalg.cholesky(GENERIC) @ random.standard_normal(len(GENERIC))
+    return np.asarray(gap + NOISE_SD * random.standard_normal(len(gap)))
+
+
+@pytest.mark.parametrize("size_m", [0.001, 0.01])
+def test_its_size_is_found(size_m: float) -> None:
+    gap = GenericGap(KNOWN, GENERIC, TRIALS).covariance(gap_of(size_m))
+    sizes = np.sqrt(np.diag(gap)[:-TRIALS] / np.diag(GENERIC)[:-TRIALS])
+    assert sizes == pytest.approx(size_m, rel=0.3)
+
+
+def test_a_clock_that_is_wrong_says_nothing_of_how_it_swims() -> None:
+    row = gap_of(0.002)
+    fast = row + np.append(np.zeros(len(row) - TRIALS), np.full(TRIALS, 0.4))
+    even, off = (GenericGap(KNOWN, GENERIC, TRIALS).covariance(each) for each in (row, fast))
+    np.testing.assert_array_equal(even[:-TRIALS, :-TRIALS], off[:-TRIALS, :-TRIALS])
+    assert np.sqrt(off[-1, -1]) == pytest.approx(0.4, rel=0.3)
+    assert np.sqrt(even[-1, -1]) < 0.02

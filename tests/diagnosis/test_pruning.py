@@ -16,7 +16,7 @@ from diagnosis.pruning import log_evidence, log_odds, pruned
 from diagnosis.refit import WIDER, Refit, refit
 from swimmer.effects import catalogue
 from tests.diagnosis.grounds import ARM, ground
-from tests.diagnosis.rows import Made
+from tests.diagnosis.rows import made
 
 ARM_ERROR, BEND = catalogue()["crank_arm_error"], catalogue()["bend_offset"]
 
@@ -49,7 +49,7 @@ def test_what_is_not_there_goes_and_what_is_there_stays(both: Refit) -> None:
 @pytest.mark.parametrize("count", [1, 14])
 def test_parameters_of_which_the_swims_say_nothing_weigh_nothing(count: int) -> None:
     at = ground("shorter")
-    plain, idle = Refit.plain(at), Made("idle")
+    plain, idle = Refit.plain(at), made("idle")
     idle.parameters = tuple(idle.parameters[0]._replace(name=f"of_{number}") for number in range(count))
     wide = [WIDER * parameter.sd for parameter in idle.parameters]
     known = block_diag(plain.covariance, np.diag(np.square(wide)))  # no more than that
@@ -79,7 +79,7 @@ def with_third(
         told: how well its strength is known, in standard deviations of its prior.
         strength: in these.
     """
-    at, arm, idle = ground("shorter"), with_effects("crank_arm_error"), Made("idle")
+    at, arm, idle = ground("shorter"), with_effects("crank_arm_error"), made("idle")
     moved = at.left - arm.left
     long = np.linalg.norm(solve_triangular(at.space.root, moved, lower=True))
     leaves = np.linalg.norm(solve_triangular(at.space.root, arm.left, lower=True))
@@ -107,7 +107,7 @@ def with_third(
 
 
 @pytest.mark.parametrize(("share", "sure", "believed"), [(0.2, (8, 12), (-3, 2)), (0.8, (20, 40), (5, 40))])
-def test_what_is_little_beside_the_others_may_be_what_their_forms_have_wrong(
+def test_what_is_little_beside_others_may_be_what_forms_have_wrong(
     monkeypatch: pytest.MonkeyPatch, share: float, sure: tuple[float, float], believed: tuple[float, float]
 ) -> None:
     fit, fewer = with_third(monkeypatch, share)

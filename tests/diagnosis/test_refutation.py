@@ -14,7 +14,7 @@ from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.refit import Refit
 from diagnosis.refutation import Refutation, Stood, refutable, stood
 from diagnosis.verdict import Verdict, VerdictName
-from tests.diagnosis.rows import DIRECTIONS, K, Made, explanations, signature
+from tests.diagnosis.rows import DIRECTIONS, K, explanations, made, signature
 
 WORSE = (-1.6, -0.1)
 
@@ -25,7 +25,7 @@ def gap(value: float | None, interval: tuple[float, float] | None) -> Gap:
 
 def refitted(*names: str) -> Refit:
     size = 5 + len(names)
-    return Refit(tuple(map(Made, names)), np.ones(5), np.zeros(len(names)), np.zeros(K), np.eye(size), np.ones(size))
+    return Refit(tuple(map(made, names)), np.ones(5), np.zeros(len(names)), np.zeros(K), np.eye(size), np.ones(size))
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def test_only_what_makes_forecasts_of_gaits_surely_worse_is_refuted(
     assert refutable(told, refitted(*names), weighed) == against
 
 
-def test_what_is_left_of_a_verdict_stays_with_a_twin_and_a_gap_of_its_own(weighed: Explanations) -> None:
+def test_what_is_left_of_a_verdict_has_a_twin_and_a_gap(weighed: Explanations) -> None:
     """The less likely name goes first; with the other alone held-out swims are forecast better."""
     sets = {Explanation((0, 1)): 0.7, Explanation((1,)): 0.3}
     before = Stood(
@@ -77,7 +77,7 @@ def test_what_is_left_of_a_verdict_stays_with_a_twin_and_a_gap_of_its_own(weighe
 LIKE_A = Explanation((), True, 0)
 
 
-def test_what_is_refuted_is_not_there_and_all_else_as_likely_as_it_was() -> None:
+def test_what_is_refuted_is_not_there_and_all_else_as_before() -> None:
     sets = {Explanation(()): 0.1, Explanation((0,)): 0.5, Explanation((0, 1)): 0.1, LIKE_A: 0.2, Explanation((1,)): 0.1}
     found = Probabilities(("a", "b"), sets).refuted("a")
     assert found.marginal == pytest.approx([0.0, 0.2])
@@ -87,7 +87,7 @@ def test_what_is_refuted_is_not_there_and_all_else_as_likely_as_it_was() -> None
     assert sum(found.of.values()) == pytest.approx(1.0)
 
 
-def test_a_name_beside_one_that_is_refuted_is_no_surer_and_no_less_sure_for_it() -> None:
+def test_a_name_beside_one_that_is_refuted_is_as_sure_as_before() -> None:
     sets = {Explanation((0, 1)): 0.62, Explanation((0,)): 0.03, Explanation((2,)): 0.08, LIKE_A: 0.27}
     found = Probabilities(("a", "b", "c"), sets).refuted("b")
     assert found.marginal == pytest.approx([0.65, 0.0, 0.08])

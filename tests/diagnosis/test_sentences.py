@@ -30,7 +30,7 @@ def test_where_it_shows_most_may_be_no_marker(place: str, said: str) -> None:
 
 
 @pytest.mark.parametrize("chance", [0.4, 0.6])
-def test_the_place_of_what_no_catalogue_holds_is_told_where_it_is_sure(chance: float) -> None:
+def test_the_place_of_a_stranger_is_told_where_it_is_sure(chance: float) -> None:
     """Alike in all trials or not, it is the same place."""
     split = [
         {"place": "marker tail_4", "goes_with": "", "same_in_all_trials": same, "probability": chance / 2}
@@ -42,9 +42,7 @@ def test_the_place_of_what_no_catalogue_holds_is_told_where_it_is_sure(chance: f
 
 
 @pytest.mark.parametrize(("law", "free", "said"), [(0.6, 0.3, True), (0.3, 0.6, False)])
-def test_what_a_force_goes_with_is_told_where_that_is_likelier_than_that_it_is_free(
-    law: float, free: float, said: bool
-) -> None:
+def test_what_a_force_goes_with_is_told_where_that_is_likelier(law: float, free: float, said: bool) -> None:
     at_hinge = [
         {"place": "hinge tail_1", "goes_with": goes_with, "same_in_all_trials": True, "probability": chance}
         for goes_with, chance in (("its angle", law), ("", free))
@@ -70,7 +68,7 @@ def test_what_is_beside_the_beat_is_told_where_it_is_sure(beside: str, chance: f
     assert ("early and late" in said or "beside its beat" in said) == bool(told)
 
 
-def test_a_gap_that_grows_is_said_to_grow_and_no_stage_is_named_where_none_stands_out() -> None:
+def test_a_gap_that_grows_is_said_to_grow_and_may_have_no_stage() -> None:
     data = made_data("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.11, 0.03]})
     assert "the gap grows by 4% (-3% to 11%)" in sentences(data)[2]
     by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}

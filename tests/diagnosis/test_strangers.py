@@ -18,8 +18,7 @@ from diagnosis.ripples import smeared
 from diagnosis.row import Row
 from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import verdict_of
-from fitting.posterior.gait import advanced, of_markers
-from fitting.posterior.session_model import SessionModel
+from fitting.posterior.gait import advanced
 from fitting.signatures import signature_of
 from session import FISHSIM_MARKERS
 from swimmer import build_mjcf, load_robot
@@ -44,7 +43,7 @@ def noise(seed: int) -> np.ndarray:
     return np.random.default_rng([seed, 2]).standard_normal(K)
 
 
-def test_what_is_amiss_at_one_place_is_found_there_where_nothing_else_shows() -> None:
+def test_what_is_amiss_at_one_place_is_found_there() -> None:
     gap = 9.0 * np.array([0.6, 0.0, 0.7, 0.0, 0.3, 0.0, 0.0, 0.2, 0.0, 0.1]) @ PLACES[3]
     found = among(noise(0) + gap)
     assert verdict_of(found).name == "unexplained"
@@ -83,7 +82,7 @@ def test_an_effect_that_comes_and_goes_is_not_believed_to_be_itself() -> None:
     assert verdict_of(varying).name == "unexplained"
 
 
-def test_a_force_across_the_straight_tail_is_on_its_joints_what_mujoco_says() -> None:
+def test_a_force_across_the_tail_is_on_its_joints_as_mujoco_says() -> None:
     robot = load_robot()
     model = build_mjcf(robot).compile()
     data = mujoco.MjData(model)
@@ -120,23 +119,6 @@ def elsewhere(pushed: Responses) -> tuple[Stranger, ...]:
     return strangers(ground(), pushed)
 
 
-def test_every_place_is_looked_at_alike_in_all_trials_and_in_each(elsewhere: tuple[Stranger, ...]) -> None:
-    places = {each.place for each in elsewhere}
-    assert {f"marker {name}" for name in FISHSIM_MARKERS} <= places
-    assert {"head", "hinge tail_1", "tail at caudal_fin", "picture", "timing of the beat"} <= places
-    for each in elsewhere:
-        assert len(each.columns) == len(ground().left)
-    by_place = {(each.place, each.goes_with, each.same): each.columns for each in elsewhere}
-    assert len(by_place) == len(elsewhere)
-    for place, goes_with, _ in by_place:
-        if goes_with.startswith("a steady offset"):
-            assert (place, goes_with, False) not in by_place  # boxes that are off in each trial are no stranger
-            continue
-        trials = len(ground().trials)
-        split = by_place[place, goes_with, False].reshape(len(ground().left), trials, -1)
-        assert split.sum(axis=1) == pytest.approx(by_place[place, goes_with, True])
-
-
 def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tuple[Stranger, ...]) -> None:
     (lagging,) = (each for each in elsewhere if (each.place, each.goes_with, each.same) == ("marker tail_4", "", True))
     gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2, 0.0])
@@ -149,27 +131,6 @@ def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tupl
     most = elsewhere[int(np.argmax(found.at_place))]
     assert most.place == "marker tail_4"
     assert sum(p for p, each in zip(found.at_place, elsewhere, strict=True) if each.place == most.place) > 0.8
-
-
-def test_a_marker_that_lags_alike_in_all_trials_is_so_whatever_phase_they_begin_at(pushed: Responses) -> None:
-    """How it lags goes with the beat, and not with the time at which somebody began to film."""
-    at, number = ground(), FISHSIM_MARKERS.index("tail_3")
-    turn = 1.0 - float(np.diff(at.model.phase_rad)[0])  # so that phases differ by a radian
-    models = tuple(replace(model) for model in at.model.trials)
-    for model, by in zip(models, (0.0, turn), strict=True):
-        model.__dict__["measured"] = advanced(model.measured, by)
-    other: Ground = replace(at, model=SessionModel(models))
-    phases = other.model.phase_rad
-    assert np.cos(np.diff(phases)) == pytest.approx(np.cos(1.0))
-    found = {(each.place, each.goes_with, each.same): each for each in strangers(other, pushed)}
-    same = found["marker tail_3", "", True]
-    own = (len(same.columns) - 2) // 2
-    lag = np.zeros(own)
-    of_markers(lag)[number, 1, 1:3] = [1e-3, 2e-3]
-    gap = np.concatenate([*(advanced(lag, float(phase)) for phase in phases), np.zeros(2)])
-    told = np.linalg.lstsq(same.columns, gap, rcond=None)[0]
-    assert np.linalg.norm(gap - same.columns @ told) < 1e-9
-    assert np.count_nonzero(np.abs(told) > 1e-6) == 2
 
 
 def test_of_a_place_that_is_likely_the_likeliest_is_told() -> None:

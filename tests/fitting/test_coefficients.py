@@ -86,7 +86,7 @@ def test_what_is_wrong_with_the_best_alone_is_flagged() -> None:
     assert kinds(restart(GOOD, swims_forward=False)) == ["swims_backward"]
 
 
-def test_equally_good_restarts_that_differ_are_flagged_with_what_differs() -> None:
+def test_equally_good_restarts_are_flagged_with_what_differs() -> None:
     other = (0.4, 2.2, 7.5, 4.0, 1.0)
     (flag,) = flags_of([restart(GOOD), restart(other, 0.01005), restart((9.0, 9.0, 9.0, 9.0, 9.0), 0.02)])
 
@@ -96,7 +96,7 @@ def test_equally_good_restarts_that_differ_are_flagged_with_what_differs() -> No
     assert "slender_drag" not in flag.message
 
 
-def test_other_starts_are_held_against_the_best_as_it_was_before_its_simplex() -> None:
+def test_other_starts_are_held_against_the_best_before_its_simplex() -> None:
     """The simplex gained 2 %, which the others were not given the chance of; its own start is no other."""
     best, before = restart(GOOD, 0.0098), replace(restart((0.4, 2.6, 7.0, 4.0, 1.0), 0.01), start=np.array(GOOD))
     other, worse = restart((0.4, 2.2, 7.5, 4.0, 1.0), 0.01008), restart((9.0, 9.0, 9.0, 9.0, 9.0), 0.0102)

@@ -32,7 +32,7 @@ def forecast(calibration: Calibration) -> CommandForecast:
     return found[name]
 
 
-def test_the_beat_is_the_command_times_the_mean_ratio_of_the_fit_trials() -> None:
+def test_the_beat_is_the_command_times_the_mean_ratio() -> None:
     calibration = commanded(1.0, 0.8 / 0.7, 1.3 / 0.8)
     found = forecast(calibration)
 

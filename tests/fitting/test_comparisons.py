@@ -54,7 +54,7 @@ def yaws_deg(trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
     return np.degrees(Swims(exact_twin(), trials, "yaw").yaws(POINT))
 
 
-def test_the_turn_of_each_measured_axis_is_found_to_a_fifth_of_a_degree() -> None:
+def test_the_turn_of_each_axis_is_found_to_a_fifth_of_a_degree() -> None:
     found = yaws_deg(bent(exact_swims(hz=HZ, seconds=4.0, noise_m=0.3e-3)))
 
     assert found.shape == (1, 2)

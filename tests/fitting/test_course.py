@@ -34,6 +34,7 @@ def test_a_symmetric_twin_swims_straight(straight: MeasuredTrial) -> None:
     assert course.forward.value == pytest.approx(straight.speed, rel=0.01)
     assert abs(course.sideways.value) < 0.001
     assert abs(course.turning.value) < np.radians(0.2)
+    assert np.isnan([rate.se for rate in course_of(straight, straight.head)]).all()  # a simulation has no error
 
 
 def test_a_steady_turn_and_slip_are_found_beside_the_beat(straight: MeasuredTrial) -> None:
@@ -41,10 +42,6 @@ def test_a_steady_turn_and_slip_are_found_beside_the_beat(straight: MeasuredTria
 
     assert course.turning.value - plain.turning.value == pytest.approx(TURNING)
     assert course.sideways.value - plain.sideways.value == pytest.approx(SIDEWAYS)
-
-
-def test_a_simulation_has_no_standard_error(straight: MeasuredTrial) -> None:
-    assert np.isnan([rate.se for rate in course_of(straight, straight.head)]).all()
 
 
 def test_its_standard_errors_hold_the_truth_as_often_as_they_claim(straight: MeasuredTrial) -> None:

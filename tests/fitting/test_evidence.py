@@ -97,7 +97,7 @@ def test_a_held_out_trial_is_never_looked_at_beyond_its_known_part(
     assert spoilt.marker_error_m == clean.marker_error_m
 
 
-def test_what_is_screened_for_each_trial_is_the_same_points_in_step_with_it(trials: tuple[MeasuredTrial, ...]) -> None:
+def test_the_same_points_are_screened_for_each_trial(trials: tuple[MeasuredTrial, ...]) -> None:
     slow, fast = (screen(exact_twin(), trial, seed=3) for trial in trials[:2])
 
     np.testing.assert_array_equal(slow.points[:5], fast.points[:5])
@@ -107,7 +107,7 @@ def test_what_is_screened_for_each_trial_is_the_same_points_in_step_with_it(tria
     np.testing.assert_allclose((slow.objective_m + fast.objective_m) / 2, values, rtol=1e-12)
 
 
-def test_a_forward_swimmer_is_preferred_to_a_closer_one_that_swims_backward(
+def test_a_forward_swimmer_is_preferred_to_a_closer_backward_one(
     trials: tuple[MeasuredTrial, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two points are screened, and whatever has more slender drag than a bound is said to swim backward."""
@@ -133,7 +133,7 @@ def test_each_pair_finds_a_twin_that_forecasts_what_it_has_not_seen(
         assert pair.speed_mae["twin"] < 0.01
 
 
-def test_of_many_pairs_a_seeded_choice_is_made_by_name_and_of_two_swims_none(
+def test_of_many_pairs_a_seeded_choice_is_made_by_name(
     trials: tuple[MeasuredTrial, ...],
 ) -> None:
     assert fit_pairs(trials[:2], exact_twin()) == ()

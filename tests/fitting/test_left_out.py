@@ -18,7 +18,7 @@ def test_nothing_is_flagged_that_chance_makes() -> None:
     assert flags(left_out("entrained_water", 2.0, 0.4, shows=2.0, moves=MOVES)) == ()
 
 
-def test_an_effect_that_the_swims_ask_for_is_flagged_with_what_it_does() -> None:
+def test_an_effect_that_is_asked_for_is_flagged_with_what_it_does() -> None:
     (flag,) = flags(left_out("entrained_water", 5.0, 1e-5, shows=2.0, moves=MOVES))
     assert flag.kind == "effect_left_out"
     assert "entrained water (5.0 standard deviations, nominal p 1e-05 for any of 1 that were tried)" in flag.message

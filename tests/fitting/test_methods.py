@@ -60,7 +60,7 @@ def fits(swims: Swims) -> dict[str, CoefficientFit]:
 
 
 @each_method
-def test_the_best_swims_forward_and_is_as_far_from_the_tracks_as_it_says(
+def test_the_best_swims_forward_and_is_as_far_off_as_it_says(
     method: str, swims: Swims, fits: dict[str, CoefficientFit]
 ) -> None:
     fit = fits[method]
@@ -107,7 +107,7 @@ def test_a_cut_budget_is_flagged_and_a_long_one_is_not(
 
 
 @pytest.mark.parametrize(("gained", "converged"), [(0.5, True), (10.0, False)])
-def test_what_a_cut_simplex_still_gains_says_whether_the_gradient_search_had_converged(
+def test_what_a_cut_simplex_gains_tells_convergence(
     easy: EasySwims, monkeypatch: pytest.MonkeyPatch, gained: float, converged: bool
 ) -> None:
     """Whatever that thought of its own end; a gain within the roughness of the floor is luck."""
@@ -145,9 +145,7 @@ def test_a_budget_too_small_for_one_forward_swimmer_says_so(swims: Swims, monkey
         search("random", swims, TINY, budget_s=40.0)
 
 
-def test_what_would_win_but_swims_backward_is_handed_back_with_a_penalty(
-    swims: Swims, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_would_win_but_swims_backward_has_a_penalty(swims: Swims, monkeypatch: pytest.MonkeyPatch) -> None:
     objective = PublishedObjective(swims, BUDGET_S)
     forward = {2.0: False, 3.0: True, 4.0: True}
     monkeypatch.setattr("fitting.search_space.swims_forward", lambda _twin, c, _trials: [forward[c[0, 0]]])

@@ -75,7 +75,7 @@ def test_a_backward_restart_is_no_part_of_a_profile(swims: Swims, fit: Coefficie
     assert len(profiles.curve(1, fit.coefficients[1])[0]) == 3
 
 
-def test_a_curve_takes_in_the_restarts_below_it_and_leaves_out_those_above() -> None:
+def test_a_curve_takes_in_the_restarts_below_it() -> None:
     """Straight from 0.04 m at 0 to the fit's 0.03 m at 1 and to 0.06 m at 4: 0.035 m at 0.25, 0.045 m at 2.25."""
     value = np.tile([0.0, 4.0], (5, 1))
     restart = np.tile([2.25, 2.25, 0.25, 1.0], (5, 1)).T

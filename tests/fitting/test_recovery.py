@@ -38,7 +38,7 @@ def relative(found: FluidCoefficients, true: FluidCoefficients = PLAUSIBLE_COEFF
     return np.array(found) / np.array(true) - 1
 
 
-def test_without_noise_all_five_are_recovered_from_a_start_that_is_wrong() -> None:
+def test_without_noise_all_five_are_recovered_from_a_wrong_start() -> None:
     swims = Swims(exact_twin(), exact_swims())
     fit = refine_coefficients(swims, [np.append(np.sqrt(TRUTH * WRONG), PHASES + 0.1)], iterations=20)
 
@@ -172,7 +172,7 @@ def turned(angle: float) -> Callable[[np.ndarray], np.ndarray]:
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.7, *later(np.pi, -2.4)])
-def test_a_pool_turned_and_shifted_gives_the_same_trial_and_the_same_objective(angle: float) -> None:
+def test_a_pool_turned_and_shifted_gives_the_same_trial(angle: float) -> None:
     still, moved = measured(lambda position: position), measured(turned(angle))
 
     np.testing.assert_allclose(moved.head.position_m, still.head.position_m, atol=1e-9)

@@ -1,12 +1,15 @@
-"""Descents begin apart from one another, at forward swimmers where there are enough of them."""
+"""Descents begin apart from one another, at swimmers that swim forward from rest as the robot does."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fitting import MeasuredTrial
+from fitting.from_rest import probed_frequencies, speed_from_rest, swims_forward
 from fitting.search_space import SearchSpace
+from swimmer import PUBLISHED_COEFFICIENTS, Twin, load_robot
 
 
 @dataclass
@@ -31,7 +34,7 @@ def begun(space: Forward, points: np.ndarray, wanted: int) -> list[float]:
     return [float(point[0]) for point in SearchSpace.promising(space, points, wanted, 0.2)]  # type: ignore[arg-type]
 
 
-def test_the_best_come_first_and_keep_their_distance_in_coefficients_alone() -> None:
+def test_the_best_come_first_and_keep_their_distance() -> None:
     assert begun(Forward(), places(1.0, 1.1, 1.3, 0.7, 0.4), 3) == [1.0, 1.3, 0.7]
 
 
@@ -45,3 +48,34 @@ def test_no_more_are_swum_from_rest_than_needed() -> None:
     space = Forward()
     SearchSpace.promising(space, places(*np.linspace(0.0, 1.4, 100)), 2, 0.01)  # type: ignore[arg-type]
     assert space.asked == 2
+
+
+FORWARD = (0.43, 6.5, 9.97, 4.14, 7.56)
+BACKWARD = (0.0, 3.46, 10.0, 1.095, 0.0)
+"""As close to the public tracks as the other, when started at the measured speed."""
+
+
+def test_known_twins_are_told_apart_at_low_frequency(trials: dict[str, MeasuredTrial]) -> None:
+    twin = Twin(load_robot(), ("nose", "neck"))
+    like_public = tuple(
+        replace(trials["slow"], frequency=replace(trials["slow"].frequency, hz=hz)) for hz in (0.75, 1.31)
+    )
+
+    assert swims_forward(twin, np.array([FORWARD, BACKWARD]), like_public).tolist() == [True, False]
+    speeds = speed_from_rest(twin, np.array([FORWARD, BACKWARD]), np.array([0.4, 1.3]))
+
+    assert (speeds[0] > 0.01).all()
+    assert speeds[1, 0] < 0
+
+
+def test_frequencies_are_probed_from_half_the_slowest_to_the_fastest(trials: dict[str, MeasuredTrial]) -> None:
+    probed = probed_frequencies((trials["slow"], trials["fast"]))
+
+    np.testing.assert_allclose(probed[[0, -1]], [0.5 * trials["slow"].frequency.hz, trials["fast"].frequency.hz])
+
+
+def test_a_robot_that_was_seen_swimming_backward_may_do_so(trials: dict[str, MeasuredTrial]) -> None:
+    twin = Twin(load_robot(), ("nose", "neck"))
+    backward = (replace(trials["slow"], speed=-0.02), trials["fast"])
+
+    assert swims_forward(twin, np.array([BACKWARD, PUBLISHED_COEFFICIENTS]), backward).all()

@@ -51,7 +51,7 @@ def first_frames(tracks: Tracks, seconds: float) -> Tracks:
     return Tracks(tracks.markers, tracks.time_s[kept], tracks.position_px[kept], tracks.confidence[kept])
 
 
-def test_a_fit_trial_knows_all_of_itself_and_is_scored_for_4_s_after_warm_up(session: Session) -> None:
+def test_a_fit_trial_knows_all_of_itself_and_is_scored_for_4_s(session: Session) -> None:
     trial = measured(session, "new", role="fit")
 
     assert trial.known.all()
@@ -60,7 +60,7 @@ def test_a_fit_trial_knows_all_of_itself_and_is_scored_for_4_s_after_warm_up(ses
     assert trial.time_s[trial.scored][[0, -1]] == pytest.approx([1.0, 5.0 - 1 / 60], abs=1e-6)
 
 
-def test_a_held_out_trial_knows_its_first_two_beats_and_is_scored_on_the_rest(session: Session) -> None:
+def test_a_held_out_trial_knows_two_beats_and_is_scored_on_the_rest(session: Session) -> None:
     trial = measured(session, "new")
 
     assert trial.time_s[trial.known][-1] == pytest.approx(2.0, abs=0.05)
@@ -77,7 +77,7 @@ def test_what_two_beats_are_does_not_hang_on_the_command(session: Session, comma
 
 
 @pytest.mark.parametrize("seconds", [5.0, 3.0])
-def test_nothing_of_a_held_out_trial_is_taken_from_the_frames_it_is_scored_on(
+def test_nothing_held_out_is_taken_from_the_frames_it_is_scored_on(
     session: Session, swims: Swims, truth: Truth, seconds: float
 ) -> None:
     """Its rest is replaced by another swim, of another speed and heading, joined to it without a jump."""
@@ -100,19 +100,15 @@ def test_nothing_of_a_held_out_trial_is_taken_from_the_frames_it_is_scored_on(
 
 
 @pytest.mark.parametrize("name", ["slow", "fast", "new"])
-def test_it_starts_with_the_speed_it_swims_at(name: str, trials: dict[str, MeasuredTrial], truth: Truth) -> None:
+def test_start_speed_and_frequency_are_the_true_ones(name: str, trials: dict[str, MeasuredTrial], truth: Truth) -> None:
     trial = trials[name]
 
     assert -trial.start_velocity[0] == pytest.approx(truth.trials[name].speed_m_s, abs=0.06)
     step = np.gradient(trial.head.path_m, trial.time_s, axis=0)[1]
     np.testing.assert_allclose(trial.start_velocity[:2], step, atol=0.03)
-
-
-@pytest.mark.parametrize("name", ["slow", "fast", "new"])
-def test_speed_and_frequency_are_the_true_ones(name: str, trials: dict[str, MeasuredTrial], truth: Truth) -> None:
-    assert trials[name].frequency.hz == pytest.approx(truth.trials[name].frequency_hz, rel=1e-3)
+    assert trial.frequency.hz == pytest.approx(truth.trials[name].frequency_hz, rel=1e-3)
     if name != "new":  # kept frames differ for a held-out trial
-        assert trials[name].speed == pytest.approx(truth.trials[name].speed_m_s, rel=5e-3)
+        assert trial.speed == pytest.approx(truth.trials[name].speed_m_s, rel=5e-3)
 
 
 def test_frames_without_a_trusted_head_count_for_no_marker(session: Session) -> None:
@@ -157,9 +153,7 @@ def test_the_camera_sets_the_scale(session: Session) -> None:
 
 
 @pytest.mark.parametrize(("fps", "flagged"), [(60.0, False), (59.94, False), (30.0, True), (120.0, True)])
-def test_stamps_that_are_somewhat_beside_the_frame_rate_are_believed_and_flagged(
-    session: Session, fps: float, flagged: bool
-) -> None:
+def test_stamps_beside_the_frame_rate_are_believed_and_flagged(session: Session, fps: float, flagged: bool) -> None:
     """The stamps are 60 a second."""
     plain = measured(session, "slow")
     found = measured(replace(session, camera=replace(session.camera, fps=fps)), "slow", tracks_of(session, "slow"))

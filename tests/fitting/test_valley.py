@@ -1,4 +1,6 @@
-"""The walk along a valley reaches the lower of two floors, which lies beyond a bend and a barrier."""
+"""The walk along a valley reaches the lower of two floors beyond a bend and a barrier, and a simplex in its shape goes
+along it where one along the coefficients creeps.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +10,14 @@ import numpy as np
 import pytest
 
 from fitting.mean_distance import MeanDistance
-from fitting.search_space import ROOTS
+from fitting.objective import Swims
+from fitting.published_objective import PublishedObjective
+from fitting.published_search import nelder_mead
+from fitting.search_space import ROOTS, SearchSpace
 from fitting.valley import ELSEWHERE, along_valley
+from fitting.valley_simplex import LONGEST, RISE_M, _edges, descend_in_valley
+from synthetic import PLAUSIBLE_COEFFICIENTS
+from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 
 MOVED, LOWER, UPPER = 4, 1.0, 2.4
 
@@ -47,3 +55,40 @@ def test_the_walk_crosses_the_barrier_to_the_other_floor() -> None:
     assert np.diff(np.sort([*roots, UPPER])).min() > ELSEWHERE
     assert lowest[MOVED] == pytest.approx(LOWER, abs=0.2)
     np.testing.assert_allclose(lowest, space.floor(lowest[MOVED]), atol=0.01)
+
+
+BUDGET_S = 600.0
+START = np.append(np.array(PLAUSIBLE_COEFFICIENTS) * [1.1, 0.95, 1.1, 0.97, 1.3], PHASES[:2] + 0.02)
+
+
+@pytest.fixture(scope="module")
+def swims() -> Swims:
+    return Swims(exact_twin(), exact_swims(hz=(0.7, 1.2), seconds=3.5))
+
+
+def started(swims: Swims) -> PublishedObjective:
+    objective = PublishedObjective(swims, BUDGET_S)
+    objective(START[:, None])
+    return objective
+
+
+@pytest.mark.long
+def test_it_comes_lower_than_a_simplex_along_the_coefficients(swims: Swims) -> None:
+    shaped, plain = started(swims), started(swims)
+    descend_in_valley(shaped, BUDGET_S)
+    nelder_mead(plain, BUDGET_S, START)
+
+    assert shaped.best_m < plain.best_m < started(swims).best_m
+    assert shaped.spent_s < BUDGET_S + 40.0
+    assert ((shaped.best_point[:5] >= 0) & (shaped.best_point[:5] <= 10)).all()
+
+
+def test_along_edges_not_cut_short_the_objective_rises_alike(swims: Swims) -> None:
+    """By what they are made for, from its lowest point; the longest ones leave the range where curvature tells."""
+    space = SearchSpace(swims)
+    lowest = np.append(np.sqrt(PLAUSIBLE_COEFFICIENTS), PHASES[:2])
+    edges = _edges(space, lowest)
+    rises = space.objectives(lowest[:, None] + edges) - space.objectives(lowest[:, None])
+
+    assert np.linalg.norm(edges, axis=0).max() <= LONGEST * (1 + 1e-9)
+    np.testing.assert_allclose(rises[3:], RISE_M, rtol=0.4)

@@ -41,18 +41,6 @@ def errors(fit: JointFit) -> tuple[np.ndarray, np.ndarray]:
     return np.array(off), np.array(error)
 
 
-@pytest.mark.long
-def test_arm_speed_and_phase_are_found() -> None:
-    fit = fitted()
-
-    assert fit.arm_m == pytest.approx(ARM_M, abs=2e-4)
-    for trial, (asked, phase) in zip(fit.trials, (SLOW, FAST), strict=True):
-        assert trial.speed_hz == pytest.approx(clean_run(ARM_M, asked, phase)[2], rel=1e-3)
-        assert np.degrees(trial.phase_rad) == pytest.approx(np.degrees(phase), abs=1.0)
-        assert trial.shortcut_error_m < 2e-4
-        assert trial.marker_error_m < 0.012
-
-
 def test_from_a_wrong_start_without_noise_it_ends_at_the_truth() -> None:
     trials = [dry_trial(ARM_M, *part, noise=NOISELESS) for part in (SLOW, FAST)]
     off, _ = errors(fit_joint(trials, shared_response(), WRONG))

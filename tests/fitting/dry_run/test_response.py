@@ -7,28 +7,11 @@ import pytest
 
 from fitting.dry_run.response import DryResponse, Turn, simulate_response, simulate_turns, with_arm
 from session import FISHSIM_MARKERS, NotEnoughData
-from swimmer import DRY, Runs, Twin
 from tests.fitting.dry_run.runs import ROBOT, clean_run, shared_response
 
 
 def farthest_mm(one: np.ndarray, other: np.ndarray) -> float:
     return 1e3 * float(np.abs(one - other).max())
-
-
-def test_the_motion_repeats_from_the_first_turn_on() -> None:
-    """Which is why phase costs no simulation. Read off at equal angles of the crank, which itself lags a little."""
-    twin, hz = Twin(ROBOT, FISHSIM_MARKERS, DRY), np.array([0.3, 0.6, 1.2])
-    share = np.arange(100) / 100
-
-    def turn(number: int) -> tuple[np.ndarray, np.ndarray]:
-        seen = twin.simulate(Runs(np.zeros((3, 5)), hz, np.zeros(3)), (number + share) / hz[:, None])
-        return seen.crank_rad - 2 * np.pi * number, seen.marker_m
-
-    (first, early), (later, late) = turn(1), turn(6)
-    for i in range(3):
-        for marker in range(early.shape[2]):
-            seen = np.interp(first[i, 5:95], later[i], late[i, :, marker, 1])
-            np.testing.assert_allclose(seen, early[i, 5:95, marker, 1], atol=2e-5)
 
 
 @pytest.mark.parametrize("arm_mm", [29.9, 35.3, 38.2, 40.0, 41.2])

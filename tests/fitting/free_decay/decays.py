@@ -9,8 +9,8 @@ import numpy as np
 
 from fitting.free_decay import DecayTwin
 from session import CameraSpec, Tracks
-from swimmer import FREE_DECAY, load_robot
-from synthetic.noise import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets
+from swimmer import FREE_DECAY, RobotSpec, load_robot
+from synthetic.noise import TrackingNoise, lasting_errors, on_grid, placement_offsets
 
 ROBOT = load_robot()
 CAMERA = CameraSpec(fps=60.0, scale_length_m=0.142)
@@ -35,6 +35,12 @@ class Truth:
 @lru_cache(maxsize=4)
 def fine_twin(step_s: float = 0.0004) -> DecayTwin:
     return DecayTwin(ROBOT, MARKERS, replace(FREE_DECAY, timestep_s=step_s), workers=1)
+
+
+def with_hinges(stiffness_n_m: float, damping_n_m_s: float) -> RobotSpec:
+    """The built-in robot with other hinges."""
+    hinges = {"hinge_stiffness_n_m": stiffness_n_m, "hinge_damping_n_m_s": damping_n_m_s}
+    return ROBOT.model_copy(update={"tail": ROBOT.tail.model_copy(update=hinges)})
 
 
 def swings(truths: list[Truth], step_s: float = 0.0004) -> np.ndarray:
@@ -67,6 +73,3 @@ def filmed(
 def decay_tracks(truth: Truth | None = None, seed: int = 0, noise: TrackingNoise = NOISE) -> Tracks:
     truth = truth or Truth()
     return filmed(swings([truth])[0], truth, seed, noise)
-
-
-__all__ = ["CAMERA", "MARKERS", "NOISELESS", "ROBOT", "Truth", "decay_tracks", "filmed", "frame_times", "swings"]

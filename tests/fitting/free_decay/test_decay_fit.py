@@ -9,9 +9,10 @@ import pytest
 
 from fitting.free_decay import DecayFit, DecayTrial, combine_decays, fit_decay, measure_decay_trial
 from session import NotEnoughData, Tracks
+from synthetic import NOISELESS
 from tests.cases import later
 from tests.fitting.free_decay.chain import linear_decay
-from tests.fitting.free_decay.decays import CAMERA, MARKERS, NOISELESS, ROBOT, Truth, decay_tracks, filmed, swings
+from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay_tracks, filmed, swings
 
 LIGHT = Truth(stiffness_n_m=0.45, damping_n_m_s=0.006, seconds=2.2)
 
@@ -79,7 +80,7 @@ def test_a_decay_of_the_linear_chain_gives_its_stiffness_back() -> None:
         *later((slice(None), 5, np.nan, "clipped")),
     ],
 )
-def test_samples_out_of_place_or_out_of_sight_are_left_out_and_told(
+def test_samples_out_of_place_or_sight_are_left_out_and_told(
     frames: slice, marker: int, off_px: float | list[float], kind: str
 ) -> None:
     tracks = decay_tracks(LIGHT)
@@ -95,7 +96,7 @@ def test_samples_out_of_place_or_out_of_sight_are_left_out_and_told(
     ("truth", "kind"),
     [(replace(LIGHT, damping_n_m_s=0.09), "unidentifiable"), (replace(LIGHT, seconds=0.85), "too_short")],
 )
-def test_a_tail_that_creeps_back_and_a_recording_that_ends_at_once_are_flagged(truth: Truth, kind: str) -> None:
+def test_creeping_tails_and_short_recordings_are_flagged(truth: Truth, kind: str) -> None:
     assert kind in kinds(fitted(decay_tracks(truth)))
 
 
@@ -130,7 +131,7 @@ def test_a_decay_that_shows_too_little_is_refused(seconds: float, markers: tuple
         measured(decay_tracks(replace(LIGHT, seconds=seconds)).select(markers))
 
 
-def test_several_decays_weigh_by_their_errors_and_say_when_they_disagree(light: DecayFit) -> None:
+def test_several_decays_weigh_by_their_errors_and_may_disagree(light: DecayFit) -> None:
     off = replace(light, name="other", stiffness_n_m=1.1 * light.stiffness_n_m)
 
     alike, apart = combine_decays([light, light]), combine_decays([light, off])

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from fitting.free_decay import DecayTwin
-from fitting.free_decay.damped_sine import fit_damped_sine
 from fitting.free_decay.decay_twin import STEPS_S, stable_scene
-from tests.fitting.free_decay.chain import linear_decay, natural_hz
+from tests.fitting.free_decay.chain import linear_decay
 from tests.fitting.free_decay.decays import MARKERS, ROBOT, Truth, swings
 
 TIME_S = np.arange(60) / 60.0
@@ -18,15 +17,6 @@ TWIN = DecayTwin(ROBOT, MARKERS, workers=1)
 def decay(stiffness: float, damping: float, bent: np.ndarray, twin: DecayTwin = TWIN) -> np.ndarray:
     start = np.stack([bent, np.zeros_like(bent)])[None]
     return twin(np.array([stiffness]), np.array([damping]), start, TIME_S)[0]
-
-
-def test_the_published_stiffness_rings_at_the_frequency_of_the_linear_chain() -> None:
-    lateral = decay(0.65, 0.004, 1e-3 * np.array(Truth().bent_rad))[..., 1]
-
-    ring = fit_damped_sine(TIME_S[6:], lateral[6:], np.ones_like(lateral[6:]))
-
-    assert natural_hz(ROBOT, 0.65)[0] == pytest.approx(4.151, abs=0.001)
-    assert ring.natural_hz == pytest.approx(natural_hz(ROBOT, 0.65)[0], rel=5e-4)
 
 
 @pytest.mark.parametrize("damping", [0.02, 0.004])

@@ -64,7 +64,7 @@ def test_flags_count_the_frames_of_the_video() -> None:
     assert [flag.frames for flag in flags if flag.markers == (FISHSIM_MARKERS[6],)] == [(jumped, jumped)]
 
 
-def test_its_frequency_is_that_of_the_crank_with_the_tail_s_beat_beside_it() -> None:
+def test_its_frequency_is_that_of_the_crank_beside_the_tail_s_beat() -> None:
     _, record, trial = swum()
     assert trial.turn is not None
     assert trial.beat is not None
@@ -90,17 +90,7 @@ def test_with_the_measured_turn_the_true_coefficients_fit_better() -> None:
     assert misfit_m(twin, trial) < 0.5 * misfit_m(twin, even)
 
 
-def test_the_harmonic_phase_starts_close_to_the_best() -> None:
-    _, _, trial = swum()
-    twin = Twin(ROBOT, FISHSIM_MARKERS)
-    found = phase_from_harmonic(twin, trial, COEFFICIENTS, trial.frequency.hz)[0]
-    tries = found + np.linspace(-0.5, 0.5, 41)
-    columns = np.vstack([np.repeat(COEFFICIENTS.T, len(tries), axis=1), tries])
-    best = tries[np.argmin(Swims(twin, (trial,), "shape").mean_distance(columns))]
-    assert abs(best - found) < 0.2
-
-
-def test_a_log_whose_clock_is_not_believed_leaves_all_frames_and_an_even_turn() -> None:
+def test_a_log_whose_clock_is_not_believed_is_not_used() -> None:
     one, record, _ = swum()
     given = replace(record.clock, found_by="given")
     trial = measure_trial(SWIM_SPEC, tracks_of(one), CAMERA, ROBOT, 1.0, replace(record, usable=False, clock=given))
@@ -128,7 +118,7 @@ def test_a_dry_run_knows_how_unevenly_its_crank_turned() -> None:
 
 
 @pytest.mark.parametrize("role", ["fit", "holdout"])
-def test_without_its_log_a_trial_is_what_its_frames_tell_by_themselves(role: str) -> None:
+def test_without_its_log_a_trial_is_what_its_frames_tell(role: str) -> None:
     one, _, trial = swum(role)
     driven = slice(trial.first_frame, trial.first_frame + len(trial.time_s))
     tracks = tracks_of(one)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fitting import measure_trial
 from fitting.posterior.gait import (
     COURSE,
     SPEED,
@@ -16,7 +17,8 @@ from fitting.posterior.gait import (
     phase_between,
     places_of_slides,
 )
-from swimmer import Runs
+from session import FISHSIM_MARKERS, CameraSpec, TrialSpec, load_tracks
+from swimmer import Runs, load_robot
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import exact_twin
 from tests.fitting.posterior.waves import (
@@ -30,6 +32,7 @@ from tests.fitting.posterior.waves import (
     reader,
     shape,
 )
+from tests.session.sample import FISHSIM, needs_fishsim
 
 
 def test_a_wave_of_known_size_and_lag_has_its_harmonics() -> None:
@@ -71,7 +74,7 @@ def test_the_course_is_how_fast_it_slips_and_turns() -> None:
     assert phase_between(gait, advanced(gait, 0.7), [4, 5, 6]) == pytest.approx(0.7)
 
 
-def test_markers_that_slide_along_the_fish_are_told_beside_the_path_of_all() -> None:
+def test_markers_that_slide_are_told_beside_the_path_of_all() -> None:
     pace = 1e-3 * np.arange(len(ALONG_M))
     read = replace(reader(), span_m=float(ALONG_M[1]))
     slid = np.einsum("n,m->nm", TIME_S, pace)
@@ -97,3 +100,24 @@ def test_an_advanced_gait_is_that_of_a_simulation_with_another_phase() -> None:
     assert np.abs(harmonics_of(gaits[1:]) - harmonics_of(gaits[0])).max() > 5e-3
     tail = list(range(3, len(twin.markers)))
     assert phase_between(np.tile(gaits[0], (2, 1)), gaits[1], tail)[0] == pytest.approx(0.4, abs=5e-3)
+
+
+TRIALS = ("f0_75", "f1_00", "f1_25", "f1_75")  # the slowest swims at 20 mm/s, too slowly to tell
+TAIL = slice(3, 8)
+
+
+@needs_fishsim
+def test_high_markers_run_ahead_and_the_tail_falls_behind() -> None:
+    found = []  # of each trial, by which share of its speed each marker slides forward
+    for name in TRIALS:
+        camera = CameraSpec(fps=60.0, scale_length_m=0.142, calibration=None, file=None)
+        tracks = load_tracks(FISHSIM / f"{name}.csv", FISHSIM_MARKERS, 60.0)
+        spec = TrialSpec(name, "swim", commanded_hz=float(name[1:].replace("_", ".")))
+        trial = measure_trial(spec, tracks, camera, load_robot(), 1.0)
+        gait = Gait.of(trial, with_course=True)(trial.position_m[trial.kept])
+        found.append(gait[places_of_slides(len(gait))] / gait[0])
+    over_speed = np.array(found)  # (t, 9)
+    dorsal, caudal = (FISHSIM_MARKERS.index(name) for name in ("dorsal_fin", "caudal_fin"))
+    assert (over_speed[:, [dorsal, caudal]] > 0.012).all()
+    assert (over_speed[:, TAIL].mean(axis=1) < -0.01).all()
+    assert np.corrcoef(over_speed).min() > 0.85

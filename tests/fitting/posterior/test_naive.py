@@ -59,9 +59,7 @@ def test_with_white_noise_it_is_least_squares(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.long
-def test_where_noise_lasts_and_boxes_are_off_it_is_sure_of_something_else(
-    drawn: DrawnSession, posterior: Posterior
-) -> None:
+def test_where_noise_lasts_it_is_sure_of_something_else(drawn: DrawnSession, posterior: Posterior) -> None:
     found, truth = naive_posterior(posterior), np.array(drawn.truth)
     off = np.abs(truth - found.middle) / ((found.q95 - found.q05) / 3.29)
     assert off.max() > 3.0  # the intervals need not be narrow: boxes that are off pass for noise

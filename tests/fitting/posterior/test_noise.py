@@ -65,7 +65,7 @@ def _shared(part: NoisePart, white: float, seed: int, count: int = 1) -> np.ndar
     return np.asarray(lasting + np.sqrt(white) * random.standard_normal(drawn.shape))
 
 
-def test_the_covariance_of_gaits_of_markers_that_err_together_is_that_of_repeated_draws() -> None:
+def test_the_covariance_of_gaits_is_that_of_repeated_draws() -> None:
     usable = np.ones((len(TIME_S), len(ALONG_M)), bool)
     usable[40:80, 3] = False
     read, sd_m, part = reader(usable), 1e-3 * np.linspace(0.3, 0.9, len(ALONG_M)), NoisePart(0.8, 0.1, False, ALIKE)
@@ -113,7 +113,7 @@ def test_what_markers_have_in_common_is_found(scale_s: float, smooth: bool, shru
 
 @pytest.mark.long
 @pytest.mark.parametrize("shared", [0.0, 0.8])
-def test_intervals_with_the_noise_that_was_found_hold_as_often_as_with_the_true_one(shared: float) -> None:
+def test_intervals_hold_as_often_as_with_the_true_noise(shared: float) -> None:
     """Of five numbers that move gaits anyhow, fitted by least squares: 90 %, whatever neighbours have in common."""
     read, inside = reader(), []
     count = len(ALONG_M)

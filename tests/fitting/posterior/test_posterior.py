@@ -27,7 +27,7 @@ def test_it_holds_the_truth(drawn: DrawnSession, posterior: Posterior) -> None:
     assert not {"emulator_off", "not_converged", "model_discrepancy"} & {flag.kind for flag in posterior.flags}
 
 
-def test_the_simulated_likelihood_gives_the_same_answer_as_the_emulated_one(posterior: Posterior) -> None:
+def test_the_simulated_likelihood_answers_as_the_emulated_one(posterior: Posterior) -> None:
     chosen = np.random.default_rng(0).choice(len(posterior.coefficients), 1500, replace=False)
     draws, discrepancy = posterior.coefficients[chosen], posterior.discrepancy[chosen]
     found = posterior.found

@@ -45,7 +45,7 @@ def test_trials_together_are_as_each_by_itself(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["fluid_memory", "joint_friction", "crank_arm_error", "lens_distortion"])
-def test_the_plain_row_is_that_of_effects_of_no_strength_however_they_enter(name: str) -> None:
+def test_the_plain_row_is_that_of_effects_of_no_strength(name: str) -> None:
     session = AffectedSession.of([catalogue()[name]], model(), CAMERA, AT)
     of_none = session.gaits(AT[None], np.zeros((1, len(session.effects[0].parameters))))[0]
     np.testing.assert_array_equal(plain_gaits(model(), CAMERA, PLAUSIBLE_COEFFICIENTS), of_none)

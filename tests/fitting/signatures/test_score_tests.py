@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fitting.dry_run.response import with_arm
 from fitting.left_out import EffectsLeftOut
 from fitting.posterior import Posterior
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
@@ -92,9 +93,8 @@ def noise(linear: Linear, seed: int) -> np.ndarray:
     return SD * np.random.default_rng(seed).standard_normal(len(linear.middle))
 
 
-def test_another_robot_is_found_by_its_effect_its_size_and_what_it_does_to_coefficients(linear: Linear) -> None:
-    crank = ROBOT.crank.model_copy(update={"arm_m": (1 + LONGER) * ROBOT.crank.arm_m})
-    swum = beside(exact_twin(workers=1).of_robot(ROBOT.model_copy(update={"crank": crank})))
+def test_another_robot_is_found_by_effect_size_and_what_it_moves(linear: Linear) -> None:
+    swum = beside(exact_twin(workers=1).of_robot(with_arm(ROBOT, (1 + LONGER) * ROBOT.crank.arm_m)))
     posterior = linear.after(swum.simulated(TRUTH[None])[0])
     best = asked(posterior).tried[0]
     assert (best.effect, best.asked) == ("crank_arm_error", True)

@@ -5,15 +5,9 @@ import pytest
 
 from fitting.signatures.separation import Whitened
 from fitting.signatures.signature import Signature
-from swimmer.effects import Effect, Parameter
+from tests.fitting.signatures.made import Made
 
 K = 9
-
-
-class Made(Effect):
-    def __init__(self, name: str, *bounds: tuple[float, float]) -> None:
-        self.name = name  # type: ignore[misc]
-        self.parameters = tuple(Parameter(f"p{i}", "1", low, high, 1.0) for i, (low, high) in enumerate(bounds))
 
 
 def signature(name: str, rows: np.ndarray, *bounds: tuple[float, float]) -> Signature:
@@ -28,13 +22,20 @@ def space() -> Whitened:
     return Whitened.of(np.eye(K), np.eye(K)[:, :5], np.full(5, 1e9))
 
 
-def test_what_coefficients_can_do_has_no_length(space: Whitened) -> None:
+def test_what_coefficients_and_noise_can_do_has_little_length(space: Whitened) -> None:
     row = np.arange(1.0, K + 1)
     assert space.length(np.where(np.arange(K) < 5, row, 0.0)) == pytest.approx(0.0, abs=1e-6)
     assert space.length(row) == pytest.approx(np.linalg.norm(row[5:]))
+    held = Whitened.of(np.eye(K), np.eye(K)[:, :5], np.ones(5))
+    assert held.length(np.eye(K)[0]) == pytest.approx(np.sqrt(0.5))
+
+    along = np.ones(K) / np.sqrt(K)
+    noise = np.eye(K) + 8 * np.outer(along, along)
+    correlated = Whitened.of(noise, np.zeros((K, 5)), np.ones(5))
+    assert correlated.length(6 * along) == pytest.approx(2.0)
 
 
-def test_a_rival_in_the_same_direction_comes_all_the_way_within_its_bounds(space: Whitened) -> None:
+def test_a_rival_in_the_same_direction_comes_within_its_bounds(space: Whitened) -> None:
     row = 2 * np.eye(K)[6]
     same = signature("same", np.eye(K)[6:7], (-5.0, 5.0))
     bound = signature("bound", np.eye(K)[6:7], (-5.0, 0.5))
@@ -55,7 +56,7 @@ def test_a_rival_of_two_parameters_uses_both(space: Whitened) -> None:
     assert rival.distance == pytest.approx(1.0)
 
 
-def test_a_rival_that_turns_with_its_strength_is_nearest_on_the_right_stretch(space: Whitened) -> None:
+def test_a_rival_that_turns_is_nearest_on_the_right_stretch(space: Whitened) -> None:
     """Along one direction while it is weak and along another once it is strong; no single slope comes near both."""
     bent = signature("bent", np.eye(K)[6:7], (0.0, 6.0))
     bent.gaits[1] = 3 * np.eye(K)[7]

@@ -12,7 +12,6 @@ from fitting.signatures.signature import strengths
 from session import FISHSIM_MARKERS, CameraCalibration, CameraSpec
 from swimmer.effects.fluid import BackgroundCurrent
 from swimmer.effects.measurement import MarkerOffset, MarkerSwap, RollingShutter, ScaleError, TimeBaseError
-from swimmer.effects.tendons import CrankArmError
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
@@ -26,7 +25,7 @@ def model() -> SessionModel:
     return SessionModel(tuple(TrialModel(exact_twin(workers=1), trial, START_PHASE_RAD) for trial in trials))
 
 
-def test_a_marker_glued_elsewhere_is_the_column_that_the_posterior_knows(model: SessionModel) -> None:
+def test_a_marker_glued_elsewhere_is_the_column_of_the_posterior(model: SessionModel) -> None:
     marker = FISHSIM_MARKERS.index("tail_3")
     effect = MarkerOffset(FISHSIM_MARKERS)
     values = np.zeros((1, len(effect.parameters)))
@@ -36,16 +35,7 @@ def test_a_marker_glued_elsewhere_is_the_column_that_the_posterior_knows(model: 
     assert found == pytest.approx(column, abs=0.02 * np.abs(column).max())
 
 
-def test_a_longer_arm_moves_gaits_as_another_robot_does(model: SessionModel) -> None:
-    found = signature_of(CrankArmError(), model, CAMERA, TRUTH, np.array([[0.02]])).gaits[0]
-    longer = ROBOT.model_copy(update={"crank": ROBOT.crank.model_copy(update={"arm_m": 1.02 * ROBOT.crank.arm_m})})
-    twin = model.trials[0].twin.of_robot(longer)
-    other = SessionModel(tuple(TrialModel(twin, each.trial, START_PHASE_RAD) for each in model.trials))
-    moved = (other.simulated(TRUTH[None]) - model.simulated(TRUTH[None]))[0]
-    assert found == pytest.approx(moved, abs=0.05 * np.abs(moved).max())
-
-
-def test_with_a_wrong_scale_the_whole_fish_swims_slower_and_beats_less(model: SessionModel) -> None:
+def test_with_a_wrong_scale_the_fish_swims_slower_and_beats_less(model: SessionModel) -> None:
     found = signature_of(ScaleError(), model, CAMERA, TRUTH, np.array([[0.01, 0.0]])).gaits[0]
     plain = model.simulated(TRUTH[None])[0]
     speed, fin = 0, slice(-7 + 1, -7 + 3)  # the first harmonic of the fin across, the last marker of the last trial
@@ -53,7 +43,7 @@ def test_with_a_wrong_scale_the_whole_fish_swims_slower_and_beats_less(model: Se
     assert found[fin] == pytest.approx(-plain[fin] / 101, rel=0.05)
 
 
-def test_a_wrong_clock_is_seen_in_the_frequency_that_a_command_leads_to(model: SessionModel) -> None:
+def test_a_wrong_clock_is_seen_in_the_commanded_frequency(model: SessionModel) -> None:
     signature = signature_of(TimeBaseError(), model, CAMERA, TRUTH, np.array([[0.02], [-0.01]]))
     assert signature.beside == pytest.approx(np.array([[0.014, 0.022], [-0.007, -0.011]]))
 
@@ -65,7 +55,7 @@ def test_each_parameter_is_tried_either_way_within_its_bounds() -> None:
     assert strengths(MarkerSwap(("tail_1",))).shape == (0, 0)
 
 
-def test_the_view_stands_over_the_same_point_of_the_pool_wherever_the_fish_swims(model: SessionModel) -> None:
+def test_the_view_stands_over_the_same_point_of_the_pool(model: SessionModel) -> None:
     trial = model.trials[0].trial
     lens = CameraCalibration(width_px=1000, height_px=800, fx_px=900.0, fy_px=900.0, cx_px=500.0, cy_px=400.0)
     camera = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m, calibration=lens)

@@ -3,37 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from fitting.signatures import Signature
 from fitting.signatures.slopes import little, pieces
-from session import TrialKind
-from swimmer.effects import Effect, Parameter
+from tests.fitting.signatures.made import Made
 
 TURN, BEND = np.random.default_rng(3).standard_normal((2, 20))
 Does = Callable[[float], np.ndarray]
 
 
-class Made(Effect):
-    """Does what it is given."""
-
-    name = "made"
-    family = "structure"
-    stage = "tail"
-    physics = source = "made up"
-    seen_in: ClassVar[frozenset[TrialKind]] = frozenset({"swim"})
-
-    def __init__(self, low: float, high: float) -> None:
-        self.parameters = (Parameter("strength", "1", low, high, 1.0),)
-
-
 def signature(does: Does, low: float = -5.0, high: float = 5.0, diverges: Sequence[float] = ()) -> Signature:
     tried = np.array([s for s in (-3.0, -1.0, 1.0, 3.0) if low <= s <= high])
     rows = np.array([np.full(20, np.nan) if s in diverges else does(s) for s in tried])
-    return Signature(Made(low, high), tried[:, None], rows, np.zeros((len(tried), 0)))
+    return Signature(Made("made", (low, high)), tried[:, None], rows, np.zeros((len(tried), 0)))
 
 
 def done(found: Signature, strength: float) -> np.ndarray:

@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fitting.dry_run import measure_dry_run
+from fitting.dry_run.response import with_arm
 from fitting.free_decay import measure_decay_trial
 from fitting.structure import DryExperiments
 from session import TrialSpec, load_session, load_tracks
@@ -21,8 +22,7 @@ TRUE = {"hinge_stiffness": 0.75, "hinge_damping": 0.028, "crank_arm": 0.0375}
 def robot_with(numbers: Mapping[str, float]) -> RobotSpec:
     """The described robot with these numbers."""
     tail = {"hinge_stiffness_n_m": numbers["hinge_stiffness"], "hinge_damping_n_m_s": numbers["hinge_damping"]}
-    crank = DESCRIBED.crank.model_copy(update={"arm_m": numbers["crank_arm"]})
-    return DESCRIBED.model_copy(update={"tail": DESCRIBED.tail.model_copy(update=tail), "crank": crank})
+    return with_arm(DESCRIBED, numbers["crank_arm"]).model_copy(update={"tail": DESCRIBED.tail.model_copy(update=tail)})
 
 
 PLAN = SyntheticPlan(

@@ -1,4 +1,8 @@
-"""A free decay is evidence beside the swims: of hinges and the clock, and of nothing that water or a motor does."""
+"""What a free decay and a motor's log say beside swims.
+
+A decay tells of hinges and the clock, and of nothing that water or a motor does; a log tells a crank that turned
+otherwise from a camera whose clock is wrong.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +21,8 @@ from diagnosis.hinge_laws import LAWS, in_decays
 from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import responses
 from diagnosis.rings import rings_of
-from diagnosis.strangers import strangers
+from diagnosis.verdict import verdict_of
 from diagnosis.where import OF_NO_MARKER, locate
-from fitting.free_decay import Ring
 from fitting.signatures import Signature, signature_of
 from session import FISHSIM_MARKERS
 from swimmer.effects import catalogue
@@ -47,14 +50,22 @@ def signatures(at: Ground) -> list[Signature]:
     return [signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in TRIED]
 
 
-def seen(slower: float | None) -> Probabilities:
-    """Of swims that beat slower than commanded, beside a decay; None without one."""
+def seen(slower: float | None = None, logged: float | None = None) -> tuple[Ground, Probabilities]:
+    """Of swims that beat slower than commanded; None without a decay or a log.
+
+    Args:
+        slower: times as fast as it should the clock goes by which a decay was filmed.
+        logged: times the filmed speed of the first trial its log tells.
+    """
     known = ground()
-    told = (replace(each.trial, commanded_hz=OFF * each.trial.frequency.hz) for each in known.model.trials)
+    told = [replace(each.trial, commanded_hz=OFF * each.trial.frequency.hz) for each in known.model.trials]
+    if logged is not None:
+        told[0] = replace(told[0], logged_hz=logged * told[0].frequency.hz)
     beside = tuple(replace(each, trial=trial) for each, trial in zip(known.model.trials, told, strict=True))
     rings = () if slower is None else rings_of([decay(slower=slower)], exact_twin(1)).believed
     at = replace(known, model=type(known.model)(beside, rings))  # its slopes are found anew
-    return explained(at, signatures(at), Belief()).probabilities
+    found = explained(at, signatures(at), Belief())
+    return found.ground, found.probabilities
 
 
 def test_its_numbers_end_the_row() -> None:
@@ -92,7 +103,7 @@ def test_it_speaks_for_a_clock_or_for_a_gear() -> None:
 
     By little: hinges are doubted by 3 %, and so a clock is by half as much.
     """
-    found = [each.marginal for each in (seen(OFF), seen(None), seen(1.0))]
+    found = [seen(each)[1].marginal for each in (OFF, None, 1.0)]
     slow, none, right = (np.log(each[TRIED.index(CLOCK)] / each[TRIED.index(RATIO)]) for each in found)
     assert slow > none + 0.4
     assert none > right + 1.0
@@ -108,7 +119,7 @@ def test_the_split_by_stage_and_by_trial_counts_it_and_adds_up() -> None:
     assert where.by_band[OF_NO_MARKER[-1]] == pytest.approx(where.by_trial["decay"])
 
 
-def test_laws_of_all_hinges_together_are_hinges_that_are_not_as_described() -> None:
+def test_laws_of_all_hinges_together_are_other_hinges() -> None:
     at = ground()
     told = in_decays(at, np.full(len(ROBOT.hinges), 0.3)).sum(axis=1)  # (2, 4)
     per_share = told[:, [LAWS.index("its angle"), LAWS.index("its rate")]] * [
@@ -116,13 +127,6 @@ def test_laws_of_all_hinges_together_are_hinges_that_are_not_as_described() -> N
         TAIL.hinge_damping_n_m_s,
     ]
     assert per_share == pytest.approx(-np.eye(2), abs=0.1)
-
-
-def test_a_law_in_a_hinge_moves_decay_and_swims() -> None:
-    at = ground()
-    springs = [each.columns for each in strangers(at, responses(at)) if each.same and each.goes_with == "its angle"]
-    assert len(springs) == len(ROBOT.hinges) + 1
-    assert all(np.abs(columns[-2]).max() > 1e-3 and np.abs(columns[:-2]).max() > 1e-5 for columns in springs)
 
 
 def test_one_that_must_not_be_believed_is_left_out() -> None:
@@ -151,24 +155,24 @@ def looks() -> _Looks:
     return _Looks.of(without(), without().model, strengths, effects)
 
 
-def test_joining_one_to_come_is_looking_anew() -> None:
-    bare, now = without(), looks()
-    ring = Ring.to_come("free decay", ROBOT, tuple(FISHSIM_MARKERS[i] for i in bare.trials[0].tail), 1 / 60)
-    wider = replace(bare, alike=np.ones((len(bare.left), 2))).with_ring(ring)
-    joined = now.with_ring(ring, bare.twin)
-    anew = _Looks.of(wider, wider.model, now.strengths, {name: catalogue()[name] for name in TRIED})
-    for name in TRIED:
-        assert joined.changes[name] == pytest.approx(anew.changes[name], abs=1e-6)
-        assert joined.signatures[name].rows == pytest.approx(anew.signatures[name].rows, abs=1e-6)
-    assert wider.slopes == pytest.approx(replace(wider).slopes)
-    assert wider.alike is not None
-    assert not wider.alike[-2:].any()
-    pair = ("stiffness_error", "joint_damping")
-    assert joined.apart(bare.with_ring(ring).space, pair) > now.apart(bare.space, pair)
-
-
 def test_it_is_recommended_where_it_would_tell_something() -> None:
     pairs = [("stiffness_error", "background_current"), (RATIO, "background_current")]
     (told,) = _with_a_decay(without(), [_Confused(pair, 0.0, 0.0) for pair in pairs], looks())
     assert told.separates == pairs[0]
     assert told.expected_error < 0.5
+
+
+def test_without_a_log_these_swims_call_for_a_gear() -> None:
+    """They swim as a fish does that beats as often as was filmed; that a clock is wrong is far from excluded."""
+    ground, found = seen()
+    assert ground.model.frequencies == 2
+    assert found.marginal[1] > found.marginal[0] > 0.001
+    assert found.any_seen([0, 1]) > 0.99
+
+
+@pytest.mark.parametrize(("logged", "name"), [(OFF, CLOCK), (1.0, RATIO)])
+def test_a_log_tells_clock_from_gear(logged: float, name: str) -> None:
+    """By the log the crank turned as commanded, and the clock is wrong; or it turned as filmed."""
+    ground, found = seen(logged=logged)
+    assert ground.model.frequencies == 3
+    assert verdict_of(found).groups == ((name,),)
