@@ -1,5 +1,6 @@
 """What stands beside a fit: ``results/evidence.json``."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from calib.job import Job
@@ -18,7 +19,7 @@ class EvidenceStage(Stage):
     """
 
     def __init__(self, job: Job, fit: FitStage) -> None:
-        self._job = job
+        self._job, self._fit = job, fit
         super().__init__(job.results / EVIDENCE.name, {}, {}, [fit])
 
     def current(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> Evidence:
@@ -26,11 +27,15 @@ class EvidenceStage(Stage):
 
         def make() -> tuple[Path, ...]:
             job = self._job
-            pairs = job.options.effort == "full"
+            pairs = self._fit.effort == "full"
             evidence = gather_evidence(trials, twin, calibration.fit, pairs, job.session.seed, job.tell)
-            written = EVIDENCE.write(job.results, job.provenance, evidence)
+            written = EVIDENCE.write(job.results, replace(job.provenance, effort=self._fit.effort), evidence)
             job.made.extend(written)
             return written
 
         self.ensure(make)
         return EVIDENCE.read(self._job.results)
+
+    def read(self) -> Evidence | None:
+        """The evidence that stands beside this fit; None where there is none."""
+        return EVIDENCE.read(self._job.results) if self.is_current else None
