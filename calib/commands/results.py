@@ -1,52 +1,11 @@
 """Commands that make a session's results: `run`, `fit`, `posterior`, `report`, `mjcf`."""
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from calib.commands.arguments import AsJson, ComparisonOption, Effort, MethodOption, SessionFolder, Workers
-from calib.options import Options
-from calib.pipeline import open_session
-from calib.working import working
-from reports import IndexEntry, write_index
-from session import write_whole
-from swimmer import build_mjcf, load_robot
-
-
-def report_batch(folders: Sequence[Path], options: Options, index: Path | None) -> Iterator[Path]:
-    """Writes the report of what stands in each session and yields it; the index comes last when there are several.
-
-    Args:
-        folders: the sessions.
-        options: threads.
-        index: where the index goes; default `index.html` beside the first session.
-    """
-    entries = []
-    for folder in folders:
-        open_session(folder)  # all faults of all sessions before the first long fit
-    for folder in folders:
-        with working(folder, False, options) as pipeline:
-            path = pipeline.report()
-        entries.append(IndexEntry.from_calibration(pipeline.session.name, path, pipeline.the_fit().result()))
-        yield path
-    if len(entries) > 1 or index is not None:
-        target = index or folders[0].resolve().parent / "index.html"
-        write_index(target, entries)
-        yield target
-
-
-def write_nominal_mjcf(robot_file: Path | None, out: Path) -> None:
-    """Writes the MJCF of a robot (None: the 0.57 m fish) with the published coefficients.
-
-    Raises:
-        InputError: all faults of the robot file.
-        ResultsNotWritable: `out` cannot be written.
-    """
-    spec = build_mjcf(load_robot(robot_file))
-    spec.compile()
-    write_whole(out, spec.to_xml())
 
 
 def run(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, as_json: AsJson = False) -> None:
@@ -169,7 +128,7 @@ def report(
     ] = None,
 ) -> None:
     """Writes the HTML report of what stands in each session, and an index when there are several; fits nothing."""
-    from calib.commands.results import report_batch
+    from calib.batch import report_batch
     from calib.options import Options
 
     for path in report_batch(sessions, Options(workers=workers), index):
@@ -184,7 +143,7 @@ def mjcf(
     out: Annotated[Path, typer.Option(help="the file to write")] = Path("robot.xml"),
 ) -> None:
     """Writes the MJCF: that of the fit which stands for a session, nominal for a robot; fits nothing."""
-    from calib.commands.results import write_nominal_mjcf
+    from calib.mjcf_file import write_nominal_mjcf
     from calib.working import working
     from session import SESSION_FILE, write_whole
 

@@ -1,42 +1,11 @@
 """Commands that work on a session's videos: `track`, `edit`, `view`."""
 
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from calib.commands.arguments import FORMS, AsJson, SessionFolder, TrackerOption, Workers
 from calib.commands.tracks import check_form
-from session import SwimcalError
-
-VIEWER = "rerun"
-
-
-def open_viewer(recording: Path) -> None:
-    """Starts the viewer that was installed with this program, else the one on the path, and does not wait for it.
-
-    Raises:
-        SwimcalError: there is none, or it cannot be started.
-    """
-    beside = str(Path(sys.executable).parent)
-    viewer = shutil.which(VIEWER, path=beside) or shutil.which(VIEWER)
-    if viewer is None:
-        raise _not_opened(recording, f"no command `{VIEWER}` in {beside} or on the path")
-    try:
-        subprocess.Popen([viewer, str(recording)], start_new_session=True)
-    except OSError as error:
-        raise _not_opened(recording, f"{viewer}: {error.strerror or error}") from error
-
-
-def _not_opened(recording: Path, found: str) -> SwimcalError:
-    return SwimcalError(
-        f"the viewer cannot be opened; found: {found}; expected: the viewer of the package rerun-sdk. "
-        f"Install it with `pip install rerun-sdk`, or open {recording} on another machine."
-    )
-
 
 TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline"
 
@@ -87,9 +56,9 @@ def view(
     workers: Workers = 0,
 ) -> None:
     """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin beside them."""
-    from calib.commands.videos import open_viewer
     from calib.options import Options
     from calib.stages.recording import make_recording
+    from calib.viewer import open_viewer
     from calib.working import working
 
     with working(session, False, Options(workers=workers)) as pipeline:
