@@ -134,14 +134,20 @@ class Pipeline:
         return DiagnosisStage(self.job, self.recordings, without, effort)
 
     def fit(self) -> Path:
-        """`results/calibration.json`, `calibrated.xml` and `evidence.json`, up to date, and what they build on."""
+        """`results/calibration.json` and `results/calibrated.xml`, up to date, and the structure they build on."""
         self.recordings.tracks()
-        evidence = EvidenceStage(self.job, self.fits)
-        if self.fits.is_current and evidence.is_current:
+        if self.fits.is_current:
             _ = self.structure
         else:
-            evidence.current(self.calibrated(), self.trials, self._twin())
+            self.calibrated()
         return self.fits.file
+
+    def evidence(self) -> Path:
+        """`results/evidence.json` of the fit as asked for, both up to date; other pairs with full effort only."""
+        stage = EvidenceStage(self.job, self.fits)
+        if not (self.fits.is_current and stage.is_current):
+            stage.make(self.calibrated(), self.trials, self._twin())
+        return stage.file
 
     def structured(self) -> Path:
         """`results/structure.json`, up to date: all that dry experiments alone can tell."""

@@ -16,6 +16,7 @@ def run(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, a
 
     with working(session, as_json, Options(effort, workers)) as pipeline:
         pipeline.fit()
+        pipeline.evidence()
         if effort == "full":
             try:
                 pipeline.posterior()
