@@ -15,8 +15,8 @@ from calib.stages.posterior import PosteriorStage
 from calib.stages.recordings import Recordings
 from calib.stages.report import ReportStage
 from calib.stages.structure import StructureStage
-from fitting import Calibration, Comparison, Evidence, MeasuredTrial, MethodName, Structure
-from session import Session, load_session, program_version
+from fitting import Calibration, Comparison, MeasuredTrial, MethodName, Structure
+from session import FaultCollector, Session, load_session, program_version
 from swimmer import ENGINE, RobotSpec, Twin, load_robot
 
 if TYPE_CHECKING:
@@ -92,10 +92,42 @@ class Pipeline:
         possible = list(self._possible_fits((options.effort,), methods, comparisons))  # the usual one comes first
         return next((stage for stage in possible if stage.is_current), possible[0])
 
-    @cached_property
-    def posteriors(self) -> PosteriorStage:
-        """How sure the calibration is."""
-        return PosteriorStage(self.job, self.fits)
+    @property
+    def standing_fit(self) -> FitStage | None:
+        """The fit that stands, whatever its effort and search; None where there is none of these recordings."""
+        fits = self._possible_fits(get_args(EffortName), get_args(MethodName), get_args(Comparison))
+        return next((stage for stage in fits if stage.is_current), None)
+
+    def the_fit(self) -> FitStage:
+        """The fit that stands.
+
+        Raises:
+            InputError: there is none, or it was made from other recordings.
+        """
+        if (stage := self.standing_fit) is not None:
+            return stage
+        faults = FaultCollector(str(self.fits.file))
+        stale = self.fits.file.is_file()
+        faults.add(
+            "",
+            "the fit that stands is out of date" if stale else "no fit stands",
+            found="one of other recordings, another program or edited by hand" if stale else "nothing",
+            expected="the fit of these recordings",
+            next_step=f"Run `calib fit {self.session.folder}`; what stands is kept aside."
+            if stale
+            else f"Run `calib fit {self.session.folder}`.",
+        )
+        faults.raise_if_any()
+        raise AssertionError("unreachable")
+
+    def posteriors(self, fit: FitStage, effort: EffortName | None = None) -> PosteriorStage:
+        """How sure a fit is."""
+        return PosteriorStage(self.job, fit, effort)
+
+    def standing_posterior(self, fit: FitStage) -> PosteriorStage | None:
+        """The posterior of a fit that stands, whatever its effort; None where there is none."""
+        stages = (self.posteriors(fit, effort) for effort in get_args(EffortName))
+        return next((stage for stage in stages if stage.is_current), None)
 
     def diagnoses(self, without: frozenset[str] = frozenset(), effort: EffortName | None = None) -> DiagnosisStage:
         """The gap, with a catalogue that lacks some effects."""
@@ -110,6 +142,13 @@ class Pipeline:
             self.calibrated()
         return self.fits.file
 
+    def evidence(self) -> Path:
+        """`results/evidence.json` of the fit as asked for, both up to date; other pairs with full effort only."""
+        stage = EvidenceStage(self.job, self.fits)
+        if not (self.fits.is_current and stage.is_current):
+            stage.make(self.calibrated(), self.trials, self._twin())
+        return stage.file
+
     def structured(self) -> Path:
         """`results/structure.json`, up to date: all that dry experiments alone can tell."""
         self.recordings.tracks()
@@ -119,28 +158,28 @@ class Pipeline:
 
     def calibrated(self) -> Calibration:
         """The calibration: made when inputs, program, engine or effort changed, else read back."""
-        stood = self.fits.is_current
-        calibration = self.fits.current()
-        if not stood:
-            self.posteriors.remove()
-        return calibration
-
-    def standing_calibration(self) -> Calibration | None:
-        """The calibration that stands, whatever its effort and search; None where there is none of these inputs."""
-        fits = self._possible_fits(get_args(EffortName), get_args(MethodName), get_args(Comparison))
-        return next((stage.read() for stage in fits if stage.is_current), None)
+        return self.fits.current()
 
     def posterior(self) -> Path:
-        """`results/posterior.nc`, up to date, and its summary in `calibration.json`.
+        """`results/posterior.nc` of the fit that stands, up to date, and its summary in `calibration.json`.
+
+        Where no fit stands, one of this effort is made first.
 
         Raises:
             NotConverged: draws that must not be relied on; nothing is written but the chain so far.
         """
-        self.fit()
-        if not self.posteriors.is_current:
-            self.posteriors.make(self.calibrated(), self.trials, self._twin())
-        self.said += [f"! posterior: {doubt}" for doubt in self.posteriors.doubts]
-        return self.posteriors.file
+        if (fit := self.standing_fit) is None:
+            self.said.append(f"No fit of these recordings stood there; a {self.fits.name} was made first.")
+            self.fit()
+            fit = self.fits
+        stage = self.posteriors(fit)
+        if not stage.is_current:
+            calibration = fit.read()
+            stage.make(
+                calibration, self.trials, Twin(calibration.robot, self.trials[0].markers, workers=self.options.workers)
+            )
+        self.said += [f"! posterior: {doubt}" for doubt in stage.doubts]
+        return stage.file
 
     def diagnosis(self, without: frozenset[str] = frozenset(), discrepancy: "Discrepancy | None" = None) -> Path:
         """`results/diagnosis.json`, up to date; the plain twin is that of the robot as described.
@@ -168,18 +207,17 @@ class Pipeline:
         stages = (self.diagnoses(lacking, effort) for effort in get_args(EffortName))
         return next((stage for stage in stages if stage.is_current), None)
 
-    def evidence(self, calibration: Calibration) -> Evidence:
-        """What stands beside the fit, up to date (see `Evidence`); other pairs of trials with full effort only."""
-        return EvidenceStage(self.job, self.fits).current(calibration, self.trials, self._twin())
-
     def report(self) -> Path:
-        """`results/report.html`, up to date."""
-        self.recordings.tracks()
-        diagnosis = self.standing_diagnosis()
-        stage = ReportStage(self.job, self.fits, self.posteriors, diagnosis)
-        if not (self.fits.is_current and stage.is_current):
-            calibration = self.calibrated()
-            stage.make(calibration, self.evidence(calibration), self.notes)
+        """`results/report.html` of the results that stand, up to date; nothing else is computed.
+
+        Raises:
+            InputError: no fit of these recordings stands.
+        """
+        fit = self.the_fit()
+        evidence = EvidenceStage(self.job, fit)
+        stage = ReportStage(self.job, fit, evidence, self.standing_posterior(fit), self.standing_diagnosis())
+        if not stage.is_current:
+            stage.make(fit.read(), self.notes)
         return stage.file
 
     def _possible_fits(

@@ -70,7 +70,9 @@ def tell_outcome(pipeline: Pipeline, result: Path, as_json: bool) -> None:
     if pipeline.only_dry:
         _tell(pipeline, result, as_json, "structure", result, structure_lines(pipeline.structure))
     else:
-        _tell(pipeline, result, as_json, "calibration", pipeline.fits.file, calibration_lines(pipeline.fits.result()))
+        _tell(
+            pipeline, result, as_json, "calibration", pipeline.fits.file, calibration_lines(pipeline.the_fit().result())
+        )
 
 
 def tell_diagnosis(pipeline: Pipeline, result: Path, as_json: bool) -> None:

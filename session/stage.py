@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +17,9 @@ from typing import Any, Protocol
 from session.results import plain_json, program_version, sha256_of, write_whole
 
 STAMPS = ".stages.json"
+KEPT = "kept"
+"""Folder of results that others took the place of."""
+_SHORT = 8  # characters of a stamp
 
 
 class Fingerprinted(Protocol):
@@ -78,6 +82,38 @@ class Stage:
         stamps = _read(self._results)
         stamps[_name(self.file, self._results)] = {"fingerprint": self.fingerprint, "outputs": outputs}
         write_whole(self._results / STAMPS, json.dumps(stamps, indent=1, sort_keys=True) + "\n")
+
+    def keep_aside(self, with_it: Iterable[Path] = ()) -> Path | None:
+        """Copies what stands there, and what was made together with it, before other results take its place.
+
+        Args:
+            with_it: results that rest on these alone; they are moved.
+
+        Returns:
+            ``results/kept/<stamp>``, where they are; the stamp is the fingerprint that they were made under. None where
+            nothing stands.
+
+        Raises:
+            ResultsNotWritable: the record cannot be written.
+        """
+        if not self.file.exists():
+            return None
+        stamps = _read(self._results)
+        stamp = stamps.get(_name(self.file, self._results), {})
+        folder = self._results / KEPT / str(stamp.get("fingerprint") or sha256_of(self.file))[:_SHORT]
+        folder.mkdir(parents=True, exist_ok=True)
+        for file in (self.file, *with_it):
+            name = _name(file, self._results)
+            outputs = {name, *stamps.get(name, {}).get("outputs", {})}
+            for path in (self._results / output for output in outputs):
+                if path.is_file():
+                    shutil.copy2(path, folder)
+                    if file != self.file:
+                        path.unlink()
+            if file != self.file:
+                stamps.pop(name, None)
+        write_whole(self._results / STAMPS, json.dumps(stamps, indent=1, sort_keys=True) + "\n")
+        return folder
 
     @property
     def _results(self) -> Path:

@@ -15,6 +15,8 @@ def run(session: SessionFolder, effort: Effort = "full", workers: Workers = 0, a
     from session import NotConverged
 
     with working(session, as_json, Options(effort, workers)) as pipeline:
+        pipeline.fit()
+        pipeline.evidence()
         if effort == "full":
             try:
                 pipeline.posterior()
@@ -120,18 +122,17 @@ def _effects_named(option: str, told: str | None) -> tuple[str, ...]:
 
 def report(
     sessions: Annotated[list[Path], typer.Argument(metavar="SESSION...", help="one or more session folders")],
-    effort: Effort = "full",
     workers: Workers = 0,
     index: Annotated[
         Path | None,
         typer.Option(help="where the index of several sessions goes; default: index.html beside the first"),
     ] = None,
 ) -> None:
-    """Writes the HTML report of each session, and an index when there are several."""
+    """Writes the HTML report of what stands in each session, and an index when there are several; fits nothing."""
     from calib.batch import report_batch
     from calib.options import Options
 
-    for path in report_batch(sessions, Options(effort, workers), index):
+    for path in report_batch(sessions, Options(workers=workers), index):
         print(path)
 
 
@@ -141,19 +142,17 @@ def mjcf(
         typer.Argument(metavar="[SESSION | ROBOT]", help="session folder or robot TOML; default: the 0.57 m fish"),
     ] = None,
     out: Annotated[Path, typer.Option(help="the file to write")] = Path("robot.xml"),
-    effort: Effort = "full",
-    workers: Workers = 0,
 ) -> None:
-    """Writes the MJCF: calibrated for a session, nominal for a robot."""
+    """Writes the MJCF: that of the fit which stands for a session, nominal for a robot; fits nothing."""
     from calib.mjcf_file import write_nominal_mjcf
-    from calib.options import Options
     from calib.working import working
     from session import SESSION_FILE, write_whole
 
     if source is None or (source.suffix == ".toml" and source.name != SESSION_FILE):
         write_nominal_mjcf(source, out)
     else:
-        with working(source, False, Options(effort, workers)) as pipeline:
-            pipeline.fit()
-        write_whole(out, (pipeline.session.results / "calibrated.xml").read_text())
+        with working(source, False) as pipeline:
+            fit = pipeline.the_fit()
+        write_whole(out, fit.mjcf_file.read_text())
+        print(f"{fit.name}, {fit.file}")
     print(out)

@@ -1,6 +1,6 @@
 """What stands beside a fit: ``results/evidence.json``."""
 
-from pathlib import Path
+from dataclasses import replace
 
 from calib.job import Job
 from calib.stages.fit import FitStage
@@ -18,19 +18,17 @@ class EvidenceStage(Stage):
     """
 
     def __init__(self, job: Job, fit: FitStage) -> None:
-        self._job = job
+        self._job, self._fit = job, fit
         super().__init__(job.results / EVIDENCE.name, {}, {}, [fit])
 
-    def current(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> Evidence:
-        """The evidence, up to date."""
+    def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> None:
+        """Gathers and writes it."""
+        job, pairs = self._job, self._fit.effort == "full"
+        evidence = gather_evidence(trials, twin, calibration.fit, pairs, job.session.seed, job.tell)
+        written = EVIDENCE.write(job.results, replace(job.provenance, effort=self._fit.effort), evidence)
+        self.mark(written)
+        job.made.extend(written)
 
-        def make() -> tuple[Path, ...]:
-            job = self._job
-            pairs = job.options.effort == "full"
-            evidence = gather_evidence(trials, twin, calibration.fit, pairs, job.session.seed, job.tell)
-            written = EVIDENCE.write(job.results, job.provenance, evidence)
-            job.made.extend(written)
-            return written
-
-        self.ensure(make)
-        return EVIDENCE.read(self._job.results)
+    def read(self) -> Evidence | None:
+        """The evidence that stands beside this fit; None where there is none."""
+        return EVIDENCE.read(self._job.results) if self.is_current else None

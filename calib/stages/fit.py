@@ -24,13 +24,14 @@ from fitting import (
     calibrate,
     calibration_result,
 )
-from session import Stage, SwimcalError, program_version, read_provenance, write_whole
+from session import Provenance, Stage, SwimcalError, program_version, read_provenance, write_whole
 from swimmer import ENGINE, Runs, Twin, build_mjcf, check_engine, model_sha256
 
 if TYPE_CHECKING:
     from fitting.marginal import Marginal
 
 _FORM = 7  # of calibration.json and evidence.json
+_UPON = ("posterior.nc", "evidence.json", "report.html")  # results that rest on a fit
 
 
 def calibrated_mjcf(calibration: Calibration) -> str:
@@ -120,12 +121,22 @@ class FitStage(Stage):
     def add_posterior(self, marginals: Mapping[str, Marginal]) -> None:
         """Puts the posterior of the coefficients into `calibration.json`; all else stays as it is."""
         job = self._job
-        written = CALIBRATION.write(job.results, job.provenance, replace(self.result(), posterior=marginals))
-        self.mark((*written, self._mjcf_file))
+        written = CALIBRATION.write(job.results, self._provenance, replace(self.result(), posterior=marginals))
+        self.mark((*written, self.mjcf_file))
 
     @property
-    def _mjcf_file(self) -> Path:
+    def mjcf_file(self) -> Path:
+        """``calibrated.xml``."""
         return self.file.with_name("calibrated.xml")
+
+    @property
+    def name(self) -> str:
+        """What it is, in words."""
+        return f"fit of {self.effort} effort ({self.method} search, {self.comparison} objective)"
+
+    @property
+    def _provenance(self) -> Provenance:
+        return replace(self._job.provenance, effort=self.effort)
 
     def _made(self) -> Calibration:
         job = self._job
@@ -142,8 +153,10 @@ class FitStage(Stage):
             comparison=self.comparison,
             progress=lambda share, best_m: job.tell(f"fitting the coefficients, {1000 * best_m:.1f} mm so far", share),
         )
-        written = (*CALIBRATION.write(job.results, job.provenance, calibration_result(calibration)), self._mjcf_file)
-        write_whole(self._mjcf_file, calibrated_mjcf(calibration))
+        if (kept := self.keep_aside(job.results / name for name in _UPON)) is not None:
+            job.said.append(f"The fit that stood there is kept in {kept}, with what rested on it.")
+        written = (*CALIBRATION.write(job.results, self._provenance, calibration_result(calibration)), self.mjcf_file)
+        write_whole(self.mjcf_file, calibrated_mjcf(calibration))
         self.mark(written)
         job.made.extend(written)
         return calibration
@@ -156,7 +169,7 @@ class FitStage(Stage):
         except SwimcalError:
             return
         then = made_with.to_json() | {"method": result.fit.method, "objective": result.objective}
-        now = job.provenance.to_json() | {"method": self.method, "objective": self.comparison}
+        now = self._provenance.to_json() | {"method": self.method, "objective": self.comparison}
         differ = [f"{key} {_short(then[key])} -> {_short(now[key])}" for key in now if then[key] != now[key]]
         if differ:
             job.said.append(f"{self.file} was made otherwise ({'; '.join(differ)}) and is made again.")

@@ -6,12 +6,14 @@ emcee and ArviZ take a second to load: they are imported where they are needed.
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from calib.job import Job
+from calib.options import EffortName
 from calib.stages.fit import FitStage
 from fitting import Calibration, MeasuredTrial
 from session import NotConverged, Stage, writing_whole
@@ -33,13 +35,14 @@ class PosteriorStage(Stage):
     Args:
         job: the work on the session.
         fit: the calibration that it belongs to.
+        effort: of the sampling; default: as the options have it.
     """
 
-    def __init__(self, job: Job, fit: FitStage) -> None:
-        self._job, self._fit = job, fit
+    def __init__(self, job: Job, fit: FitStage, effort: EffortName | None = None) -> None:
+        self._job, self._fit, self.effort = job, fit, effort or job.options.effort
         file = job.results / "posterior.nc"
         effects = {name: [list(parameter) for parameter in effect.parameters] for name, effect in catalogue().items()}
-        self._drawn = Stage(file, {}, {"form": _FORM, "effort": job.options.effort}, [fit])  # whatever is said of it
+        self._drawn = Stage(file, {}, {"form": _FORM, "effort": self.effort}, [fit])  # whatever is said of it
         super().__init__(file, {}, {"effects": effects}, [self._drawn])
 
     @property
@@ -70,7 +73,7 @@ class PosteriorStage(Stage):
             [trial for trial in trials if trial.role == "fit"],
             twin,
             np.array(starts, float),
-            EFFECTIVE[job.options.effort],
+            EFFECTIVE[self.effort],
             job.session.seed,
             chain,
             job.tell,
@@ -80,10 +83,11 @@ class PosteriorStage(Stage):
             raise NotConverged(self._refusal(posterior.draws.flags[0].message, chain))
         left_out = score_tests(posterior, job.session.camera, catalogue().values(), job.tell)
         findings = find(posterior, trials, twin, job.session.seed, job.tell, left_out)
-        stamp = {key: value for key, value in job.provenance.to_json().items() if isinstance(value, str | int)}
+        provenance = replace(job.provenance, effort=self.effort)
+        stamp = {key: value for key, value in provenance.to_json().items() if isinstance(value, str | int)}
         with writing_whole(self.file) as part:
             save_draws(part, posterior, stamp)
-        written = (self.file, *FINDINGS.write(job.results, job.provenance, findings))
+        written = (self.file, *FINDINGS.write(job.results, provenance, findings))
         self._fit.add_posterior(posterior.marginals)
         self.mark(written)
         self._forget(chain)
@@ -101,13 +105,6 @@ class PosteriorStage(Stage):
         found = self.read()
         return () if found is None else tuple(flag.message for flag in found.flags if flag.kind != "unidentifiable")
 
-    def remove(self) -> None:
-        """Takes away what belonged to a calibration that is no more."""
-        for path in (self.file, self.findings_file):
-            path.unlink(missing_ok=True)
-        for chain in self._chains():
-            self._forget(chain)
-
     def _refusal(self, why: str, chain: Path) -> str:
         return (
             f"{self.file}: not written, nor are intervals reported; found: {why}. The chain is kept in {chain}. "
@@ -115,19 +112,11 @@ class PosteriorStage(Stage):
             "delete the chain to sample anew, and with the .npz beside it to search anew."
         )
 
-    def _chains(self) -> list[Path]:
-        """By their name; one that was stopped before the first step has a file of its search only."""
-        kept = self._job.results.glob(".posterior-*")
-        return sorted({path.with_suffix(".h5") for path in kept})
-
     def _chain(self) -> Path:
-        """Where every step is kept while sampling; other calibrations' chains, and unreadable ones, are removed."""
+        """Where every step is kept while sampling; one that cannot be read begins anew."""
         path = self._job.results / f".posterior-{self._drawn.fingerprint[:12]}.h5"
-        for other in self._chains():
-            if other != path:
-                self._forget(other)
-            elif other.exists() and not _readable(other):
-                other.unlink()  # the search that it began with still stands
+        if path.exists() and not _readable(path):
+            path.unlink()  # the search that it began with still stands
         return path
 
     @staticmethod

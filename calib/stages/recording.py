@@ -30,7 +30,8 @@ def make_recording(pipeline: Pipeline) -> Path:
             f"{len(session.trials)} trials. {' '.join(pipeline.notes)}"
         )
     pipeline.recordings.videos.all_boxes([spec for spec in specs if spec.tracks is None])
-    calibration = pipeline.standing_calibration()
+    fit = pipeline.standing_fit
+    calibration = None if fit is None else fit.read()
     if calibration is None and pipeline.fits.file.is_file():
         pipeline.said.append(f"{pipeline.fits.file} was made from other inputs and is not shown; fit again.")
     fitted = {} if calibration is None else {trial.measured.name: trial for trial in calibration.trials}

@@ -1,10 +1,13 @@
 """``results/report.html`` of a session, from the results that stand."""
 
+from dataclasses import replace
+
 from calib.job import Job
 from calib.stages.diagnosis import DiagnosisStage
+from calib.stages.evidence import EvidenceStage
 from calib.stages.fit import FitStage
 from calib.stages.posterior import PosteriorStage
-from fitting import EVIDENCE, Calibration, Evidence
+from fitting import Calibration
 from reports import ReportContext, read_diagnosed, write_report
 from session import Stage, sha256_of
 
@@ -15,25 +18,35 @@ class ReportStage(Stage):
     Args:
         job: the work on the session.
         fit: that it reports.
-        posterior: of the fit; shown where it is current.
+        evidence: beside the fit; shown where it is current.
+        posterior: of the fit; shown where there is one.
         diagnosis: shown where there is one.
     """
 
-    def __init__(self, job: Job, fit: FitStage, posterior: PosteriorStage, diagnosis: DiagnosisStage | None) -> None:
+    def __init__(
+        self,
+        job: Job,
+        fit: FitStage,
+        evidence: EvidenceStage,
+        posterior: PosteriorStage | None,
+        diagnosis: DiagnosisStage | None,
+    ) -> None:
         inputs = {}
-        if posterior.is_current:
+        if evidence.is_current:
+            inputs["evidence"] = sha256_of(evidence.file)
+        if posterior is not None:
             inputs["posterior"] = sha256_of(posterior.findings_file)
         if diagnosis is not None:
             inputs["diagnosis"] = sha256_of(diagnosis.file)
         super().__init__(job.results / "report.html", inputs, {}, [fit])
-        self._job, self._posterior, self._diagnosis = job, posterior, diagnosis
+        self._fit = fit
+        self._job, self._evidence, self._posterior, self._diagnosis = job, evidence, posterior, diagnosis
 
-    def make(self, calibration: Calibration, evidence: Evidence, notes: tuple[str, ...]) -> None:
+    def make(self, calibration: Calibration, notes: tuple[str, ...]) -> None:
         """Writes the report.
 
         Args:
             calibration: of the fit.
-            evidence: what stands beside it.
             notes: further sentences for the reader.
 
         Raises:
@@ -44,12 +57,12 @@ class ReportStage(Stage):
         context = ReportContext(
             job.session,
             calibration,
-            job.provenance,
+            replace(job.provenance, effort=self._fit.effort),
             notes,
-            evidence=evidence,
-            posterior=self._posterior.read(),
+            evidence=self._evidence.read(),
+            posterior=None if self._posterior is None else self._posterior.read(),
             diagnosed=None if self._diagnosis is None else read_diagnosed(job.results),
         )
         write_report(self.file, context)
-        self.mark([job.results / EVIDENCE.name])
+        self.mark()
         job.made.append(self.file)

@@ -85,7 +85,7 @@ def _ways(fit: CoefficientFit) -> tuple[Plot, ...]:
 def _determined(fit: CoefficientFit, evidence: Evidence | None) -> str:
     """How far each coefficient can slide within a tenth of the distance, by its profile."""
     if evidence is None:
-        return "Their profiles were not made for this session."
+        return "Their profiles were not made for this session; `calib run` makes them."
     profiles = evidence.profiles
     ranges = []
     for i, name in enumerate(FluidCoefficients._fields):

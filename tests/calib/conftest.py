@@ -46,7 +46,10 @@ def finished_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFacto
         shutil.copytree(fresh_session, folder)
         with pytest.MonkeyPatch.context() as patch:
             with_little_effort(patch)
-            Pipeline(open_session(folder), Options("quick")).report()
+            pipeline = Pipeline(open_session(folder), Options("quick"))
+            pipeline.fit()
+            pipeline.evidence()
+            pipeline.report()
 
     return made_once(tmp_path_factory, "finished", finish)
 

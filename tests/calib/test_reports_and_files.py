@@ -19,7 +19,7 @@ from tests.calib.door import Front, assert_told, files_in
 
 def test_reports_of_several_sessions_get_an_index(calib: Front, finished: Path, tmp_path: Path) -> None:
     other = Path(shutil.copytree(finished, tmp_path / "other"))
-    outcome = calib("report", finished, other, "--effort", "quick")
+    outcome = calib("report", finished, other)
 
     index = tmp_path / "index.html"
     reports = [folder / "results" / "report.html" for folder in (finished, other)]
@@ -40,7 +40,7 @@ def test_the_nominal_mjcf_is_that_of_the_published_fish(calib: Front, tmp_path: 
 
 
 def test_the_mjcf_of_a_session_is_its_calibrated_one(calib: Front, finished: Path, tmp_path: Path) -> None:
-    calib("mjcf", finished, "--out", tmp_path / "out" / "fish.xml", "--effort", "quick")
+    calib("mjcf", finished, "--out", tmp_path / "out" / "fish.xml")
 
     assert (tmp_path / "out" / "fish.xml").read_text() == (finished / "results" / "calibrated.xml").read_text()
 

@@ -1,0 +1,127 @@
+"""Commands use what stands: showing computes nothing, and what computes replaces its own results alone, kept aside."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from calib.pipeline import Options, Pipeline, open_session
+from tests.calib.door import Front, assert_told, edit, little_posterior, with_little_effort
+from tests.once import made_once
+
+OF_FIT = {"calibration.json", "calibrated.xml", "evidence.json", "report.html"}
+OF_POSTERIOR = {"posterior.nc", "posterior.json"}
+
+
+@pytest.fixture(scope="session")
+def whole_session(finished_session: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    def finish(folder: Path) -> None:
+        shutil.copytree(finished_session, folder)
+        with pytest.MonkeyPatch.context() as patch:
+            with_little_effort(patch)
+            little_posterior(patch)
+            pipeline = Pipeline(open_session(folder), Options("quick"))
+            pipeline.posterior()
+            pipeline.diagnosis()
+            pipeline.report()
+
+    return made_once(tmp_path_factory, "whole", finish)
+
+
+@pytest.fixture
+def whole(whole_session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A session with a fit, its posterior and a diagnosis, all of quick effort."""
+    little_posterior(monkeypatch)
+    return Path(shutil.copytree(whole_session, tmp_path / "pool"))
+
+
+def results(folder: Path) -> dict[str, str]:
+    """The hash of each result, but for records of the work itself."""
+    found = (folder / "results").rglob("*")
+    return {
+        path.relative_to(folder / "results").as_posix(): sha256(path.read_bytes()).hexdigest()
+        for path in found
+        if path.is_file() and not path.name.startswith(".")
+    }
+
+
+def changed(before: dict[str, str], after: dict[str, str]) -> set[str]:
+    return {name for name in before.keys() | after.keys() if before.get(name) != after.get(name)}
+
+
+@pytest.mark.parametrize(
+    ("command", "own"),
+    [
+        (("report",), set()),
+        (("mjcf", "--out", "{out}"), set()),
+        (("view",), {"session.rrd"}),
+        (("track",), set()),
+        (("fit", "--effort", "quick"), set()),
+        (("posterior", "--effort", "quick"), set()),
+        (("diagnose", "--effort", "quick"), set()),
+        (("run", "--effort", "quick"), set()),
+    ],
+    ids=lambda value: value[0] if isinstance(value, tuple) else "",
+)
+def test_what_stands_is_used_whatever_its_effort(
+    calib: Front, whole: Path, command: tuple[str, ...], own: set[str], tmp_path: Path
+) -> None:
+    before, (name, *options) = results(whole), command
+    outcome = calib(name, whole, *(option.format(out=tmp_path / "fish.xml") for option in options))
+    if name == "track":
+        assert outcome.code == 2  # there is no video
+    else:
+        assert outcome.code == 0, outcome.err
+    assert changed(before, results(whole)) == own
+    if name == "mjcf":
+        assert (tmp_path / "fish.xml").read_bytes() == (whole / "results" / "calibrated.xml").read_bytes()
+        assert "quick effort" in outcome.out
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("command", "own", "kept"),
+    [
+        ("fit", OF_FIT | OF_POSTERIOR, OF_FIT | OF_POSTERIOR),
+        ("posterior", OF_POSTERIOR | {"calibration.json"}, set()),
+        ("diagnose", {"diagnosis.json"}, {"diagnosis.json"}),
+    ],
+)
+def test_another_effort_replaces_its_own_results_and_keeps_them_aside(
+    calib: Front, whole: Path, command: str, own: set[str], kept: set[str]
+) -> None:
+    before = results(whole)
+    outcome = calib(command, whole, "--effort", "full")
+    assert outcome.code == 0, outcome.err
+    after = results(whole)
+    aside = {Path(name).name: value for name, value in after.items() if name.startswith("kept/")}
+    assert kept <= aside.keys()
+    assert all(aside[name] == before[name] for name in kept)
+    touched = {name for name in changed(before, after) if not name.startswith(("kept/", "calibrated+"))}
+    assert touched <= own
+    assert (len(aside) > 0) == (str(whole / "results" / "kept") in outcome.out)
+
+
+def test_without_a_fit_what_shows_says_how_to_make_one(calib: Front, fresh: Path, tmp_path: Path) -> None:
+    for command in (("report", fresh), ("mjcf", fresh, "--out", tmp_path / "fish.xml")):
+        assert_told(calib(*command), "no fit stands", f"calib fit {fresh}")
+    assert not (tmp_path / "fish.xml").exists()
+
+
+def test_a_fit_that_is_out_of_date_is_named_and_left_alone(calib: Front, whole: Path, tmp_path: Path) -> None:
+    edit(whole / "session.toml", "[fit]", "[fit]\nseed = 7")
+    before = results(whole)
+    for command in (("report", whole), ("mjcf", whole, "--out", tmp_path / "fish.xml")):
+        assert_told(calib(*command), "out of date", f"calib fit {whole}")
+    assert results(whole) == before
+
+
+def test_a_report_of_another_effort_shows_the_fit_and_the_posterior_that_stand(calib: Front, whole: Path) -> None:
+    (whole / "results" / "report.html").unlink()
+    assert calib("report", whole).code == 0
+    assert json.loads((whole / "results" / "calibration.json").read_text())["effort"] == "quick"
+    assert (whole / "results" / "report.html").exists()
