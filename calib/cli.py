@@ -1,4 +1,4 @@
-"""The command line. Every command first brings up to date what it depends on and skips what has not changed."""
+"""The command line. What has not changed is not made again; what shows or exports uses what stands."""
 
 import sys
 from typing import Annotated

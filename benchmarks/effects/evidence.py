@@ -19,6 +19,9 @@ from swimmer import Twin, load_robot
 from swimmer.effects import Effect
 
 
+_JITTER = 1e-9  # of each variance: noise alone leaves some sums of a gait's numbers without any
+
+
 @dataclass(frozen=True, eq=False)
 class Evidence:
     """Of one session, from its fitted swims and dry runs.
@@ -62,6 +65,8 @@ def _noise_of(ground: Ground) -> Whitened:
     covariance = row_covariance(ground.model, ground.model.noise)
     unseen = np.flatnonzero(np.diag(covariance) == 0.0)  # numbers of a marker that counts in no frame: all of them 0
     covariance[unseen, unseen] = 1.0
+    diagonal = np.diag_indices_from(covariance)
+    covariance[diagonal] *= 1 + _JITTER
     return Whitened.of(covariance, ground.slopes, PRIOR_SD)
 
 

@@ -53,7 +53,7 @@ def full() -> Page:
 
 def test_without_evidence_each_section_says_what_was_not_made(bare: Page) -> None:
     assert "The fit was not repeated on other pairs of trials" in bare.text
-    assert "Their profiles were not made for this session." in bare.text
+    assert "Their profiles were not made for this session; `calib run` makes them." in bare.text
     assert "coefficient-profiles" not in bare.ids
 
 

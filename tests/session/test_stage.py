@@ -77,3 +77,17 @@ def test_the_fingerprint_follows_all_it_is_made_of_and_not_their_order() -> None
         fingerprint_of({"a": "1", "b": "2"}, {"seed": 0, "effort": "quick"}, ["x", "y"], "swimcal 9"),
     }
     assert len(others | {base}) == 5
+
+
+def test_what_others_take_the_place_of_is_kept_aside(target: Path) -> None:
+    """The result and what was made with it stand there as well until they are replaced; what rests on them is moved."""
+    draws = target.with_name("posterior.nc")
+    upon = stage(draws, "now")
+    assert upon.ensure(lambda: draws.write_text("draws") and None)
+    folder = stage(target, "later").keep_aside([draws])
+    assert folder == target.parent / "kept" / stage(target, "now").fingerprint[:8]
+    assert {path.name for path in folder.iterdir()} == {"calibration.json", "calibrated.xml", "posterior.nc"}
+    assert stage(target, "now").is_current
+    assert not draws.exists()
+    assert not upon.is_current
+    assert stage(target.with_name("diagnosis.json"), "now").keep_aside() is None
