@@ -18,7 +18,6 @@ from session import Session, TrialSpec, load_session, load_tracks
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect
 
-
 _JITTER = 1e-9  # of each variance: noise alone leaves some sums of a gait's numbers without any
 
 

@@ -153,10 +153,11 @@ class FitStage(Stage):
             comparison=self.comparison,
             progress=lambda share, best_m: job.tell(f"fitting the coefficients, {1000 * best_m:.1f} mm so far", share),
         )
+        mjcf = calibrated_mjcf(calibration)
         if (kept := self.keep_aside(job.results / name for name in _UPON)) is not None:
             job.said.append(f"The fit that stood there is kept in {kept}, with what rested on it.")
         written = (*CALIBRATION.write(job.results, self._provenance, calibration_result(calibration)), self.mjcf_file)
-        write_whole(self.mjcf_file, calibrated_mjcf(calibration))
+        write_whole(self.mjcf_file, mjcf)
         self.mark(written)
         job.made.extend(written)
         return calibration

@@ -13,7 +13,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from calib import pipeline
 from session import session_lock
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in, little_posterior, process
 from tests.reports.undrawn import nothing_drawn
@@ -25,7 +24,8 @@ RESULTS = FIT | {"evidence.json", "report.html"}
 
 def results_of(folder: Path) -> dict[str, int]:
     """The time of writing of each result of the contract."""
-    return {name: written for name, written in files_in(folder / "results").items() if not name.startswith(".")}
+    aside = (".", "kept/")
+    return {name: written for name, written in files_in(folder / "results").items() if not name.startswith(aside)}
 
 
 @contextmanager
@@ -63,7 +63,9 @@ def test_full_effort_makes_all_again_and_tells_how_sure_it_is(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     little_posterior(monkeypatch)
-    with remade(finished, *RESULTS - {"tracks/slow.csv", "tracks/fast.csv"}, "posterior.nc", "posterior.json"):
+    with remade(
+        finished, *RESULTS - {"tracks/slow.csv", "tracks/fast.csv"}, "posterior.nc", "posterior.json", "diagnosis.json"
+    ):
         calib("run", finished, "--effort", "full")
     assert json.loads((finished / "results" / "calibration.json").read_text())["effort"] == "full"
 
@@ -156,7 +158,7 @@ def test_from_a_straight_tail_at_any_phase_the_calibrated_file_does_not_diverge(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("stage", ["calibrated_mjcf", "write_report"])
+@pytest.mark.parametrize("stage", ["fit.calibrated_mjcf", "report.write_report"])
 def test_an_interrupted_write_leaves_what_stood_there(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch, stage: str
 ) -> None:
@@ -167,13 +169,13 @@ def test_an_interrupted_write_leaves_what_stood_there(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(pipeline, stage, stop)
+        patch.setattr(f"calib.stages.{stage}", stop)
         outcome = calib("run", finished, "--effort", "quick")
 
     assert outcome.code == 130
     assert "the same command goes on from there" in outcome.err
-    kept = before if stage == "calibrated_mjcf" else {"report.html": before["report.html"]}
-    assert {name: (finished / "results" / name).read_bytes() for name in kept} == kept
+    place = next((finished / "results" / "kept").glob("*")) if stage == "report.write_report" else finished / "results"
+    assert {name: (place / name).read_bytes() for name in before} == before
     assert not [name for name in files_in(finished) if ".part." in name]
     assert calib("run", finished, "--effort", "quick").code == 0
     assert json.loads((finished / "results" / "calibration.json").read_text())["seed"] == 7
