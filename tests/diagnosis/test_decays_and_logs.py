@@ -34,7 +34,6 @@ from tests.fitting.exact_swims import ROBOT, exact_twin
 OFF = 1.05  # times as fast as filmed the motors were told to turn
 CLOCK, RATIO = "time_base_error", "drive_ratio_error"
 TRIED = (CLOCK, RATIO, "stiffness_error", "joint_damping", "background_current")
-TAIL = ROBOT.tail
 
 
 @cache
@@ -120,12 +119,10 @@ def test_the_split_by_stage_and_by_trial_counts_it_and_adds_up() -> None:
 
 
 def test_laws_of_all_hinges_together_are_other_hinges() -> None:
-    at = ground()
+    at, tail = ground(), ROBOT.tail
     told = in_decays(at, np.full(len(ROBOT.hinges), 0.3)).sum(axis=1)  # (2, 4)
-    per_share = told[:, [LAWS.index("its angle"), LAWS.index("its rate")]] * [
-        TAIL.hinge_stiffness_n_m,
-        TAIL.hinge_damping_n_m_s,
-    ]
+    described = [tail.hinge_stiffness_n_m, tail.hinge_damping_n_m_s]
+    per_share = told[:, [LAWS.index("its angle"), LAWS.index("its rate")]] * described
     assert per_share == pytest.approx(-np.eye(2), abs=0.1)
 
 

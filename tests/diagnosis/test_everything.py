@@ -87,16 +87,6 @@ def test_what_is_named_is_not_called_for_again_however_it_bends() -> None:
     assert likeliest_share(at, signatures(), named)[1] < CLEARLY
 
 
-def test_what_the_other_sign_of_an_effect_would_do_calls_for_less() -> None:
-    """No tendon has less slack than none."""
-    own = simulated("tendon_slack", 1.0)
-    random = np.random.default_rng(53)
-    both = [leaving(noise(random) + sign * 3 * own.rows[0]) for sign in (1, -1)]
-    right, wrong = (likeliest_share(at, (own,), Refit.plain(at))[1] for at in both)
-    assert right > CLEARLY
-    assert wrong < 1
-
-
 @pytest.mark.long
 def test_a_robot_with_several_things_amiss_is_forecast_better() -> None:
     softer = ROBOT.tail.model_copy(update={"hinge_stiffness_n_m": 0.7 * ROBOT.tail.hinge_stiffness_n_m})

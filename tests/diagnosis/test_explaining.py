@@ -13,7 +13,7 @@ import pytest
 from diagnosis import discrepancy, explaining
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Belief
-from diagnosis.explaining import explained, likeliest_error
+from diagnosis.explaining import explained
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
 from diagnosis.verdict import verdict_of
@@ -79,12 +79,6 @@ def test_what_few_sessions_show_far_more_of_is_no_surer_than_that(
     found = explained(row, catalogue(), Belief())
     assert (verdict_of(found.probabilities).name == "named") == named
     assert found.probabilities.null >= usual.null
-
-
-def test_a_seldom_kind_is_taken_where_likelier_than_all_usual_ones() -> None:
-    assert likeliest_error(np.array([0.3, 0.28, 0.0, 0.42]), 3) == 0
-    assert likeliest_error(np.array([0.2, 0.24, 0.0, 0.56]), 3) == 3
-    assert likeliest_error(np.array([0.4, 0.6]), 2) == 1
 
 
 def test_between_two_sizes_a_gap_is_no_surer_than_both_let_it_be() -> None:

@@ -18,8 +18,6 @@ from swimmer.effects import catalogue
 from tests.diagnosis.grounds import ARM, ground
 from tests.diagnosis.rows import made
 
-ARM_ERROR, BEND = catalogue()["crank_arm_error"], catalogue()["bend_offset"]
-
 
 @lru_cache(maxsize=4)
 def with_effects(*names: str) -> Refit:
@@ -115,12 +113,6 @@ def test_what_is_little_beside_others_may_be_what_forms_have_wrong(
     doubted = log_odds(ground("shorter"), fit, fewer, Belief(), 33)[1]
     assert sure[0] < right < sure[1]
     assert believed[0] < doubted < believed[1]
-
-
-def test_of_an_effect_that_does_nothing_the_odds_are_those_of_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    fit, fewer = with_third(monkeypatch, share=1e-12, told=5.0, strength=0.0)  # all that is known of it
-    prior = Belief().log_prior(2, False, 33) - Belief().log_prior(1, False, 33)
-    assert log_odds(ground("shorter"), fit, fewer, Belief(), 33)[1] == pytest.approx(prior, abs=1e-3)
 
 
 def test_a_twin_that_diverges_without_an_effect_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:

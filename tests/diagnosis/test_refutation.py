@@ -87,12 +87,6 @@ def test_what_is_refuted_is_not_there_and_all_else_as_before() -> None:
     assert sum(found.of.values()) == pytest.approx(1.0)
 
 
-def test_a_name_beside_one_that_is_refuted_is_as_sure_as_before() -> None:
-    sets = {Explanation((0, 1)): 0.62, Explanation((0,)): 0.03, Explanation((2,)): 0.08, LIKE_A: 0.27}
-    found = Probabilities(("a", "b", "c"), sets).refuted("b")
-    assert found.marginal == pytest.approx([0.65, 0.0, 0.08])
-
-
 @pytest.mark.parametrize(
     ("sets", "said", "name", "marginal"),
     [

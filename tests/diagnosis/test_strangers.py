@@ -105,15 +105,6 @@ def test_beats_that_come_early_and_late_are_those_of_the_mean() -> None:
     assert (mean - gait) / phase**2 == pytest.approx(smeared(gait), rel=1e-3, abs=1e-9)
 
 
-def test_a_picture_on_another_scale_scales_speed_and_beats(elsewhere: tuple[Stranger, ...]) -> None:
-    (picture,) = (each for each in elsewhere if each.place == "picture" and each.same)
-    model = ground().model
-    scaled = [each.gait(1.01 * each.trial.position_m[each.trial.kept]) - each.measured for each in model.trials]
-    expected = (0.01 * picture.columns @ np.array([1.0, 0.0, 0.0, 1.0]))[: len(model.measured)]
-    turning = np.cumsum([len(each.measured) for each in model.trials]) - 1
-    assert np.delete(np.concatenate(scaled), turning) == pytest.approx(np.delete(expected, turning), abs=1e-9)
-
-
 @pytest.fixture(scope="module")
 def elsewhere(pushed: Responses) -> tuple[Stranger, ...]:
     return strangers(ground(), pushed)

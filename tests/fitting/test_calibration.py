@@ -2,38 +2,26 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from fitting import CALIBRATION, FORMS, QUICK, Calibration, MeasuredTrial, calibrate, calibration_result
+from fitting import FORMS, QUICK, Calibration, MeasuredTrial, calibrate
 from fitting.ebt import fit_ebt
 from fitting.objective import Swims
 from fitting.structure import assumed
 from fitting.sweep import sweep_speed
 from fitting.tail_tip import measured_tail
-from session import NotEnoughData, Provenance
+from session import NotEnoughData
 from swimmer import load_robot
-from tests.session.sample import FISHSIM
 
-SCHEMA = FISHSIM.parents[1] / "design" / "schema" / "calibration.schema.json"
 EFFORT = replace(QUICK, screened=8, starts=1, finalists=1, heat_iterations=2, final_iterations=4)
-STAMP = Provenance("4.0.0", "0" * 64, {"session.toml": "1" * 64}, 0, "quick")
 
 
 @pytest.fixture(scope="module")
 def calibration(trials: dict[str, MeasuredTrial]) -> Calibration:
     return calibrate(list(trials.values()), assumed(load_robot()), EFFORT)
-
-
-def written(calibration: Calibration, folder: Path) -> dict[str, Any]:
-    (path,) = CALIBRATION.write(folder, STAMP, calibration_result(calibration))
-    data: dict[str, Any] = json.loads(path.read_text())
-    return data
 
 
 def test_every_swim_is_compared_in_the_order_of_the_session(calibration: Calibration) -> None:

@@ -46,19 +46,14 @@ def distance(trials: tuple[MeasuredTrial, ...], comparison: Comparison) -> float
     return float(Swims(exact_twin(), trials, comparison).mean_distance(POINT)[0])
 
 
-def bent(trials: tuple[MeasuredTrial, ...]) -> tuple[MeasuredTrial, ...]:
-    return tuple(turned(trial, angle) for trial, angle in zip(trials, TURN_RAD, strict=True))
+def test_the_turn_of_each_axis_is_found_and_costs_nothing_where_free() -> None:
+    straight = exact_swims(hz=HZ, seconds=4.0, noise_m=0.3e-3)
+    bent = tuple(turned(trial, angle) for trial, angle in zip(straight, TURN_RAD, strict=True))
+    found = Swims(exact_twin(), bent, "yaw").yaws(POINT)
 
-
-def yaws_deg(trials: tuple[MeasuredTrial, ...]) -> np.ndarray:
-    return np.degrees(Swims(exact_twin(), trials, "yaw").yaws(POINT))
-
-
-def test_the_turn_of_each_axis_is_found_to_a_fifth_of_a_degree() -> None:
-    found = yaws_deg(bent(exact_swims(hz=HZ, seconds=4.0, noise_m=0.3e-3)))
-
-    assert found.shape == (1, 2)
-    np.testing.assert_allclose(found[0], -np.degrees(TURN_RAD), atol=0.2)
+    np.testing.assert_allclose(np.degrees(found), -np.degrees(TURN_RAD)[None], atol=0.2)
+    assert distance(bent, "published") > 4 * distance(straight, "published")
+    assert distance(bent, "yaw") == pytest.approx(distance(straight, "yaw"), rel=1e-4)
 
 
 def test_the_best_yaw_undoes_any_turn_of_all_that_has_weight() -> None:

@@ -1,4 +1,4 @@
-"""What frozen coefficients say of a trial they were not fitted to."""
+"""What frozen coefficients say of a trial that they were not fitted to, and what is foretold from its command alone."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import MeasuredTrial
+from fitting import Calibration, CommandForecast, MeasuredTrial, beat_to_command, forecast_from_command
 from fitting.forecast import _lowest as lowest
 from fitting.forecast import fit_phase, forecast
 from fitting.objective import Swims
 from fitting.scoring import score
 from synthetic import Truth
+from tests.reports.sample import made_calibration
 
 
 def apart(one: float, other: float) -> float:
@@ -36,18 +37,6 @@ def test_between_tries_the_phase_is_that_of_a_parabola() -> None:
     assert lowest(tries, np.full(4, np.inf)) == 0.0
 
 
-def test_markers_put_beside_their_place_do_not_move_the_phase(
-    swims: Swims, trials: dict[str, MeasuredTrial], truth: Truth
-) -> None:
-    trial = trials["new"]
-    offset = np.random.default_rng(0).normal(0.0, 0.004, (len(trial.markers), 2))
-    offset[:2] = 0.0
-    beside = replace(trial, head=replace(trial.head, shape_m=trial.head.shape_m + offset))
-
-    found = [fit_phase(swims.twin, one, truth.plan.coefficients) for one in (trial, beside)]
-    assert apart(*found) < 0.02
-
-
 def test_a_held_out_swim_is_foretold_by_the_true_coefficients(
     swims: Swims, trials: dict[str, MeasuredTrial], truth: Truth
 ) -> None:
@@ -57,3 +46,68 @@ def test_a_held_out_swim_is_foretold_by_the_true_coefficients(
 
     assert simulated.position_m.shape == trial.head.position_m.shape
     assert score(trial, simulated).marker_error_m < 5e-3
+
+
+HELD_OUT, SPEED_PER_HZ = "slow", 0.1
+"""The only trial held out there, and the twin's sweep."""
+
+
+def commanded(slow: float | None, medium: float | None = None, fast: float | None = None) -> Calibration:
+    """Trials at 0.5 (held out), 0.8 and 1.3 Hz whose commands are these, Hz; the sweep is from 0.4 to 1.5 Hz."""
+    made, told = made_calibration(), {"slow": slow, "medium": medium, "fast": fast}
+    return replace(
+        made,
+        trials=tuple(
+            replace(trial, measured=replace(trial.measured, commanded_hz=told[trial.measured.name]))
+            for trial in made.trials
+        ),
+    )
+
+
+def foretold(calibration: Calibration) -> CommandForecast:
+    (name,) = (found := forecast_from_command(calibration))
+    assert name == HELD_OUT
+    return found[name]
+
+
+def test_the_beat_is_the_command_times_the_mean_ratio() -> None:
+    calibration = commanded(1.0, 0.8 / 0.7, 1.3 / 0.8)
+    found = foretold(calibration)
+
+    assert beat_to_command(calibration) == pytest.approx(0.75)
+    assert found.frequency_hz == pytest.approx(0.75)
+    assert found.speeds["twin"] == pytest.approx(SPEED_PER_HZ * 0.75)
+    assert found.speeds["published, twin's tail"] == pytest.approx(0.12 * 0.75)
+    assert found.flags == ()
+    assert beat_to_command(commanded(1.0, None, 2.0)) == pytest.approx(0.65)
+
+
+def test_nothing_measured_in_the_trial_enters() -> None:
+    calibration = commanded(1.0, 1.0, 1.5)
+    slow, *fitted = calibration.trials
+    lost = replace(slow.measured, weight=0 * slow.measured.weight, frequency=fitted[0].measured.frequency)
+    blind = replace(calibration, trials=(replace(slow, measured=lost, simulated_hz=np.nan, speeds={}), *fitted))
+
+    assert foretold(blind) == foretold(calibration)
+
+
+@pytest.mark.parametrize(
+    ("calibration", "whose"),
+    [(commanded(None, 1.0, 1.5), "its command"), (commanded(1.0), "the command of every fit trial")],
+    ids=["trial", "fit trials"],
+)
+def test_without_a_command_there_is_no_forecast_and_that_is_said(calibration: Calibration, whose: str) -> None:
+    found = foretold(calibration)
+
+    assert np.isnan([found.frequency_hz, *found.speeds.values()]).all()
+    assert [flag.kind for flag in found.flags] == ["no_command"]
+    assert found.flags[0].message.startswith(f"{whose} is not known")
+
+
+def test_beyond_the_sweep_there_is_no_forecast_and_that_is_said() -> None:
+    found = foretold(commanded(3.0, 1.0, 1.3 / 0.8))
+
+    assert found.frequency_hz == pytest.approx(2.4)
+    assert np.isnan(list(found.speeds.values())).all()
+    assert [flag.kind for flag in found.flags] == ["extrapolated"]
+    assert "2.400 Hz, foretold from the command, lies outside the 0.400 to 1.500 Hz" in found.flags[0].message

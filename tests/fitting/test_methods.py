@@ -12,7 +12,6 @@ from fitting.mean_distance import SOFTENING_M
 from fitting.methods import search
 from fitting.objective import Swims
 from fitting.published_objective import PENALTY, PublishedObjective
-from fitting.published_search import BATCH, INITIAL
 from fitting.valley_simplex import ROUGHNESS_M
 from session import SimulationDiverged
 from synthetic import PLAUSIBLE_COEFFICIENTS
@@ -123,19 +122,6 @@ def test_what_a_cut_simplex_gains_tells_convergence(
     assert fit.restarts[1].converged
     assert fit.restarts[0].converged == converged
     assert ("not_converged" in [flag.kind for flag in fit.flags]) != converged
-
-
-@pytest.mark.parametrize("method", SPENDING)
-def test_the_budget_is_overdrawn_by_one_batch_at_most(
-    method: str, swims: Swims, fits: dict[str, CoefficientFit]
-) -> None:
-    """A batch is simulated twice, for its phases and for itself, then its best is checked from rest."""
-    point_s = sum(float(trial.time_s[trial.scored][-1]) for trial in swims.trials)
-    objective = PublishedObjective(swims, BUDGET_S)
-    batch = {"nelder-mead": 2, "bo-nm": BATCH, "random": INITIAL}[method]
-    from_rest_s = objective.space._seconds_from_rest
-
-    assert fits[method].spent_s <= BUDGET_S + 2 * batch * point_s + batch * from_rest_s
 
 
 def test_a_budget_too_small_for_one_forward_swimmer_says_so(swims: Swims, monkeypatch: pytest.MonkeyPatch) -> None:

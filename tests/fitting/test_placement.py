@@ -12,7 +12,6 @@ from fitting.objective import Swims
 from fitting.placement import BOX_SD_M, MARKER_SD_M, BoxesOff, place, placed_residuals
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin, lasting_noise
-from tracking import to_head_frame
 
 HZ = (0.9, 1.3)
 PARTS = ("position_m", "shape_m", "path_m", "heading_rad")
@@ -39,24 +38,6 @@ def truth(trials: tuple[MeasuredTrial, ...]) -> Placement:
 def misplaced(trial: MeasuredTrial, truth: Placement, noise_m: np.ndarray | float = 0.0) -> MeasuredTrial:
     seen = truth.seen(trial, trial.head)
     return replace(trial, head=replace(seen, shape_m=seen.shape_m + noise_m))
-
-
-def test_to_first_order_it_is_what_the_normaliser_makes_of_boxes(trials: tuple[MeasuredTrial, ...]) -> None:
-    """Boxes moved on the pool, scaled by nose and neck and normalised, against the placement's own words."""
-    trial, off = trials[0], BOXES["f0.90"]
-    forward = -np.stack([np.cos(trial.head.heading_rad), np.sin(trial.head.heading_rad)], axis=-1)
-    along, across = -forward, np.stack([forward[:, 1], -forward[:, 0]], axis=-1)
-    moved = np.array(trial.position_m)
-    for marker, (x, y) in enumerate((off[:2], off[2:])):
-        moved[:, marker] += x * along + y * across
-    moved *= 0.142 / np.median(np.linalg.norm(moved[:, 1] - moved[:, 0], axis=-1))
-    nothing = np.zeros((len(trial.markers), 2))
-    told = Placement({trial.name: off}, NO_SD, nothing, nothing).seen(trial, trial.head)
-    true = to_head_frame(moved, 0, 1)
-    plain = np.linalg.norm(true.shape_m[:, 2:] - trial.head.shape_m[:, 2:], axis=-1).mean()
-
-    assert np.linalg.norm(told.shape_m[:, 2:] - true.shape_m[:, 2:], axis=-1).mean() < 0.1 * plain
-    assert np.ptp(told.path_m[:, 1] - true.path_m[:, 1]) < 0.1 * np.ptp(true.path_m[:, 1] - trial.head.path_m[:, 1])
 
 
 def test_misplaced_boxes_and_markers_are_found_again(trials: tuple[MeasuredTrial, ...], truth: Placement) -> None:

@@ -44,22 +44,6 @@ def test_flagged_samples_count_in_the_distance_over_all_samples_only() -> None:
     assert found.used_fraction == pytest.approx(48 / 50)
 
 
-def test_missing_and_flagged_samples_give_no_distance() -> None:
-    position = straight_swim(10)
-    gap = position.copy()
-    gap[4, 3] = np.nan
-    weight = np.ones((10, 5))
-    weight[4, 3] = 0.0
-
-    found = score(by_hand(gap, weight=weight), head_frame_of(straight_swim(10, 0.2)))
-    assert np.isfinite([found.marker_error_m, found.marker_error_all_m]).all()
-    assert found.used_fraction == pytest.approx(49 / 50)
-
-    found = score(by_hand(position, weight=np.zeros((10, 5))), head_frame_of(position))
-    assert np.isnan(found.marker_error_m)
-    assert (found.used_fraction, found.marker_error_all_m) == (0.0, pytest.approx(0.0))
-
-
 def test_the_shape_is_compared_relative_to_the_nose_in_every_frame() -> None:
     """Swimming faster is no error of shape; a bent tail is one of each marker that it moves."""
     position = straight_swim(20, 0.3)

@@ -8,7 +8,7 @@ import pytest
 
 from fitting import Calibration
 from reports import render_report
-from tests.fitting.test_command_forecast import commanded
+from tests.fitting.test_forecast import commanded
 from tests.reports.page import Page
 from tests.reports.sample import made_context
 from tests.reports.undrawn import nothing_drawn

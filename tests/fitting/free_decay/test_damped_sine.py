@@ -27,15 +27,6 @@ def test_frequency_and_damping_are_found_from_anywhere(hz: float, ratio: float) 
     assert ring.rest_m == pytest.approx(SHAPE[0], abs=1e-5)
 
 
-def test_samples_without_weight_do_not_count() -> None:
-    lateral = design(TIME_S, 3.5, 2.0) @ SHAPE
-    weight = np.ones_like(lateral)
-    lateral[10:20, 1], weight[10:20, 1] = np.nan, 0.0
-    lateral[30, 2], weight[30, 2] = 5.0, 0.0
-
-    assert fit_damped_sine(TIME_S, lateral, weight).frequency_hz == pytest.approx(3.5, rel=1e-4)
-
-
 def test_the_standard_error_is_that_of_the_scatter() -> None:
     random, found, said = np.random.default_rng(0), [], []
     clean, weight = design(TIME_S, 3.5, 3.0) @ SHAPE, np.ones((90, 3))

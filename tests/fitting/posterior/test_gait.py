@@ -74,17 +74,6 @@ def test_the_course_is_how_fast_it_slips_and_turns() -> None:
     assert phase_between(gait, advanced(gait, 0.7), [4, 5, 6]) == pytest.approx(0.7)
 
 
-def test_markers_that_slide_are_told_beside_the_path_of_all() -> None:
-    pace = 1e-3 * np.arange(len(ALONG_M))
-    read = replace(reader(), span_m=float(ALONG_M[1]))
-    slid = np.einsum("n,m->nm", TIME_S, pace)
-    for heading_rad in (0.0, 2.1):
-        turn = np.exp(1j * heading_rad)
-        forward = pool((cruising() @ [1.0, 1j] + np.sign(SPEED_M_S) * slid) * turn)
-        gait = read(forward)
-        assert gait[places_of_slides(len(gait))] == pytest.approx(pace - pace.mean(), abs=1e-5)
-
-
 def test_an_advanced_gait_is_that_of_a_simulation_with_another_phase() -> None:
     ahead, hz = np.array([0.0, 0.4, -1.1]), 1.0
     time_s = np.arange(0.0, 9.0, 1 / 60)

@@ -53,12 +53,6 @@ def test_the_forecast_comes_true(drawn: DrawnSession, posterior: Posterior, monk
     assert (np.abs(np.log(ratio)) < np.log(1.6)).all()
 
 
-def test_more_trials_are_never_forecast_to_widen(drawn: DrawnSession, posterior: Posterior) -> None:
-    told = further_trials(posterior, drawn.twin)
-    assert (told.sd <= told.sd_now * (1 + 1e-9)).all()
-    assert (np.diff(told.shrinkage) >= 0).all()
-
-
 @pytest.fixture(scope="module")
 def predicted() -> list[PredictedTrial]:
     """Three trials of each of several sessions."""

@@ -10,7 +10,6 @@ import pytest
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
 from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import AffectedSession
-from fitting.signatures.affected_session import plain_gaits
 from session import CameraSpec
 from swimmer import DRY, Runs, Twin
 from swimmer.effects import AffectedTwin, catalogue
@@ -42,13 +41,6 @@ def test_trials_together_are_as_each_by_itself(name: str) -> None:
     assert np.isfinite(together).all()
     np.testing.assert_allclose(together, np.hstack(alone), rtol=0, atol=1e-9)
     assert np.abs(together[1] - together[0]).max() > 1e-5
-
-
-@pytest.mark.parametrize("name", ["fluid_memory", "joint_friction", "crank_arm_error", "lens_distortion"])
-def test_the_plain_row_is_that_of_effects_of_no_strength(name: str) -> None:
-    session = AffectedSession.of([catalogue()[name]], model(), CAMERA, AT)
-    of_none = session.gaits(AT[None], np.zeros((1, len(session.effects[0].parameters))))[0]
-    np.testing.assert_array_equal(plain_gaits(model(), CAMERA, PLAUSIBLE_COEFFICIENTS), of_none)
 
 
 @pytest.mark.parametrize(("name", "fish"), [("marker_offset", 1), ("lens_distortion", 1), ("joint_damping", 4)])

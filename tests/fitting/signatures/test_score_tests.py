@@ -122,15 +122,6 @@ def test_an_effect_of_one_sign_is_asked_for_one_way(linear: Linear) -> None:
     assert opposite.value == 0
 
 
-@pytest.mark.usefixtures("once")
-def test_no_effect_is_asked_for_beyond_its_bounds(linear: Linear) -> None:
-    longer = tested.signature_of(EFFECTS["crank_arm_error"], linear.model, CAMERA, TRUTH)
-    row, parameter = longer.gaits[int(np.argmax(longer.values[:, 0]))], EFFECTS["crank_arm_error"].parameters[0]
-    told = row - linear.slopes @ np.linalg.lstsq(linear.slopes, row)[0]  # what coefficients do not make up for
-    found = asked(linear.after(linear.middle + 2 * parameter.high / parameter.sd * told)).tried
-    assert next(each for each in found if each.effect == "crank_arm_error").value == pytest.approx(parameter.high)
-
-
 def test_what_diverges_or_moves_no_gait_is_named_and_not_asked(linear: Linear, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(effect: Effect, *_: Any, **__: Any) -> Signature:
         gaits = np.full((1, len(linear.middle)), np.nan if effect.name == "tendon_slack" else 0.0)

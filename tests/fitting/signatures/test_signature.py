@@ -10,8 +10,7 @@ from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import signature_of, view_of
 from fitting.signatures.signature import strengths
 from session import FISHSIM_MARKERS, CameraCalibration, CameraSpec
-from swimmer.effects.fluid import BackgroundCurrent
-from swimmer.effects.measurement import MarkerOffset, MarkerSwap, RollingShutter, ScaleError, TimeBaseError
+from swimmer.effects.measurement import MarkerOffset, MarkerSwap, RollingShutter, TimeBaseError
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin
 
@@ -33,14 +32,6 @@ def test_a_marker_glued_elsewhere_is_the_column_of_the_posterior(model: SessionM
     found = signature_of(effect, model, CAMERA, TRUTH, values).gaits[0]
     column = np.concatenate([0.001 * trial.freedoms(TRUTH).markers[:, 2 * marker + 1] for trial in model.trials])
     assert found == pytest.approx(column, abs=0.02 * np.abs(column).max())
-
-
-def test_with_a_wrong_scale_the_fish_swims_slower_and_beats_less(model: SessionModel) -> None:
-    found = signature_of(ScaleError(), model, CAMERA, TRUTH, np.array([[0.01, 0.0]])).gaits[0]
-    plain = model.simulated(TRUTH[None])[0]
-    speed, fin = 0, slice(-7 + 1, -7 + 3)  # the first harmonic of the fin across, the last marker of the last trial
-    assert found[speed] == pytest.approx(-plain[speed] / 101, rel=0.02)
-    assert found[fin] == pytest.approx(-plain[fin] / 101, rel=0.05)
 
 
 def test_a_wrong_clock_is_seen_in_the_commanded_frequency(model: SessionModel) -> None:
@@ -65,12 +56,3 @@ def test_the_view_stands_over_the_same_point_of_the_pool(model: SessionModel) ->
     assert origin + to_pool @ view.axis_m == pytest.approx(np.array([500.0, -400.0]) * trial.metres_per_px)
     assert to_pool @ view.down == pytest.approx([0.0, -1.0])
     assert view.half_height_m == pytest.approx(400 * trial.metres_per_px)
-
-
-def test_a_current_of_the_pool_carries_swims_whichever_way_they_head(model: SessionModel) -> None:
-    """To the right in the picture at 2 cm/s: a fish that heads that way is so much faster, its beat the same."""
-    found = signature_of(BackgroundCurrent(), model, CAMERA, TRUTH, np.array([[0.02, 0.0]])).gaits[0]
-    for number, trial in enumerate(model.trials):
-        heading = trial.trial.head.heading_rad.mean()  # from nose to neck, so against the way it swims
-        own = found.reshape(len(model.trials), -1)[number]
-        assert own[0] == pytest.approx(-0.02 * np.cos(heading), abs=0.25 * 0.02)

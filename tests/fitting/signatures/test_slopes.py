@@ -61,4 +61,5 @@ def test_pieces_share_out_all_that_bounds_allow(low: float, high: float) -> None
 def test_little_is_the_mean_of_both_sides() -> None:
     found = little(signature(bent), 0)
     assert found == pytest.approx(TURN)
+    assert little(signature(linear, diverges=(-3.0, -1.0, 3.0)), 0) == pytest.approx(TURN)
     assert little(signature(linear, diverges=(-3.0, -1.0, 1.0, 3.0)), 0) is None

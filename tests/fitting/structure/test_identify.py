@@ -147,26 +147,6 @@ def test_a_wrong_dry_run_does_not_spoil_the_others() -> None:
     assert "dry run dry_slow is not used" in found.flags[0].message
 
 
-@pytest.mark.long
-@pytest.mark.usefixtures("few_points")
-def test_where_no_dry_run_is_believed_the_arm_is_assumed() -> None:
-    found = identify_structure(DryExperiments(runs=[replace(measured().runs[1], flags=(MOVES,))]), DESCRIBED)
-
-    assert found.robot == DESCRIBED
-    assert found.crank is not None
-    assert by_quantity(found)["crank_arm"].sentence.startswith("dry run dry_fast not used: crank arm 39.5 mm as in")
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("few_points")
-def test_an_arm_at_the_end_of_its_range_is_not_used() -> None:
-    far = robot_with({**TRUE, "crank_arm": 0.021})
-    found = identify_structure(DryExperiments(runs=measured().runs[1:]), far)
-
-    assert found.robot == far
-    assert "is not used: the arm, 36.75 mm, is at the end of its range" in found.flags[0].message
-
-
 def test_a_decay_of_something_else_is_named() -> None:
     """A tail that hardly moves at a rate no hinge could give: its twin diverges, and the message says for which."""
     decay = measured().decays[0]
