@@ -147,7 +147,7 @@ class Scores:
     def text(self) -> str:
         """As Markdown, without the title."""
         parts = [f"Data: {self.data}  \nCommand: `{self.command}`", *(table.text() for table in self.tables)]
-        return "\n\n".join([*parts, *(f"- {note}" for note in self.notes)])
+        return "\n\n".join([*parts, *(["\n".join(f"- {note}" for note in self.notes)] if self.notes else [])])
 
     def json(self) -> str:
         """As text for a file."""
