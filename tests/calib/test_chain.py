@@ -132,7 +132,7 @@ def test_a_missing_decay_is_assumed_and_said(calib: Front, unfitted: Path) -> No
 
     assert outcome.code == 0, outcome.err
     assert "no free decay: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out
-    assert {quantity: source["assumed"] for quantity, source in data["structure"].items()} == {
+    assert {quantity: not source["trials"] for quantity, source in data["structure"].items()} == {
         "hinge_stiffness": True,
         "hinge_damping": True,
         "crank_arm": False,
@@ -176,7 +176,7 @@ def test_an_experiment_that_cannot_be_measured_is_left_out_and_said(calib: Front
     assert outcome.code == 0, outcome.err
     assert "! free decay pull is not used: its tail swings by 0.0 mm only" in outcome.out
     assert "free decay pull not used: hinge stiffness 0.65 N m/rad as in robot.toml" in outcome.out
-    assert data["structure"]["crank_arm"]["assumed"] is False  # type: ignore[index]
+    assert data["structure"]["crank_arm"]["trials"]  # type: ignore[index]
     with remade(unfitted):
         assert calib("fit", unfitted, "--effort", "quick").code == 0
 
@@ -231,9 +231,7 @@ def test_a_trial_with_a_motor_log_is_shown_beside_the_frames_it_was_measured_fro
     folder = make_session(tmp_path / "pool", plan)
     Pipeline(open_session(folder), Options("quick")).fit()
     pipeline = Pipeline(open_session(folder))
-    calibration = pipeline.standing_calibration()
-    assert calibration is not None
-    (fitted,) = calibration.trials
+    (fitted,) = pipeline.the_fit().read().trials
 
     shown = _recorded(pipeline, pipeline.session.trial("slow"), fitted)
     assert shown.residual_mm is not None

@@ -91,7 +91,8 @@ def test_another_catalogue_is_another_diagnosis_which_says_so_everywhere(
     outcome = calib("diagnose", diagnosed, *QUICK, "--without", "scale_error")
     assert outcome.code == 0
     assert "made without scale error" in outcome.out
-    assert calib("report", diagnosed, *QUICK).code == 0
+    assert calib("fit", diagnosed, *QUICK).code == 0
+    assert calib("report", diagnosed).code == 0
     found = seen["context"].diagnosed
     assert found is not None
     assert found.data.withheld_from_catalogue == ("scale_error",)
@@ -130,7 +131,8 @@ def test_report_and_recording_show_what_is_missing(
     monkeypatch.setattr(
         recording, "write_recording", lambda path, trials, _name: (seen.update(trials=trials), path.touch())
     )
-    assert calib("report", diagnosed, *QUICK).code == 0
+    assert calib("fit", diagnosed, *QUICK).code == 0
+    assert calib("report", diagnosed).code == 0
     assert calib("view", diagnosed).code == 0
 
     assert seen["context"].diagnosed.refitted == ("scale_error",)  # type: ignore[attr-defined]
