@@ -71,7 +71,6 @@ def test_unusable_sources_are_told_and_leave_nothing(
 
 def test_a_folder_that_is_not_empty_is_refused(tmp_path: Path) -> None:
     source = public_tracks(tmp_path / "plain", "f1_00")
-    (source / "f1_75.csv").unlink()
     with pytest.raises(InputError, match="cannot make a session here; found something that is already there"):
         new_from_fishsim(source, source)
 
