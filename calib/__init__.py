@@ -1,20 +1,41 @@
-"""The front door: command line, pipeline, benchmarks.
+"""From videos of a tendon-driven robot fish to a calibrated MuJoCo twin, its uncertainty, and what it still gets wrong.
 
-`open_session`, `Pipeline` and `Options` are loaded when first asked for, so that importing the package alone costs
-nothing beyond the standard library.
+    import calib
+
+    session = calib.open_session("pool-2026-05-12")
+    fit = calib.fit(session, effort="quick")
+    posterior = calib.posterior(session)
+    gap = calib.diagnose(session)
+    fit.to_frame(), fit.plot.envelope("f1_00"), gap.effects.to_frame(), gap.plot.forces()
+    calib.report(session)
+
+All public names stand in `calib.interface`. They are loaded when first asked for, so that importing the package alone
+costs nothing beyond the standard library. The motor is driven by `calib.capture`, which needs nothing else of it.
 """
 
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from calib.pipeline import Options, Pipeline, open_session
-
-__all__ = ["Options", "Pipeline", "open_session"]
+    from calib.interface import *  # noqa: F403
 
 
 def __getattr__(name: str) -> Any:
-    if name not in __all__:
+    if name != "__all__" and (name.startswith("_") or find_spec(f"{__name__}.{name}")):  # a module is no name of these
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from calib import pipeline
+    from calib.shadowing import check_shadowing
 
-    return getattr(pipeline, name)
+    check_shadowing()
+    from calib import interface
+
+    if name == "__all__":
+        return interface.__all__
+    if name not in interface.__all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(interface, name)
+
+
+def __dir__() -> list[str]:
+    from calib import interface
+
+    return sorted(interface.__all__)

@@ -1,6 +1,6 @@
 """Reports of several sessions and the index that lists them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from calib.options import Options
@@ -9,23 +9,28 @@ from calib.working import working
 from reports import IndexEntry, write_index
 
 
-def report_batch(folders: Sequence[Path], options: Options, index: Path | None) -> Iterator[Path]:
-    """Writes the report of what stands in each session and yields it; the index comes last when there are several.
+def report_batch(
+    folders: Sequence[Path], options: Options, index: Path | None
+) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Writes the report of what stands in each session, and an index of several; the files, and what they are.
 
     Args:
         folders: the sessions.
         options: threads.
         index: where the index goes; default `index.html` beside the first session.
     """
-    entries = []
+    entries, files, notes = [], [], []
     for folder in folders:
         open_session(folder)  # all faults of all sessions first
     for folder in folders:
         with working(folder, False, options) as pipeline:
-            path = pipeline.report()
-        entries.append(IndexEntry.from_calibration(pipeline.session.name, path, pipeline.the_fit().result()))
-        yield path
+            files.append(pipeline.report())
+        fit = pipeline.the_fit()
+        entries.append(IndexEntry.from_calibration(pipeline.session.name, files[-1], fit.result()))
+        notes.append(f"{pipeline.session.name}: {fit.name}")
+        notes += pipeline.said
     if len(entries) > 1 or index is not None:
         target = index or folders[0].resolve().parent / "index.html"
         write_index(target, entries)
-        yield target
+        files.append(target)
+    return tuple(files), tuple(notes)

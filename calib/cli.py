@@ -18,7 +18,7 @@ app = typer.Typer(
 camera = typer.Typer(no_args_is_help=True, help="The lens and the scale, from a printed board.")
 
 app.command()(results.run)
-app.command()(sessions.new)
+app.command(cls=sessions.SeveralFiles)(sessions.new)
 app.command()(videos.track)
 app.command()(videos.edit)
 app.command()(results.fit)

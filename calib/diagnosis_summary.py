@@ -23,6 +23,26 @@ def diagnosis_lines(data: DiagnosisResult) -> list[str]:
     return [*lines, *(f"check: {each}" for each in _checks(data)), *_next(data), *_models(data)]
 
 
+def biggest_doubt(data: DiagnosisResult) -> str:
+    """What should be looked at before a diagnosis is believed, the first of all."""
+    checks = _checks(data)
+    if checks:
+        more = f" (and {len(checks) - 1} more)" if len(checks) > 1 else ""
+        return f"{checks[0]}{more}"
+    if not data.gap.evaluated_on:
+        return "no swim was held out, so nobody knows how far the gap shrinks"
+    return "none was raised"
+
+
+def next_experiment(data: DiagnosisResult) -> str:
+    """The one that tells most."""
+    found = [each for each in data.next_experiments if each.expected_error < _TELLS]
+    if not found:
+        return "none of those it knows would tell more"
+    pair = " from ".join(map(plain, found[0].separates))
+    return f"{found[0].describe[:1].lower()}{found[0].describe[1:]} (tells {pair})"
+
+
 def _next(data: DiagnosisResult) -> list[str]:
     """Experiments that tell something apart, each once."""
     told: dict[str, list[str]] = {}
@@ -44,6 +64,8 @@ def _models(data: DiagnosisResult) -> list[str]:
 def _checks(data: DiagnosisResult) -> list[str]:
     """What makes a diagnosis doubtful, or should be looked at before it is believed."""
     told = []
+    if data.effects and data.gap.evaluated_on and data.gap.shrinkage <= 0:
+        told.append("on held-out trials the gap does not shrink with what is named")
     if lacking := data.withheld_from_catalogue:
         told.append(f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again for the whole")
     known = [f.measured_hz / f.commanded_hz - 1 for f in data.frequencies.values() if f.commanded_hz]

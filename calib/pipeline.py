@@ -18,6 +18,7 @@ from calib.stages.structure import StructureStage
 from fitting import Calibration, Comparison, MeasuredTrial, MethodName, Structure
 from session import FaultCollector, Session, load_session, program_version
 from swimmer import ENGINE, RobotSpec, Twin, load_robot
+from swimmer.effects import Effect
 
 if TYPE_CHECKING:
     from diagnosis import Discrepancy
@@ -129,9 +130,11 @@ class Pipeline:
         stages = (self.posteriors(fit, effort) for effort in get_args(EffortName))
         return next((stage for stage in stages if stage.is_current), None)
 
-    def diagnoses(self, without: frozenset[str] = frozenset(), effort: EffortName | None = None) -> DiagnosisStage:
-        """The gap, with a catalogue that lacks some effects."""
-        return DiagnosisStage(self.job, self.recordings, without, effort)
+    def diagnoses(
+        self, without: frozenset[str] = frozenset(), effort: EffortName | None = None, own: tuple[Effect, ...] = ()
+    ) -> DiagnosisStage:
+        """The gap, with a catalogue that lacks some effects and has some of the user's own."""
+        return DiagnosisStage(self.job, self.recordings, without, effort, own)
 
     def fit(self) -> Path:
         """`results/calibration.json` and `results/calibrated.xml`, up to date, and the structure they build on."""
@@ -168,6 +171,8 @@ class Pipeline:
         Raises:
             NotConverged: draws that must not be relied on; nothing is written but the chain so far.
         """
+        if self.only_dry:
+            _ = self.trials  # says what is missing
         if (fit := self.standing_fit) is None:
             self.said.append(f"No fit of these recordings stood there; a {self.fits.name} was made first.")
             self.fit()
@@ -181,18 +186,24 @@ class Pipeline:
         self.said += [f"! posterior: {doubt}" for doubt in stage.doubts]
         return stage.file
 
-    def diagnosis(self, without: frozenset[str] = frozenset(), discrepancy: "Discrepancy | None" = None) -> Path:
+    def diagnosis(
+        self,
+        without: frozenset[str] = frozenset(),
+        discrepancy: "Discrepancy | None" = None,
+        own: tuple[Effect, ...] = (),
+    ) -> DiagnosisStage:
         """`results/diagnosis.json`, up to date; the plain twin is that of the robot as described.
 
         Args:
             without: names that the catalogue is to lack.
             discrepancy: see `DiagnosisStage.make`.
+            own: effects that the catalogue is to have besides.
         """
-        stage = self.diagnoses(without)
+        stage = self.diagnoses(without, own=own)
         self.recordings.tracks()
         if not stage.is_current:
             stage.make(discrepancy)
-        return stage.file
+        return stage
 
     def supposition(self, names: Sequence[str]) -> "SuppositionResult":
         """What the swims say of effects that a user names; also in `results/supposed.json`."""

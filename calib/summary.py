@@ -1,11 +1,15 @@
 """A calibration, or a structure alone, in a few lines for the terminal."""
 
 from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 from fitting import CalibrationResult, Structure
 from fitting.marginal import Marginal
 from reports.numbers import shown
 from session import Flag
+
+if TYPE_CHECKING:
+    from fitting.posterior.findings import Findings
 
 
 def calibration_lines(found: CalibrationResult) -> list[str]:
@@ -28,6 +32,11 @@ def calibration_lines(found: CalibrationResult) -> list[str]:
     flags = {name: each.flags for name, each in found.experiments.items()}
     flags |= {name: each.flags for name, each in found.trials.items()}
     return [*lines, *_doubts(flags), *(f"! {flag.message}" for flag in found.flags)]
+
+
+def posterior_lines(found: "Findings") -> list[str]:
+    """A line a coefficient, and every flag."""
+    return [*_posterior_lines(found.marginals), *(f"! {flag.message}" for flag in found.flags)]
 
 
 def structure_lines(found: Structure) -> list[str]:

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self, TypeVar
@@ -10,6 +10,7 @@ from typing import Any, Self, TypeVar
 import numpy as np
 
 from calib.options import Options
+from calib.pipeline import Pipeline
 from calib.working import working
 from session import CameraSpec, FaultCollector, Flag, InputError, NotEnoughData, Session, TrialSpec, plain_json
 from swimmer import RobotSpec
@@ -63,29 +64,32 @@ def write_click_pages(folder: Path, as_json: bool) -> None:
     print(json.dumps(files, indent=1) if as_json else "\n".join(files.values()))
 
 
-def track_videos(session: Path, method: TrackerName | None, export: str, workers: int, as_json: bool) -> None:
-    """Tracks the videos of a session and tells what came of each.
+def track_videos(pipeline: Pipeline, export: str) -> tuple[dict[str, TrackedTrial], list[Path]]:
+    """The tracks of every video of a session, up to date, and the files that they were exported to.
 
     Args:
-        session: its folder.
-        method: the tracker; None: that of the tracks which stand, else hybrid.
+        pipeline: of the session.
         export: a form of `tracking.records.FORMATS` to write beside them; empty for none.
-        workers: threads; 0 for all cores.
-        as_json: what is told.
 
     Raises:
-        InputError: faults of videos, boxes or edits, after all other videos are tracked.
+        InputError: no video; or faults of videos, boxes or edits, after all other videos are tracked.
     """
+    filmed, videos, exported = _filmed(pipeline.session), pipeline.recordings.videos, []
+    videos.all_boxes(filmed)
+    tracks = _each(filmed, videos.tracks)
+    if export:
+        for name, found in tracks.items():
+            exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
+            export_tracks(found, exported[-1], export)
+    return tracks, exported
+
+
+def tell_tracks(session: Path, method: TrackerName | None, export: str, workers: int, as_json: bool) -> None:
+    """Tracks the videos of a session and tells what came of each; arguments as of `calib.track`."""
     with working(session, as_json, Options(workers=workers, tracker=method)) as pipeline:
-        filmed = _filmed(pipeline.session)
+        tracks, exported = track_videos(pipeline, export)
         videos = pipeline.recordings.videos
-        boxes = videos.all_boxes(filmed)
-        tracks = _each(filmed, videos.tracks)
-        exported = []
-        if export:
-            for name, found in tracks.items():
-                exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
-                export_tracks(found, exported[-1], export)
+        boxes = videos.all_boxes(_filmed(pipeline.session))
     doubts = camera_doubts(tracks.values(), pipeline.session.camera, pipeline.robot)
     lines = {name: TrackLine.of(found, videos.folder / f"{name}.csv") for name, found in tracks.items()}
     if as_json:
@@ -107,16 +111,17 @@ def track_videos(session: Path, method: TrackerName | None, export: str, workers
     print(videos.folder)
 
 
-def correct_track(session: Path, trial: str, correction: str) -> None:
-    """Adds a correction, as JSON, to the edit log of a trial, and tells how many count.
+def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]) -> str:
+    """Adds a correction, a mapping or JSON, to the edit log of a trial; in a sentence how many count.
 
     Raises:
         InputError: no such trial, or the correction or the log has faults.
     """
+    text = correction if isinstance(correction, str) else json.dumps(correction)
     with working(session, True) as pipeline:
-        log = _log(pipeline.session, pipeline.session.trial(trial)).append_text(correction)
+        log = _log(pipeline.session, pipeline.session.trial(trial)).append_text(text)
     edits = "1 edit counts" if len(log.in_force) == 1 else f"{len(log.in_force)} edits count"
-    print(f"{log.path}: added line {log.edits[-1].line}; {edits}. `calib track` replays them")
+    return f"{log.path}: added line {log.edits[-1].line}; {edits}. `calib track` replays them"
 
 
 def _filmed(session: Session) -> list[TrialSpec]:

@@ -13,7 +13,7 @@ from fitting.motor_clock import MotorRecord
 from fitting.series import design, weighted_fit
 from fitting.speed import forward_speed
 from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
-from session.session_checks import OTHER_UNIT
+from session.session_checks import OTHER_UNIT, rate_is_off
 from swimmer import CrankTurn, RobotSpec
 from tracking import HeadFrame
 
@@ -23,7 +23,6 @@ Beat = Callable[[np.ndarray], SwimFrequency]
 FIRST_BEATS = 1.2  # of the command, in which a held-out trial is first asked for its frequency
 KNOWN_BEATS = 2.0  # of a held-out trial that may set its own frequency, phase and start
 SCALE_OFF = 0.05  # relative difference of the scale that is worth a flag
-RATE_OFF = 0.05  # the same of a frame rate; dropped frames move the mean alone, a coarse clock the median
 SCORED_S = 4.0  # of each trial, after warm-up, that the published distance is taken over
 
 
@@ -196,21 +195,15 @@ def _clock_and_scale(time_s: np.ndarray, camera: CameraSpec, robot: RobotSpec) -
     """Whether the time stamps fit the nominal frame rate, and the scale length the robot.
 
     Raises:
-        NotEnoughData: either is off by so much that it must be another unit.
+        NotEnoughData: the frame rate is off by more than 5 %, or the scale by so much that it must be another unit.
     """
-    fps, scale = 1 / float(np.median(np.diff(time_s))), camera.scale_length_m / robot.scale_length_m
-    if not 1 / OTHER_UNIT < fps / camera.fps < OTHER_UNIT:
+    spacing_s, scale = np.diff(time_s), camera.scale_length_m / robot.scale_length_m
+    if rate_is_off(camera.fps, float(np.median(spacing_s)), float(np.mean(spacing_s))):
         raise NotEnoughData(
-            f"its time stamps say {fps:.3g} frames a second, [camera] fps says {camera.fps:g}; expected about the "
-            "same. Is time_s in seconds?"
+            f"its time stamps say {1 / np.median(spacing_s):.3g} frames a second, [camera] fps says {camera.fps:g}; "
+            "expected the same within 5 %. Correct the one that is wrong: frequencies and speeds go by it."
         )
     flags = []
-    if min(abs(fps / camera.fps - 1), abs(1 / float(np.mean(np.diff(time_s))) / camera.fps - 1)) > RATE_OFF:
-        message = (
-            f"its time stamps say {fps:.3g} frames a second, [camera] fps says {camera.fps:g}: the stamps are "
-            "believed; were fps right, frequencies and speeds would be off by as much"
-        )
-        flags.append(Flag("frame_rate_off", message=message))
     if not 1 / OTHER_UNIT < scale < OTHER_UNIT:
         raise NotEnoughData(
             f"[camera] scale_length_m is {camera.scale_length_m:g}, but nose and neck of {robot.name} are "

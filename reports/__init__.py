@@ -3,14 +3,14 @@
 from reports.context import ReportContext
 from reports.diagnosed import Diagnosed, read_diagnosed
 from reports.index import IndexEntry, render_index, write_index
-from reports.report import Gallery, render_report, write_report
+from reports.report import gallery, render_report, write_report
 from reports.sections.track_quality import picture_of_tracks
 
 __all__ = [
     "Diagnosed",
-    "Gallery",
     "IndexEntry",
     "ReportContext",
+    "gallery",
     "picture_of_tracks",
     "read_diagnosed",
     "render_index",

@@ -39,12 +39,10 @@ def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = S
     )
 
 
-class Gallery(dict[str, Plot]):
-    """Every figure of a report, by the name under which its page saves it; those of a trial begin with its name."""
+def gallery(context: ReportContext, sections: Sequence[SectionBuilder] = SECTIONS) -> dict[str, Plot]:
+    """Every figure of a report, or of some of its sections, by the name under which its page saves it.
 
-    def __init__(self, context: ReportContext) -> None:
-        sections = [section for build in SECTIONS if (section := build(context)) is not None]
-        super().__init__({plot.name: plot for section in sections for plot in section.plots})
-
-    def __missing__(self, name: str) -> Plot:
-        raise ValueError(f"figure: found {name!r}, expected one of {', '.join(self)}")
+    The names of those of a trial begin with the trial's name.
+    """
+    built = [section for build in sections if (section := build(context)) is not None]
+    return {plot.name: plot for section in built for plot in section.plots}

@@ -62,7 +62,6 @@ FLAG_KINDS: dict[str, str] = {
     "unidentifiable": "the data do not determine this number",
     "no_command": "the commanded frequency is not known",
     "frequency_off_command": "the swim frequency differs from the command",
-    "frame_rate_off": "time stamps and frame rate do not agree",
     "scale_off_robot": "the scale of the picture does not fit the robot",
     "few_beats": "too few beats for a frequency to be trusted",
     "swims_backward": "started from rest, the fitted twin swims backward",

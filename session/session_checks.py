@@ -16,7 +16,8 @@ from session.toml_source import Key, TomlSource
 
 RECORDINGS = ("tracks", "video", "motor")
 TRIAL_FILES = (*RECORDINGS, "boxes")
-OTHER_UNIT = 2.5  # a frame rate or scale off by this factor is a mistake of unit
+OTHER_UNIT = 2.5  # a scale off by this factor is a mistake of unit
+RATE_OFF = 0.05  # relative difference of frame rates; frames left out move the mean alone, a coarse clock the median
 
 
 class DescribedRobot(Protocol):
@@ -107,7 +108,7 @@ def check_scale(source: TomlSource, robot: DescribedRobot | None, faults: FaultC
 def check_rates(
     source: TomlSource, fps: float, stamps: Mapping[str, tuple[float, float]], faults: FaultCollector
 ) -> None:
-    """The time stamps of tracks are in seconds: of about the camera's frame rate. A flag says where somewhat off.
+    """The time stamps of tracks are in seconds, and of the camera's frame rate within 5 %.
 
     Args:
         source: the file.
@@ -118,17 +119,22 @@ def check_rates(
     """
     off: dict[str, list[str]] = {}
     for name, (median_s, mean_s) in stamps.items():
-        if not any(1 / OTHER_UNIT < each * fps < OTHER_UNIT for each in (median_s, mean_s)):
+        if rate_is_off(fps, median_s, mean_s):
             off.setdefault(f"{1 / mean_s:.4g}", []).append(name)
     if off:
         told = "; ".join(f"{rate} in {', '.join(names)}" for rate, names in off.items())
         faults.add(
             source.where(("camera", "fps")),
-            "the time stamps of tracks tell quite another frame rate",
+            "the time stamps of tracks tell another frame rate",
             found=f"{fps:g}; by their time_s {told}",
-            expected="about 1 / the spacing of time_s",
-            next_step="Is time_s in seconds? Correct it, or fps.",
+            expected="1 / the spacing of time_s, within 5 %",
+            next_step="Which of them is right? Correct the other: frequencies and speeds go by it.",
         )
+
+
+def rate_is_off(fps: float, median_s: float, mean_s: float) -> bool:
+    """Whether both the median and the mean spacing of time stamps tell another frame rate."""
+    return min(abs(1 / (each * fps) - 1) for each in (median_s, mean_s)) > RATE_OFF
 
 
 def check_markers(source: TomlSource, robot: Collection[str] | None, faults: FaultCollector) -> None:

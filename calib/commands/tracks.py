@@ -21,14 +21,13 @@ def convert(
     fps: Annotated[float, typer.Option(help="frames a second, for forms without time")] = 60.0,
 ) -> None:
     """Converts tracks between this program, DeepLabCut, movement and the authors' CSV."""
+    from calib import interface
     from session import FISHSIM_MARKERS
-    from tracking.records import TrackedTrial, export_tracks, import_tracks
 
     check_form(to, "--to")
     names = FISHSIM_MARKERS if markers is None else tuple(name.strip() for name in markers.split(","))
     _check_numbers(names, fps, out)
-    export_tracks(TrackedTrial.of(import_tracks(tracks, names, fps)), out, to)
-    print(out)
+    print(interface.convert_tracks(tracks, out, to, markers=names, fps=fps))
 
 
 def check_form(name: str, option: str) -> None:

@@ -23,14 +23,14 @@ def track(
     as_json: AsJson = False,
 ) -> None:
     """Tracks the markers in a session's videos, with the state and confidence of each sample, and flags."""
-    from calib.tracked_videos import track_videos, write_click_pages
+    from calib.tracked_videos import tell_tracks, write_click_pages
 
     if export:
         check_form(export, "--export")
     if click:
         write_click_pages(session, as_json)
     else:
-        track_videos(session, method, export, workers, as_json)
+        tell_tracks(session, method, export, workers, as_json)
 
 
 def edit(
@@ -47,24 +47,19 @@ def edit(
     """Adds a correction to the edit log of a trial; `calib track` replays it. Nothing is ever removed from the log."""
     from calib.tracked_videos import correct_track
 
-    correct_track(session, trial, correction)
+    print(correct_track(session, trial, correction))
 
 
 def view(
     session: SessionFolder,
     show: Annotated[bool, typer.Option("--open", help="open it in the Rerun viewer")] = False,
-    workers: Workers = 0,
 ) -> None:
     """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin beside them."""
-    from calib.options import Options
-    from calib.stages.recording import make_recording
+    from calib import interface
+    from calib.terminal import tell_export
     from calib.viewer import open_viewer
-    from calib.working import working
 
-    with working(session, False, Options(workers=workers)) as pipeline:
-        recording = make_recording(pipeline)
-    for line in pipeline.said:
-        print(line)
-    print(recording)
+    made = interface.view(session)
+    tell_export(made)
     if show:
-        open_viewer(recording)
+        open_viewer(made.file)

@@ -35,25 +35,32 @@ class DiagnosisStage(Stage):
         recordings: of the session.
         without: names that the catalogue is to lack.
         effort: of the diagnosis; default: as the options have it.
+        own: effects that the catalogue is to have besides.
 
     Raises:
         InputError: the catalogue has no such effect.
     """
 
     def __init__(
-        self, job: Job, recordings: Recordings, without: frozenset[str] = frozenset(), effort: EffortName | None = None
+        self,
+        job: Job,
+        recordings: Recordings,
+        without: frozenset[str] = frozenset(),
+        effort: EffortName | None = None,
+        own: tuple[Effect, ...] = (),
     ) -> None:
-        self._job, self._recordings, self._without = job, recordings, without
-        _check_names("--without", sorted(without), catalogue())
+        self._job, self._recordings, self._without, self._own = job, recordings, without, own
+        check_names("--exclude", sorted(without), catalogue())
         told = {name: [list(parameter) for parameter in effect.parameters] for name, effect in self.effects.items()}
-        effort = effort or job.options.effort
-        settings = {"form": _FORM, "effort": effort, "effects": told, "seed": job.session.seed}
+        self.effort = effort or job.options.effort
+        settings = {"form": _FORM, "effort": self.effort, "effects": told, "seed": job.session.seed}
         super().__init__(job.results / "diagnosis.json", {}, settings, [recordings])
 
     @cached_property
     def effects(self) -> dict[str, Effect]:
-        """The catalogue without what it is to lack."""
-        return {name: effect for name, effect in catalogue().items() if name not in self._without}
+        """The catalogue without what it is to lack, and with the user's own."""
+        known = {name: effect for name, effect in catalogue().items() if name not in self._without}
+        return known | {effect.name: effect for effect in self._own}
 
     @property
     def withheld(self) -> frozenset[str]:
@@ -103,7 +110,7 @@ class DiagnosisStage(Stage):
         Raises:
             InputError: it has not.
         """
-        _check_names("--suppose", names, self.effects)
+        check_names("--test", names, self.effects)
 
     def suppose(self, names: Sequence[str]) -> SuppositionResult:
         """Asks what the swims say of effects that a user names; ``results/supposed.json``, made anew every time.
@@ -159,7 +166,12 @@ class DiagnosisStage(Stage):
         )
 
 
-def _check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) -> None:
+def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) -> None:
+    """That effects are known.
+
+    Raises:
+        InputError: those that are not.
+    """
     faults = FaultCollector(option)
     for name in names:
         if name not in known:

@@ -16,11 +16,11 @@ from tracking.video import Video
 
 
 def make_recording(pipeline: Pipeline) -> Path:
-    """``results/session.rrd``, made anew: tracks are brought up to date, a fit is shown if one stands and is current.
+    """``results/session.rrd``, made anew of the tracks that stand; a fit is shown if one stands and is current.
 
     Raises:
         InputError: tracks or a video cannot be read.
-        NotEnoughData: no trial has tracks or a video.
+        NotEnoughData: no trial has tracks.
     """
     session, path = pipeline.session, pipeline.session.results / "session.rrd"
     specs = [spec for spec in session.trials if spec.tracks is not None or spec.video is not None]
@@ -29,11 +29,20 @@ def make_recording(pipeline: Pipeline) -> Path:
             f"{session.name}: nothing to show. Expected at least one [[trial]] with a tracks file or a video; found "
             f"{len(session.trials)} trials. {' '.join(pipeline.notes)}"
         )
-    pipeline.recordings.videos.all_boxes([spec for spec in specs if spec.tracks is None])
-    fit = pipeline.standing_fit
+    untracked = [spec for spec in specs if spec.tracks is None and not pipeline.recordings.videos.stand(spec)]
+    renew = f"run `calib track {session.folder}`"
+    if len(untracked) == len(specs):
+        raise NotEnoughData(
+            f"{session.name}: nothing to show. Expected tracks; found videos that are not tracked: {renew}."
+        )
+    if untracked:
+        names = ", ".join(spec.name for spec in untracked)
+        pipeline.said.append(f"Not shown, for their tracks are missing or out of date: {names}; {renew}.")
+    specs = [spec for spec in specs if spec not in untracked]
+    fit = None if untracked else pipeline.standing_fit
     calibration = None if fit is None else fit.read()
-    if calibration is None and pipeline.fits.file.is_file():
-        pipeline.said.append(f"{pipeline.fits.file} was made from other inputs and is not shown; fit again.")
+    if calibration is None and not untracked and pipeline.fits.file.is_file():
+        pipeline.said.append(f"{pipeline.fits.file} is out of date and is not shown; run `calib fit {session.folder}`.")
     fitted = {} if calibration is None else {trial.measured.name: trial for trial in calibration.trials}
     stage = pipeline.standing_diagnosis()
     forces = None if stage is None else stage.read().missing_forces

@@ -140,6 +140,15 @@ class Recordings:
         """Whether there is a usable free decay or dry run."""
         return any(spec.kind != "swim" for spec in self._usable)
 
+    @property
+    def recorded(self) -> dict[str, TrackedTrial]:
+        """What a camera saw, by trial; videos are tracked, unless their tracks stand.
+
+        Raises:
+            InputError: what is wrong with any of them.
+        """
+        return {spec.name: self._recorded(spec) for spec in self._usable}
+
     def tracks(self) -> tuple[Path, ...]:
         """``results/tracks/<trial>.csv`` of every usable trial, up to date."""
         files = {spec.name: self._file(spec.name) for spec in self._usable}

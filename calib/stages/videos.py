@@ -147,8 +147,7 @@ class Videos:
     def _found(self, spec: TrialSpec, video: Video, with_page: bool = True) -> StartBoxes:
         """Boxes found in one of the first frames, kept from one run to the next."""
         names = self._job.session.markers
-        layout_m = self._layout_m(names)
-        stage = self._stage(f"{spec.name}.boxes.json", spec, {"markers": names, "layout_m": layout_m, "finder": 1})
+        layout_m, stage = self._layout_m(names), self._found_stage(spec, names)
         if stage.is_current:
             return load_boxes(stage.file, names)
         self._job.tell(f"{spec.name}: looking for the markers", None)
@@ -168,6 +167,10 @@ class Videos:
             step = f"Open {page} in a browser, click the markers, and save them as {place}. Then run this again."
             raise InputError([replace(problems[0].faults[0], next_step=step)])
         raise problems[0]
+
+    def _found_stage(self, spec: TrialSpec, names: tuple[str, ...]) -> Stage:
+        settings = {"markers": names, "layout_m": self._layout_m(names), "finder": 1}
+        return self._stage(f"{spec.name}.boxes.json", spec, settings)
 
     def _raw(self, spec: TrialSpec, video: Video, boxes: StartBoxes) -> TrackedTrial:
         """As the tracker left it."""
@@ -192,9 +195,8 @@ class Videos:
         """After a person's edits, and with its gaps filled."""
         assert spec.edits is not None
         log = EditLog.load(spec.edits, self._job.session.markers, len(raw.state))
-        edits = {"edits": sha256_of(spec.edits)} if log.edits else {}
         files, used = TrackedFiles.of(self.folder, spec.name), self._job.results / "tracks" / f"{spec.name}.csv"
-        stage = Stage(files.tracks, edits, {}, [self._raw_stage(spec, boxes, self._tracker(spec, boxes))])
+        stage = self._corrected_stage(spec, boxes, bool(log.edits))
         if stage.is_current:
             return load_tracked(self.folder, spec.name)
         if log.edits:
@@ -206,6 +208,26 @@ class Videos:
         stage.mark((*files, used))
         self._job.made.extend([files.tracks, used])
         return tracked
+
+    def _corrected_stage(self, spec: TrialSpec, boxes: StartBoxes, edited: bool) -> Stage:
+        edits = {"edits": sha256_of(spec.edits)} if edited and spec.edits is not None else {}
+        tracker = self._raw_stage(spec, boxes, self._tracker(spec, boxes))
+        return Stage(TrackedFiles.of(self.folder, spec.name).tracks, edits, {}, [tracker])
+
+    def stand(self, spec: TrialSpec) -> bool:
+        """Whether the tracks that stand are of this video, its boxes and its edits."""
+        names = self._job.session.markers
+        with self._opened(spec) as video:
+            boxes = self._given(spec, video)
+            frames = video.info.frames
+        if boxes is None:
+            found = self._found_stage(spec, names)
+            if not found.is_current:
+                return False
+            boxes = load_boxes(found.file, names)
+        assert spec.edits is not None
+        edited = bool(EditLog.load(spec.edits, names, frames).edits)
+        return self._corrected_stage(spec, boxes, edited).is_current
 
     def tracker_of(self, spec: TrialSpec) -> TrackerName:
         """The tracker whose tracks of this trial are used."""

@@ -88,7 +88,7 @@ def test_another_catalogue_is_another_diagnosis_which_says_so_everywhere(
 ) -> None:
     seen: dict[str, ReportContext] = {}
     monkeypatch.setattr(report, "write_report", lambda path, context: (seen.update(context=context), path.touch()))
-    outcome = calib("diagnose", diagnosed, *QUICK, "--without", "scale_error")
+    outcome = calib("diagnose", diagnosed, *QUICK, "--exclude", "scale_error")
     assert outcome.code == 0
     assert "made without scale error" in outcome.out
     assert calib("fit", diagnosed, *QUICK).code == 0
@@ -101,11 +101,11 @@ def test_another_catalogue_is_another_diagnosis_which_says_so_everywhere(
 
 
 def test_an_effect_that_there_is_not_is_refused_with_the_choices(calib: Front, fresh: Path) -> None:
-    assert_told(calib("diagnose", fresh, "--without", "gremlins"), "gremlins", "crank_arm_error", "docs/effects.md")
+    assert_told(calib("diagnose", fresh, "--exclude", "gremlins"), "gremlins", "crank_arm_error", "docs/effects.md")
     assert not (fresh / "results" / "diagnosis.json").exists()
 
 
-@pytest.mark.parametrize("option", ["--without", "--suppose"])
+@pytest.mark.parametrize("option", ["--exclude", "--test"])
 @pytest.mark.parametrize("told", ["", " , "])
 def test_an_option_that_names_no_effect_is_refused_with_the_choices(
     calib: Front, fresh: Path, option: str, told: str
@@ -144,7 +144,7 @@ def test_report_and_recording_show_what_is_missing(
 def test_what_somebody_supposes_is_weighed_and_changes_no_diagnosis(calib: Front, diagnosed: Path) -> None:
     before = files_in(diagnosed / "results")
 
-    outcome = calib("diagnose", diagnosed, *QUICK, "--suppose", "crank_arm_error, scale_error")
+    outcome = calib("diagnose", diagnosed, *QUICK, "--test", "crank_arm_error, scale_error", "-v")
 
     assert outcome.code == 0
     lines = outcome.out.splitlines()
@@ -159,9 +159,9 @@ def test_what_somebody_supposes_is_weighed_and_changes_no_diagnosis(calib: Front
 
 
 def test_what_nobody_knows_cannot_be_supposed(calib: Front, diagnosed: Path) -> None:
-    outcome = calib("diagnose", diagnosed, *QUICK, "--suppose", "gremlins,scale_error,elves")
+    outcome = calib("diagnose", diagnosed, *QUICK, "--test", "gremlins,scale_error,elves")
     assert_told(outcome, "gremlins", "elves", "scale_error")
-    assert calib("diagnose", diagnosed, "--suppose", "scale_error", "--without", "wave_drag").code == 2
+    assert calib("diagnose", diagnosed, "--test", "scale_error", "--exclude", "wave_drag").code == 2
     assert not (diagnosed / "results" / "supposed.json").exists()
 
 

@@ -58,5 +58,5 @@ def test_it_is_told_to_make_one_of_both(calib: Front, tmp_path: Path, options: l
     outcome = calib("new", tmp_path / "s", *options)
 
     assert outcome.code == 2
-    assert "--from-fishsim DIR or --synthetic" in outcome.err
+    assert "--from-fishsim DIR" in outcome.err
     assert not (tmp_path / "s").exists()

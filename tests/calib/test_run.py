@@ -44,8 +44,18 @@ def test_it_writes_every_result_and_names_the_report_last(calib: Front, fresh: P
 
     assert outcome.code == 0
     assert results_of(fresh).keys() == RESULTS
+    assert len(outcome.out.splitlines()) <= 8
     assert outcome.out.splitlines()[-1] == str(fresh / "results" / "report.html")
-    for name in ("slow", "fast", "coefficients", "fit trials", "held out"):
+    for name in (
+        "slow",
+        "fast",
+        "Coefficients",
+        "on fit trials",
+        "held out",
+        "straight line",
+        "Verdict",
+        "Next: calib",
+    ):
         assert name in outcome.out
 
 

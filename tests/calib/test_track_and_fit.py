@@ -14,7 +14,7 @@ import pytest
 from rich.progress import Progress
 
 from calib.pipeline import Pipeline, open_session
-from calib.working import Teller
+from calib.progress import Bar, Lines
 from session import FISHSIM_MARKERS
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in
 from tests.calib.filmed import FRAMES, NAMES, PLAN, change_boxes, read, tracks_of, with_tracks
@@ -31,8 +31,9 @@ def test_a_run_goes_from_video_to_report(calib: Front, filmed: Path) -> None:
 
     assert outcome.code == 0, outcome.err
     assert (filmed / "results" / "report.html").is_file()
-    assert outcome.out.count("the lens is not calibrated") == 1
-    assert "! slow, fast: the lens is not calibrated" in outcome.out
+    details = calib("fit", filmed, "--effort", "quick", "-v").out
+    assert details.count("the lens is not calibrated") == 1
+    assert "! slow, fast: the lens is not calibrated" in details
     trials = calibration(filmed)["trials"]
     for trial in PLAN.trials:
         assert trials[trial.name]["frequency_hz"] == pytest.approx(trial.frequency_hz, abs=0.01)
@@ -124,7 +125,7 @@ def test_the_terminal_shows_frames_a_second_and_the_time_left(filmed: Path) -> N
 def test_the_time_left_is_estimated_anew_for_each_stage() -> None:
     clock = [0.0]
     with Progress(get_time=lambda: clock[0], disable=True) as bar:
-        tell = Teller(bar)
+        tell = Bar(bar)
         for second in range(5):
             clock[0] = second
             tell("tracking slow", second / 4)
@@ -135,3 +136,18 @@ def test_the_time_left_is_estimated_anew_for_each_stage() -> None:
             tell("tracking fast", second / 8)
         assert bar.tasks[0].time_remaining == 6
         assert bar.tasks[0].elapsed == 12
+
+
+def test_without_a_terminal_progress_is_a_line_every_ten_seconds() -> None:
+    clock, lines = [0.0], []
+    tell = Lines(lines.append, clock=lambda: clock[0])
+    tell("reading slow", None)
+    for second in range(0, 31):
+        clock[0] = second
+        tell("fitting", second / 40)
+    assert lines == [
+        "calib: fitting",
+        "calib: fitting, 25% done, about 30 s left",
+        "calib: fitting, 50% done, about 20 s left",
+        "calib: fitting, 75% done, about 10 s left",
+    ]

@@ -162,15 +162,15 @@ def stamped(folder: Path, spacing_s: np.ndarray) -> None:
     (folder / "slow.csv").write_text("\n".join([head, *lines, ""]))
 
 
-@pytest.mark.parametrize(("spacing_s", "rate"), [(1 / 20, "20"), (1000 / 60, "0.06")])
-def test_stamps_of_quite_another_frame_rate_are_refused_once(tmp_path: Path, spacing_s: float, rate: str) -> None:
+@pytest.mark.parametrize(("spacing_s", "rate"), [(1 / 20, "20"), (1 / 30, "30"), (1 / 64, "64"), (1000 / 60, "0.06")])
+def test_stamps_of_another_frame_rate_are_refused_once(tmp_path: Path, spacing_s: float, rate: str) -> None:
     folder = make_session(tmp_path / "pool")
     stamped(folder, np.full(89, spacing_s))
     (folder / "fast.csv").write_bytes((folder / "slow.csv").read_bytes())
     assert faults_of(folder).endswith(
-        "session.toml: line 5, camera.fps: the time stamps of tracks tell quite another frame rate; found 60; by "
-        f"their time_s {rate} in slow, fast; expected about 1 / the spacing of time_s. Is time_s in seconds? Correct "
-        "it, or fps."
+        "session.toml: line 5, camera.fps: the time stamps of tracks tell another frame rate; found 60; by their "
+        f"time_s {rate} in slow, fast; expected 1 / the spacing of time_s, within 5 %. Which of them is right? Correct "
+        "the other: frequencies and speeds go by it."
     )
 
 
@@ -178,11 +178,10 @@ def test_stamps_of_quite_another_frame_rate_are_refused_once(tmp_path: Path, spa
     "spacing_s",
     [
         np.full(89, 1001 / 60000),
-        np.full(89, 1 / 30),
         np.where(np.arange(89) % 10, 1, 6) / 60,  # every tenth time five frames are left out
         np.diff(np.round(np.arange(90) / 60, 2)),  # of a clock that counts hundredths
     ],
-    ids=["59.94", "every second frame", "frames left out", "coarse clock"],
+    ids=["59.94", "frames left out", "coarse clock"],
 )
 def test_stamps_of_about_that_frame_rate_are_taken(tmp_path: Path, spacing_s: np.ndarray) -> None:
     folder = make_session(tmp_path / "pool")

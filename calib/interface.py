@@ -1,0 +1,635 @@
+"""The functions behind `import calib`, one a command; the command line is a thin layer on top of them.
+
+A session is given as what `open_session` returns, or as the path of its folder. What has not changed since it was made
+is not made again, so that every function returns at once where its results stand. Functions that compute are `run`,
+`track`, `fit`, `posterior`, `diagnose` and `effect_test`; all others use what stands. Results are frozen and read from
+finished files; every one has `to_frame()`, `summary()` and, where there is something to see, `plot`.
+
+Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once), `NotEnoughData`, `NotConverged`,
+`SimulationDiverged`, `ModelMismatch`, `SessionLocked`, `ResultsNotWritable`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from calib.batch import report_batch
+from calib.options import EffortName, Options
+from calib.pipeline import open_session as _open_session
+from calib.results.export import Export
+from calib.results.fit import FitResult
+from calib.results.gap import EffectTest, GapResult
+from calib.results.made import fit_result, gap_result, posterior_result, structure_result, test_result, track_result
+from calib.results.posterior import PosteriorResult
+from calib.results.structure import StructureResult
+from calib.results.tracks import TrackResult
+from calib.results.twin import SwimTwin
+from calib.stages.diagnosis import check_names
+from calib.tracked_videos import correct_track, track_videos
+from calib.working import progress_bar, working
+from fitting import Comparison, MethodName
+from session import (
+    SESSION_FILE,
+    InputError,
+    ModelMismatch,
+    NotConverged,
+    NotEnoughData,
+    ResultsNotWritable,
+    Session,
+    SessionLocked,
+    SimulationDiverged,
+    SwimcalError,
+    new_from_fishsim,
+    write_whole,
+)
+from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Twin, build_mjcf, load_robot
+from swimmer.effects import AffectedTwin, Effect, Parameter, catalogue
+from tracking.tracker import TrackerName
+
+__all__ = [
+    "Effect",
+    "EffectTest",
+    "Export",
+    "FitResult",
+    "GapResult",
+    "InputError",
+    "ModelMismatch",
+    "NotConverged",
+    "NotEnoughData",
+    "Parameter",
+    "PosteriorResult",
+    "ResultsNotWritable",
+    "Session",
+    "SessionLocked",
+    "SimulationDiverged",
+    "StructureResult",
+    "SwimTwin",
+    "SwimcalError",
+    "TrackResult",
+    "compare",
+    "convert_tracks",
+    "correct",
+    "diagnose",
+    "effect_test",
+    "effects",
+    "export_mjcf",
+    "fit",
+    "load_tracks",
+    "load_twin",
+    "new_public_session",
+    "new_session",
+    "new_synthetic_session",
+    "open_session",
+    "posterior",
+    "report",
+    "run",
+    "track",
+    "view",
+]
+
+AnySession = Session | str | Path
+
+
+def open_session(folder: str | Path) -> Session:
+    """Reads a session folder and checks it, its tracks, its robot and its markers included; writes nothing.
+
+    Args:
+        folder: with a `session.toml`, or the path of that file.
+
+    Raises:
+        InputError: all faults of `session.toml` and of the files it names, at once.
+
+    Example:
+        >>> session = open_session("datasets/sample")
+        >>> [trial.name for trial in session.trials if trial.role == "fit"][:2]
+        ['f0_60', 'f1_30']
+    """
+    return _open_session(_folder(folder))
+
+
+def fit(
+    session: AnySession,
+    effort: EffortName = "full",
+    *,
+    workers: int = 0,
+    method: MethodName = "gradient",
+    objective: Comparison = "published",
+    progress: bool = True,
+) -> FitResult | StructureResult:
+    """Fits the five fluid coefficients, with hinges, crank, frequencies, phases and elongated body theory.
+
+    Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not recorded
+    is assumed to be as the robot is described. Another fit that stands there is kept in `results/kept`.
+
+    Args:
+        session: opened, or its folder.
+        effort: how hard to search.
+        workers: threads; 0 for all cores.
+        method: the search: "gradient", "bo-nm" (Bayesian optimisation, then Nelder-Mead, as published),
+            "nelder-mead" or "random".
+        objective: "published" compares markers in the head frame, "shape" relative to the nose in every frame.
+        progress: show it on standard error.
+
+    Returns:
+        The fit; of a session without a swim trial what the dry experiments say alone.
+
+    Raises:
+        InputError, NotEnoughData, SimulationDiverged: what keeps trials from being fitted, all at once.
+
+    Source:
+        Michelis et al. (2026), "Simple Models, Real Swimming": objective, crank grid search, head frame.
+
+    Example:
+        >>> found = fit("datasets/sample", "quick")             # doctest: +SKIP
+        >>> found.coefficients.kutta_lift, found.verdict        # doctest: +SKIP
+        (6.1, 'good')
+    """
+    with _working(session, Options(effort, workers, method, objective), progress) as pipeline:
+        if pipeline.only_dry:
+            pipeline.structured()
+            return structure_result(pipeline)
+        pipeline.fit()
+        return fit_result(pipeline)
+
+
+def posterior(
+    session: AnySession, effort: EffortName = "full", *, workers: int = 0, progress: bool = True
+) -> PosteriorResult:
+    """Draws from the posterior of the five coefficients given the fit trials; fits first where no fit stands.
+
+    Stopped, it goes on where it was.
+
+    Args:
+        session: opened, or its folder.
+        effort: how many draws.
+        workers: threads; 0 for all cores.
+        progress: show it on standard error.
+
+    Raises:
+        NotConverged: draws that must not be relied on; none are reported.
+        InputError, NotEnoughData, SimulationDiverged: as `fit`.
+
+    Source:
+        Goodman and Weare (2010), affine-invariant ensemble sampler, by emcee.
+
+    Example:
+        >>> posterior("datasets/sample", "quick").to_frame()    # doctest: +SKIP
+    """
+    with _working(session, Options(effort, workers), progress) as pipeline:
+        pipeline.posterior()
+        return posterior_result(pipeline)
+
+
+def diagnose(
+    session: AnySession,
+    effort: EffortName = "full",
+    *,
+    exclude: Iterable[str] = (),
+    effects: Iterable[str | Effect] | None = None,
+    workers: int = 0,
+    progress: bool = True,
+) -> GapResult:
+    """Tells where the sim-to-real gap lies, which effect that the twin leaves out makes it, and how far it shrinks.
+
+    Args:
+        session: opened, or its folder.
+        effort: how hard to search.
+        exclude: names that the catalogue is to lack.
+        effects: the catalogue of this diagnosis: names, or effects of your own; default: all.
+        workers: threads; 0 for all cores.
+        progress: show it on standard error.
+
+    Raises:
+        InputError: no effect of this name; or as `fit`.
+        NotEnoughData: no swim trial has the role "fit".
+        SimulationDiverged: the plain twin, from every start.
+
+    Example:
+        >>> gap = diagnose("datasets/sample", "quick")          # doctest: +SKIP
+        >>> gap.verdict, list(gap.effects)                      # doctest: +SKIP
+        ('no_gap', [])
+    """
+    asked = list(catalogue().values()) if effects is None else list(effects)
+    own = tuple(effect for effect in asked if isinstance(effect, Effect))
+    named = {effect.name if isinstance(effect, Effect) else effect for effect in asked}
+    check_names("effects", sorted(named), dict(catalogue()) | {effect.name: effect for effect in own})
+    without = frozenset(exclude) | (frozenset(catalogue()) - named)
+    with _working(session, Options(effort, workers), progress) as pipeline:
+        stage = pipeline.diagnosis(without, own=tuple(each for each in own if each.name not in catalogue()))
+        return gap_result(pipeline, stage)
+
+
+def effect_test(
+    session: AnySession, effects: Iterable[str], effort: EffortName = "full", *, workers: int = 0, progress: bool = True
+) -> EffectTest:
+    """Tells what the swim trials say of some effects together; made anew every time.
+
+    Args:
+        session: opened, or its folder.
+        effects: names of the catalogue.
+        effort, workers, progress: as `diagnose`.
+
+    Raises:
+        InputError, NotEnoughData, SimulationDiverged: as `diagnose`.
+
+    Example:
+        >>> effect_test("datasets/sample", ["camera_parallax"], "quick").log_bayes_factor  # doctest: +SKIP
+        -1.2
+    """
+    with _working(session, Options(effort, workers), progress) as pipeline:
+        return test_result(pipeline, pipeline.supposition(tuple(effects)))
+
+
+def track(
+    session: AnySession,
+    *,
+    method: TrackerName | None = None,
+    export: str = "",
+    workers: int = 0,
+    progress: bool = True,
+) -> TrackResult:
+    """Tracks the markers in a session's videos, and reads the tracks of its other trials.
+
+    Args:
+        session: opened, or its folder.
+        method: "hybrid", "spots" or "csrt"; default: that of the tracks which stand, else hybrid.
+        export: another form to write beside the tracks: "deeplabcut", "movement", "movement-legacy" or "fishsim".
+        workers: threads; 0 for all cores.
+        progress: show it on standard error.
+
+    Raises:
+        InputError: faults of videos, boxes or edits, after all other videos are tracked.
+
+    Example:
+        >>> tracks = track("datasets/sample", progress=False)
+        >>> tracks["f1_30"].position_head.dims
+        ('time', 'space', 'keypoint')
+    """
+    with _working(session, Options(workers=workers, tracker=method), progress) as pipeline:
+        if any(spec.tracks is None and spec.video is not None for spec in pipeline.session.trials):
+            track_videos(pipeline, export)
+        return track_result(pipeline)
+
+
+def correct(session: AnySession, trial: str, correction: str | Mapping[str, Any]) -> str:
+    """Adds a correction to the edit log of a tracked trial; `track` replays it. Nothing is removed from the log.
+
+    Args:
+        session: opened, or its folder.
+        trial: its name.
+        correction: for instance `{"op": "swap", "markers": ["tail_3", "tail_4"], "frames": [120, 180]}`; others:
+            "drop", "relabel", "box" (set a box and track on), "undo". A mapping, or JSON.
+
+    Returns:
+        What was added, in a sentence.
+
+    Raises:
+        InputError: no such trial, or the correction or the log has faults.
+
+    Example:
+        >>> correct("datasets/sample", "f1_00_video", {"op": "undo", "line": 1})  # doctest: +SKIP
+    """
+    return correct_track(_folder(session), trial, correction)
+
+
+def load_tracks(path: str | Path, markers: Sequence[str], fps: float = 60.0) -> Any:
+    """Reads tracks of any program: this one's CSV, DeepLabCut, movement, or the authors' headerless CSV.
+
+    Args:
+        path: the file; its form is told from its content.
+        markers: to take; in files without a header, their order.
+        fps: frames a second, for forms without time.
+
+    Returns:
+        An `xarray.Dataset` with `position` (time, space, keypoint), px, x to the right and y down, nan where
+        missing, and `confidence` (time, keypoint).
+
+    Raises:
+        InputError: every fault of the file at once.
+
+    Example:
+        >>> names = open_session("datasets/sample").markers
+        >>> load_tracks("datasets/sample/trials/f1_30.csv.gz", names).position.attrs["units"]
+        'px'
+    """
+    from tracking.records import TrackedTrial, import_tracks, to_movement
+
+    tracks = import_tracks(Path(path), tuple(markers), fps)
+    return to_movement(TrackedTrial.of(tracks), source_file=str(path)).isel(individual=0, drop=True)
+
+
+def convert_tracks(
+    path: str | Path, out: str | Path, to: str = "swimcal", *, markers: Sequence[str] = (), fps: float = 60.0
+) -> Path:
+    """Converts tracks between this program, DeepLabCut, movement and the authors' CSV.
+
+    Args:
+        path: the file; its form is told from its content.
+        out: the file to write.
+        to: "swimcal", "deeplabcut", "movement", "movement-legacy" or "fishsim".
+        markers: to take; in files without a header, their order; default: the published nine.
+        fps: frames a second, for forms without time.
+
+    Raises:
+        InputError: every fault of the file or the options at once.
+        ResultsNotWritable: `out` cannot be written.
+
+    Example:
+        >>> convert_tracks("f1_30.h5", "f1_30.csv", markers=["nose", "neck", "tail_1"])  # doctest: +SKIP
+    """
+    from session import FISHSIM_MARKERS
+    from tracking.records import TrackedTrial, export_tracks, import_tracks
+
+    tracks = import_tracks(Path(path), tuple(markers) or FISHSIM_MARKERS, fps)
+    export_tracks(TrackedTrial.of(tracks), Path(out), to)
+    return Path(out)
+
+
+def run(
+    session: AnySession, effort: EffortName = "full", *, workers: int = 0, progress: bool = True
+) -> FitResult | StructureResult:
+    """Does everything the session's data allow: tracks, fit, MJCF, report; with full effort posterior and diagnosis
+    too.
+
+    Args, Raises:
+        As `fit`. Draws that did not converge are only said in `notes`.
+
+    Example:
+        >>> run("datasets/sample", "quick").file.name           # doctest: +SKIP
+        'calibration.json'
+    """
+    with _working(session, Options(effort, workers), progress) as pipeline:
+        if pipeline.only_dry:
+            pipeline.structured()
+            return structure_result(pipeline)
+        pipeline.fit()
+        pipeline.evidence()
+        if effort == "full":
+            try:
+                pipeline.posterior()
+            except NotConverged as refusal:  # said beside the results, which stand without it
+                pipeline.said.append(f"! {refusal}")
+            pipeline.diagnosis()
+        pipeline.report()
+        return fit_result(pipeline)
+
+
+def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None = None) -> Export:
+    """Writes the HTML report of what stands in each session, and an index when there are several; fits nothing.
+
+    Args:
+        sessions: one or more.
+        index: where the index goes; default: `index.html` beside the first session.
+
+    Returns:
+        The pages, the index last, and what they show.
+
+    Raises:
+        InputError: no fit of a session's recordings stands; names the command that makes one.
+
+    Example:
+        >>> report("datasets/sample")                           # doctest: +SKIP
+    """
+    several = [sessions] if isinstance(sessions, Session | str | Path) else sessions
+    folders = [_folder(each) for each in several]
+    return Export(*report_batch(folders, Options(), None if index is None else Path(index)))
+
+
+def view(session: AnySession, *, open_viewer: bool = False) -> Export:
+    """Writes the rerun recording of the tracks that stand, with the twin and the missing forces where there are any.
+
+    Args:
+        session: opened, or its folder.
+        open_viewer: also open it in the Rerun viewer.
+
+    Raises:
+        NotEnoughData: no trial has tracks; names the command that makes them.
+        SwimcalError: the viewer cannot be opened.
+
+    Example:
+        >>> view("datasets/sample")                             # doctest: +SKIP
+    """
+    from calib.stages.recording import make_recording
+    from calib.viewer import open_viewer as show
+
+    with _working(session, Options(), True) as pipeline:
+        recording = make_recording(pipeline)
+    if open_viewer:
+        show(recording)
+    return Export((recording,), tuple(pipeline.said))
+
+
+def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml") -> Export:
+    """Writes an MJCF for a plain `mujoco`: of the fit that stands for a session, nominal for a robot; fits nothing.
+
+    Args:
+        source: a session, or a robot's TOML; default: the published 0.57 m fish.
+        out: the file to write.
+
+    Raises:
+        InputError: no fit of the session's recordings stands, or the robot's file has faults.
+        ResultsNotWritable: `out` cannot be written.
+
+    Example:
+        >>> import tempfile, mujoco
+        >>> made = export_mjcf(out=tempfile.mkdtemp() + "/fish.xml")
+        >>> mujoco.MjModel.from_xml_path(str(made.file)).nu     # the motor
+        1
+    """
+    if _is_robot(source):
+        spec = build_mjcf(load_robot(source if source is None else Path(source)))  # type: ignore[arg-type]
+        spec.compile()
+        write_whole(Path(out), spec.to_xml())
+        return Export((Path(out),), (f"{spec.modelname}, nominal: the published coefficients",))
+    with _working(source, Options(), False) as pipeline:  # type: ignore[arg-type]
+        stage = pipeline.the_fit()
+        write_whole(Path(out), stage.mjcf_file.read_text())
+    return Export((Path(out),), (f"{pipeline.session.name}: {stage.name}",))
+
+
+def load_twin(
+    source: AnySession | None = None,
+    *,
+    coefficients: Sequence[float] | None = None,
+    effects: Iterable[str | Effect] = (),
+    workers: int = 0,
+) -> SwimTwin:
+    """A twin to drive, by `SwimTwin.swim`: that of the fit which stands for a session, or of a robot.
+
+    Args:
+        source: a session, or a robot's TOML; default: the published 0.57 m fish.
+        coefficients: blunt, slender and angular drag, Kutta and Magnus lift; default: those of the fit, for a robot the
+            published ones.
+        effects: names of the catalogue, or effects of your own, that the twin is to have.
+        workers: threads; 0 for all cores.
+
+    Raises:
+        InputError: no fit stands, no such effect, or faults of the robot's file.
+
+    Example:
+        >>> swim = load_twin().swim([0.8, 1.2], seconds=4.0)
+        >>> swim.position.dims, bool(swim.speed[1] > swim.speed[0] > 0)
+        (('run', 'time', 'space', 'keypoint'), True)
+    """
+    if _is_robot(source):
+        robot = load_robot(source if source is None else Path(source))  # type: ignore[arg-type]
+        water, markers = PUBLISHED_COEFFICIENTS, tuple(robot.markers)
+    else:
+        with _working(source, Options(workers=workers), False) as pipeline:  # type: ignore[arg-type]
+            pipeline.the_fit()
+            robot, water = pipeline.structure.robot, pipeline.the_fit().result().coefficients
+            markers = pipeline.session.markers
+    if coefficients is not None:
+        water = FluidCoefficients(*coefficients)
+    engine, chosen = Twin(robot, markers, workers=workers), tuple(_effects_of(effects))
+    return SwimTwin(robot, water, AffectedTwin(engine, chosen) if chosen else engine)
+
+
+def effects() -> Mapping[str, Effect]:
+    """The catalogue: what the twin leaves out and a diagnosis may name, by name.
+
+    Example:
+        >>> effects()["tendon_slack"].physics[:40]              # doctest: +SKIP
+    """
+    return catalogue()
+
+
+def compare(
+    items: Iterable[AnySession | FitResult | PosteriorResult | GapResult], table: str = "trials"
+) -> pd.DataFrame:
+    """One table of several sessions below each other; the first level of its index is the session's name.
+
+    Args:
+        items: results of one kind; a session or its folder stands for the fit that stands there.
+        table: as their `to_frame` takes it.
+
+    Raises:
+        InputError: no fit stands in a session, or no such table.
+
+    Example:
+        >>> compare(["datasets/sample"], "coefficients").shape  # doctest: +SKIP
+        (5, 1)
+    """
+    results = [_standing_fit(item) if isinstance(item, Session | str | Path) else item for item in items]
+    names = [result.session.name for result in results]
+    return pd.concat([result.to_frame(table) for result in results], keys=names, names=["session"])
+
+
+def new_session(
+    folder: str | Path,
+    *,
+    videos: Iterable[str | Path] = (),
+    tracks: Iterable[str | Path] | Mapping[str, Any] = (),
+    robot: str | Path | None = None,
+    fps: float | None = None,
+    commands_hz: Sequence[float] = (),
+    fit: Sequence[str] = (),
+) -> Path:
+    """Makes a session folder of one's own videos or tracks.
+
+    A commented `session.toml` is written with all that the files tell; what is left to fill in stands in its first
+    lines, marked TODO.
+
+    Args:
+        folder: to make; new or empty.
+        videos, tracks: one a trial, in any order; they are copied. Tracks may also be datasets by the trial's name.
+        robot: its TOML; default: the published 0.57 m fish.
+        fps: frames a second of tracks without time.
+        commands_hz: crank turns a second, one a trial in the order of `videos`, then `tracks`; default: as told by
+            names such as f1_25, else to fill in.
+        fit: swim trials to fit, the others are held out; default: every other one.
+
+    Returns:
+        The folder, for `open_session`.
+
+    Raises:
+        InputError: every fault of the files at once, or `folder` is not empty; nothing is left of it.
+        ResultsNotWritable: the folder cannot be written.
+
+    Example:
+        >>> new_session("pool", videos=["f0_75.mp4", "f1_25.mp4"], commands_hz=[0.75, 1.25])  # doctest: +SKIP
+    """
+    from calib.own_files import new_from_files
+
+    new_from_files(Path(folder), videos, tracks, robot, fps, commands_hz, fit)
+    return Path(folder)
+
+
+def new_public_session(folder: str | Path, source: str | Path, fit: Sequence[str] = ()) -> Path:
+    """Makes a session of the public tracks of the robot fish.
+
+    Args:
+        folder: to make; new or empty.
+        source: a checkout of the authors' repository, or a folder of its marker CSVs.
+        fit: trials to fit, the others are held out; default: f1_00 and f1_75, as published.
+
+    Returns:
+        The folder, for `open_session`.
+
+    Raises:
+        InputError, ResultsNotWritable: as `new_session`.
+
+    Source:
+        Michelis et al. (2026), "Simple Models, Real Swimming", public data.
+
+    Example:
+        >>> new_public_session("pool", "fishsim")               # doctest: +SKIP
+    """
+    return new_from_fishsim(Path(folder), Path(source), tuple(fit))
+
+
+def new_synthetic_session(folder: str | Path, seed: int = 0, *, progress: bool = True) -> Path:
+    """Makes a session of swims, dry runs and free decays simulated with the twin; the truth stands in `truth.json`.
+
+    Args:
+        folder: to make; new or empty.
+        seed: of coefficients and noise.
+        progress: show it on standard error.
+
+    Returns:
+        The folder, for `open_session`.
+
+    Raises:
+        InputError, ResultsNotWritable: as `new_session`.
+
+    Example:
+        >>> new_synthetic_session("pool", seed=3)               # doctest: +SKIP
+    """
+    from synthetic import default_plan, make_session
+
+    with progress_bar(quiet=not progress) as tell:
+        tell("simulating the swims", 0.0)
+        return make_session(Path(folder), default_plan(seed))
+
+
+def _folder(session: AnySession) -> Path:
+    """The folder of a session."""
+    if isinstance(session, Session):
+        return session.folder
+    path = Path(session)
+    return path.parent if path.name == SESSION_FILE else path
+
+
+def _working(session: AnySession, options: Options, progress: bool) -> Any:
+    return working(_folder(session), not progress, options)
+
+
+def _is_robot(source: AnySession | None) -> bool:
+    if source is None:
+        return True
+    return not isinstance(source, Session) and Path(source).suffix == ".toml" and Path(source).name != SESSION_FILE
+
+
+def _effects_of(effects: Iterable[str | Effect]) -> Iterable[Effect]:
+    asked = list(effects)
+    check_names("effects", [each for each in asked if isinstance(each, str)], catalogue())
+    return (each if isinstance(each, Effect) else catalogue()[each] for each in asked)
+
+
+def _standing_fit(session: AnySession) -> FitResult:
+    with _working(session, Options(), False) as pipeline:
+        return fit_result(pipeline)

@@ -1,0 +1,232 @@
+"""A session of one's own files: a commented `session.toml` with all that they tell, and what is left to fill in."""
+
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from session import FISHSIM_MARKERS, SESSION_FILE, FaultCollector, Tracks, new_folder, save_tracks, write_whole
+from session.tables import read_table
+from session.tracks import SUFFIXES, TIME
+from swimmer import RobotSpec, load_robot
+from tracking.records import import_tracks
+from tracking.video import Video
+
+TODO = "TODO"
+_FPS = 60.0  # where no file tells
+_HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # in names: f1_25, 1.25hz
+
+
+@dataclass
+class _Trial:
+    """What files tell of a trial."""
+
+    name: str
+    video: Path | None = None
+    tracks: Tracks | None = None
+    commanded_hz: float | None = None
+    comments: list[str] = field(default_factory=list)
+    fps: float | None = None
+
+    @property
+    def kind(self) -> str:
+        """As its name tells."""
+        return "free_decay" if "decay" in self.name else "dry" if "dry" in self.name else "swim"
+
+
+def new_from_files(
+    folder: Path,
+    videos: Iterable[str | Path] = (),
+    tracks: Iterable[str | Path] | Mapping[str, Any] = (),
+    robot: str | Path | None = None,
+    fps: float | None = None,
+    commands_hz: Sequence[float] = (),
+    fit: Sequence[str] = (),
+) -> tuple[str, ...]:
+    """Makes a session folder of videos and tracks; the arguments are those of `calib.new_session`.
+
+    Returns:
+        What is left to fill in, a sentence each; the same stands in the file.
+
+    Raises:
+        InputError: every fault of the files at once; then there is no folder.
+        ResultsNotWritable: the folder cannot be written.
+    """
+    spec = load_robot(None if robot is None else Path(robot))
+    trials = _trials(spec, [Path(video) for video in videos], tracks, fps)
+    _command(trials, commands_hz)
+    faults = FaultCollector("--fit")
+    for name in fit:
+        if name not in trials:
+            faults.add(
+                "", "no such trial to fit", found=repr(name), expected="trials that are there", choices=[*trials]
+            )
+    faults.raise_if_any()
+    rates = [trial.fps for trial in trials.values() if trial.fps]
+    rate = fps or (float(np.median(rates)) if rates else None)
+    markers = next((trial.tracks.markers for trial in trials.values() if trial.tracks), _markers(spec))
+    ordered = sorted(trials.values(), key=lambda trial: (trial.kind, trial.commanded_hz or 0.0, trial.name))
+    left = _left(ordered, rate, robot)
+    with new_folder(folder) as part:
+        (part / "trials").mkdir()
+        for trial in ordered:
+            if trial.tracks is not None:
+                save_tracks(part / "trials" / f"{trial.name}.csv", trial.tracks)
+            if trial.video is not None:
+                _put(trial.video, part / "trials" / f"{trial.name}{trial.video.suffix.lower()}")
+        if robot is not None:
+            shutil.copyfile(robot, part / "robot.toml")
+        write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, left, fit))
+    return left
+
+
+def _trials(
+    robot: RobotSpec, videos: Sequence[Path], tracks: Iterable[str | Path] | Mapping[str, Any], fps: float | None
+) -> dict[str, _Trial]:
+    """Trials by name; a video and tracks of one name are one trial."""
+    found: dict[str, _Trial] = {}
+    faults = FaultCollector("the files")
+    for path in videos:
+        with faults.nested(), Video(path) as video:
+            info = video.info
+            trial = found.setdefault(_name(path), _Trial(_name(path)))
+            trial.video, trial.fps = path, info.fps
+            trial.comments.append(
+                f"{info.frames} frames, {info.width_px} x {info.height_px} px, {info.fps:.4g} frames a second"
+            )
+    named = tracks.items() if isinstance(tracks, Mapping) else ((_name(Path(path)), path) for path in tracks)
+    for name, given in named:
+        with faults.nested():
+            own = _of_dataset(given) if hasattr(given, "data_vars") else _of_file(Path(given), robot, fps or _FPS)
+            trial = found.setdefault(name, _Trial(name))
+            trial.tracks, trial.fps = own, trial.fps or 1 / float(np.median(np.diff(own.time_s)))
+            trial.comments.append(f"tracks: {len(own.time_s)} frames, {own.time_s[-1] - own.time_s[0]:.1f} s")
+    if not found and not faults:
+        faults.add("", "no video and no tracks", expected="at least one of --videos, --tracks")
+    faults.raise_if_any()
+    return found
+
+
+def _of_file(path: Path, robot: RobotSpec, fps: float) -> Tracks:
+    """Tracks of a file in any form; a file with a header of ours says itself which markers it has."""
+    markers = _markers(robot)
+    if "".join(path.suffixes[-2:]) in (".csv", ".csv.gz") or path.suffix == ".csv":
+        header = read_table(path).header or ()
+        if TIME in header:
+            markers = tuple(name.removesuffix("_x") for name in header if name.endswith(SUFFIXES[0]))
+    return import_tracks(path, markers, fps)
+
+
+def _markers(robot: RobotSpec) -> tuple[str, ...]:
+    """Where no file names them: the published nine of a robot that has them, else all of the robot."""
+    return FISHSIM_MARKERS if set(FISHSIM_MARKERS) <= set(robot.markers) else tuple(robot.markers)
+
+
+def _of_dataset(data: Any) -> Tracks:
+    """Tracks of an `xarray.Dataset` as `calib.track` gives it."""
+    position_px = data.position.transpose("time", "keypoint", "space").to_numpy()
+    if "confidence" in data:
+        confidence = data.confidence.transpose("time", "keypoint").to_numpy()
+    else:
+        confidence = np.isfinite(position_px).all(axis=-1).astype(float)
+    return Tracks(tuple(map(str, data.keypoint.to_numpy())), data.time.to_numpy(), position_px, confidence)
+
+
+def _name(path: Path) -> str:
+    """A trial's name from that of its file."""
+    stem = path.name.removesuffix(".gz")
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", stem[: stem.rfind(".")] if "." in stem else stem).strip("_-") or "trial"
+
+
+def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None:
+    """What the motor was told in each trial, as given, else as the names tell."""
+    driven = [trial for trial in trials.values() if trial.kind != "free_decay"]
+    if commands_hz and len(commands_hz) != len(driven):
+        faults = FaultCollector("--commands")
+        names = ", ".join(trial.name for trial in driven)
+        faults.add("", "not one for each trial", found=f"{len(commands_hz)}", expected=f"{len(driven)}: of {names}")
+        faults.raise_if_any()
+    for number, trial in enumerate(driven):
+        told = next((match for pattern in _HZ if (match := re.search(pattern, trial.name.lower()))), None)
+        if commands_hz:
+            trial.commanded_hz = float(commands_hz[number])
+        elif told:
+            trial.commanded_hz = float(f"{told[1]}.{told[2]}")
+
+
+def _left(trials: Sequence[_Trial], rate: float | None, robot: str | Path | None) -> tuple[str, ...]:
+    left = [
+        f"commanded_hz of {trial.name}: crank turns a second that the motor was told"
+        for trial in trials
+        if trial.commanded_hz is None and trial.kind != "free_decay"
+    ]
+    if rate is None:
+        left.append(f"fps of the camera: no file tells it, {_FPS:g} is a guess")
+    if robot is None:
+        left.append("the robot: this is the published 0.57 m fish; describe another in a robot.toml")
+    if any(trial.video for trial in trials):
+        left.append(
+            "calibration of the camera: `calib camera lens` makes the file; without it the lens is taken as ideal"
+        )
+    return tuple(left)
+
+
+def _put(source: Path, target: Path) -> None:
+    """A video in its place: linked where the file system can, so that hours of it are not copied."""
+    try:
+        os.link(source, target)
+    except OSError:
+        shutil.copyfile(source, target)
+
+
+def _text(
+    name: str,
+    trials: Sequence[_Trial],
+    rate: float | None,
+    markers: Sequence[str],
+    robot: RobotSpec,
+    robot_file: str | Path | None,
+    left: Sequence[str],
+    fit: Sequence[str],
+) -> str:
+    """`session.toml` with comments."""
+    lines = [*(f"# {TODO} {each}" for each in left), *([""] if left else [])]
+    lines += ["[session]", f"name = {json.dumps(name)}", ""]
+    if robot_file is not None:
+        lines += ["[robot]", 'file = "robot.toml"', ""]
+    lines += [
+        "[camera]",
+        f"fps = {rate or _FPS:.6g}{'' if rate else f'   # {TODO}: a guess'}",
+        f"scale_length_m = {robot.scale_length_m:.6g}   # nose to neck, as {robot.name} has it",
+        '# calibration = "camera.toml"   # of `calib camera lens`',
+        "",
+        "[markers]",
+        f"names = {json.dumps(list(markers))}",
+        "",
+        "[fit]",
+        "warmup_s = 1.0   # at the start of each trial, left out of every comparison",
+        "seed = 0",
+    ]
+    swims = [trial.name for trial in trials if trial.kind == "swim"]
+    held = set() if fit or len(swims) < 2 else set(swims[1::2])
+    for trial in trials:
+        role = "holdout" if trial.name in held or (fit and trial.kind == "swim" and trial.name not in fit) else "fit"
+        lines += ["", *(f"# {comment}" for comment in trial.comments), "[[trial]]", f'name = "{trial.name}"']
+        lines.append(
+            f'kind = "{trial.kind}"   # "swim", "dry" (head clamped, in air) or "free_decay" (bent tail let go)'
+        )
+        if trial.tracks is not None:
+            lines.append(f'tracks = "trials/{trial.name}.csv"')
+        if trial.video is not None:
+            lines.append(f'video = "trials/{trial.name}{trial.video.suffix.lower()}"')
+        if trial.kind != "free_decay":
+            told = f"commanded_hz = {trial.commanded_hz}"
+            lines.append(told if trial.commanded_hz else f"# commanded_hz = 1.0   # {TODO}: crank turns a second")
+        lines.append(f'role = "{role}"   # or "{"fit" if role == "holdout" else "holdout"}"')
+    return "\n".join([*lines, ""])

@@ -1,0 +1,101 @@
+"""Progress: a bar on a terminal and in a notebook, elsewhere a plain line every ten seconds; with the time left."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from calib.options import Tell
+
+EVERY_S = 10.0
+
+
+@contextmanager
+def progress_bar(quiet: bool) -> Iterator[Tell]:
+    """What is going on, the share done and an estimate of the time left, on standard error or in the notebook."""
+    console = Console(stderr=True)
+    if quiet:
+        yield lambda _message, _share: None
+    elif "ipykernel" in sys.modules:
+        with _in_notebook() as tell:
+            yield tell
+    elif not console.is_terminal:
+        yield Lines(lambda line: print(line, file=sys.stderr, flush=True))
+    else:
+        columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+        left = (TextColumn("left:"), TimeRemainingColumn())
+        with Progress(*columns, *left, console=console, transient=True) as bar:
+            yield Bar(bar)
+
+
+class Bar:
+    """Receives progress; a share that is unknown, or falls, begins a stage with its own estimate of the time left.
+
+    Args:
+        bar: without tasks; its elapsed time is that of all stages.
+    """
+
+    def __init__(self, bar: Progress) -> None:
+        self._bar, self._share = bar, 0.0
+        self._task = bar.add_task("reading", total=None)
+        self._began = bar.tasks[0].start_time
+
+    def __call__(self, message: str, share: float | None) -> None:
+        """Shows what is going on and the share done, None when unknown."""
+        if share is None or share < self._share or self._bar.tasks[0].total is None:
+            self._bar.remove_task(self._task)
+            self._task = self._bar.add_task(message, total=None if share is None else 1.0)
+            self._bar.tasks[0].start_time = self._began
+        self._share = share or 0.0
+        self._bar.update(self._task, description=message, completed=self._share)
+
+
+class Lines:
+    """Receives progress; what takes long is said as it begins, and then every ten seconds with the time left.
+
+    Args:
+        write: a line.
+        every_s: seconds between two lines.
+        clock: seconds from anywhere.
+    """
+
+    def __init__(
+        self, write: Callable[[str], None], every_s: float = EVERY_S, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._write, self._every_s, self._clock = write, every_s, clock
+        self._began = self._last = clock()
+        self._from, self._share, self._long = 0.0, 0.0, False
+
+    def __call__(self, message: str, share: float | None) -> None:
+        """Writes a line where one is due."""
+        now, first = self._clock(), share is not None and not self._long
+        if share is None or share < self._share:
+            self._began, self._from = now, share or 0.0
+        self._share = share or 0.0
+        if not first and now - self._last < self._every_s:
+            return
+        self._long, self._last = self._long or first, now
+        self._write(f"calib: {message}{self._done(now, share)}")
+
+    def _done(self, now: float, share: float | None) -> str:
+        if share is None or share <= self._from:
+            return ""
+        left_s = (1 - share) * (now - self._began) / (share - self._from)
+        left = f"{left_s:.0f} s" if left_s < 90 else f"{left_s / 60:.0f} min"
+        return f", {share:.0%} done, about {left} left"
+
+
+@contextmanager
+def _in_notebook() -> Iterator[Tell]:
+    """One line below the cell, which goes away at the end."""
+    from IPython.display import HTML, display
+
+    handle = display(HTML(""), display_id=True)
+    lines = Lines(lambda line: handle.update(HTML(f"<small>{line}</small>")), every_s=0.5)
+    try:
+        yield lines
+    finally:
+        handle.update(HTML(""))

@@ -1,0 +1,127 @@
+"""`import calib`: what its functions return, and that it covers what the command line does."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import calib as front
+from calib import cli, interface
+from calib.results.figures import Figures, FitFigures
+from calib.shadowing import PACKAGES
+from tests.calib.door import ROOT, files_in
+
+QUIET = {"effort": "quick", "progress": False}
+FUNCTIONS = [name for name in interface.__all__ if inspect.isfunction(getattr(interface, name))]
+OF_COMMAND = {"edit": "correct", "convert": "convert_tracks", "mjcf": "export_mjcf", "new": "new_session"}
+WITHOUT_SESSION = {"capture", "camera", "benchmark"}  # of the motor, the lens and the developers
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_says_what_it_takes_and_raises_and_shows_an_example(name: str) -> None:
+    text = inspect.getdoc(getattr(interface, name)) or ""
+    assert "Example:" in text
+    assert "Raises:" in text or "Args, Raises:" in text or name == "effects"
+    for argument in inspect.signature(getattr(interface, name)).parameters:
+        assert argument in text or "Args, Raises:" in text
+
+
+def test_the_examples_are_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    assert doctest.testmod(interface).failed == 0
+
+
+def test_whatever_a_command_does_a_function_does() -> None:
+    commands = {(info.name or info.callback.__name__) for info in cli.app.registered_commands}  # type: ignore[union-attr]
+    assert {OF_COMMAND.get(name, name) for name in commands - WITHOUT_SESSION} <= set(interface.__all__)
+
+
+def test_a_finished_fit_is_read_and_nothing_is_computed(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = files_in(finished)
+    monkeypatch.setattr("swimmer.twin.Twin.simulate", None)
+    found = front.fit(str(finished), **QUIET)
+    assert isinstance(found, front.FitResult)
+    assert list(found.to_frame().index) == ["slow", "fast"]
+    assert list(found.to_frame("coefficients").index) == list(found.coefficients._fields)
+    assert "straight_line" in found.to_frame("speed_errors").index
+    assert set(found.to_frame("flags").trial) <= {"", "slow", "fast"}
+    assert len(found.summary().splitlines()) <= 7
+    assert found.summary().splitlines()[0] in found._repr_html_()
+    assert files_in(finished) == {**before, **{name: files_in(finished)[name] for name in (".swimcal.lock",)}}
+
+
+def test_tables_and_figures_that_there_are_not_are_told_with_the_choices(finished: Path) -> None:
+    found = front.fit(finished, **QUIET)
+    with pytest.raises(front.InputError, match=r"no such table; found 'wrong'; .* choices: trials, coefficients"):
+        found.to_frame("wrong")
+    with pytest.raises(front.InputError, match="no such figure; found 'none-envelope'"):
+        found.plot.envelope("none")
+
+
+def test_results_of_several_sessions_stand_below_each_other(finished: Path) -> None:
+    found = front.fit(finished, **QUIET)
+    table = front.compare([finished, found], "coefficients")
+    assert isinstance(table, pd.DataFrame)
+    assert table.index.names == ["session", "coefficient"]
+    assert len(table) == 10
+
+
+@pytest.mark.usefixtures("true_report")
+def test_every_figure_of_the_report_is_a_method(finished: Path) -> None:
+    """Each is asked for by the method that has it; those of a trial with its name."""
+    found = front.fit(finished, **QUIET)
+    fetched = set()
+
+    class Fetched(FitFigures):
+        def __getitem__(self, name: str) -> None:  # type: ignore[override]
+            fetched.add(name)
+
+    figures = Fetched(dict)
+    for name, method in inspect.getmembers(figures, inspect.ismethod):
+        if not name.startswith("_"):
+            (method("slow"), method("fast")) if "trial" in inspect.signature(method).parameters else method()
+    assert set(found.plot.names) <= fetched
+    assert found.plot.envelope("slow")._repr_png_().startswith(b"\x89PNG")
+
+
+def test_figures_of_a_fit_that_was_replaced_are_refused(finished: Path) -> None:
+    found = front.fit(finished, **QUIET)
+    (finished / "results" / "calibrated.xml").write_text("another")
+    with pytest.raises(front.InputError, match="another result stands there now"):
+        found.plot.speeds()
+
+
+def test_a_twin_swims_as_the_fit_has_it(finished: Path) -> None:
+    twin = front.load_twin(finished, effects=["tendon_slack"])
+    swim = twin.swim(0.8, seconds=3.0, parameters={twin.parameters[0]: [0.0, 0.001]})
+    assert swim.position.dims == ("run", "time", "space", "keypoint")
+    assert swim.speed[0] != swim.speed[1]
+    with pytest.raises(front.InputError, match="no such parameter"):
+        twin.swim(0.8, parameters={"nonsense": 1.0})
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_a_file_of_the_user_that_hides_a_package_is_named(name: str, tmp_path: Path) -> None:
+    (tmp_path / f"{name}.py").write_text("answer = 42\n")
+    code = "import calib\ntry:\n    calib.open_session\nexcept ImportError as error:\n    print(error)"
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert f"{tmp_path / name}.py hides the package `{name}`" in shown.stdout
+    assert "Rename the file" in shown.stdout
+    assert shown.stderr == ""
+
+
+def test_figures_are_drawn_once() -> None:
+    drawn = []
+
+    def draw() -> dict[str, object]:
+        drawn.append(1)
+        return {"one": "figure"}
+
+    figures = Figures(draw)  # type: ignore[arg-type]
+    assert (figures["one"], figures["one"], len(drawn)) == ("figure", "figure", 1)

@@ -1,0 +1,81 @@
+"""`calib new` of one's own videos and tracks."""
+
+from __future__ import annotations
+
+import gzip
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import calib as front
+from session import FISHSIM_MARKERS, load_session
+from swimmer import load_robot
+from tests.calib.door import ROOT, Front, assert_told
+
+SAMPLE = ROOT / "datasets" / "sample" / "trials"
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """Tracks with time, headerless tracks and a video."""
+    folder = tmp_path / "recorded"
+    folder.mkdir()
+    (folder / "swim f0_60.csv").write_bytes(gzip.decompress((SAMPLE / "f0_60.csv.gz").read_bytes()))
+    rows = [line.split(",") for line in (folder / "swim f0_60.csv").read_text().splitlines()[1:]]
+    plain = [",".join(cell for number, cell in enumerate(row[1:]) if number % 3 < 2) for row in rows]
+    (folder / "f1_00.csv").write_text("\n".join([*plain, ""]))
+    shutil.copyfile(SAMPLE / "f1_00_video.mp4", folder / "swim.mp4")
+    return folder
+
+
+def test_a_session_holds_what_the_files_tell_and_says_what_is_missing(calib: Front, own: Path, tmp_path: Path) -> None:
+    tracks = (own / "swim f0_60.csv", own / "f1_00.csv")
+    outcome = calib("new", tmp_path / "pool", "--videos", own / "swim.mp4", "--tracks", *tracks)
+
+    assert outcome.code == 0, outcome.err
+    assert outcome.out.splitlines()[-1] == str(tmp_path / "pool")
+    assert "to fill in: commanded_hz of swim: crank turns a second" in outcome.out
+    text = (tmp_path / "pool" / "session.toml").read_text()
+    assert "1280 x 720 px" in text or "frames a second" in text
+    assert_told(calib("fit", tmp_path / "pool"), "commanded_hz", "key is missing")
+    (tmp_path / "pool" / "session.toml").write_text(text.replace("# commanded_hz = 1.0", "commanded_hz = 1.0"))
+    session = load_session(tmp_path / "pool", load_robot)
+    told = {trial.name: (trial.commanded_hz, trial.role) for trial in session.trials}
+    assert told == {"swim": (1.0, "fit"), "swim_f0_60": (0.6, "holdout"), "f1_00": (1.0, "fit")}
+    assert session.camera.fps == pytest.approx(60.0, rel=1e-3)
+
+
+def test_commands_and_fit_trials_can_be_named(own: Path, tmp_path: Path) -> None:
+    tracks = [str(own / "f1_00.csv"), own / "swim f0_60.csv"]
+    folder = front.new_session(str(tmp_path / "pool"), tracks=tracks, commands_hz=[1.1, 0.7], fit=["swim_f0_60"])
+    session = front.open_session(folder)
+    assert {trial.name: (trial.commanded_hz, trial.role) for trial in session.trials} == {
+        "f1_00": (1.1, "holdout"),
+        "swim_f0_60": (0.7, "fit"),
+    }
+
+
+def test_tracks_go_to_a_session_and_back_as_datasets(own: Path, tmp_path: Path) -> None:
+    markers = FISHSIM_MARKERS
+    data = front.load_tracks(own / "swim f0_60.csv", markers)
+    folder = front.new_session(tmp_path / "pool", tracks={"f0_60": data})
+    again = front.track(folder, progress=False)["f0_60"]
+    np.testing.assert_array_equal(again.position, data.position)
+    assert again.position_head.dims == ("time", "space", "keypoint")
+
+
+@pytest.mark.parametrize(
+    ("options", "parts"),
+    [
+        (("--tracks", "{own}/f1_00.csv", "--commands", "1,2"), ("--commands", "found 2", "expected 1")),
+        (("--tracks", "{own}/none.csv", "--videos", "{own}/none.mp4"), ("none.csv", "none.mp4")),
+        (("--tracks", "{own}/f1_00.csv", "--fit", "f9"), ("no such trial to fit", "f1_00")),
+    ],
+)
+def test_faults_are_told_at_once_and_nothing_is_left(
+    calib: Front, own: Path, tmp_path: Path, options: tuple[str, ...], parts: tuple[str, ...]
+) -> None:
+    assert_told(calib("new", tmp_path / "pool", *(option.format(own=own) for option in options)), *parts)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["recorded"]
