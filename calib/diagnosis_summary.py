@@ -66,6 +66,11 @@ def _checks(data: DiagnosisResult) -> list[str]:
     told = []
     if data.effects and data.gap.evaluated_on and data.gap.shrinkage <= 0:
         told.append("on held-out trials the gap does not shrink with what is named")
+    if data.effects and data.gap.with_effects_mm > data.gap.baseline_mm:
+        told.append(
+            f"held-out markers are {data.gap.with_effects_mm:.1f} mm off with what is named, {data.gap.baseline_mm:.1f} "
+            "mm without: in units of their noise they may be nearer, in millimetres they are not"
+        )
     if lacking := data.withheld_from_catalogue:
         told.append(f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again for the whole")
     known = [f.measured_hz / f.commanded_hz - 1 for f in data.frequencies.values() if f.commanded_hz]

@@ -29,6 +29,7 @@ from calib.results.structure import StructureResult
 from calib.results.tracks import TrackResult
 from calib.results.twin import SwimTwin
 from calib.stages.diagnosis import check_names
+from calib.stages.fit import nominal_mjcf
 from calib.tracked_videos import correct_track, track_videos
 from calib.working import progress_bar, working
 from fitting import Comparison, MethodName
@@ -46,7 +47,7 @@ from session import (
     new_from_fishsim,
     write_whole,
 )
-from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Twin, build_mjcf, load_robot
+from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Twin, load_robot
 from swimmer.effects import AffectedTwin, Effect, Parameter, catalogue
 from tracking.tracker import TrackerName
 
@@ -441,10 +442,9 @@ def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml")
         1
     """
     if _is_robot(source):
-        spec = build_mjcf(load_robot(source if source is None else Path(source)))  # type: ignore[arg-type]
-        spec.compile()
-        write_whole(Path(out), spec.to_xml())
-        return Export((Path(out),), (f"{spec.modelname}, nominal: the published coefficients",))
+        robot = load_robot(source if source is None else Path(source))  # type: ignore[arg-type]
+        write_whole(Path(out), nominal_mjcf(robot))
+        return Export((Path(out),), (f"{robot.name}, nominal: the published coefficients",))
     with _working(source, Options(), False) as pipeline:  # type: ignore[arg-type]
         stage = pipeline.the_fit()
         write_whole(Path(out), stage.mjcf_file.read_text())

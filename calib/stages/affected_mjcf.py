@@ -13,6 +13,7 @@ from fitting.signatures.affected_session import views_of
 from session import program_version, write_whole
 from swimmer import ENGINE, FluidCoefficients
 from swimmer.effects import AffectedRuns, AffectedTwin
+from swimmer.scenery import add_scenery
 
 _SCRIPT = '''"""Runs the twin with {names}, which plain MJCF cannot hold all of. Needs swimcal ({program}).
 
@@ -71,7 +72,7 @@ def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, r
         for effect, own in zip(best.effects, best.by_effect.values(), strict=True)
         for parameter, value in zip(effect.parameters, own, strict=True)
     )
-    spec = affected.spec(coefficients, values)
+    spec = add_scenery(affected.spec(coefficients, values), affected.robot)
     spec.add_text(name="calibrated_with", data=f"{program_version()}, MuJoCo {ENGINE}")
     spec.add_text(name="effects", data=f"{said}; in the frame of trial {ground.swims[0].name}")
     for trial, view in zip(ground.swims, views, strict=False):  # the views of dry runs come last

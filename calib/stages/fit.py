@@ -25,7 +25,8 @@ from fitting import (
     calibration_result,
 )
 from session import Provenance, Stage, SwimcalError, program_version, read_provenance, write_whole
-from swimmer import ENGINE, Runs, Twin, build_mjcf, check_engine, model_sha256
+from swimmer import ENGINE, PUBLISHED_COEFFICIENTS, RobotSpec, Runs, Twin, build_mjcf, check_engine, model_sha256
+from swimmer.scenery import add_scenery
 
 if TYPE_CHECKING:
     from fitting.marginal import Marginal
@@ -40,22 +41,34 @@ def calibrated_mjcf(calibration: Calibration) -> str:
     One keyframe a fit trial, named like it, starts the twin as that trial started: swimming, with the crank turning
     at the measured frequency (its control is part of the keyframe).
     """
-    spec = build_mjcf(calibration.robot, calibration.coefficients)
-    made_with = f"{program_version()}, MuJoCo {ENGINE}, model {model_sha256(calibration.robot)}"
+    robot = calibration.robot
+    spec = add_scenery(build_mjcf(robot, calibration.coefficients), robot)
+    made_with = f"{program_version()}, MuJoCo {ENGINE}, model {model_sha256(robot)}"
     spec.add_text(name="calibrated_with", data=made_with)
-    twin = Twin(calibration.robot, markers=("nose", "neck"))
     for trial in calibration.trials:
-        if trial.measured.role != "fit":
-            continue
-        hz = trial.simulated_hz
-        runs = Runs(
-            coefficients=np.array([calibration.coefficients], float),
-            frequency_hz=np.array([hz]),
-            phase_rad=np.array([trial.phase_rad]),
-            velocity=trial.measured.start_velocity[None],
-        )
-        position, velocity = twin.start(runs)
-        spec.add_key(name=trial.measured.name, qpos=position[0], qvel=velocity[0], ctrl=[2 * np.pi * hz])
+        if trial.measured.role == "fit":
+            start = (trial.simulated_hz, trial.phase_rad, trial.measured.start_velocity)
+            _add_keyframe(spec, robot, trial.measured.name, *start)
+    return _text(spec)
+
+
+def nominal_mjcf(robot: RobotSpec) -> str:
+    """The text of the MJCF of a robot with the published coefficients; its keyframe `swim` turns the crank at 1 Hz."""
+    spec = add_scenery(build_mjcf(robot), robot)
+    _add_keyframe(spec, robot, "swim", 1.0, 0.0, np.zeros(3))
+    return _text(spec)
+
+
+def _add_keyframe(
+    spec: mujoco.MjSpec, robot: RobotSpec, name: str, hz: float, phase_rad: float, velocity: np.ndarray
+) -> None:
+    coefficients = np.array([PUBLISHED_COEFFICIENTS], float)  # of no matter at the start
+    runs = Runs(coefficients, np.array([hz]), np.array([phase_rad]), velocity=velocity[None])
+    qpos, qvel = Twin(robot, markers=("nose", "neck")).start(runs)
+    spec.add_key(name=name, qpos=qpos[0], qvel=qvel[0], ctrl=[2 * np.pi * hz])
+
+
+def _text(spec: mujoco.MjSpec) -> str:
     spec.compile()
     text: str = spec.to_xml()
     mujoco.MjModel.from_xml_string(text)  # what is written must load
