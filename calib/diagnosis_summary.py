@@ -68,8 +68,8 @@ def _checks(data: DiagnosisResult) -> list[str]:
         told.append("on held-out trials the gap does not shrink with what is named")
     if data.effects and data.gap.with_effects_mm > data.gap.baseline_mm:
         told.append(
-            f"held-out markers are {data.gap.with_effects_mm:.1f} mm off with what is named, {data.gap.baseline_mm:.1f} "
-            "mm without: in units of their noise they may be nearer, in millimetres they are not"
+            f"held-out markers are {data.gap.with_effects_mm:.1f} mm off with what is named, "
+            f"{data.gap.baseline_mm:.1f} mm without: nearer in units of their noise at most, not in millimetres"
         )
     if lacking := data.withheld_from_catalogue:
         told.append(f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again for the whole")

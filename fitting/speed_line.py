@@ -1,28 +1,24 @@
 """The baseline that every forecast of a speed has to beat: a straight line in frequency through the fitted trials."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.calibration_file import TrialResult
 
+def speed_line(fitted_hz: Sequence[float], fitted_speed: Sequence[float], hz: Sequence[float]) -> list[float]:
+    """Speeds by a straight line in frequency through the fitted trials, m/s; nan without any.
 
-def speed_line(trials: Mapping[str, TrialResult]) -> dict[str, float]:
-    """Speeds of all trials by a straight line in frequency, m/s, by trial; empty without a fit trial.
-
-    The line goes through the measured speeds of the fit trials; of one alone through the origin. A held-out trial is
-    forecast at the frequency of its first two beats, as the twin is.
+    Of trials of one frequency alone the line goes through the origin, so that the stride is constant. A held-out trial
+    is to be asked for at the frequency of its first two beats, as the twin is.
 
     Args:
-        trials: of a calibration.
+        fitted_hz, fitted_speed: (n,) measured beat frequencies, Hz, and forward speeds, m/s.
+        hz: (k,) frequencies of the forecasts.
     """
-    fitted = [trial for trial in trials.values() if trial.role == "fit"]
-    if not fitted:
-        return {}
-    hz = np.array([trial.frequency_hz for trial in fitted])
-    speed = np.array([trial.speed_measured for trial in fitted])
-    if np.ptp(hz) > 0:
-        slope, constant = np.polyfit(hz, speed, 1)
-    else:
-        slope, constant = float(np.mean(speed / hz)), 0.0
-    return {name: float(constant + slope * trial.simulated_hz) for name, trial in trials.items()}
+    x, y, at = (np.array(values, float) for values in (fitted_hz, fitted_speed, hz))
+    if len(x) == 0:
+        return [float("nan")] * len(at)
+    if np.ptp(x) > 0:
+        slope, constant = np.polyfit(x, y, 1)
+        return list(map(float, constant + slope * at))
+    return list(map(float, np.mean(y / x) * at))

@@ -7,7 +7,7 @@ from reports.blocks import Plot
 from reports.context import ReportContext
 from reports.numbers import counted
 from reports.page import render_page
-from reports.sections import SECTIONS, SectionBuilder
+from reports.sections import QUESTIONS, SECTIONS, SectionBuilder
 from session import write_whole
 
 
@@ -26,7 +26,10 @@ def write_report(path: Path, context: ReportContext) -> None:
 
 def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = SECTIONS) -> str:
     """The report, or some of its sections, as HTML: opens offline, holds its figures, and loads nothing."""
-    built = [build(context) for build in sections]
+    asked = [
+        (question, [build(context) for build in builders if build in sections]) for question, builders in QUESTIONS
+    ]
+    built = [(question, [one for one in own if one is not None]) for question, own in asked]
     calibration, provenance = context.calibration, context.provenance
     trials = counted(len(calibration.trials), "trial")
     return render_page(
@@ -35,7 +38,7 @@ def render_report(context: ReportContext, sections: Sequence[SectionBuilder] = S
         session=context.session.name,
         byline=f"{calibration.robot.name}, {trials} · {provenance.program}, MuJoCo {provenance.mujoco}, "
         f"effort {provenance.effort}, seed {provenance.seed}",
-        sections=[section for section in built if section is not None],
+        questions=[(question, own) for question, own in built if own],
     )
 
 

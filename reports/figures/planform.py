@@ -10,6 +10,7 @@ from reports.numbers import MM
 from reports.style import FULL_WIDTH_IN, Margins, panel, styled
 from swimmer import RobotSpec
 
+_NAMES_APART_MM, _ROUNDS = 27.0, 50
 _MARGINS = Margins(left=0.15, right=0.15, bottom=0.05, top=0.05)
 
 
@@ -70,13 +71,28 @@ def _draw_tendons(axes: Axes, robot: RobotSpec) -> None:
 
 def _draw_markers(axes: Axes, markers: tuple[str, ...], places: np.ndarray, half_width: float) -> None:
     """Rings with slanted names; those off the middle are named beside their ring."""
-    for name, (x, y, _) in zip(markers, places, strict=True):
+    low, high = 0.42 * half_width, 0.56 * half_width
+    on_middle = np.abs(places[:, 1]) < 1.0
+    named_at = places[:, 0].copy()
+    named_at[on_middle] = _apart(places[on_middle, 0])
+    for name, (x, y, _), at, middle in zip(markers, places, named_at, on_middle, strict=True):
         axes.plot(x, y, "o", color=INK, markerfacecolor=SURFACE, markersize=5.5, markeredgewidth=1.4, zorder=4)
-        on_middle = abs(y) < 1.0
-        if on_middle:
-            axes.plot([x, x], [0, 0.56 * half_width], color=FAINT, linewidth=0.7, zorder=1)
-        height = 0.58 * half_width if on_middle else y + 6
-        axes.text(x, height, name.replace("_", " "), rotation=45, fontsize=9, ha="left", va="bottom", zorder=5)
+        if middle:
+            axes.plot([x, x, at], [0, low, high], color=FAINT, linewidth=0.7, zorder=1)
+        height = high + 0.02 * half_width if middle else y + 6
+        axes.text(at, height, name.replace("_", " "), rotation=45, fontsize=9, ha="left", va="bottom", zorder=5)
+
+
+def _apart(x: np.ndarray) -> np.ndarray:
+    """(k,) places of slanted names that do not overlap, as near as may be to where they belong, mm."""
+    order, at = np.argsort(x), np.sort(x)
+    for _ in range(_ROUNDS):
+        short = np.maximum(_NAMES_APART_MM - np.diff(at), 0.0) / 2
+        at[:-1] -= short
+        at[1:] += short
+    placed = np.empty_like(at)
+    placed[order] = at
+    return placed
 
 
 def _draw_scale(axes: Axes, left: float, right: float, half_width: float) -> None:

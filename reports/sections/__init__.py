@@ -1,6 +1,6 @@
 """The sections of the report, one a file, in the order they are printed.
 
-A new section is a file here with `build(context) -> Section | None` and its line below; None leaves it out.
+A new section is a file here with `build(context) -> Section | None` and its place below; None leaves it out.
 """
 
 from collections.abc import Callable
@@ -10,6 +10,7 @@ from reports.context import ReportContext
 from reports.sections import (
     coefficients,
     definitions,
+    doubts,
     dry_runs,
     free_decay,
     gap,
@@ -19,6 +20,7 @@ from reports.sections import (
     posterior,
     provenance,
     residuals,
+    robot,
     speed_errors,
     speed_sweep,
     structure,
@@ -30,25 +32,31 @@ from reports.sections import (
 
 SectionBuilder = Callable[[ReportContext], Section | None]
 
-SECTIONS: tuple[SectionBuilder, ...] = (
-    summary.build,
-    structure.build,
-    free_decay.build,
-    dry_runs.build,
-    motor.build,
-    speed_sweep.build,
-    speed_errors.build,
-    other_pairs.build,
-    trials.build,
-    residuals.build,
-    tail_beat.build,
-    coefficients.build,
-    posterior.build,
-    gap.build,
-    placement.build,
-    track_quality.build,
-    provenance.build,
-    definitions.build,
+QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
+    ("", (summary.build,)),  # the first screen, never folded
+    ("What makes these numbers doubtful?", (doubts.build,)),
+    (
+        "How well does the twin swim?",
+        (
+            speed_sweep.build,
+            speed_errors.build,
+            other_pairs.build,
+            trials.build,
+            residuals.build,
+            tail_beat.build,
+        ),
+    ),
+    ("How sure are the coefficients?", (coefficients.build, posterior.build)),
+    ("What is missing from the twin?", (gap.build, placement.build)),
+    (
+        "What is known of robot and motor?",
+        (robot.build, structure.build, free_decay.build, dry_runs.build, motor.build),
+    ),
+    ("Can the tracks be trusted?", (track_quality.build,)),
+    ("How was this made, and what do the words mean?", (provenance.build, definitions.build)),
 )
+"""The questions of a report in their order, each with the sections that answer it."""
 
-__all__ = ["SECTIONS", "SectionBuilder"]
+SECTIONS: tuple[SectionBuilder, ...] = tuple(build for _, builders in QUESTIONS for build in builders)
+
+__all__ = ["QUESTIONS", "SECTIONS", "SectionBuilder"]

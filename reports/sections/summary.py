@@ -1,34 +1,103 @@
-"""The session grasped in ten seconds: one sentence, the key numbers, and what to mind about them."""
+"""The first screen: one sentence, an answer to each question, and the key numbers."""
 
+import numpy as np
 from markupsafe import Markup
 
-from fitting import EBT_RATIO_ONLY, CalibratedTrial, Comparison, Summary
-from reports.blocks import Block, Plot, Plots, Points, Prose, Section, Tile, Tiles
-from reports.caveats import beats_compared, whole_trial_flags
+from fitting import CalibratedTrial, Summary
+from fitting.marginal import Marginal
+from fitting.speed_line import speed_line
+from reports.blocks import Block, Prose, Section, Terms, Tile, Tiles
+from reports.caveats import beats_compared
 from reports.context import ReportContext
-from reports.diagnosed import Diagnosed
-from reports.figures.planform import planform_figure
-from reports.numbers import counted, in_mm, in_words, listed, percent, sentence, shown
-from reports.objectives import OBJECTIVES
-from session import FLAG_KINDS
+from reports.numbers import counted, in_mm, in_words, listed, of_its_size, shown
+from reports.sections.doubts import doubts
 
 
 def build(context: ReportContext) -> Section:
-    """The summary; it says so when nothing was held out."""
-    calibration = context.calibration
-    robot = calibration.robot
-    planform = Plot(
-        planform_figure(robot, context.session.markers),
-        "robot",
-        f"The robot from above, to scale ({in_mm(robot.length_m, 0)} mm long): rings are the tracked "
-        "markers, dots the hinges, the orange lines the tendons.",
+    """What it is, how good, how sure, what is missing, the biggest doubt and the next step; all on one screen."""
+    blocks: list[Block] = [Prose(_headline(context), lead=True), Terms(_answers(context)), Tiles(_tiles(context))]
+    return Section("Summary", "summary", tuple(blocks))
+
+
+def _answers(context: ReportContext) -> tuple[tuple[str, str], ...]:
+    """Questions with their answers."""
+    found = doubts(context)
+    more = f" {counted(len(found) - 1, 'further doubt')} below." if len(found) > 1 else ""
+    return (
+        ("What", _what(context)),
+        ("How good", _beside_a_line(context)),
+        ("How sure", _how_sure(context)),
+        ("What is missing", _what_is_missing(context)),
+        ("Biggest doubt", f"{found[0]}{more}" if found else "None was raised."),
+        ("Next step", _next_step(context)),
     )
-    blocks: list[Block] = [Prose(_headline(context), lead=True), Tiles(_tiles(context))]
-    if doubts := _doubts(context):
-        blocks.append(Points("Before you rely on these numbers", doubts, doubtful=True))
-    if context.notes:
-        blocks.append(Points("About this run", tuple(map(sentence, context.notes))))
-    return Section("Summary", "summary", (*blocks, Plots((planform,))))
+
+
+def _what(context: ReportContext) -> str:
+    names = {role: [trial.measured.name for trial in context.trials(role)] for role in ("fit", "holdout")}
+    held = f"; forecasts of {listed(names['holdout'])}" if names["holdout"] else ""
+    robot = context.calibration.robot
+    return (
+        f"A MuJoCo twin of {robot.name}, {shown(robot.length_m, 2)} m long: five fluid coefficients fitted to "
+        f"{listed(names['fit'])}{held}."
+    )
+
+
+def _beside_a_line(context: ReportContext) -> str:
+    """The twin's forecasts beside those that a straight line makes."""
+    trials = context.trials("holdout")
+    if not trials:
+        return "Not known: no trial is held out. Give one the role “holdout” in session.toml."
+    fitted = [trial.measured for trial in context.trials("fit")]
+    line = speed_line(
+        [trial.frequency.hz for trial in fitted],
+        [trial.speed for trial in fitted],
+        [trial.simulated_hz for trial in trials],
+    )
+    measured = np.array([trial.measured.speed for trial in trials])
+    twin = float(np.mean(np.abs([trial.speed_twin for trial in trials] - measured)))
+    of_line = float(np.mean(np.abs(np.array(line) - measured)))
+    verdict = "better than" if twin < of_line else "not better than"
+    return (
+        f"Its forecasts are {verdict} a straight line in frequency through the fitted speeds: mean absolute error "
+        f"{in_mm(twin, 1)} mm/s, the line {in_mm(of_line, 1)} mm/s, over {counted(len(trials), 'held-out trial')}."
+    )
+
+
+def _how_sure(context: ReportContext) -> str:
+    found = context.posterior
+    if found is None:
+        return "Not known: no posterior stands for this fit."
+    told = [f"{in_words(name)} {_interval(one)}" for name, one in found.marginals.items() if one.determined]
+    loose = [in_words(name) for name, one in found.marginals.items() if not one.determined]
+    sure = f"Determined by these trials (90 % interval): {listed(told)}. " if told else ""
+    return f"{sure}Not determined: {listed(loose) or 'none'}."
+
+
+def _interval(one: Marginal) -> str:
+    return f"{of_its_size(one.q05)} to {of_its_size(one.q95)}"
+
+
+def _what_is_missing(context: ReportContext) -> str:
+    found = context.diagnosed
+    if found is None:
+        return "Not known: the gap was not diagnosed."
+    from diagnosis.sentences import sentences  # its package loads the twin
+
+    _, which, how_far = sentences(found.data)
+    return f"{which.partition(': ')[2].capitalize()} {how_far.partition(': ')[2].capitalize()}"
+
+
+def _next_step(context: ReportContext) -> str:
+    folder = context.session.folder.name
+    if not context.trials("holdout"):
+        return "Hold a trial out, or film another one, and fit again."
+    if context.posterior is None:
+        return f"Run calib posterior {folder}."
+    if context.diagnosed is None:
+        return f"Run calib diagnose {folder}."
+    experiments = context.diagnosed.data.next_experiments
+    return f"{experiments[0].describe}." if experiments else "Film further trials at other speeds."
 
 
 def _headline(context: ReportContext) -> Markup:
@@ -81,25 +150,11 @@ def _held_out_markers(holdout: Summary | None) -> Markup | str:
 def _tiles(context: ReportContext) -> tuple[Tile, ...]:
     calibration = context.calibration
     fit, holdout = (calibration.summary(role) for role in ("fit", "holdout"))
-    used = [trial.scores.used_fraction for trial in calibration.trials]
     return (
         _speed_tile("Speed error, held-out trials", holdout, _holdout_warning(context)),
         _speed_tile("Speed error, fit trials", fit),
         Tile("Marker distance, fit trials", _distance(fit), "mm", "mean over the scored window"),
         Tile("Marker distance, held-out trials", _distance(holdout), "mm", "coefficients frozen"),
-        Tile(
-            "Samples that count",
-            percent(sum(used) / len(used)).removesuffix(" %"),
-            "%",
-            "of the scored windows; the rest is flagged",
-            warning="" if min(used) > 0.8 else f"as low as {percent(min(used))} in one trial",
-        ),
-        Tile(
-            "Coefficients fitted",
-            str(len(calibration.coefficients)),
-            detail=f"with {counted(len(calibration.fit.restarts), 'start')}",
-            warning=", ".join(dict.fromkeys(f.kind.replace("_", " ") for f in calibration.fit.flags)),
-        ),
     )
 
 
@@ -121,48 +176,3 @@ def _holdout_warning(context: ReportContext) -> str:
     warnings = [f"{len(beyond)} of {len(trials)} outside the fitted frequencies"] if beyond else []
     warnings += [f"{len(short)} of {len(trials)} over a single beat or less"] if short else []
     return "; ".join(warnings)
-
-
-def _doubts(context: ReportContext) -> tuple[str, ...]:
-    """Flags of the fit in full, those of whole trials by kind."""
-    calibration = context.calibration
-    doubts = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != EBT_RATIO_ONLY]
-    if calibration.objective != "published":
-        doubts.insert(0, _other_objective(calibration.objective))
-    names: dict[str, list[str]] = {}
-    for trial in calibration.trials:
-        for kind in dict.fromkeys(flag.kind for flag in whole_trial_flags(trial)):
-            names.setdefault(kind, []).append(trial.measured.name)
-    everywhere = len(calibration.trials)
-    for kind, trials in names.items():
-        where = "every trial" if len(trials) == everywhere else listed(trials)
-        size = _off_command(context) if kind == "frequency_off_command" else ""
-        doubts.append(sentence(f"{where}: {FLAG_KINDS.get(kind, kind.replace('_', ' '))}{size}"))
-    return (*doubts, *_of_the_gap(context.diagnosed))
-
-
-def _of_the_gap(found: Diagnosed | None) -> tuple[str, ...]:
-    """What a diagnosis says that this fit leaves out."""
-    if found is None or found.verdict == "no_gap":
-        return ()
-    named = listed([" or ".join(map(in_words, group)) for group in found.data.groups])
-    what = (
-        f"names {named}, which this fit leaves out" if named else "finds a gap that no effect of its catalogue explains"
-    )
-    return (f"The diagnosis {what}: see the sim-to-real gap.",)
-
-
-def _other_objective(objective: Comparison) -> str:
-    return (
-        f"The coefficients were found by the {OBJECTIVES[objective]}. Marker distances in this report are the "
-        "published ones all the same, which these coefficients were not chosen to make small; only the convergence of "
-        "the search is told in what it minimised."
-    )
-
-
-def _off_command(context: ReportContext) -> str:
-    """By how much the flagged trials beat faster or slower than commanded, as far as the command is known."""
-    measured = [trial.measured for trial in context.calibration.trials]
-    flagged = [m for m in measured if m.commanded_hz and any(f.kind == "frequency_off_command" for f in m.flags)]
-    off = sorted({shown(100 * (m.frequency.hz / (m.commanded_hz or 1.0) - 1), 0, signed=True) for m in flagged})
-    return f" by {' % or '.join(off)} %" if 0 < len(off) < 3 else ""

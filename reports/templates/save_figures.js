@@ -1,5 +1,5 @@
 // Everything reads without this script. It offers each figure as SVG and PNG, in light colours, for papers and talks,
-// and opens what is folded before the page is printed.
+// and opens what is folded where a link leads to it, and before the page is printed.
 (() => {
   const light = (svg) => new XMLSerializer().serializeToString(svg).replace(/var\(--[\w-]+, (#[0-9a-f]{6})\)/g, "$1");
   const download = (url, name) => Object.assign(document.createElement("a"), { href: url, download: name }).click();
@@ -33,5 +33,12 @@
     }
     figure.querySelector("figcaption").append(save);
   }
+  const unfold = () => {
+    const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    for (let one = target && target.closest("details"); one; one = one.parentElement.closest("details")) one.open = true;
+    if (target) target.scrollIntoView();
+  };
+  addEventListener("hashchange", unfold);
+  unfold();
   addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((one) => { one.open = true; }));
 })();

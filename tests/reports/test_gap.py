@@ -30,7 +30,7 @@ VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
 def page_of(found: Diagnosed | None) -> Page:
     """A report of this section alone."""
     section = gap.build(replace(made_context(), diagnosed=found))
-    return Page(render_page("report.html.j2", title="pool", session="pool", byline="", sections=[section]))
+    return Page(render_page("report.html.j2", title="pool", session="pool", byline="", questions=[("", [section])]))
 
 
 @pytest.fixture(scope="module")

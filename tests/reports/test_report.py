@@ -50,8 +50,8 @@ def page_of(calibration: Calibration, session: Session | None = None) -> Page:
 
 
 def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
-    sections = ["summary", "structure", "speed", "errors", "pairs", "trials", "residuals", "tail-beat", "coefficients"]
-    sections += ["gap", "tracks", "provenance", "reading"]
+    sections = ["summary", "doubts", "speed", "errors", "pairs", "trials", "residuals", "tail-beat", "coefficients"]
+    sections += ["gap", "robot-sketch", "structure", "tracks", "provenance", "reading"]
     links = [target[1:] for target in page.targets if target.startswith("#")]
 
     assert [name for name in page.ids if name in sections] == sections
@@ -142,3 +142,26 @@ def test_names_and_messages_are_escaped() -> None:
 
 def test_the_same_results_give_the_same_file(medium: ReportContext, html_of_medium: str) -> None:
     assert render_report(medium) == html_of_medium
+
+
+def test_the_twin_stands_beside_a_straight_line_on_the_first_screen(page: Page) -> None:
+    assert "a straight line in frequency through the fitted speeds" in page.text
+
+
+def test_the_first_screen_answers_every_question_in_few_words(html_of_medium: str) -> None:
+    """What stands before anything is unfolded, headings of what is folded included."""
+    screen = html_of_medium.split('<details class="question">')[0]
+    for question in ("What", "How good", "How sure", "What is missing", "Biggest doubt", "Next step"):
+        assert f"<dt>{question}</dt>" in screen
+    shown = Page(
+        re.sub(
+            r"<details class=\"question\">.*?</details>\s*(?=<details class|</main>)", "", html_of_medium, flags=re.S
+        )
+    )
+    assert len(shown.text.split()) < 600
+
+
+def test_whatever_is_folded_stands_under_a_question(html_of_medium: str) -> None:
+    questions = re.findall(r'<details class="question">\s*<summary>(.*?)</summary>', html_of_medium)
+    assert len(questions) >= 6
+    assert all(question.endswith("?") for question in questions)

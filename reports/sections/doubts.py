@@ -1,0 +1,65 @@
+"""What makes the numbers of a report doubtful."""
+
+from fitting import EBT_RATIO_ONLY, Comparison
+from reports.blocks import Block, Points, Section
+from reports.caveats import whole_trial_flags
+from reports.context import ReportContext
+from reports.diagnosed import Diagnosed
+from reports.numbers import in_words, listed, sentence, shown
+from reports.objectives import OBJECTIVES
+from session import FLAG_KINDS
+
+
+def build(context: ReportContext) -> Section | None:
+    """All doubts, and notes of the run; None where there are neither."""
+    blocks: list[Block] = []
+    if found := doubts(context):
+        blocks.append(Points("Before you rely on these numbers", found, doubtful=True))
+    if context.notes:
+        blocks.append(Points("About this run", tuple(map(sentence, context.notes))))
+    return Section("Doubts", "doubts", tuple(blocks)) if blocks else None
+
+
+def doubts(context: ReportContext) -> tuple[str, ...]:
+    """Flags of the fit in full, those of whole trials by kind."""
+    calibration = context.calibration
+    doubts = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != EBT_RATIO_ONLY]
+    if calibration.objective != "published":
+        doubts.insert(0, _other_objective(calibration.objective))
+    names: dict[str, list[str]] = {}
+    for trial in calibration.trials:
+        for kind in dict.fromkeys(flag.kind for flag in whole_trial_flags(trial)):
+            names.setdefault(kind, []).append(trial.measured.name)
+    everywhere = len(calibration.trials)
+    for kind, trials in names.items():
+        where = "every trial" if len(trials) == everywhere else listed(trials)
+        size = _off_command(context) if kind == "frequency_off_command" else ""
+        doubts.append(sentence(f"{where}: {FLAG_KINDS.get(kind, kind.replace('_', ' '))}{size}"))
+    return (*doubts, *_of_the_gap(context.diagnosed))
+
+
+def _of_the_gap(found: Diagnosed | None) -> tuple[str, ...]:
+    """What a diagnosis says that this fit leaves out."""
+    if found is None or found.verdict == "no_gap":
+        return ()
+    named = listed([" or ".join(map(in_words, group)) for group in found.data.groups])
+    what = (
+        f"names {named}, which this fit leaves out" if named else "finds a gap that no effect of its catalogue explains"
+    )
+    return (f"The diagnosis {what}: see the sim-to-real gap.",)
+
+
+def _other_objective(objective: Comparison) -> str:
+    return (
+        f"The coefficients were found by the {OBJECTIVES[objective]}. Marker distances in this report are the "
+        "published ones all the same, which these coefficients were not chosen to make small; only the convergence of "
+        "the search is told in what it minimised."
+    )
+
+
+def _off_command(context: ReportContext) -> str:
+    """By how much the flagged trials beat faster or slower than commanded, as far as the command is known."""
+    measured = [trial.measured for trial in context.calibration.trials]
+    flagged = [m for m in measured if m.commanded_hz and any(f.kind == "frequency_off_command" for f in m.flags)]
+    off = sorted({shown(100 * (m.frequency.hz / (m.commanded_hz or 1.0) - 1), 0, signed=True) for m in flagged})
+    return f" by {' % or '.join(off)} %" if 0 < len(off) < 3 else ""
