@@ -1,0 +1,130 @@
+"""How sure the coefficients are: `results/posterior.nc` and `posterior.json` as attributes, frames and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from calib.results.figures import PosteriorFigures
+from calib.results.tables import chosen, flag_frame, page_of
+from fitting.marginal import Marginal
+from reports.numbers import in_words, listed, of_its_size
+from session import Flag, Session
+
+if TYPE_CHECKING:
+    from fitting.posterior.findings import Findings
+
+
+@dataclass(frozen=True, eq=False)
+class PosteriorResult:
+    """Draws from the posterior of the five coefficients given the fit trials, and what they say.
+
+    Attributes:
+        session: that it belongs to.
+        name: its effort, and the fit that it belongs to, in words.
+        file: `results/posterior.nc`.
+        data: all that `posterior.json` holds.
+        notes: what was said while it was made.
+        plot: its figures.
+        made: files that were made anew.
+    """
+
+    session: Session = field(repr=False)
+    name: str
+    file: Path
+    data: Findings = field(repr=False)
+    plot: PosteriorFigures = field(repr=False)
+    notes: tuple[str, ...] = ()
+    made: tuple[Path, ...] = ()
+
+    @cached_property
+    def idata(self) -> Any:
+        """The draws as ArviZ reads them: groups `posterior`, `sample_stats` and `observed_data`."""
+        from fitting.posterior.quiet_arviz import arviz
+
+        return arviz.from_netcdf(str(self.file), engine="h5netcdf")
+
+    @property
+    def coefficients(self) -> Mapping[str, Marginal]:
+        """Mean, sd, 90 % interval and whether the trials determine it, of each coefficient."""
+        return self.data.marginals
+
+    @property
+    def flags(self) -> tuple[Flag, ...]:
+        """When not to believe it."""
+        return self.data.flags
+
+    def to_frame(self, table: str = "coefficients") -> pd.DataFrame:
+        """One of the tables.
+
+        Args:
+            table: "coefficients" (a row each: mean, sd, ends of the 90 % interval, effective draws, R-hat), "trials"
+                (speed of each swim trial with its predictive interval, m/s) or "flags".
+
+        Raises:
+            InputError: no such table.
+        """
+        tables = {
+            "coefficients": self._coefficients,
+            "trials": self._trials,
+            "flags": lambda: flag_frame(("", flag) for flag in self.flags),
+        }
+        frame: pd.DataFrame = chosen(tables, table)()
+        return frame
+
+    @property
+    def verdict(self) -> str:
+        """One word: determined (all five), partly_determined or undetermined; doubtful where a flag says more."""
+        if any(flag.kind != "unidentifiable" for flag in self.flags):
+            return "doubtful"
+        determined = sum(one.determined for one in self.coefficients.values())
+        return {0: "undetermined", len(self.coefficients): "determined"}.get(determined, "partly_determined")
+
+    def summary(self) -> str:
+        """What was found, how far to trust it, and what to do next, in five lines."""
+        data, of = self.data, self.coefficients
+        intervals = ", ".join(
+            f"{in_words(name)} {of_its_size(one.mean)} ({of_its_size(one.q05)} to {of_its_size(one.q95)})"
+            for name, one in of.items()
+        )
+        loose = [in_words(name) for name, one in of.items() if not one.determined]
+        told = f"Not determined by these trials: {listed(loose)}." if loose else "The trials determine all five."
+        inside, count, _ = data.inside("holdout")
+        held = f"; the speed of {inside} of {count} held-out trials lies in its 90 % band" if count else ""
+        doubts = list(dict.fromkeys(flag.message for flag in self.flags if flag.kind != "unidentifiable"))
+        more = f" (and {len(doubts) - 1} more)" if len(doubts) > 1 else ""
+        return "\n".join(
+            [
+                f"{self.session.name}: {self.name}.",
+                f"Mean and 90 % interval: {intervals}.",
+                f"{told[:-1]}{held}.",
+                f"Biggest doubt: {doubts[0]}{more}." if doubts else "No doubt was raised.",
+                f"Verdict: {in_words(self.verdict)}. Next: calib diagnose {self.session.folder}",
+            ]
+        )
+
+    def _repr_html_(self) -> str:
+        return page_of(self.summary(), self.to_frame())
+
+    def _coefficients(self) -> pd.DataFrame:
+        rows = {name: one._asdict() for name, one in self.coefficients.items()}
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("coefficient")
+
+    def _trials(self) -> pd.DataFrame:
+        rows = {
+            trial.name: {
+                "role": trial.role,
+                "speed_measured": trial.speed,
+                "speed_q05": trial.outer[0],
+                "speed_q50": trial.outer[2],
+                "speed_q95": trial.outer[-1],
+                "inside": trial.speed_inside,
+            }
+            for trial in self.data.trials
+        }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("trial")

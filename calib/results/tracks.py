@@ -1,0 +1,134 @@
+"""Tracks of a session: one labelled `xarray.Dataset` a trial, with flags and shares of what was seen."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from calib.results.tables import chosen, flag_frame, page_of
+from fitting import MeasuredTrial
+from reports.numbers import counted
+from session import Flag, Session
+from tracking.records import SampleState, TrackedTrial, to_movement
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class TrackResult(Mapping[str, "xr.Dataset"]):
+    """The tracks of every trial: a mapping from the trial's name to an `xarray.Dataset`.
+
+    A dataset has the dimensions `time` (s), `space` (x to the right, y down) and `keypoint`, and the variables
+
+    - `position` (time, space, keypoint), px, nan where missing, and `confidence` (time, keypoint), named as in `movement`;
+    - `state` (time, keypoint), how each sample came about, and `size` (time, keypoint), the marker's diameter in px;
+    - of a swim trial also `weight` (time, keypoint), 0 where a sample does not count in a fit; `position_pool`, m, on
+      the pool's surface, right-handed seen from above; `position_head`, m, in the frame of the head (published
+      normaliser: x from nose to neck, y to the right); `heading` (time), rad; `forward` (time), distance swum, m.
+      Outside the frames that are measured they are nan, `weight` 0.
+
+    Attributes:
+        session: that was tracked.
+        tracked: what the tracker says of every sample, by trial.
+        measured: the swim trials, measured.
+        flags: what is doubtful, by trial.
+        notes: what was said while it was made.
+    """
+
+    session: Session = field(repr=False)
+    tracked: Mapping[str, TrackedTrial] = field(repr=False)
+    measured: Mapping[str, MeasuredTrial] = field(repr=False)
+    flags: Mapping[str, tuple[Flag, ...]] = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, trial: str) -> xr.Dataset:
+        data = to_movement(self.tracked[trial]).isel(individual=0, drop=True)
+        if trial in self.measured:
+            data = data.assign(_measured(self.measured[trial], data.sizes["time"]))
+            data.attrs["metres_per_px"] = self.measured[trial].metres_per_px
+        return data
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.tracked)
+
+    def __len__(self) -> int:
+        return len(self.tracked)
+
+    def to_frame(self, table: str = "trials") -> pd.DataFrame:
+        """One of the tables.
+
+        Args:
+            table: "trials" (frames, shares of samples seen, filled and missing, and of a swim trial beat and speed) or
+                "flags".
+
+        Raises:
+            InputError: no such table.
+        """
+        flags = ((name, flag) for name, own in self.flags.items() for flag in own)
+        tables = {"trials": self._trials, "flags": lambda: flag_frame(flags)}
+        frame: pd.DataFrame = chosen(tables, table)()
+        return frame
+
+    def summary(self) -> str:
+        """How much was seen, and what is doubtful, in three lines."""
+        frame = self.to_frame()
+        worst = frame.seen.idxmin()
+        kinds = Counter(flag.kind for own in self.flags.values() for flag in own)
+        told = ", ".join(f"{kind.replace('_', ' ')} ({count})" for kind, count in kinds.most_common(4))
+        return "\n".join(
+            [
+                f"{self.session.name}: {counted(len(frame), 'trial')}, {int(frame.frames.sum())} frames.",
+                f"Seen: {frame.seen.mean():.1%} of the samples; least in {worst}, {frame.seen[worst]:.1%}.",
+                f"Flags: {told or 'none'}. Next: calib fit {self.session.folder}",
+            ]
+        )
+
+    def _repr_html_(self) -> str:
+        return page_of(self.summary(), self.to_frame())
+
+    def _trials(self) -> pd.DataFrame:
+        rows = {name: self._row(name, found) for name, found in self.tracked.items()}
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("trial")
+
+    def _row(self, name: str, found: TrackedTrial) -> dict[str, object]:
+        since = slice(found.first_frame, None)
+        seen, missing = found.seen[since], found.state[since] == SampleState.MISSING
+        row: dict[str, object] = {
+            "frames": len(found.state),
+            "seen": float(seen.mean()),
+            "filled": float((~missing & ~seen).mean()),
+            "missing": float(missing.mean()),
+            "flags": len(self.flags[name]),
+        }
+        row["commanded_hz"] = self.session.trial(name).commanded_hz
+        swim = self.measured.get(name)
+        if swim is None:
+            return row
+        frequency = swim.frequency
+        row |= {"frequency_hz": frequency.hz, "frequency_se_hz": frequency.se_hz}
+        return row | {"speed": swim.speed, "used": swim.used_fraction}
+
+
+def _measured(trial: MeasuredTrial, frames: int) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
+    """What is measured in a swim, laid on all frames of its tracks."""
+    first, count, metres = trial.first_frame, len(trial.time_s), {"units": "m"}
+
+    def whole(values: np.ndarray) -> np.ndarray:
+        filled = np.full((frames, *values.shape[1:]), np.nan)
+        filled[first : first + count] = values
+        return filled
+
+    places = ("time", "space", "keypoint")
+    return {
+        "weight": (("time", "keypoint"), trial.weight_of(frames), {}),
+        "position_pool": (places, whole(np.swapaxes(trial.position_m, 1, 2)), metres),
+        "position_head": (places, whole(np.swapaxes(trial.head.shape_m, 1, 2)), metres),
+        "heading": (("time",), whole(trial.head.heading_rad), {"units": "rad"}),
+        "forward": (("time",), whole(trial.head.forward_m), metres),
+    }

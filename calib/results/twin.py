@@ -1,0 +1,109 @@
+"""A twin to drive: markers of a swim at any crank speed, as labelled arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fitting import forward_speed
+from session import FaultCollector
+from swimmer import FluidCoefficients, RobotSpec, Runs, Twin, build_mjcf
+from swimmer.effects import AffectedRuns, AffectedTwin
+from swimmer.scenery import add_scenery
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class SwimTwin:
+    """A robot with its fluid coefficients and, if asked for, effects that the plain twin leaves out.
+
+    Attributes:
+        robot: as described, with what dry experiments say of it.
+        coefficients: the five fluid coefficients.
+        engine: simulates batches of swims on all cores.
+    """
+
+    robot: RobotSpec
+    coefficients: FluidCoefficients
+    engine: Twin = field(repr=False)
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The plain twin as a MuJoCo model, without effects, with scenery and sensors."""
+        return add_scenery(build_mjcf(self.robot, self.coefficients), self.robot).compile()
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the effects' parameters, as `swim` takes them: "tendon_slack.slack"."""
+        effects = self.engine.effects if isinstance(self.engine, AffectedTwin) else ()
+        return tuple(f"{effect.name}.{parameter.name}" for effect in effects for parameter in effect.parameters)
+
+    def swim(
+        self,
+        frequency_hz: ArrayLike,
+        seconds: float = 6.0,
+        fps: float = 60.0,
+        phase_rad: float = 0.0,
+        parameters: Mapping[str, ArrayLike] | None = None,
+    ) -> xr.Dataset:
+        """Swims from rest, heading along -x.
+
+        Args:
+            frequency_hz: crank turns a second; one or (n,), simulated together.
+            seconds: how long.
+            fps: frames a second.
+            phase_rad: of the crank at time 0; at 0 the tail is straight.
+            parameters: of the effects, by the names in `parameters`; one or (n,). Others are 0.
+
+        Returns:
+            Dimensions `run` (n), `time` (s), `space` and `keypoint`; variables `position` (run, time, space, keypoint)
+            of the markers and `head` (run, time, space), m, on the pool; `yaw` (run, time), rad; `speed` (run), m/s,
+            forward, over the whole beats of the second half; `frequency` (run), Hz.
+
+        Raises:
+            InputError: a parameter that the effects do not have.
+            SimulationDiverged: the twin left the range in which its numbers mean something.
+        """
+        import xarray as xr
+
+        given = {name: np.atleast_1d(np.asarray(value, float)) for name, value in (parameters or {}).items()}
+        self._check(given)
+        hz = np.atleast_1d(np.asarray(frequency_hz, float))
+        count = max(map(len, (hz, *given.values())))
+        hz = np.broadcast_to(hz, count)
+        time_s = np.arange(round(seconds * fps)) / fps
+        water = np.tile(np.array(self.coefficients, float), (count, 1))
+        runs = Runs(water, hz, np.full(count, phase_rad))
+        if isinstance(self.engine, AffectedTwin):
+            values = np.zeros((count, self.engine.size))
+            for name, value in given.items():
+                values[:, self.parameters.index(name)] = value
+            runs = AffectedRuns(water, hz, np.full(count, phase_rad), values=values)
+        found = self.engine.simulate(runs, time_s)
+        late, forward = time_s >= time_s[-1] / 2, -found.head[..., 0]
+        speed = [float(forward_speed(time_s, forward[run], late, hz[run])) for run in range(count)]
+        return xr.Dataset(
+            {
+                "position": (("run", "time", "space", "keypoint"), np.swapaxes(found.marker_m, 2, 3), {"units": "m"}),
+                "head": (("run", "time", "space"), found.head[..., :2], {"units": "m"}),
+                "yaw": (("run", "time"), found.head[..., 2], {"units": "rad"}),
+                "speed": (("run",), np.array(speed), {"units": "m/s"}),
+                "frequency": (("run",), np.array(hz), {"units": "Hz"}),
+            },
+            {"time": time_s, "space": ["x", "y"], "keypoint": list(self.engine.markers)},
+        )
+
+    def _check(self, given: Mapping[str, np.ndarray]) -> None:
+        faults = FaultCollector("parameters")
+        for name in given:
+            if name not in self.parameters:
+                expected = "a parameter of the twin's effects"
+                faults.add("", "no such parameter", found=repr(name), expected=expected, choices=self.parameters)
+        faults.raise_if_any()
