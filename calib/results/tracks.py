@@ -26,7 +26,7 @@ class TrackResult(Mapping[str, "xr.Dataset"]):
 
     A dataset has the dimensions `time` (s), `space` (x to the right, y down) and `keypoint`, and the variables
 
-    - `position` (time, space, keypoint), px, nan where missing, and `confidence` (time, keypoint), named as in `movement`;
+    - `position` (time, space, keypoint), px, nan where missing, and `confidence` (time, keypoint), as in `movement`;
     - `state` (time, keypoint), how each sample came about, and `size` (time, keypoint), the marker's diameter in px;
     - of a swim trial also `weight` (time, keypoint), 0 where a sample does not count in a fit; `position_pool`, m, on
       the pool's surface, right-handed seen from above; `position_head`, m, in the frame of the head (published
