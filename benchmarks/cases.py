@@ -15,8 +15,10 @@ from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from benchmarks.spread import spread
-from session import FaultCollector, fingerprint_of, plain_json, sha256_of, write_whole
+from session import FaultCollector
 from session.records import from_plain, to_plain
+from session.results import plain_json, sha256_of, write_whole
+from session.stage import fingerprint_of
 
 Tell = Callable[[str, float | None], None]
 Case = TypeVar("Case")

@@ -6,7 +6,7 @@
 from pathlib import Path
 
 from benchmarks.scores import Scores
-from session import write_whole
+from session.results import write_whole
 
 DOCS = Path(__file__).parents[1] / "docs"
 SCORES = DOCS / "scores"

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from session import sha256_of, write_whole
+from session.results import sha256_of, write_whole
 from synthetic.faults import Merge, TrackFault
 from synthetic.truth import TrialTruth, Truth, read_truth
 

@@ -11,8 +11,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from scipy.stats import binomtest
 
-from session import plain_json, write_whole
 from session.records import from_plain, to_plain
+from session.results import plain_json, write_whole
 
 T = TypeVar("T")
 _FEWEST, _DRAWS, _SEED = 5, 400, 0  # of an interval by resampling

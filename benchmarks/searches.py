@@ -11,7 +11,7 @@ from fitting.coefficients import FULL, Effort
 from fitting.methods import METHODS, search
 from fitting.objective import Comparison, Swims
 from fitting.trial import MeasuredTrial
-from session import SimulationDiverged
+from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients, Twin
 
 MILLIMETRES = 1000.0

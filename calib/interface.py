@@ -33,20 +33,11 @@ from calib.stages.fit import nominal_mjcf
 from calib.tracked_videos import correct_track, track_videos
 from calib.working import progress_bar, working
 from fitting import Comparison, MethodName
-from session import (
-    SESSION_FILE,
-    InputError,
-    ModelMismatch,
-    NotConverged,
-    NotEnoughData,
-    ResultsNotWritable,
-    Session,
-    SessionLocked,
-    SimulationDiverged,
-    SwimcalError,
-    new_from_fishsim,
-    write_whole,
-)
+from session import InputError, NotEnoughData, Session, SwimcalError
+from session.create import new_from_fishsim
+from session.errors import ModelMismatch, NotConverged, ResultsNotWritable, SessionLocked, SimulationDiverged
+from session.folder import SESSION_FILE
+from session.results import write_whole
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Twin, load_robot
 from swimmer.effects import AffectedTwin, Effect, Parameter, catalogue
 from tracking.tracker import TrackerName
@@ -342,7 +333,7 @@ def convert_tracks(
     Example:
         >>> convert_tracks("f1_30.h5", "f1_30.csv", markers=["nose", "neck", "tail_1"])  # doctest: +SKIP
     """
-    from session import FISHSIM_MARKERS
+    from session.create import FISHSIM_MARKERS
     from tracking.records import TrackedTrial, export_tracks, import_tracks
 
     tracks = import_tracks(Path(path), tuple(markers) or FISHSIM_MARKERS, fps)

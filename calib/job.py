@@ -5,8 +5,11 @@ from functools import cached_property
 from pathlib import Path
 
 from calib.options import Options
-from session import Provenance, Session, file_hashes
-from swimmer import ENGINE, RobotSpec, load_robot, model_sha256
+from session import Session
+from session.folder import file_hashes
+from session.results import Provenance
+from swimmer import RobotSpec, load_robot
+from swimmer.engine import ENGINE, model_sha256
 
 
 @dataclass(frozen=True, eq=False)

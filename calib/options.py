@@ -4,7 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from fitting import FULL, QUICK, Comparison, MethodName
+from fitting import Comparison, MethodName
+from fitting.coefficients import FULL, QUICK
 from tracking.tracker import TrackerName
 
 EffortName = Literal["quick", "full"]

@@ -11,9 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from session import FISHSIM_MARKERS, SESSION_FILE, FaultCollector, Tracks, new_folder, save_tracks, write_whole
+from session import FaultCollector, Tracks
+from session.create import FISHSIM_MARKERS, new_folder
+from session.folder import SESSION_FILE
+from session.results import write_whole
 from session.tables import read_table
-from session.tracks import SUFFIXES, TIME
+from session.tracks import SUFFIXES, TIME, save_tracks
 from swimmer import RobotSpec, load_robot
 from tracking.records import import_tracks
 from tracking.video import Video

@@ -16,9 +16,11 @@ from calib.stages.recordings import Recordings
 from calib.stages.report import ReportStage
 from calib.stages.structure import StructureStage
 from fitting import Calibration, Comparison, MeasuredTrial, MethodName, Structure
-from session import FaultCollector, Session, load_session, program_version
-from swimmer import ENGINE, RobotSpec, Twin, load_robot
+from session import FaultCollector, Session, load_session
+from session.results import program_version
+from swimmer import RobotSpec, Twin, load_robot
 from swimmer.effects import Effect
+from swimmer.engine import ENGINE
 
 if TYPE_CHECKING:
     from diagnosis import Discrepancy

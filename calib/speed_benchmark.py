@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from fitting import forward_speed
-from swimmer import PUBLISHED_COEFFICIENTS, SWIM, FluidCoefficients, Runs, Twin, build_mjcf, load_robot
+from fitting.speed import forward_speed
+from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients, Runs, Twin, build_mjcf, load_robot
+from swimmer.mjcf import SWIM
 from tracking import HeadFrame, to_head_frame
 
 FREQUENCIES_HZ = np.round(np.arange(0.3, 2.01, 0.1), 1)

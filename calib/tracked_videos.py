@@ -12,7 +12,8 @@ import numpy as np
 from calib.options import Options
 from calib.pipeline import Pipeline
 from calib.working import working
-from session import CameraSpec, FaultCollector, Flag, InputError, NotEnoughData, Session, TrialSpec, plain_json
+from session import CameraSpec, FaultCollector, Flag, InputError, NotEnoughData, Session, TrialSpec
+from session.results import plain_json
 from swimmer import RobotSpec
 from tracking import to_pool
 from tracking.lens import lens_flags

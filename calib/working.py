@@ -7,7 +7,8 @@ from pathlib import Path
 from calib.options import Options
 from calib.pipeline import Pipeline, open_session
 from calib.progress import progress_bar
-from session import SESSION_FILE, session_lock
+from session.folder import SESSION_FILE
+from session.lock import session_lock
 
 
 @contextmanager

@@ -19,7 +19,9 @@ from fitting.posterior.gait import OF_A_MARKER, SPEED, advanced
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Signature
 from fitting.signatures.slopes import little
-from session import FISHSIM_MARKERS, Fault, InputError
+from session import InputError
+from session.create import FISHSIM_MARKERS
+from session.errors import Fault
 from swimmer import RobotSpec
 
 _OF_A_MARKER = 2 * OF_A_MARKER

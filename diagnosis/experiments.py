@@ -36,7 +36,8 @@ from fitting.signatures.session_row import with_trial
 from fitting.signatures.signature import strengths as strengths_tried
 from fitting.signatures.view_of import TO_PX, picture_px
 from fitting.trial import MeasuredTrial, measure_trial
-from session import CameraSpec, NotEnoughData, SimulationDiverged, Tracks, TrialSpec
+from session import CameraSpec, NotEnoughData, Tracks, TrialSpec
+from session.errors import SimulationDiverged
 from swimmer import Runs, Twin
 from swimmer.effects import Effect
 

@@ -18,8 +18,10 @@ from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import Whitened
 from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes, with_trial
 from fitting.trial import MeasuredTrial
-from session import CameraSpec, SimulationDiverged
-from swimmer import DRY, Twin
+from session import CameraSpec
+from session.errors import SimulationDiverged
+from swimmer import Twin
+from swimmer.mjcf import DRY
 
 STARTS = ((0.6, 3.0, 6.0, 4.0, 1.5), (1.2, 1.5, 4.0, 3.0, 0.5))
 _CLEARLY = 1.0  # -2 ln of probability by which a later start has to be likelier

@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from diagnosis.ground import Ground
-from session import TrialKind
+from session.session_file import TrialKind
 from swimmer.effects import Effect, Parameter, StepForce, StepState
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec

@@ -7,7 +7,7 @@ import numpy as np
 from diagnosis.ground import Ground
 from fitting.posterior.gait import HARMONICS, waves
 from fitting.signatures import signature_of
-from session import TrialKind
+from session.session_file import TrialKind
 from swimmer.effects import Effect, Parameter, StepForce, StepState
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec

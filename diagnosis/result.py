@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from session import ResultFile
+from session.results import ResultFile
 from swimmer import FluidCoefficients
 
 NONE = "none_of_these"

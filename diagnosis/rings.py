@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.free_decay import DecayTrial, Ring, fit_decay
 from fitting.free_decay.decay_flags import doubt_of_decay
-from session import SimulationDiverged
+from session.errors import SimulationDiverged
 from swimmer import Twin
 
 

@@ -16,7 +16,8 @@ from fitting.smooth_floor import settled
 from fitting.structure import Structure
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.trial import MeasuredTrial
-from session import Flag, NotEnoughData, SimulationDiverged
+from session import Flag, NotEnoughData
+from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients, RobotSpec, Twin
 from tracking import HeadFrame
 

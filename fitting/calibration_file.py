@@ -10,7 +10,8 @@ from fitting.ebt import FORMS, FROM_TWIN
 from fitting.marginal import Marginal
 from fitting.objective import Comparison
 from fitting.structure import Source, Structure
-from session import Flag, ResultFile
+from session import Flag
+from session.results import ResultFile
 from swimmer import FluidCoefficients
 
 _PER_M = 1000.0  # mm

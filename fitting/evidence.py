@@ -13,7 +13,7 @@ from fitting.placed_fit import PlacedFit, fit_placed
 from fitting.profile import CoefficientProfiles, profile_objective
 from fitting.search_space import parameters
 from fitting.trial import MeasuredTrial
-from session import ResultFile
+from session.results import ResultFile
 from swimmer import FluidCoefficients, Twin
 
 BEFORE_PAIRS = 0.15  # share of the time that what comes before the pairs takes

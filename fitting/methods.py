@@ -15,7 +15,7 @@ from fitting.published_objective import PublishedObjective
 from fitting.published_search import bayesian_then_nelder_mead, nelder_mead_alone, random_search
 from fitting.search_space import SearchSpace
 from fitting.valley_simplex import ROUGHNESS_M, descend_in_valley
-from session import SimulationDiverged
+from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients
 
 MethodName = Literal["gradient", "bo-nm", "nelder-mead", "random"]

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from fitting import CalibratedTrial, Calibration, Evidence, MeasuredTrial
+from fitting import CalibratedTrial, Calibration, MeasuredTrial
 from fitting.dry_run import DryTrial
+from fitting.evidence import Evidence
 from reports.diagnosed import Diagnosed
 from reports.logged_trial import LoggedTrial
-from session import Provenance, Session
+from session import Session
+from session.results import Provenance
 
 if TYPE_CHECKING:
     from fitting.posterior.findings import Findings  # its package loads the sampler

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from diagnosis.result import DIAGNOSIS, AllEffects, DiagnosisResult, HeldOutSwim
-from session import read_provenance
+from session.results import read_provenance
 
 
 @dataclass(frozen=True, eq=False)

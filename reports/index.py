@@ -6,10 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
-from fitting import EBT_RATIO_ONLY, CalibrationResult
+from fitting import CalibrationResult
+from fitting.ebt import EBT_RATIO_ONLY
 from reports.numbers import MISSING, counted, in_mm, listed, shown
 from reports.page import render_page
-from session import FLAG_KINDS, Flag, write_whole
+from session import Flag
+from session.flags import FLAG_KINDS
+from session.results import write_whole
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from reports.diagnosed import read_diagnosed
 from reports.sections.gap_plots import gap_plots
-from session import SwimcalError, load_session, write_whole
+from session import SwimcalError, load_session
+from session.results import write_whole
 from swimmer import load_robot
 
 _DOTS_PER_INCH = 160.0

@@ -8,7 +8,7 @@ from reports.context import ReportContext
 from reports.numbers import counted
 from reports.page import render_page
 from reports.sections import QUESTIONS, SECTIONS, SectionBuilder
-from session import write_whole
+from session.results import write_whole
 
 
 def write_report(path: Path, context: ReportContext) -> None:

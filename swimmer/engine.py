@@ -4,7 +4,8 @@ import hashlib
 
 import mujoco
 
-from session import ModelMismatch, Provenance
+from session.errors import ModelMismatch
+from session.results import Provenance
 from swimmer.fluid import FluidCoefficients
 from swimmer.mjcf import SWIM, build_mjcf
 from swimmer.robot import RobotSpec

@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
-from session import Table, key_error, load_toml
+from session.toml_source import Table, key_error, load_toml
 from swimmer.robot_checks import crank_faults, guide_faults, marker_faults, part_faults, raise_together
 
 Positive = Annotated[float, Field(gt=0)]

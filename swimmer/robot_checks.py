@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pydantic import ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from session import did_you_mean, key_error, shown
+from session.errors import did_you_mean, shown
+from session.toml_source import key_error
 
 HEAD_MARKERS = ("nose", "neck")
 """The markers that make the head frame; every robot has them."""

@@ -13,7 +13,7 @@ import numpy as np
 from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
 
-from session import SimulationDiverged
+from session.errors import SimulationDiverged
 from swimmer.engine_log import quiet_engine
 from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import DRY, SWIM, Scene, build_mjcf

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.free_decay import DecayTwin
-from session import SimulationDiverged
-from swimmer import FREE_DECAY
+from session.errors import SimulationDiverged
+from swimmer.mjcf import FREE_DECAY
 from synthetic.plan import SyntheticPlan
 from synthetic.trials import SyntheticDecay
 from synthetic.view import check_in_image, in_image

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from session import MotorCommands, MotorLog
+from session.commands import MotorCommands
+from session.motor import MotorLog
 from swimmer import CrankTurn
 from synthetic.motor import Drive, SyntheticMotor, drive
 from synthetic.motor_log import read_motor, reading_times

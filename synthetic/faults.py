@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from session import Table
+from session.toml_source import Table
 
 Pixels = tuple[float, float]  # x to the right, y down
 

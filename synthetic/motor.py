@@ -11,7 +11,8 @@ from pydantic import Field
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import make_interp_spline
 
-from session import MotorCommands, Table
+from session.commands import MotorCommands
+from session.toml_source import Table
 from swimmer import CrankTurn
 from swimmer.robot import NonNegative, Positive
 

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from session import COMMAND_COLUMNS, MOTOR_COLUMNS, MotorCommands, MotorLog, write_whole
+from session.commands import COMMAND_COLUMNS, MotorCommands
+from session.motor import MOTOR_COLUMNS, MotorLog
+from session.results import write_whole
 from synthetic.motor import Drive, SyntheticMotor
 
 PULSE_RAD = 2 * np.pi / 4096

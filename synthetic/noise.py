@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field
 from scipy.signal import lfilter
 
-from session import Table
+from session.toml_source import Table
 from swimmer.robot import NonNegative, Positive
 
 

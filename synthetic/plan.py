@@ -6,7 +6,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, field_serializer, model_validator
 
-from session import FISHSIM_MARKERS, Table
+from session.create import FISHSIM_MARKERS
+from session.toml_source import Table
 from swimmer import FluidCoefficients, RobotSpec, load_robot
 from swimmer.robot import NonNegative, Positive
 from synthetic.faults import Merge

@@ -7,7 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
-from session import CameraCalibration, Tracks, save_tracks, write_whole
+from session import Tracks
+from session.camera import CameraCalibration
+from session.results import write_whole
+from session.tracks import save_tracks
 from synthetic.decays import TrueDecay
 from synthetic.faults import Pixels
 from synthetic.motor_log import save_commands, save_motor_log

@@ -7,7 +7,10 @@ from typing import Any
 import mujoco
 import tomlkit
 
-from session import CameraCalibration, load_session, new_folder, write_session_toml, write_whole
+from session import load_session
+from session.camera import CameraCalibration
+from session.create import new_folder, write_session_toml
+from session.results import write_whole
 from synthetic.decays import simulate_decays
 from synthetic.noise import NOISELESS
 from synthetic.plan import SyntheticPlan

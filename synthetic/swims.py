@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fitting import forward_speed
-from swimmer import DRY, SWIM, RobotSpec, Runs, Scene, Trajectories, Twin
+from fitting.speed import forward_speed
+from swimmer import RobotSpec, Runs, Scene, Trajectories, Twin
+from swimmer.mjcf import DRY, SWIM
 from synthetic.driven import DrivenMotor, TrueMotor
 from synthetic.plan import SyntheticPlan
 from synthetic.streams import Stream

@@ -5,8 +5,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from session import Table
 from session.session_file import Name, TrialRole
+from session.toml_source import Table
 from swimmer.robot import Positive
 from synthetic.faults import Pixels, TrackFault
 from synthetic.motor import SyntheticMotor

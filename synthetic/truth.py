@@ -11,8 +11,11 @@ import numpy as np
 from pydantic import ValidationError
 from scipy.linalg import eigh
 
-from session import FaultCollector, Table, write_whole
-from swimmer import FREE_DECAY, RobotSpec, build_mjcf
+from session import FaultCollector
+from session.results import write_whole
+from session.toml_source import Table
+from swimmer import RobotSpec, build_mjcf
+from swimmer.mjcf import FREE_DECAY
 from synthetic.faults import Pixels
 from synthetic.plan import SyntheticPlan
 

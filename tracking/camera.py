@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from session import CameraCalibration, CameraSpec, Fault, InputError, NotEnoughData, Tracks
+from session import CameraSpec, InputError, NotEnoughData, Tracks
+from session.camera import CameraCalibration
+from session.errors import Fault
 from tracking.lens.parallax import true_over_apparent
 from tracking.lens.undistort import to_rays, undistort
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Self
 
-from session import plain_json, write_whole
 from session.records import from_plain, to_plain
+from session.results import plain_json, write_whole
 
 Kind = Literal["null", "single", "double", "many", "outside"]
 

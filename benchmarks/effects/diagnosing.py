@@ -10,7 +10,7 @@ from benchmarks.cases import Failure, Run, run_cases
 from benchmarks.effects.folder import DIAGNOSIS, SECONDS, SuiteFolder
 from benchmarks.effects.program import Program
 from diagnosis import Discrepancy
-from session import write_whole
+from session.results import write_whole
 
 Piece = tuple[Path, frozenset[str]]
 """A session, and the effects that the catalogue is to lack."""

@@ -27,7 +27,7 @@ from fitting.in_pool import tail_markers
 from fitting.posterior.gait import advanced, beat_phase, harmonics_of
 from fitting.signatures.session_row import PRIOR_SD, row_slopes
 from fitting.signatures.slopes import little
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import catalogue
 

@@ -9,7 +9,8 @@ from benchmarks.effects.filming import Filming
 from benchmarks.effects.suite import BEATS, WARMUP_S, Recorded, SessionPlan
 from benchmarks.reality import Mechanism, Nuisances, Recording, Trial, World
 from benchmarks.reality.mechanisms.wear import worn
-from session import FISHSIM_MARKERS, TrialKind
+from session.create import FISHSIM_MARKERS
+from session.session_file import TrialKind
 from swimmer import load_robot
 
 KNOWN_TO = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "mass": 0.02}

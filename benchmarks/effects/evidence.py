@@ -14,7 +14,8 @@ from fitting.signatures import Signature, Whitened, signature_of
 from fitting.signatures.session_row import PRIOR_SD, row_covariance
 from fitting.signatures.view_of import with_picture
 from fitting.trial import MeasuredTrial, measure_trial
-from session import Session, TrialSpec, load_session, load_tracks
+from session import Session, TrialSpec, load_session
+from session.tracks import load_tracks
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect
 

@@ -8,8 +8,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.reality import Recording, Trial, World, divergence, simulate
-from session import FISHSIM_MARKERS
+from benchmarks.reality import Recording, Trial, World, simulate
+from benchmarks.reality.run import divergence
+from session.create import FISHSIM_MARKERS
 
 T = TypeVar("T")
 Wanted = Sequence[tuple[World, Trial]]

@@ -19,11 +19,16 @@ from benchmarks.effects.oracle import oracle_shrinkage
 from benchmarks.effects.rows import SessionRows, camera_of, tracks_of
 from benchmarks.effects.severity import Strength, Strong, strength_for
 from benchmarks.effects.suite import WARMUP_S, SessionPlan
-from benchmarks.reality import Drive, Mechanism, Recording
+from benchmarks.reality import Mechanism, Recording
 from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.reality.record import Drive
 from diagnosis import Discrepancy
 from fitting.signatures import Signature
-from session import FISHSIM_MARKERS, MotorLog, load_session, new_folder, save_tracks, write_session_toml, write_whole
+from session import load_session
+from session.create import FISHSIM_MARKERS, new_folder, write_session_toml
+from session.motor import MotorLog
+from session.results import write_whole
+from session.tracks import save_tracks
 from swimmer.effects import Effect, catalogue
 from synthetic.motor_log import CURRENT_A, PULSE_RAD, SPEED_RAD_S, VOLTAGE_V, save_motor_log
 

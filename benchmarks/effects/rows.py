@@ -10,7 +10,8 @@ from scipy.linalg import block_diag
 
 from benchmarks.effects.drawn import GLUED_SD_M, DrawnWorld
 from benchmarks.effects.suite import WARMUP_S
-from benchmarks.reality import PixelNoise, Recording
+from benchmarks.reality import Recording
+from benchmarks.reality.noise import PixelNoise
 from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.ground import Ground
@@ -21,7 +22,8 @@ from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import Signature, Together, Whitened, signature_of
 from fitting.signatures.session_row import LONG, PRIOR_SD, left_row, nearest, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial, measure_trial
-from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
+from session import CameraSpec, Tracks, TrialSpec
+from session.create import FISHSIM_MARKERS
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
 

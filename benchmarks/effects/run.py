@@ -13,7 +13,8 @@ from benchmarks.effects.making import clear_away, making_of
 from benchmarks.effects.suite import WHOLE, SessionPlan, Shard, SuiteSize, plan_suite
 from benchmarks.reality.mechanisms import catalogued, uncatalogued
 from diagnosis import shipped_discrepancy
-from session import FaultCollector, SwimcalError, write_whole
+from session import FaultCollector, SwimcalError
+from session.results import write_whole
 
 _TOGETHER = 32  # sessions under way at a time: as many are lost when a worker dies
 _PIECES = 2  # as many sessions as that a piece of work has: the last of them are made with ever less company

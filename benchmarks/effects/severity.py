@@ -16,7 +16,8 @@ from benchmarks.effects.filming import Filming
 from benchmarks.effects.rows import SessionRows, told_by
 from benchmarks.reality import Mechanism
 from fitting.signatures import Signature
-from session import NotEnoughData, SimulationDiverged
+from session import NotEnoughData
+from session.errors import SimulationDiverged
 
 SEPARATE = 3.3  # distance from which two effects are confused in at most 5 % of cases
 _CLEARLY = 0.9  # share of it below which they cannot be told apart: 3.3 itself is asked, and reached to 5 %

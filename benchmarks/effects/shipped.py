@@ -13,7 +13,7 @@ from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SMALL
 from diagnosis import shipped_discrepancy
-from session import sha256_of, write_whole
+from session.results import sha256_of, write_whole
 
 SEED = 1
 

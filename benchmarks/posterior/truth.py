@@ -13,8 +13,10 @@ from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.robot_doubt import doubts_of
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial, measure_trial
-from session import FISHSIM_MARKERS, CameraSpec, TrialSpec
-from swimmer import SWIM, FluidCoefficients, RobotSpec, Twin, load_robot
+from session import CameraSpec, TrialSpec
+from session.create import FISHSIM_MARKERS
+from swimmer import FluidCoefficients, RobotSpec, Twin, load_robot
+from swimmer.mjcf import SWIM
 from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial, TrackingNoise, simulate_swims
 from synthetic.streams import Stream
 from synthetic.tracker import tracked

@@ -12,7 +12,7 @@ from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.record import Record, Recorder
 from benchmarks.reality.start import balanced_hinges
 from benchmarks.reality.world import Trial, World, prepared_parameters
-from session import SimulationDiverged
+from session.errors import SimulationDiverged
 
 STEP_S = 0.001
 _BATCH = 256

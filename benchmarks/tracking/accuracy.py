@@ -13,8 +13,10 @@ import tracking
 from benchmarks.cases import Records, Run, Tell, code_of, run_cases
 from benchmarks.scores import Table
 from benchmarks.tracking.nearest_spot import track_nearest
-from benchmarks.video import BENCHMARK_CLIPS, ENCODINGS, ClipTruth, Encoding, load_truth, render_encodings, truth_file
-from session import InputError, sha256_of
+from benchmarks.video import BENCHMARK_CLIPS, ClipTruth, Encoding, load_truth, truth_file
+from benchmarks.video.render import ENCODINGS, render_encodings
+from session import InputError
+from session.results import sha256_of
 from swimmer import load_robot
 from tracking.boxes import Box, StartBoxes
 from tracking.records import SampleState, TrackedTrial, fill_gaps

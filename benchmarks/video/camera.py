@@ -7,8 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from session import CameraCalibration
-from session.camera import Distortion
+from session.camera import CameraCalibration, Distortion
 
 PX_PER_M = 965.0  # on the water, in the published videos at 3840 x 2160
 _NOMINAL_HEIGHT_M = 2.3  # gives the focal length where the height is left open

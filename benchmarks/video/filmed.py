@@ -8,24 +8,17 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from benchmarks.video import (
-    ClipPlan,
-    ClipTruth,
-    Codec,
-    Encoding,
-    Look,
-    MarkerLook,
-    Motion,
-    Optics,
-    PoolScene,
-    RobotPoints,
-    boxes_file,
-    save_boxes,
-    staged,
-    write_scene,
-)
-from session import CameraCalibration, FaultCollector, Table, Tracks, save_tracks
-from session.camera import Distortion
+from benchmarks.video import ClipPlan, ClipTruth, Encoding, MarkerLook, Optics, PoolScene, RobotPoints
+from benchmarks.video.motion import Motion
+from benchmarks.video.plan import Look
+from benchmarks.video.render import write_scene
+from benchmarks.video.stage import staged
+from benchmarks.video.truth import boxes_file, save_boxes
+from benchmarks.video.writer import Codec
+from session import FaultCollector, Tracks
+from session.camera import CameraCalibration, Distortion
+from session.toml_source import Table
+from session.tracks import save_tracks
 from swimmer import RobotSpec
 from swimmer.robot import NonNegative, Positive
 from synthetic.plan import SyntheticPlan

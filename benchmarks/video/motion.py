@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from swimmer import MarkerKinematics, RobotSpec, Runs, Scene, Twin
+from swimmer import RobotSpec, Runs, Scene, Twin
+from swimmer.kinematics import MarkerKinematics
 from swimmer.robot import Marker
 from synthetic.plan import PLAUSIBLE_COEFFICIENTS
 

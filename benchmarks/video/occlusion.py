@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from benchmarks.video.picture import Picture, Region, colour_of
-from session import Table
+from session.toml_source import Table
 from swimmer.robot import Positive
 
 _COLOUR, _SHINE = colour_of(120, 96, 70), colour_of(182, 156, 122)  # of wood

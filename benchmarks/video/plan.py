@@ -11,8 +11,9 @@ from pydantic import Field, model_validator
 from benchmarks.video.camera import PX_PER_M, PoolCamera
 from benchmarks.video.occlusion import Occlusion
 from benchmarks.video.water import WaterLook
-from session import FISHSIM_MARKERS, Table
 from session.camera import Distortion
+from session.create import FISHSIM_MARKERS
+from session.toml_source import Table
 from swimmer import RobotSpec, load_robot
 from swimmer.robot import NonNegative, Positive
 

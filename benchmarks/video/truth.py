@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from session import FaultCollector, write_whole, writing_whole
+from session import FaultCollector
+from session.results import write_whole, writing_whole
 
 _BOX_MARGIN_PX = 3.0
 _ARRAYS = ("time_s", "position_px", "shown_px", "visible_share", "diameter_px")

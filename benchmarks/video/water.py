@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from benchmarks.video.picture import Picture, colour_of
-from session import Table
+from session.toml_source import Table
 from swimmer.robot import NonNegative
 
 TINT = colour_of(78, 152, 186)

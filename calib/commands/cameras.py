@@ -68,7 +68,7 @@ def scale(
     board_height_m: Annotated[float, typer.Option(help="of the board above the water, m")] = 0.0,
 ) -> None:
     """Metres per pixel from a board in the pool, beside the nose-neck distance; the camera's height with a lens."""
-    from session import load_camera
+    from session.camera import load_camera
     from tracking.lens import scale_from_board
 
     found = scale_from_board(picture, _board(description), load_camera(camera) if camera else None, board_height_m)

@@ -45,7 +45,7 @@ def new(  # noqa: PLR0913
 ) -> None:
     """Makes a session folder of your videos or tracks, and tells what is left to fill in."""
     from calib import interface
-    from session import SESSION_FILE
+    from session.folder import SESSION_FILE
 
     own = bool(videos or tracks)
     if own + (from_fishsim is not None) + synthetic != 1:

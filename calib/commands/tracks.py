@@ -22,7 +22,7 @@ def convert(
 ) -> None:
     """Converts tracks between this program, DeepLabCut, movement and the authors' CSV."""
     from calib import interface
-    from session import FISHSIM_MARKERS
+    from session.create import FISHSIM_MARKERS
 
     check_form(to, "--to")
     names = FISHSIM_MARKERS if markers is None else tuple(name.strip() for name in markers.split(","))
@@ -37,7 +37,7 @@ def check_form(name: str, option: str) -> None:
         InputError: they cannot; lists the forms.
     """
     from session import FaultCollector
-    from tracking.records import FORMATS
+    from tracking.records.formats import FORMATS
 
     faults = FaultCollector(option)
     if name not in FORMATS:

@@ -20,7 +20,8 @@ from reports import Diagnosed, ReportContext, gallery
 from reports.blocks import Plot
 from reports.sections import SECTIONS, gap, posterior
 from reports.sections.gap_plots import gap_plots
-from session import FaultCollector, Stage
+from session import FaultCollector
+from session.stage import Stage
 
 _OF_FIT = tuple(build for build in SECTIONS if build not in (posterior.build, gap.build))
 Draw = Callable[[], Mapping[str, Plot]]

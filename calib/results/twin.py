@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fitting import forward_speed
+from fitting.speed import forward_speed
 from session import FaultCollector
 from swimmer import FluidCoefficients, RobotSpec, Runs, Twin, build_mjcf
 from swimmer.effects import AffectedRuns, AffectedTwin

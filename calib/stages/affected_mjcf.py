@@ -10,9 +10,10 @@ from diagnosis.ground import Ground
 from diagnosis.refit import Refit
 from fitting.forecast import fit_phase
 from fitting.signatures.affected_session import views_of
-from session import program_version, write_whole
-from swimmer import ENGINE, FluidCoefficients
+from session.results import program_version, write_whole
+from swimmer import FluidCoefficients
 from swimmer.effects import AffectedRuns, AffectedTwin
+from swimmer.engine import ENGINE
 from swimmer.scenery import add_scenery
 
 _SCRIPT = '''"""Runs the twin with {names}, which plain MJCF cannot hold all of. Needs swimcal ({program}).

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, TypeVar
 from calib.job import Job
 from calib.options import EffortName
 from calib.stages.recordings import Recordings
-from session import FaultCollector, InputError, NotEnoughData, Stage
+from session import FaultCollector, InputError, NotEnoughData
+from session.stage import Stage
 from swimmer import Twin
 from swimmer.effects import Effect, catalogue
 

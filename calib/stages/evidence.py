@@ -4,8 +4,9 @@ from dataclasses import replace
 
 from calib.job import Job
 from calib.stages.fit import FitStage
-from fitting import EVIDENCE, Calibration, Evidence, MeasuredTrial, gather_evidence
-from session import Stage
+from fitting import Calibration, MeasuredTrial
+from fitting.evidence import EVIDENCE, Evidence, gather_evidence
+from session.stage import Stage
 from swimmer import Twin
 
 

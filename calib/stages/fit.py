@@ -14,18 +14,14 @@ from calib.job import Job
 from calib.options import EFFORTS, EffortName
 from calib.stages.recordings import Recordings
 from calib.stages.structure import StructureStage
-from fitting import (
-    CALIBRATION,
-    Calibration,
-    CalibrationResult,
-    Comparison,
-    MethodName,
-    assemble,
-    calibrate,
-    calibration_result,
-)
-from session import Provenance, Stage, SwimcalError, program_version, read_provenance, write_whole
-from swimmer import ENGINE, PUBLISHED_COEFFICIENTS, RobotSpec, Runs, Twin, build_mjcf, check_engine, model_sha256
+from fitting import Calibration, CalibrationResult, Comparison, MethodName, calibrate
+from fitting.calibration import assemble
+from fitting.calibration_file import CALIBRATION, calibration_result
+from session import SwimcalError
+from session.results import Provenance, program_version, read_provenance, write_whole
+from session.stage import Stage
+from swimmer import PUBLISHED_COEFFICIENTS, RobotSpec, Runs, Twin, build_mjcf
+from swimmer.engine import ENGINE, check_engine, model_sha256
 from swimmer.scenery import add_scenery
 
 if TYPE_CHECKING:

@@ -16,7 +16,9 @@ from calib.job import Job
 from calib.options import EffortName
 from calib.stages.fit import FitStage
 from fitting import Calibration, MeasuredTrial
-from session import NotConverged, Stage, writing_whole
+from session.errors import NotConverged
+from session.results import writing_whole
+from session.stage import Stage
 from swimmer import Twin
 from swimmer.effects import catalogue
 

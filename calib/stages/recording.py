@@ -7,9 +7,12 @@ import numpy as np
 
 from calib.pipeline import Pipeline
 from diagnosis.result import MissingForces
-from fitting import CalibratedTrial, residuals
+from fitting import CalibratedTrial
+from fitting.scoring import residuals
 from reports.recording import MissingOverTime, RecordedTrial, make_proxy, write_recording
-from session import NotEnoughData, Stage, TrialSpec, load_tracks
+from session import NotEnoughData, TrialSpec
+from session.stage import Stage
+from session.tracks import load_tracks
 from tracking import check_tracks
 from tracking.records import TrackedTrial
 from tracking.video import Video

@@ -18,16 +18,9 @@ from fitting.free_decay.decay_trial import FAR_OUT
 from fitting.motor_clock import read_motor
 from fitting.out_of_water import OutOfWater
 from fitting.structure import DryExperiments
-from session import (
-    FaultCollector,
-    NotEnoughData,
-    Stage,
-    Tracks,
-    TrialSpec,
-    fingerprint_of,
-    load_tracks,
-    save_tracks,
-)
+from session import FaultCollector, NotEnoughData, Tracks, TrialSpec
+from session.stage import Stage, fingerprint_of
+from session.tracks import load_tracks, save_tracks
 from tracking import check_tracks
 from tracking.lens import lens_flags
 from tracking.records import TrackedTrial

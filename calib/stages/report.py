@@ -9,7 +9,8 @@ from calib.stages.fit import FitStage
 from calib.stages.posterior import PosteriorStage
 from fitting import Calibration
 from reports import ReportContext, read_diagnosed, write_report
-from session import Stage, sha256_of
+from session.results import sha256_of
+from session.stage import Stage
 
 
 class ReportStage(Stage):

@@ -10,14 +10,10 @@ import cv2
 import numpy as np
 
 from calib.job import Job
-from session import (
-    FaultCollector,
-    InputError,
-    Stage,
-    TrialSpec,
-    save_tracks,
-    sha256_of,
-)
+from session import FaultCollector, InputError, TrialSpec
+from session.results import sha256_of
+from session.stage import Stage
+from session.tracks import save_tracks
 from tracking.boxes import (
     ClickBoxes,
     StartBoxes,
@@ -28,8 +24,10 @@ from tracking.boxes import (
     write_click_page,
     write_preview,
 )
-from tracking.records import EditLog, TrackedFiles, TrackedTrial, apply_edits, fill_gaps, load_tracked, save_tracked
-from tracking.tracker import TRACKERS, Partial, TrackerName, doubtful_boxes, follow_video, retracker, trusted
+from tracking.records import EditLog, TrackedTrial, apply_edits, fill_gaps, load_tracked, save_tracked
+from tracking.records.storage import TrackedFiles
+from tracking.tracker import TRACKERS, TrackerName, doubtful_boxes, follow_video, retracker, trusted
+from tracking.tracker.partial import Partial
 from tracking.video import Video
 
 _SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought until they are found

@@ -16,7 +16,7 @@ from scipy.ndimage import minimum_filter
 
 from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import ANGLES, DryResponse
-from swimmer import workers_of
+from swimmer.workers import workers_of
 
 ARM_SPAN, SPEED_SPAN = 0.25, 0.15  # either side of the robot's own arm and of the command, relative
 FAR_FROM_BEAT = 0.3

@@ -16,8 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
 
-from session import NotEnoughData, SimulationDiverged
-from swimmer import DRY, RobotSpec, Runs, Twin
+from session import NotEnoughData
+from session.errors import SimulationDiverged
+from swimmer import RobotSpec, Runs, Twin
+from swimmer.mjcf import DRY
 
 ANGLES = 180  # of a turn in the table
 TIMESTEP_S = 0.0015  # a third of the twin's own: the markers are then within 0.05 mm of those at 0.5 ms, at 1.2 Hz

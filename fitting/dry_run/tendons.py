@@ -7,7 +7,8 @@ import mujoco
 import numpy as np
 
 from fitting.dry_run.response import TIMESTEP_S
-from swimmer import DRY, RobotSpec, Runs, Twin
+from swimmer import RobotSpec, Runs, Twin
+from swimmer.mjcf import DRY
 
 PUBLISHED_STRETCH = 0.03  # "Simple Models, Real Swimming" (2026): about 3 % in use
 SLACK = 1e-3  # a tendon shorter than at rest by more than this share hangs loose

@@ -21,7 +21,7 @@ from fitting.free_decay.decay_twin import DecayTwin, stable_scene, start_pose
 from fitting.free_decay.hinges import DecayFit
 from fitting.free_decay.lasting_noise import LastingNoise, Linearised, Regression, descend, regress, whitened
 from fitting.free_decay.spectrum import DecaySpectrum, measure_decay
-from session import SimulationDiverged
+from session.errors import SimulationDiverged
 from swimmer import RobotSpec
 
 ANGLE_SD_RAD, RATE_SD_RAD_S = 1.0, 15.0  # of a hinge at the first frame, before the decay is seen

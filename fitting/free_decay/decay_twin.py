@@ -7,9 +7,12 @@ import numpy as np
 from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
 
-from swimmer import FREE_DECAY, MarkerKinematics, RobotSpec, Scene, build_mjcf, workers_of
+from swimmer import RobotSpec, Scene, build_mjcf
 from swimmer.engine_log import quiet_engine
+from swimmer.kinematics import MarkerKinematics
+from swimmer.mjcf import FREE_DECAY
 from swimmer.twin import PLAUSIBLE_HINGE_RAD
+from swimmer.workers import workers_of
 
 STEPS_S = (0.003, 0.0015, 0.00075, 0.000375)
 ANGLE_SD_RAD = 0.3  # of a hinge before the markers of its pose are seen: neighbours hold each other back

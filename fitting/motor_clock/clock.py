@@ -8,7 +8,8 @@ import numpy as np
 from fitting.motor_clock.code_delay import CodeDelay, code_delay
 from fitting.motor_clock.code_search import search
 from fitting.motor_clock.tail_motion import TailMotion
-from session import Flag, MotorCommands, TrialSpec
+from session import Flag, TrialSpec
+from session.commands import MotorCommands
 from swimmer import CrankTurn
 
 FoundBy = Literal["code", "start code", "end code", "given"]

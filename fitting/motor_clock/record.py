@@ -10,17 +10,9 @@ import numpy as np
 from fitting.frequency import SwimFrequency
 from fitting.motor_clock.clock import MotorClock, find_clock
 from fitting.motor_clock.tail_motion import TailMotion, tail_motion
-from session import (
-    CameraSpec,
-    Flag,
-    MotorCommands,
-    MotorLog,
-    NotEnoughData,
-    Tracks,
-    TrialSpec,
-    load_commands,
-    load_motor,
-)
+from session import CameraSpec, Flag, NotEnoughData, Tracks, TrialSpec
+from session.commands import MotorCommands, load_commands
+from session.motor import MotorLog, load_motor
 from swimmer import CrankTurn, RobotSpec
 
 OFF_COMMAND = 0.05  # relative; beyond, the motor did not do what it was told

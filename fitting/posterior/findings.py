@@ -21,8 +21,9 @@ from fitting.posterior.shared import RobotPart, robot_parts
 from fitting.posterior.whiteness import Whiteness
 from fitting.sweep import sweep_frequencies
 from fitting.trial import MeasuredTrial
-from session import Flag, ResultFile
+from session import Flag
 from session.records import KEPT_ELSEWHERE
+from session.results import ResultFile
 from swimmer import Twin
 
 SWEPT = 9  # frequencies

@@ -12,7 +12,7 @@ import numpy as np
 
 from fitting.posterior.places_off import TAKEN
 from fitting.posterior.session_model import Disturbances, PlacesOff
-from session import writing_whole
+from session.results import writing_whole
 
 
 class Halved(NamedTuple):

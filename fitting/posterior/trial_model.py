@@ -14,7 +14,9 @@ from fitting.posterior.gait import OF_A_MARKER, Gait, advanced, phase_between, p
 from fitting.posterior.noise import GaitNoise, noise_of
 from fitting.posterior.robot_doubt import DoubtedTwin
 from fitting.trial import MeasuredTrial
-from swimmer import MarkerKinematics, Runs, Trajectories, Twin, simulate_together
+from swimmer import Runs, Trajectories, Twin
+from swimmer.kinematics import MarkerKinematics
+from swimmer.twin import simulate_together
 
 START_SD = (0.01, 0.02, 0.2)  # of the head's velocity at time 0: along, across (m/s), yaw (rad/s)
 PHASE_SD_RAD = 0.5  # of the crank's phase beside the one that puts the tail in step

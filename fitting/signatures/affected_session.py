@@ -15,8 +15,8 @@ from fitting.posterior.session_model import SessionModel
 from fitting.signatures.affected_trial import AffectedTrial
 from fitting.signatures.view_of import picture_px, view_of
 from session import CameraSpec
-from swimmer import simulate_together
 from swimmer.effects import AffectedTwin, Effect, View
+from swimmer.twin import simulate_together
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.trial import MeasuredTrial
-from session import CameraCalibration, CameraSpec
+from session import CameraSpec
+from session.camera import CameraCalibration
 from swimmer.effects import View
 
 COMMON_PX = (

@@ -12,7 +12,8 @@ from fitting.free_decay import DecayFit, DecayTrial, HingeEstimate, combine_deca
 from fitting.free_decay.decay_flags import doubt_of_decay
 from fitting.structure.sources import ARM, DAMPING, HINGES, STIFFNESS, assumed_source, measured_source, with_sources
 from fitting.structure.structure import BUILT_IN, Source, Structure
-from session import Flag, SimulationDiverged
+from session import Flag
+from session.errors import SimulationDiverged
 from swimmer import RobotSpec
 
 WRONG_RUN = ("head_moves", "poor_fit")  # flags of a dry run that is not believed beside others

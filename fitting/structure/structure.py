@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 from fitting.dry_run import CrankFit, DryTrial
 from fitting.free_decay import DecayFit, HingeEstimate
-from session import Flag, ResultFile
+from session import Flag
 from session.records import KEPT_ELSEWHERE
+from session.results import ResultFile
 from swimmer import RobotSpec
 
 BUILT_IN = "the built-in robot"

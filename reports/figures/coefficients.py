@@ -6,8 +6,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from fitting import CoefficientFit, CoefficientProfiles
+from fitting import CoefficientFit
 from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.profile import CoefficientProfiles
 from reports.colours import INK, MUTED, SHADE, TWIN, WARN
 from reports.numbers import MM, in_words
 from reports.style import (

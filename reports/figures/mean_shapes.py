@@ -3,7 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting import CalibratedTrial, PlacedFit, Placement, whole_beats
+from fitting import CalibratedTrial
+from fitting.placed_fit import PlacedFit
+from fitting.placement import Placement
+from fitting.speed import whole_beats
 from reports.colours import FAINT, INK, SURFACE, TWIN
 from reports.numbers import MM
 from reports.style import FULL_WIDTH_IN, Grid, Look, Margins, legend_on_top, name_panels, panels, styled

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fitting import PairFit
+from fitting.pairs import PairFit
 from reports.colours import INK, MUTED, SURFACE, TWIN
 from reports.figures.coefficients import bounded_panel
 from reports.models import model_colour, model_label

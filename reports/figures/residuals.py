@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fitting import CalibratedTrial, residuals
+from fitting import CalibratedTrial
+from fitting.scoring import residuals
 from reports.colours import INK, SHADE, TWIN, WARN
 from reports.figures.trial import mark_scored
 from reports.numbers import MM, in_words, shortened

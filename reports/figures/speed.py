@@ -8,7 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fitting import Calibration, SpeedErrors, SpeedSweep
+from fitting import Calibration
+from fitting.speed_errors import SpeedErrors
+from fitting.sweep import SpeedSweep
 from reports.colours import INK, MUTED, SHADE, TWIN
 from reports.models import model_colour, model_label
 from reports.numbers import MM, shortened

@@ -8,7 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from scipy.signal import savgol_filter
 
-from fitting import BodyWave, CalibratedTrial, tail_markers
+from fitting import CalibratedTrial
+from fitting.body_wave import BodyWave
+from fitting.in_pool import tail_markers
 from fitting.tail_tip import ORDER, WINDOW
 from reports.colours import INK, MUTED, TWIN
 from reports.numbers import MM, shortened

@@ -4,7 +4,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fitting import CalibratedTrial, MeasuredTrial, tail_markers
+from fitting import CalibratedTrial, MeasuredTrial
+from fitting.in_pool import tail_markers
 from reports.colours import EBT, INK, MUTED, SHADE, TWIN, WARN
 from reports.numbers import MM, in_mm, shortened
 from reports.style import (

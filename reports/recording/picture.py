@@ -12,7 +12,8 @@ import rerun as rr
 from reports.recording.layer import Layer, entity_of
 from reports.recording.palette import STATE_COLOURS, TWIN, WARN, marker_colour
 from reports.recording.recorded_trial import RecordedTrial
-from session import Fault, InputError
+from session import InputError
+from session.errors import Fault
 
 PICTURE = "picture"
 LINE, FINE = (float(-width) for width in (1.5, 0.75))  # negative: points of the screen, whatever the zoom

@@ -11,7 +11,7 @@ from typing import cast
 
 import av
 
-from session import writing_whole
+from session.results import writing_whole
 from tracking.video import Video
 
 CODEC = "libsvtav1"

@@ -18,7 +18,9 @@ from reports.recording.missing import missing_layers
 from reports.recording.picture import picture_layers
 from reports.recording.recorded_trial import RecordedTrial
 from reports.recording.series import series_layers
-from session import Fault, InputError, writing_whole
+from session import InputError
+from session.errors import Fault
+from session.results import writing_whole
 
 APPLICATION = "swimcal"
 

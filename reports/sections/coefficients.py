@@ -2,8 +2,10 @@
 
 import numpy as np
 
-from fitting import METHODS, CoefficientFit, Evidence
+from fitting import CoefficientFit
 from fitting.coefficient_fit import equals_of, is_polished
+from fitting.evidence import Evidence
+from fitting.methods import METHODS
 from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext

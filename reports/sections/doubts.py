@@ -1,13 +1,14 @@
 """What makes the numbers of a report doubtful."""
 
-from fitting import EBT_RATIO_ONLY, Comparison
+from fitting import Comparison
+from fitting.ebt import EBT_RATIO_ONLY
 from reports.blocks import Block, Points, Section
 from reports.caveats import whole_trial_flags
 from reports.context import ReportContext
 from reports.diagnosed import Diagnosed
 from reports.numbers import in_words, listed, sentence, shown
 from reports.objectives import OBJECTIVES
-from session import FLAG_KINDS
+from session.flags import FLAG_KINDS
 
 
 def build(context: ReportContext) -> Section | None:

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from fitting import FORMS, PairFit
+from fitting.ebt import FORMS
+from fitting.pairs import PairFit
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures.pairs import pair_coefficients_figure, pair_errors_figure

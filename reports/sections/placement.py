@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from fitting import CalibratedTrial, Calibration, CoefficientFit, PlacedFit, YawFit, course_of
+from fitting import CalibratedTrial, Calibration, CoefficientFit
+from fitting.course import course_of
+from fitting.evidence import YawFit
+from fitting.placed_fit import PlacedFit
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures.coefficients import NAMES

@@ -1,6 +1,6 @@
 """Where the numbers come from: inputs, versions, the robot, and what was assumed rather than measured."""
 
-from fitting import METHODS
+from fitting.methods import METHODS
 from reports.blocks import Column, Points, Section, Table, Terms
 from reports.context import ReportContext
 from reports.numbers import MISSING, listed, sentence, shown, significant

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from fitting import FORMS, Interval, SpeedErrors, beat_to_command, forecast_from_command, speed_errors
+from fitting.command_forecast import beat_to_command, forecast_from_command
+from fitting.ebt import FORMS
+from fitting.speed_errors import Interval, SpeedErrors, speed_errors
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures.speed import speed_intervals_figure

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fitting import CalibratedTrial, Calibration, CommandForecast, beat_to_command, forecast_from_command
+from fitting import CalibratedTrial, Calibration
+from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
 from reports.blocks import Column, Plot, Plots, Section, Table
 from reports.caveats import speed_caveats
 from reports.context import ReportContext

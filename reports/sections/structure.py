@@ -1,6 +1,6 @@
 """What the twin is built from: what the experiments out of the water measured, and what had to be assumed."""
 
-from fitting import Source
+from fitting.structure import Source
 from reports.blocks import Column, Prose, Section, Table
 from reports.context import ReportContext
 from reports.numbers import MM, listed, sentence, significant, with_error

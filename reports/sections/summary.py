@@ -3,7 +3,8 @@
 import numpy as np
 from markupsafe import Markup
 
-from fitting import CalibratedTrial, Summary
+from fitting import CalibratedTrial
+from fitting.calibration import Summary
 from fitting.marginal import Marginal
 from fitting.speed_line import speed_line
 from reports.blocks import Block, Prose, Section, Terms, Tile, Tiles

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from fitting import BodyWave, CalibratedTrial, SwimNumbers, body_wave, swim_numbers
+from fitting import CalibratedTrial
+from fitting.body_wave import BodyWave, SwimNumbers, body_wave, swim_numbers
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures.tail_beat import body_wave_figure, phase_portrait_figure

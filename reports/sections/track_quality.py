@@ -8,7 +8,7 @@ from reports.caveats import track_flags
 from reports.context import ReportContext
 from reports.figures.flagged_samples import flagged_samples_figure
 from reports.numbers import counted, listed, percent, shown
-from session import FLAG_KINDS
+from session.flags import FLAG_KINDS
 
 COLUMNS = (
     Column("trial", numeric=False),

@@ -8,7 +8,9 @@ from importlib.metadata import EntryPoint
 from numbers import Real
 from typing import Any, get_args
 
-from session import FaultCollector, InputError, TrialKind, shown
+from session import FaultCollector, InputError
+from session.errors import shown
+from session.session_file import TrialKind
 from swimmer.effects.effect import WAYS, Effect, Family, Parameter, Stage
 
 GROUP = "swimcal.effects"

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal, NamedTuple
 import mujoco
 import numpy as np
 
-from session import TrialKind
+from session.session_file import TrialKind
 from swimmer.crank_turn import Turn
 from swimmer.effects.seen import Seen, View
 from swimmer.effects.step_damping import StepDamping

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from session import Fault, InputError, shown
+from session import InputError
+from session.errors import Fault, shown
 from swimmer.effects.effect import Effect
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.searches import SearchRun, compare_methods, search_scores
-from fitting import METHODS, QUICK
-from session import SimulationDiverged
+from fitting.coefficients import QUICK
+from fitting.methods import METHODS
+from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients
 from tests.fitting.exact_swims import exact_swims, exact_twin
 

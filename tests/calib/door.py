@@ -18,11 +18,11 @@ from calib.stages import diagnosis as diagnosis_stage
 from calib.stages import fit as fit_stage
 from calib.stages import posterior as posterior_stage
 from calib.stages import report as report_stage
-from fitting import QUICK, calibration, evidence, placed_fit, profile
-from fitting.coefficients import refine_coefficients
+from fitting import calibration, evidence, placed_fit, profile
+from fitting.coefficients import QUICK, refine_coefficients
 from fitting.posterior import exploration, findings, further_trial, naive, predictive, sampling
 from fitting.sweep import sweep_frequencies
-from session import write_whole
+from session.results import write_whole
 from swimmer.effects import catalogue
 from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise
 

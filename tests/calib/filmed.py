@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from session import FISHSIM_MARKERS, Tracks, load_tracks
+from session import Tracks
+from session.create import FISHSIM_MARKERS
+from session.tracks import load_tracks
 from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial
 from tests.calib.door import edit
 

@@ -15,7 +15,7 @@ import pytest
 from calib.pipeline import Options, Pipeline, open_session
 from fitting import CalibrationResult
 from fitting.evidence import fit_yaw
-from session import new_from_fishsim
+from session.create import new_from_fishsim
 from swimmer import Twin
 from tests.calib.door import ROOT, Front
 from tests.calib.test_run import SCHEMA

@@ -17,8 +17,10 @@ from calib.stages.recording import _recorded
 from fitting.dry_run import crank_response, fit_crank
 from fitting.dry_run.error_surface import CrankGrid
 from fitting.structure import identify
-from swimmer import load_robot, model_sha256
-from synthetic import SyntheticMotor, make_session
+from swimmer import load_robot
+from swimmer.engine import model_sha256
+from synthetic import make_session
+from synthetic.motor import SyntheticMotor
 from tests.calib.door import Front, assert_told, edit, with_little_effort
 from tests.calib.test_left_out import change_tracks, only
 from tests.calib.test_run import SCHEMA, remade, results_of

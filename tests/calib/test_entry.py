@@ -11,8 +11,9 @@ import pytest
 import calib
 from calib.commands import arguments
 from calib.options import EFFORTS
-from fitting import METHODS, Comparison
-from tracking.records import FORMATS
+from fitting import Comparison
+from fitting.methods import METHODS
+from tracking.records.formats import FORMATS
 from tracking.tracker import TRACKERS
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import MOTOR_COLUMNS, load_tracks, save_tracks
+from session.motor import MOTOR_COLUMNS
+from session.tracks import load_tracks, save_tracks
 from tests.calib.door import PLAN, Front, assert_told, edit, files_in
 
 MOTOR_LOG = ",".join(MOTOR_COLUMNS) + "\n" + "".join(f"{k / 100},{k * 0.06},6.2,0.5,12,30,0\n" for k in range(300))

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import calib as front
-from session import FISHSIM_MARKERS, load_session
+from session import load_session
+from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 from tests.calib.door import ROOT, Front, assert_told
 

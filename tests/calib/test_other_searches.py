@@ -13,7 +13,8 @@ import pytest
 
 from benchmarks import searches
 from calib.pipeline import Options, Pipeline, open_session
-from fitting import EVIDENCE, METHODS
+from fitting.evidence import EVIDENCE
+from fitting.methods import METHODS
 from fitting.objective import Swims
 from tests.calib.door import TINY, Front, files_in, with_little_effort
 from tests.calib.test_run import remade

@@ -12,7 +12,7 @@ import pytest
 
 from calib import speed_benchmark as speed
 from calib.pipeline import Options, Pipeline, open_session
-from session import ModelMismatch
+from session.errors import ModelMismatch
 from swimmer import PUBLISHED_COEFFICIENTS
 from tests.calib.door import Front, assert_told, files_in
 

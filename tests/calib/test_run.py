@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from session import session_lock
+from session.lock import session_lock
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in, little_posterior, process
 from tests.reports.undrawn import nothing_drawn
 

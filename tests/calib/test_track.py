@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from calib.pipeline import Options, Pipeline, open_session
-from session import FISHSIM_MARKERS, load_camera
+from session.camera import load_camera
+from session.create import FISHSIM_MARKERS
 from tests.calib.door import Front, assert_told, edit, files_in
 from tests.calib.filmed import (
     FRAMES,

@@ -15,7 +15,7 @@ from rich.progress import Progress
 
 from calib.pipeline import Pipeline, open_session
 from calib.progress import Bar, Lines
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from tests.calib.door import ROOT, Front, assert_told, edit, files_in
 from tests.calib.filmed import FRAMES, NAMES, PLAN, change_boxes, read, tracks_of, with_tracks
 from tracking.tracker import MarkerTracker

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.video import VideoWriter
-from session import CameraCalibration, load_camera
+from benchmarks.video.writer import VideoWriter
+from session.camera import CameraCalibration, load_camera
 from tests.calib.door import Front, assert_told, edit
 from tests.tracking.lens.render import Scene, poses
 from tracking.lens import BoardSpec, save_camera

@@ -9,7 +9,8 @@ import pytest
 
 from tests.calib.door import Front, assert_told
 from tests.calib.filmed import read
-from tracking.records import FORMATS, TrackedTrial, export_tracks
+from tracking.records import TrackedTrial, export_tracks
+from tracking.records.formats import FORMATS
 
 
 @pytest.mark.parametrize("form", FORMATS)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from calib.pipeline import Pipeline, open_session
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from tests.calib.door import Front, assert_told, edit
 from tests.calib.filmed import read, tracks_of, with_tracks
 from tracking.records import SampleState, load_tracked

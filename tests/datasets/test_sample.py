@@ -6,7 +6,9 @@ import pytest
 
 from benchmarks.sample import make_sample, sample_plan
 from benchmarks.sample_card import checksums
-from session import Session, load_motor, load_session, load_tracks
+from session import Session, load_session
+from session.motor import load_motor
+from session.tracks import load_tracks
 from swimmer import load_robot
 from synthetic.motor_log import PULSE_RAD
 from synthetic.truth import Truth, read_truth

@@ -8,7 +8,8 @@ from diagnosis.discrepancy import discrepancy_for
 from diagnosis.ground import Ground
 from fitting import MeasuredTrial
 from fitting.dry_run.response import with_arm
-from session import FISHSIM_MARKERS, CameraSpec
+from session import CameraSpec
+from session.create import FISHSIM_MARKERS
 from swimmer import RobotSpec, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_dry_run, exact_swims

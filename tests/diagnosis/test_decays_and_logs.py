@@ -24,7 +24,7 @@ from diagnosis.rings import rings_of
 from diagnosis.verdict import verdict_of
 from diagnosis.where import OF_NO_MARKER, locate
 from fitting.signatures import Signature, signature_of
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer.effects import catalogue
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.diagnosis.decays import decay

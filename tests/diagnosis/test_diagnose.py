@@ -18,7 +18,9 @@ from diagnosis.refit import Refit, refit
 from diagnosis.result import DIAGNOSIS, parameters_of
 from diagnosis.sentences import sentences
 from fitting import MeasuredTrial
-from session import FISHSIM_MARKERS, NotEnoughData, Provenance
+from session import NotEnoughData
+from session.create import FISHSIM_MARKERS
+from session.results import Provenance
 from swimmer import CrankTurn, Twin
 from swimmer.effects import catalogue
 from synthetic import PLAUSIBLE_COEFFICIENTS

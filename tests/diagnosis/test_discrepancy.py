@@ -12,8 +12,10 @@ from diagnosis.discrepancy import COURSE_SD, SLIDE_SD_M_S, Discrepancy, discrepa
 from fitting.posterior.gait import SPEED, advanced
 from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
 from fitting.posterior.trial_model import TrialModel
-from session import FISHSIM_MARKERS, InputError
-from swimmer import DRY, Twin
+from session import InputError
+from session.create import FISHSIM_MARKERS
+from swimmer import Twin
+from swimmer.mjcf import DRY
 from tests.diagnosis.grounds import dry_run, trials
 from tests.fitting.exact_swims import ROBOT
 

@@ -10,7 +10,7 @@ from diagnosis.diagnosis_file import diagnosis_result
 from diagnosis.ground import Ground
 from fitting.out_of_water import OutOfWater
 from fitting.signatures import Signature, signature_of
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import Twin
 from swimmer.effects import catalogue
 from tests.diagnosis.decays import decay

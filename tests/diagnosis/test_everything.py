@@ -15,7 +15,7 @@ from diagnosis.refit import Refit
 from fitting.dry_run.response import with_arm
 from fitting.signatures import Signature, signature_of
 from fitting.signatures.slopes import little
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import Twin
 from swimmer.effects import catalogue
 from synthetic import PLAUSIBLE_COEFFICIENTS

@@ -15,7 +15,8 @@ from diagnosis.laws import Law, laws
 from diagnosis.pushes import Responses, responses
 from diagnosis.strangers import strangers
 from fitting.signatures import signature_of
-from session import FISHSIM_MARKERS, TrialKind
+from session.create import FISHSIM_MARKERS
+from session.session_file import TrialKind
 from swimmer.effects import Effect, Parameter, StepForce, StepState
 from swimmer.effects.structure import JointDamping
 from swimmer.mjcf import Scene

@@ -20,7 +20,7 @@ from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import verdict_of
 from fitting.posterior.gait import advanced
 from fitting.signatures import signature_of
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import build_mjcf, load_robot
 from swimmer.effects.measurement import MarkerOffset
 from swimmer.effects.structure import StiffnessGradient

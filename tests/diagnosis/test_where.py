@@ -13,7 +13,7 @@ from diagnosis.pushes import HEAD, Pushes, Responses
 from diagnosis.strangers import Stranger, strangers
 from diagnosis.where import STAGES, Where, locate
 from fitting.signatures import Signature, signature_of
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer.effects import catalogue
 from swimmer.effects.measurement import MarkerOffset
 from tests.diagnosis.grounds import CAMERA, ground

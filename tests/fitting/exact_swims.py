@@ -6,10 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting import MeasuredTrial, forward_speed, tail_markers
+from fitting import MeasuredTrial
 from fitting.frequency import SwimFrequency
-from session import FISHSIM_MARKERS
-from swimmer import DRY, FluidCoefficients, Runs, Twin, load_robot
+from fitting.in_pool import tail_markers
+from fitting.speed import forward_speed
+from session.create import FISHSIM_MARKERS
+from swimmer import FluidCoefficients, Runs, Twin, load_robot
+from swimmer.mjcf import DRY
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.swims import by_hand
 

@@ -9,9 +9,11 @@ import numpy as np
 
 from fitting import MeasuredTrial, measure_trial
 from fitting.frequency import SwimFrequency
-from session import load_session, load_tracks
+from session import load_session
+from session.tracks import load_tracks
 from swimmer import load_robot
-from synthetic import NOISELESS, SyntheticPlan, SyntheticTrial, Truth, make_session, read_truth
+from synthetic import SyntheticPlan, SyntheticTrial, Truth, make_session, read_truth
+from synthetic.noise import NOISELESS
 from tracking import HeadFrame, to_head_frame
 
 PLAN = SyntheticPlan(

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import FORMS, QUICK, Calibration, MeasuredTrial, calibrate
-from fitting.ebt import fit_ebt
+from fitting import Calibration, MeasuredTrial, calibrate
+from fitting.coefficients import QUICK
+from fitting.ebt import FORMS, fit_ebt
 from fitting.objective import Swims
 from fitting.structure import assumed
 from fitting.sweep import sweep_speed

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import QUICK, CoefficientFit
+from fitting import CoefficientFit
 from fitting.coefficient_fit import Restart, flags_of
-from fitting.coefficients import fit_coefficients
+from fitting.coefficients import QUICK, fit_coefficients
 from fitting.objective import Swims
 from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS, Truth

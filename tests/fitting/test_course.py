@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import MeasuredTrial, course_of
+from fitting import MeasuredTrial
+from fitting.course import course_of
 from tests.fitting.exact_swims import FPS, exact_swims, lasting_noise
 
 TURNING, SIDEWAYS = 0.06, 0.015

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import FORMS
-from fitting.ebt import EbtForm, fit_ebt
+from fitting.ebt import FORMS, EbtForm, fit_ebt
 from fitting.tail_tip import TailSwim, measured_tail, published_motion, smoothed_motion, tip_motion
-from swimmer import TailMotion, load_robot
+from swimmer import load_robot
+from swimmer.ebt import TailMotion
 from swimmer.large_amplitude import mean_thrust_large
 from tests.fitting.swims import by_hand, straight_swim
 from tests.fitting.tails import PIXEL_M, on_half_pixels

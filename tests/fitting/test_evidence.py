@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import CoefficientFit, Evidence, MeasuredTrial, gather_evidence
+from fitting import CoefficientFit, MeasuredTrial
 from fitting.coefficients import refine_coefficients
+from fitting.evidence import Evidence, gather_evidence
 from fitting.objective import Swims
 from fitting.pairs import MODELS, MOST_PAIRS, Screened, chosen_pairs, fit_pairs, screen, search_pair
 from synthetic import PLAUSIBLE_COEFFICIENTS

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import Calibration, CommandForecast, MeasuredTrial, beat_to_command, forecast_from_command
+from fitting import Calibration, MeasuredTrial
+from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
 from fitting.forecast import _lowest as lowest
 from fitting.forecast import fit_phase, forecast
 from fitting.objective import Swims

@@ -9,9 +9,11 @@ import pytest
 
 from fitting import measure_trial
 from fitting.frequency import estimate_frequency
-from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks, TrialSpec, load_tracks
+from session import CameraSpec, NotEnoughData, Tracks, TrialSpec
+from session.create import FISHSIM_MARKERS
+from session.tracks import load_tracks
 from swimmer import load_robot
-from synthetic import Freeze, Gap, Jump, Merge, TrackFault, with_faults
+from synthetic.faults import Freeze, Gap, Jump, Merge, TrackFault, with_faults
 from tests.cases import later
 from tests.fitting.tails import noisy, tail
 from tests.session.sample import FISHSIM, needs_fishsim

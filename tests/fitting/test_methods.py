@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fitting import METHODS, QUICK, CoefficientFit
+from fitting import CoefficientFit
+from fitting.coefficients import QUICK
 from fitting.mean_distance import SOFTENING_M
-from fitting.methods import search
+from fitting.methods import METHODS, search
 from fitting.objective import Swims
 from fitting.published_objective import PENALTY, PublishedObjective
 from fitting.valley_simplex import ROUGHNESS_M
-from session import SimulationDiverged
+from session.errors import SimulationDiverged
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import MeasuredTrial, Placement
+from fitting import MeasuredTrial
 from fitting.objective import Swims
-from fitting.placement import BOX_SD_M, MARKER_SD_M, BoxesOff, place, placed_residuals
+from fitting.placement import BOX_SD_M, MARKER_SD_M, BoxesOff, Placement, place, placed_residuals
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin, lasting_noise
 

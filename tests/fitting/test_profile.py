@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting import CoefficientFit, CoefficientProfiles
+from fitting import CoefficientFit
 from fitting.coefficients import refine_coefficients
 from fitting.objective import Swims
-from fitting.profile import profile_objective
+from fitting.profile import CoefficientProfiles, profile_objective
 from fitting.search_space import parameters
 from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS

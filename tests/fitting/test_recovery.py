@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fitting import FULL, METHODS, QUICK, CoefficientFit, MeasuredTrial, measure_trial
-from fitting.coefficients import Effort, fit_coefficients, refine_coefficients
-from fitting.methods import search
+from fitting import CoefficientFit, MeasuredTrial, measure_trial
+from fitting.coefficients import FULL, QUICK, Effort, fit_coefficients, refine_coefficients
+from fitting.methods import METHODS, search
 from fitting.objective import Swims
 from fitting.smooth_floor import settled
-from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
+from session import CameraSpec, Tracks, TrialSpec
+from session.create import FISHSIM_MARKERS
 from swimmer import FluidCoefficients
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.cases import later

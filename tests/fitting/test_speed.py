@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from fitting import CalibratedTrial, MeasuredTrial, forward_speed, speed_errors, whole_beats
+from fitting import CalibratedTrial, MeasuredTrial
 from fitting.scoring import Scores
-from fitting.speed import speed_standard_error
+from fitting.speed import forward_speed, speed_standard_error, whole_beats
+from fitting.speed_errors import speed_errors
 from tests.cases import later
 from tests.fitting.swims import by_hand, head_frame_of, straight_swim
 

@@ -11,7 +11,9 @@ import pytest
 from fitting import MeasuredTrial, measure_trial
 from fitting.forecast import fit_phase
 from fitting.objective import Swims
-from session import CameraCalibration, CameraSpec, NotEnoughData, Session, Tracks, load_session, load_tracks
+from session import CameraSpec, NotEnoughData, Session, Tracks, load_session
+from session.camera import CameraCalibration
+from session.tracks import load_tracks
 from swimmer import load_robot
 from synthetic import Truth, make_session
 from tests.fitting.swims import PLAN

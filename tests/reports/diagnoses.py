@@ -8,8 +8,8 @@ import numpy as np
 
 from diagnosis.result import DiagnosisResult, MissingForces
 from reports import Diagnosed
-from session import Provenance
 from session.records import from_plain, to_plain
+from session.results import Provenance
 from swimmer import load_robot
 from tests.reports.sample import MARKERS
 

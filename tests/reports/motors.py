@@ -7,7 +7,8 @@ import numpy as np
 from fitting.motor_clock import MotorRecord
 from fitting.motor_clock.clock import MotorClock
 from reports.logged_trial import LoggedTrial
-from session import MotorCommands, MotorLog
+from session.commands import MotorCommands
+from session.motor import MotorLog
 from swimmer import CrankTurn
 
 OFFSET_S, RATE = 3.0, 1.001  # of the motor's clock against the video's

@@ -9,29 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from fitting import (
-    FORMS,
-    CalibratedTrial,
-    Calibration,
-    CoefficientFit,
-    CoefficientProfiles,
-    Evidence,
-    MeasuredTrial,
-    PairFit,
-    PlacedFit,
-    SpeedSweep,
-    YawFit,
-    tail_markers,
-)
+from fitting import CalibratedTrial, Calibration, CoefficientFit, MeasuredTrial
 from fitting.coefficient_fit import Restart
-from fitting.ebt import EbtFit
+from fitting.ebt import FORMS, EbtFit
+from fitting.evidence import Evidence, YawFit
 from fitting.frequency import SwimFrequency
-from fitting.placed_fit import PlacedTrial
+from fitting.in_pool import tail_markers
+from fitting.pairs import PairFit
+from fitting.placed_fit import PlacedFit, PlacedTrial
 from fitting.placement import BoxesOff
+from fitting.profile import CoefficientProfiles
 from fitting.scoring import score
 from fitting.structure import assumed
+from fitting.sweep import SpeedSweep
 from reports.context import ReportContext
-from session import CameraSpec, Flag, Provenance, Session, TrialSpec
+from session import CameraSpec, Flag, Session, TrialSpec
+from session.results import Provenance
 from swimmer import FluidCoefficients, RobotSpec, load_robot
 from tracking import HeadFrame
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from fitting import Source, Structure
+from fitting import Structure
 from fitting.free_decay import DecayFit, combine_decays, fit_decay, measure_decay_trial
+from fitting.structure import Source
 from reports.blocks import Plots, Prose, Table
 from reports.colours import TWIN
 from reports.figures.decay import decay_curve_figure

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from fitting import calibration_result
+from fitting.calibration_file import calibration_result
 from reports import IndexEntry, write_index
 from tests.reports.page import Page
 from tests.reports.sample import made_calibration

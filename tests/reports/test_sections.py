@@ -7,7 +7,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from fitting import Evidence
+from fitting.evidence import Evidence
 from fitting.placement import BoxesOff
 from reports import render_report
 from reports.sections import (

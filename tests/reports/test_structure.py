@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from fitting import Source, Structure
-from fitting.structure import assumed
+from fitting import Structure
+from fitting.structure import Source, assumed
 from reports.sections import structure
 from session import Flag
 from tests.reports.sample import made_calibration, made_context

@@ -10,9 +10,11 @@ import tomlkit
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from session import InputError, load_camera, load_motor, load_session, load_tracks
-from session.motor import MOTOR_COLUMNS
+from session import InputError, load_session
+from session.camera import load_camera
+from session.motor import MOTOR_COLUMNS, load_motor
 from session.toml_lines import lines_of_keys
+from session.tracks import load_tracks
 from tests.session.sample import MARKERS, SESSION_TOML, Robot, make_session, tracks_text
 
 HEADER = "time_s,nose_x,nose_y,nose_confidence,neck_x,neck_y,tail_1_x,tail_1_y"

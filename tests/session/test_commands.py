@@ -3,7 +3,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import COMMAND_COLUMNS, InputError, file_hashes, load_commands, load_session
+from session import InputError, load_session
+from session.commands import COMMAND_COLUMNS, load_commands
+from session.folder import file_hashes
 from session.motor import MOTOR_COLUMNS
 from tests.session.sample import SESSION_TOML, make_session
 

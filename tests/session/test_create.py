@@ -2,14 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from session import (
-    FISHSIM_MARKERS,
-    InputError,
-    load_session,
-    new_folder,
-    new_from_fishsim,
-    write_session_toml,
-)
+from session import InputError, load_session
+from session.create import FISHSIM_MARKERS, new_folder, new_from_fishsim, write_session_toml
 from tests.session.sample import Robot
 
 

@@ -2,8 +2,8 @@ import pickle
 
 import pytest
 
-from session import Fault, FaultCollector, InputError, SwimcalError
-from session.errors import SHOWN_PER_KIND
+from session import FaultCollector, InputError, SwimcalError
+from session.errors import SHOWN_PER_KIND, Fault
 
 
 def test_fault_says_place_what_found_expected_choices_and_next_step() -> None:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from session import SessionLocked, session_lock
+from session.errors import SessionLocked
+from session.lock import session_lock
 
 HOLD = """
 import pathlib, sys, time, session

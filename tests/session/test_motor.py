@@ -3,8 +3,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import InputError, load_motor
-from session.motor import MOTOR_COLUMNS
+from session import InputError
+from session.motor import MOTOR_COLUMNS, load_motor
 
 HEADER = ",".join(MOTOR_COLUMNS)
 ROWS = "10.00,0.1,6.28,0.5,12.0,30,0\n10.01,0.2,6.28,,12.0,30,0\n10.02,0.3,6.28,0.5,12.0,31,32\n"

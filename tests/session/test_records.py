@@ -13,8 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from session import Flag, plain_json
+from session import Flag
 from session.records import KEPT_ELSEWHERE, from_plain, schema_of, to_plain
+from session.results import plain_json
 
 
 class Pair(NamedTuple):

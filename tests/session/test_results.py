@@ -7,16 +7,9 @@ import jsonschema
 import numpy as np
 import pytest
 
-from session import (
-    Flag,
-    InputError,
-    Provenance,
-    ResultFile,
-    ResultsNotWritable,
-    read_provenance,
-    write_whole,
-    writing_whole,
-)
+from session import Flag, InputError
+from session.errors import ResultsNotWritable
+from session.results import Provenance, ResultFile, read_provenance, write_whole, writing_whole
 
 PROVENANCE = Provenance("4.0.0", "abc", {"session.toml": "def"}, 7, "quick")
 

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from session import Stage, fingerprint_of
+from session.stage import Stage, fingerprint_of
 
 
 def stage(target: Path, fingerprint: str) -> Stage:

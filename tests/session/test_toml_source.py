@@ -4,8 +4,9 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import Field, field_validator
 
-from session import InputError, Table, key_error, load_toml
+from session import InputError
 from session.toml_lines import lines_of_keys
+from session.toml_source import Table, key_error, load_toml
 
 TEXT = '''\
 # a comment

@@ -4,7 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import InputError, Tracks, load_tracks, save_tracks
+from session import InputError, Tracks
+from session.tracks import load_tracks, save_tracks
 from tests.session.sample import FISHSIM, MARKERS, made_tracks, needs_fishsim, tracks_text
 
 HEADER = "time_s,nose_x,nose_y,neck_x,neck_y,tail_1_x,tail_1_y"

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from mujoco.batch import Batch
 
-from session import SimulationDiverged
-from swimmer import PUBLISHED_COEFFICIENTS, SWIM, RobotSpec, Runs, Trajectories, Twin, build_mjcf
+from session.errors import SimulationDiverged
+from swimmer import PUBLISHED_COEFFICIENTS, RobotSpec, Runs, Trajectories, Twin, build_mjcf
+from swimmer.mjcf import SWIM
 from tests.swimmer.robots import FISH, THREE_LINK, every_robot
 from tests.swimmer.swims import runs, sobol_runs
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swimmer import TailMotion, added_mass_per_length, drag, mean_thrust, steady_speed
+from swimmer.ebt import TailMotion, added_mass_per_length, drag, mean_thrust, steady_speed
 from tests.swimmer.robots import FISH
 
 BODY = FISH.elongated_body

@@ -2,9 +2,11 @@ import re
 
 import pytest
 
-from session import ModelMismatch, Provenance
-from swimmer import ENGINE, FluidCoefficients, check_engine, model_sha256
+from session.errors import ModelMismatch
+from session.results import Provenance
+from swimmer import FluidCoefficients
 from swimmer import engine as engine_module
+from swimmer.engine import ENGINE, check_engine, model_sha256
 from tests.swimmer.robots import FISH, THREE_LINK, changed
 
 

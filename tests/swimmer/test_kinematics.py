@@ -2,7 +2,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from swimmer import DRY, SWIM, MarkerKinematics, RobotSpec, Scene, build_mjcf
+from swimmer import RobotSpec, Scene, build_mjcf
+from swimmer.kinematics import MarkerKinematics
+from swimmer.mjcf import DRY, SWIM
 from tests.swimmer.engine_state import random_state
 from tests.swimmer.robots import every_robot
 

@@ -2,7 +2,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from swimmer import DRY, FREE_DECAY, SWIM, FluidCoefficients, RobotSpec, Scene, build_mjcf
+from swimmer import FluidCoefficients, RobotSpec, Scene, build_mjcf
+from swimmer.mjcf import DRY, FREE_DECAY, SWIM
 from tests.swimmer.engine_state import at_pose, random_state
 from tests.swimmer.robots import every_robot
 

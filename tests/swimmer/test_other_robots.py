@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from fitting import measure_trial
-from session import load_session, load_tracks
-from swimmer import DRY, RobotSpec, Twin, load_robot
+from session import load_session
+from session.tracks import load_tracks
+from swimmer import RobotSpec, Twin, load_robot
+from swimmer.mjcf import DRY
 from synthetic import PLAUSIBLE_COEFFICIENTS, SyntheticPlan, SyntheticTrial, make_session, read_truth
 from tests.swimmer.robots import FISH, SEVEN_LINK, THREE_LINK, every_robot
 from tests.swimmer.swims import runs

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from swimmer import DRY, FREE_DECAY, Twin, build_mjcf
+from swimmer import Twin, build_mjcf
+from swimmer.mjcf import DRY, FREE_DECAY
 from tests.swimmer.engine_state import at_pose, stretch
 from tests.swimmer.robots import FISH
 from tests.swimmer.swims import runs

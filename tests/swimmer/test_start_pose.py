@@ -3,7 +3,8 @@
 import mujoco
 import numpy as np
 
-from swimmer import DRY, RobotSpec, Twin, build_mjcf
+from swimmer import RobotSpec, Twin, build_mjcf
+from swimmer.mjcf import DRY
 from tests.swimmer.engine_state import at_pose, stretch
 from tests.swimmer.robots import every_robot
 from tests.swimmer.swims import runs

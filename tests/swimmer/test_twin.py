@@ -5,8 +5,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from swimmer import DRY, SWIM, MarkerKinematics, RobotSpec, Runs, Scene, Trajectories, Twin, build_mjcf
+from swimmer import RobotSpec, Runs, Scene, Trajectories, Twin, build_mjcf
 from swimmer import twin as twin_module
+from swimmer.kinematics import MarkerKinematics
+from swimmer.mjcf import DRY, SWIM
 from tests.swimmer.robots import FISH, every_robot
 from tests.swimmer.swims import random_runs, runs
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from swimmer import Twin, load_robot, workers_of
+from swimmer import Twin, load_robot
+from swimmer.workers import workers_of
 
 
 @pytest.mark.parametrize(("wanted", "told", "found"), [(3, "2", 3), (0, "2", 2), (0, None, 0), (2, None, 2)])

@@ -6,9 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from fitting import MeasuredTrial, measure_trial
-from session import Session, Tracks, load_session, load_tracks
+from session import Session, Tracks, load_session
+from session.tracks import load_tracks
 from swimmer import load_robot
-from synthetic import SyntheticDecay, SyntheticMotor, SyntheticPlan, SyntheticTrial
+from synthetic import SyntheticPlan, SyntheticTrial
+from synthetic.motor import SyntheticMotor
+from synthetic.trials import SyntheticDecay
 
 SLOW: dict[str, Any] = {
     "name": "slow",

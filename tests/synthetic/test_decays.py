@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 
 from fitting.free_decay import fit_decay, measure_decay_trial
-from session import SimulationDiverged, load_session
+from session import load_session
+from session.errors import SimulationDiverged
 from swimmer import load_robot
-from synthetic import TrueDecay, make_session, read_truth, simulate_decays
+from synthetic import make_session, read_truth
+from synthetic.decays import TrueDecay, simulate_decays
 from tests.synthetic.plans import dry_plan, tracks_of
 
 RELEASE_S = 0.507

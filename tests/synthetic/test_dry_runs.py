@@ -7,18 +7,12 @@ import pytest
 
 from fitting.dry_run import fit_crank, measure_dry_run
 from fitting.dry_run.error_surface import CrankGrid
-from session import Tracks, load_motor, load_session
-from swimmer import DRY as DRY_SCENE
+from session import Tracks, load_session
+from session.motor import load_motor
 from swimmer import CrankTurn, Runs, Twin
-from synthetic import (
-    SyntheticPlan,
-    SyntheticTrial,
-    TrueRun,
-    make_session,
-    read_truth,
-    simulate_dry_runs,
-    simulate_swims,
-)
+from swimmer.mjcf import DRY as DRY_SCENE
+from synthetic import SyntheticPlan, SyntheticTrial, make_session, read_truth, simulate_swims
+from synthetic.swims import TrueRun, simulate_dry_runs
 from synthetic.view import in_image
 from tests.synthetic.plans import DRY, MOTOR, SLOW, dry_plan, files_of, small_plan, tracks_of
 

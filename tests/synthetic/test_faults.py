@@ -6,7 +6,8 @@ from pydantic import ValidationError
 
 from session import load_session
 from swimmer import load_robot
-from synthetic import Freeze, Gap, Jump, Merge, TrackFault, make_session, with_faults
+from synthetic import make_session
+from synthetic.faults import Freeze, Gap, Jump, Merge, TrackFault, with_faults
 from tests.synthetic.plans import small_plan, tracks_of
 from tracking import check_tracks
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from calib.capture.logs import COMMANDS_HEADER, MOTOR_HEADER
-from session import MotorLog, load_commands, load_motor
+from session.commands import load_commands
+from session.motor import MotorLog, load_motor
 from synthetic.motor import Drive, drive
 from synthetic.motor_log import (
     CURRENT_A,

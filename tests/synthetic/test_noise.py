@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from synthetic import NOISELESS, TrackingNoise
-from synthetic.noise import lasting_errors, on_grid, placement_offsets
+from synthetic import TrackingNoise
+from synthetic.noise import NOISELESS, lasting_errors, on_grid, placement_offsets
 
 STEP_S = 1 / 60
 

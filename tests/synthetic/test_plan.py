@@ -3,7 +3,8 @@ from typing import Any
 import pytest
 
 from swimmer import FluidCoefficients
-from synthetic import Merge, SyntheticTrial, default_plan
+from synthetic import SyntheticTrial, default_plan
+from synthetic.faults import Merge
 from tests.synthetic.plans import MOTOR, SLOW, dry_plan, small_plan
 
 LATE = Merge(marker="tail_4", onto="tail_5", first=230, frames=20)

@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting import FULL, CoefficientFit
-from fitting.coefficients import fit_coefficients
+from fitting import CoefficientFit
+from fitting.coefficients import FULL, fit_coefficients
 from fitting.objective import Swims
 from swimmer import FluidCoefficients, Twin, load_robot
-from synthetic import NOISELESS, SyntheticPlan, default_plan, make_session, read_truth
+from synthetic import SyntheticPlan, default_plan, make_session, read_truth
+from synthetic.noise import NOISELESS
 from tests.synthetic.plans import measured
 
 DETERMINED = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift")

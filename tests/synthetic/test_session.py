@@ -5,7 +5,9 @@ import pytest
 
 from session import InputError, load_session
 from swimmer import RobotSpec, load_robot
-from synthetic import NOISELESS, Gap, SyntheticPlan, default_plan, make_session, read_truth
+from synthetic import SyntheticPlan, default_plan, make_session, read_truth
+from synthetic.faults import Gap
+from synthetic.noise import NOISELESS
 from tests.cases import later
 from tests.synthetic.plans import FAST, files_of, measured, small_plan, tracks_of
 

@@ -3,7 +3,8 @@ import pytest
 
 from session import CameraSpec, InputError, Tracks
 from swimmer import Runs, Scene, Twin
-from synthetic import SyntheticPlan, TrueRun, simulate_swims
+from synthetic import SyntheticPlan, simulate_swims
+from synthetic.swims import TrueRun
 from tests.synthetic.plans import small_plan
 from tracking import HeadFrame, to_head_frame, to_pool
 

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import CameraCalibration, CameraSpec, InputError, NotEnoughData, Tracks
+from session import CameraSpec, InputError, NotEnoughData, Tracks
+from session.camera import CameraCalibration
 from swimmer import load_robot
 from tests.tracking.lens.render import to_pixels
 from tracking import to_pool

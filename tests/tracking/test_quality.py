@@ -4,7 +4,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from session import Flag, Tracks, load_tracks
+from session import Flag, Tracks
+from session.tracks import load_tracks
 from swimmer.robot import Marker
 from tests.cases import later
 from tests.session.sample import FISHSIM, needs_fishsim

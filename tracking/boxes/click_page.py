@@ -15,7 +15,7 @@ import numpy as np
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from session import write_whole
+from session.results import write_whole
 from tracking.boxes.blobs import Blob
 from tracking.boxes.find_boxes import BOX_DIAMETERS
 from tracking.boxes.start_boxes import StartBoxes

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import softmax
 
-from session import Fault, InputError
+from session import InputError
+from session.errors import Fault
 from tracking.boxes.blobs import Blob, Polarity, find_blobs
 from tracking.boxes.body_chain import Bodies, body_steps, complete_bodies
 from tracking.boxes.start_boxes import Box, StartBoxes

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from scipy.optimize import isotonic_regression
 
-from session import writing_whole
+from session.results import writing_whole
 from tracking.boxes.start_boxes import Box, StartBoxes
 
 SIZE_IN = (14.0, 7.875)

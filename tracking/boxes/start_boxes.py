@@ -18,7 +18,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from session import FaultCollector, did_you_mean, shown, write_whole
+from session import FaultCollector
+from session.errors import did_you_mean, shown
+from session.results import write_whole
 from tracking.boxes.layout_check import check_layout
 from tracking.video import VideoInfo
 

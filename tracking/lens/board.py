@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator
 
-from session import Table, did_you_mean, key_error, load_toml
+from session.errors import did_you_mean
+from session.toml_source import Table, key_error, load_toml
 
 SquareSize = Annotated[float, Field(ge=1e-3, le=2.0)]
 MARKER_SHARE = 0.7

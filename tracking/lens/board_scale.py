@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from scipy.optimize import brentq
 
-from session import CameraCalibration, NotEnoughData
+from session import NotEnoughData
+from session.camera import CameraCalibration
 from tracking.lens.board import BoardSpec
 from tracking.lens.corners import Corners, find_corners
 from tracking.lens.parallax import true_over_apparent

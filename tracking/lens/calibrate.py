@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from session import CameraCalibration, Flag, NotEnoughData
+from session import Flag, NotEnoughData
+from session.camera import CameraCalibration
 from tracking.lens.board import BoardSpec
 from tracking.lens.corners import Corners, find_corners
 from tracking.lens.credibility import RMS_SHARE, Evidence, LensUncertainty, coverage_of, doubts, lens_uncertainty

@@ -4,7 +4,9 @@ from pathlib import Path
 
 import tomlkit
 
-from session import CameraCalibration, CameraSpec, Flag, write_whole
+from session import CameraSpec, Flag
+from session.camera import CameraCalibration
+from session.results import write_whole
 from tracking.lens.undistort import folds
 
 LINEAR_K1 = 0.02

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from session import CameraCalibration, Flag
+from session import Flag
+from session.camera import CameraCalibration
 from tracking.lens.bundle import inverse, normal_equations
 from tracking.lens.corners import Corners
 from tracking.lens.lens_fit import LensFit

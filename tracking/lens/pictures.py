@@ -7,7 +7,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from session import Fault, FaultCollector
+from session import FaultCollector
+from session.errors import Fault
 
 
 class Picture(NamedTuple):

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from session import FaultCollector, writing_whole
+from session import FaultCollector
+from session.results import writing_whole
 from tracking.lens.board import BoardSpec
 
 SUFFIXES = (".pdf", ".svg", ".png")

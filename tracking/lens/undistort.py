@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from session import CameraCalibration
+from session.camera import CameraCalibration
 
 STOP = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
 """OpenCV's own five iterations leave whole pixels at the edge of a wide-angle picture."""

@@ -20,7 +20,8 @@ from pathlib import Path
 
 import numpy as np
 
-from session import FaultCollector, Tracks, write_whole
+from session import FaultCollector, Tracks
+from session.results import write_whole
 from session.tables import RawTable, read_table, to_numbers
 from tracking.records.foreign import check_names, checked_tracks
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from session import key_error
+from session.toml_source import key_error
 
 FrameNumber = Annotated[int, Field(ge=0)]
 Side = Annotated[float, Field(gt=0, allow_inf_nan=False)]

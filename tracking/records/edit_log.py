@@ -22,7 +22,9 @@ from typing import NamedTuple
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from session import Fault, FaultCollector, did_you_mean, shown, writing_whole
+from session import FaultCollector
+from session.errors import Fault, did_you_mean, shown
+from session.results import writing_whole
 from session.tables import read_text
 from tracking.records.edit import EDITS, Edit, Undo
 

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from session import Fault, FaultCollector, Tracks, did_you_mean, write_whole
+from session import FaultCollector, Tracks
+from session.errors import Fault, did_you_mean
+from session.results import write_whole
 from session.tracks import FARTHEST_PX
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from session import FaultCollector, Tracks, load_tracks, save_tracks
+from session import FaultCollector, Tracks
 from session.tables import read_table
+from session.tracks import load_tracks, save_tracks
 from tracking.records.deeplabcut import is_deeplabcut, load_deeplabcut, save_deeplabcut
 from tracking.records.foreign import save_fishsim
 from tracking.records.movement import load_movement, save_movement

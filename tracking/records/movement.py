@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from session import FaultCollector, program_version, shown, writing_whole
+from session import FaultCollector
+from session.errors import shown
+from session.results import program_version, writing_whole
 from tracking.records.foreign import check_names, checked_tracks
 from tracking.records.tracked import SampleState, TrackedTrial
 

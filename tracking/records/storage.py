@@ -9,8 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from session import Fault, FaultCollector, Flag, InputError, Tracks, load_tracks, save_tracks, shown, writing_whole
+from session import FaultCollector, Flag, InputError, Tracks
+from session.errors import Fault, shown
+from session.results import writing_whole
 from session.tables import RawTable, Row, read_table, read_text, to_numbers
+from session.tracks import load_tracks, save_tracks
 from tracking.records.tracked import STATE_WORDS, SampleState, TrackedTrial
 
 AGAIN = "Make it again with `calib track`."

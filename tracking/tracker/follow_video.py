@@ -6,9 +6,11 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from session import Fault, Flag, InputError, Tracks
+from session import Flag, InputError, Tracks
+from session.errors import Fault
 from tracking.boxes import StartBoxes
-from tracking.records import SampleState, TrackedTrial, only_csrt_flags
+from tracking.records import SampleState, TrackedTrial
+from tracking.records.edits import only_csrt_flags
 from tracking.suspects import stretches
 from tracking.tracker.opencv_threads import opencv_on_one_thread
 from tracking.tracker.partial import Partial

@@ -7,7 +7,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from session import writing_whole
+from session.results import writing_whole
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ import numpy as np
 
 from session import Flag
 from tracking.boxes import Box
-from tracking.records import ONLY_CSRT, Retrack, Retracker, SampleState, TrackedTrial, only_csrt_flags
+from tracking.records import SampleState, TrackedTrial
+from tracking.records.edits import ONLY_CSRT, Retrack, Retracker, only_csrt_flags
 from tracking.tracker.opencv_threads import opencv_on_one_thread
 from tracking.tracker.tracker import MarkerTracker
 from tracking.tracker.without_marker import without_marker

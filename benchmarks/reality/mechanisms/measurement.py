@@ -9,7 +9,7 @@ from benchmarks.reality.camera import Picture, Sight
 from benchmarks.reality.mechanism import Mechanism
 from benchmarks.reality.mechanisms import AtStrength
 from benchmarks.reality.mechanisms.wear import Wearing
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer.robot import load_robot
 
 

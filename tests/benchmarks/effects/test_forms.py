@@ -21,7 +21,7 @@ from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Mechanism, Recording
 from benchmarks.reality.mechanisms import CATALOGUED, catalogued
 from diagnosis import discrepancy_for
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import catalogue
 from tests.benchmarks.effects.twins_forms import TWINS_FORMS

@@ -15,7 +15,7 @@ from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording
 from benchmarks.reality.mechanisms import catalogued
 from diagnosis import discrepancy_for
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import catalogue
 

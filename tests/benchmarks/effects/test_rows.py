@@ -18,7 +18,7 @@ from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording
 from diagnosis import discrepancy_for
 from fitting.signatures import Signature, Whitened
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 from swimmer.effects import Parameter
 

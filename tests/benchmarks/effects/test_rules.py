@@ -9,7 +9,7 @@ from benchmarks.effects.evidence import Evidence, _noise_of
 from benchmarks.effects.rules import RULES
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Whitened
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from tests.diagnosis.grounds import ground
 from tests.diagnosis.rows import signature
 

@@ -16,7 +16,8 @@ from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SessionPlan, Shard, SuiteSize, plan_suite, suite_named
 from benchmarks.reality.mechanisms import catalogued, uncatalogued
 from diagnosis import Discrepancy, shipped_discrepancy
-from session import InputError, write_whole
+from session import InputError
+from session.results import write_whole
 from tests.benchmarks.effects.suites import shortened
 
 ALONE = Run(workers=1)

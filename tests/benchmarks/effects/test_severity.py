@@ -21,7 +21,8 @@ from diagnosis import discrepancy_for
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import AffectedSession
 from fitting.signatures.session_row import PRIOR_SD
-from session import FISHSIM_MARKERS, SimulationDiverged
+from session.create import FISHSIM_MARKERS
+from session.errors import SimulationDiverged
 from swimmer import load_robot
 from swimmer.effects import Effect, catalogue
 

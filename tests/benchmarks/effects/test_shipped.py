@@ -15,7 +15,8 @@ from benchmarks.effects.shipped import SEED, checksum_of_sessions
 from benchmarks.effects.suite import SMALL, plan_suite
 from benchmarks.reality.mechanisms import catalogued, uncatalogued
 from diagnosis import shipped_discrepancy
-from session import load_session, load_tracks
+from session import load_session
+from session.tracks import load_tracks
 from swimmer.effects import catalogue
 
 FOLDER = Path(__file__).parents[3] / "datasets" / "withheld"

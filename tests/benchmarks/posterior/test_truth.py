@@ -11,8 +11,9 @@ from benchmarks.posterior.effects import CURRENT_M_S, effect_of, with_effect
 from benchmarks.posterior.truth import DrawnSession, draw_session, drawn_noise
 from fitting.from_rest import speed_from_rest
 from fitting.posterior import SessionModel
-from session import FISHSIM_MARKERS
-from swimmer import SWIM, Runs, Twin, load_robot
+from session.create import FISHSIM_MARKERS
+from swimmer import Runs, Twin, load_robot
+from swimmer.mjcf import SWIM
 
 COARSE = 1 / 8  # so that a draw takes no seconds
 

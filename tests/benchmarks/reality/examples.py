@@ -4,7 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.reality import Instant, Layout, Mechanism, Parameters, Picture, StripForces, Turn
+from benchmarks.reality import Mechanism
+from benchmarks.reality.camera import Picture
+from benchmarks.reality.fluid import StripForces
+from benchmarks.reality.instant import Instant
+from benchmarks.reality.layout import Layout
+from benchmarks.reality.parameters import Parameters
+from benchmarks.reality.tendons import Turn
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.reality import Camera, PixelNoise, Trial, World, simulate
+from benchmarks.reality import Trial, World, simulate
+from benchmarks.reality.camera import Camera
+from benchmarks.reality.noise import PixelNoise
 from tests.benchmarks.reality.motions import COEFFICIENTS
 
 

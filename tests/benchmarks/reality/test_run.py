@@ -4,13 +4,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from benchmarks.reality import Nuisances, Parameters, Trial, Turn, World, simulate
+from benchmarks.reality import Nuisances, Trial, World, simulate
 from benchmarks.reality.layout import lay_out
-from benchmarks.reality.parameters import nominal_parameters
+from benchmarks.reality.parameters import Parameters, nominal_parameters
 from benchmarks.reality.start import balanced_hinges
+from benchmarks.reality.tendons import Turn
 from benchmarks.reality.world import prepared_parameters
-from session import SimulationDiverged
-from swimmer import DRY, Runs, Twin, load_robot
+from session.errors import SimulationDiverged
+from swimmer import Runs, Twin, load_robot
+from swimmer.mjcf import DRY
 from tests.benchmarks.reality.examples import StickyHinges
 from tests.benchmarks.reality.motions import COEFFICIENTS
 

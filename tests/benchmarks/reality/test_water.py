@@ -9,7 +9,7 @@ from benchmarks.reality import Mechanism
 from benchmarks.reality.body import Chain
 from benchmarks.reality.fluid import Flow, Water
 from benchmarks.reality.reactive import ReactiveWater
-from swimmer import TailMotion, mean_thrust
+from swimmer.ebt import TailMotion, mean_thrust
 from tests.benchmarks.reality.motions import COEFFICIENTS, fish, moving, roll, without_tendons
 
 

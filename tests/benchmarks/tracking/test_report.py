@@ -7,7 +7,8 @@ import pytest
 from benchmarks.tracking import accuracy
 from benchmarks.tracking.accuracy import clips_of, measure_accuracy, score_clip
 from benchmarks.tracking.report import measure_tracking
-from benchmarks.video import ClipPlan, Encoding, Optics, Swim
+from benchmarks.video import ClipPlan, Encoding, Optics
+from benchmarks.video.plan import Swim
 from session import InputError
 
 SHORT = ClipPlan(

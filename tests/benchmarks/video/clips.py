@@ -6,7 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.video import ClipPlan, Look, MarkerLook, Optics, PoolScene, WaterLook, centred, staged, travelling_wave
+from benchmarks.video import ClipPlan, MarkerLook, Optics, PoolScene
+from benchmarks.video.motion import travelling_wave
+from benchmarks.video.plan import Look
+from benchmarks.video.stage import centred, staged
+from benchmarks.video.water import WaterLook
 from swimmer import load_robot
 
 PLAIN = Look(

@@ -2,8 +2,9 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.video import PoolCamera
-from tracking.lens import to_rays, true_over_apparent
+from benchmarks.video.camera import PoolCamera
+from tracking.lens.parallax import true_over_apparent
+from tracking.lens.undistort import to_rays
 
 DISTORTION = (-0.2, 0.05, 0.001, -0.002, 0.01)
 

@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 
 from benchmarks.video.filmed import SessionVideo
-from session import InputError, load_camera, load_session, load_tracks
-from synthetic import NOISELESS, Gap, SyntheticCamera, make_session, read_truth
+from session import InputError, load_session
+from session.camera import load_camera
+from session.tracks import load_tracks
+from synthetic import SyntheticCamera, make_session, read_truth
+from synthetic.faults import Gap
+from synthetic.noise import NOISELESS
 from tests.benchmarks.video.test_writer import decoded
 from tests.synthetic.plans import files_of, small_plan, tracks_of
 

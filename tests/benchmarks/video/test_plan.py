@@ -1,7 +1,8 @@
 import pytest
 from pydantic import ValidationError
 
-from benchmarks.video import BENCHMARK_CLIPS, ClipPlan, Occlusion, Optics
+from benchmarks.video import BENCHMARK_CLIPS, ClipPlan, Optics
+from benchmarks.video.occlusion import Occlusion
 
 
 def test_every_fault_of_a_plan_is_named_at_once() -> None:

@@ -4,7 +4,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.video import ClipPlan, Codec, Optics, Swim, boxes_file, load_truth, render_clip, truth_file
+from benchmarks.video import ClipPlan, Optics, load_truth, truth_file
+from benchmarks.video.plan import Swim
+from benchmarks.video.render import render_clip
+from benchmarks.video.truth import boxes_file
+from benchmarks.video.writer import Codec
 from session import InputError
 from tests.benchmarks.video.test_writer import decoded
 

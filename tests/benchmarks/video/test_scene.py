@@ -3,8 +3,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.video import MarkerLook, Occlusion, PoolScene, RobotPoints, WaterLook
+from benchmarks.video import MarkerLook, PoolScene, RobotPoints
+from benchmarks.video.occlusion import Occlusion
 from benchmarks.video.plan import Look
+from benchmarks.video.water import WaterLook
 from swimmer import load_robot
 from tests.benchmarks.video.clips import HEAD, centroid_px, small_scene
 

@@ -4,7 +4,7 @@ import av
 import numpy as np
 import pytest
 
-from benchmarks.video import Codec, VideoWriter
+from benchmarks.video.writer import Codec, VideoWriter
 
 SIZE = (48, 64)
 

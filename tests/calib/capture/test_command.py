@@ -13,7 +13,8 @@ import serial
 
 from calib.capture import main
 from calib.motor import Emulator, PseudoTerminal
-from session import load_motor, load_session
+from session import load_session
+from session.motor import load_motor
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs pseudo-terminals")
 ROOT = Path(__file__).resolve().parents[3]

@@ -11,7 +11,9 @@ import dynamixel_sdk
 import pytest
 import serial
 
-from session import load_commands, load_motor, load_session
+from session import load_session
+from session.commands import load_commands
+from session.motor import load_motor
 
 ROOT = Path(__file__).resolve().parents[3]
 ON_THE_ROBOT = ("calib/__init__.py", "calib/capture", "calib/motor")  # what docs/bench.md tells to copy

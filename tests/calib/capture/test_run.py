@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 
 from benchmarks.motor.faults import Fault, Faults, FaultyEmulator
-from calib.capture import COMMANDS_HEADER, START_CODE, Interrupted, MotorFault, UserError
+from calib.capture import MotorFault, UserError
 from calib.capture import run as run_module
+from calib.capture.errors import Interrupted
+from calib.capture.logs import COMMANDS_HEADER
+from calib.capture.plan import START_CODE
 from calib.motor import HardwareError
-from session import load_motor, load_session
+from session import load_session
+from session.motor import load_motor
 from swimmer import load_robot
 from tests.calib.capture.virtual import bench
 

@@ -3,7 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from calib.capture import MOTOR_HEADER, UserError
+from calib.capture import UserError
+from calib.capture.logs import MOTOR_HEADER
 from calib.capture.session_text import SessionText
 from session import load_session
 from swimmer import load_robot

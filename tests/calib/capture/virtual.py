@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.motor.faults import Faults, FaultyEmulator
-from calib.capture import CaptureSettings, Clock, TrialResult, capture
+from calib.capture import CaptureSettings, TrialResult, capture
+from calib.capture.host import Clock
 from calib.motor import Emulator, VirtualClock, VirtualPort
 
 SILENCE_S = 0.4

@@ -9,8 +9,10 @@ import numpy as np
 
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.dry_run.response import DryResponse, simulate_response, with_arm
-from session import FISHSIM_MARKERS, CameraSpec, Tracks, TrialSpec
-from swimmer import DRY, RobotSpec, Runs, Twin, load_robot
+from session import CameraSpec, Tracks, TrialSpec
+from session.create import FISHSIM_MARKERS
+from swimmer import RobotSpec, Runs, Twin, load_robot
+from swimmer.mjcf import DRY
 from synthetic.noise import NOISELESS, TrackingNoise, lasting_errors, on_grid, placement_offsets
 
 CAMERA = CameraSpec(fps=60.0, scale_length_m=0.142, calibration=None, file=None)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fitting.dry_run.response import DryResponse, Turn, simulate_response, simulate_turns, with_arm
-from session import FISHSIM_MARKERS, NotEnoughData
+from session import NotEnoughData
+from session.create import FISHSIM_MARKERS
 from tests.fitting.dry_run.runs import ROBOT, clean_run, shared_response
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from fitting.free_decay import DecayTwin
 from session import CameraSpec, Tracks
-from swimmer import FREE_DECAY, RobotSpec, load_robot
+from swimmer import RobotSpec, load_robot
+from swimmer.mjcf import FREE_DECAY
 from synthetic.noise import TrackingNoise, lasting_errors, on_grid, placement_offsets
 
 ROBOT = load_robot()

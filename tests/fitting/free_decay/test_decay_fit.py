@@ -9,7 +9,7 @@ import pytest
 
 from fitting.free_decay import DecayFit, DecayTrial, combine_decays, fit_decay, measure_decay_trial
 from session import NotEnoughData, Tracks
-from synthetic import NOISELESS
+from synthetic.noise import NOISELESS
 from tests.cases import later
 from tests.fitting.free_decay.chain import linear_decay
 from tests.fitting.free_decay.decays import CAMERA, MARKERS, ROBOT, Truth, decay_tracks, filmed, swings

@@ -8,12 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting import tail_markers
+from fitting.in_pool import tail_markers
 from fitting.motor_clock import MotorRecord
 from fitting.motor_clock.record import motor_record
 from fitting.motor_clock.tail_motion import TailMotion
-from session import FISHSIM_MARKERS, MotorCommands, MotorLog, TrialSpec
-from swimmer import DRY, SWIM, Runs, Twin, load_robot
+from session import TrialSpec
+from session.commands import MotorCommands
+from session.create import FISHSIM_MARKERS
+from session.motor import MotorLog
+from swimmer import Runs, Twin, load_robot
+from swimmer.mjcf import DRY, SWIM
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from synthetic.motor import SyntheticMotor, drive
 from synthetic.motor_log import read_motor, reading_times

@@ -13,7 +13,8 @@ from fitting.dry_run import measure_dry_run
 from fitting.forecast import phase_from_harmonic
 from fitting.motor_clock import MotorRecord
 from fitting.objective import Swims
-from session import FISHSIM_MARKERS, CameraSpec, NotEnoughData, Tracks
+from session import CameraSpec, NotEnoughData, Tracks
+from session.create import FISHSIM_MARKERS
 from swimmer import Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.motor_clock.drives import FPS, PX_PER_M, ROBOT, SPEC, SWIM_SPEC, Filmed, filmed, recorded

@@ -17,7 +17,8 @@ from fitting.posterior.laplace import laplace
 from fitting.posterior.places_off import TAKEN
 from fitting.posterior.posterior import Posterior
 from fitting.posterior.posterior_file import VARIABLES
-from session import Flag, Provenance
+from session import Flag
+from session.results import Provenance
 from tests.reports.posteriors import made_findings
 
 NAMES = ("blunt_drag", "slender_drag", "angular_drag", "kutta_lift", "magnus_lift")

@@ -17,7 +17,9 @@ from fitting.posterior.gait import (
     phase_between,
     places_of_slides,
 )
-from session import FISHSIM_MARKERS, CameraSpec, TrialSpec, load_tracks
+from session import CameraSpec, TrialSpec
+from session.create import FISHSIM_MARKERS
+from session.tracks import load_tracks
 from swimmer import Runs, load_robot
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import exact_twin

@@ -15,7 +15,7 @@ from fitting.posterior.inference import sample_posterior
 from fitting.posterior.noise import GaitNoise, noise_of
 from fitting.posterior.noise_part import NoisePart
 from fitting.posterior.whiteness import noise_flags, whiteness
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import Twin, load_robot
 from synthetic import TrackingNoise
 from synthetic.noise import lasting_errors

@@ -7,7 +7,7 @@ import pytest
 
 from fitting.posterior.gait import advanced, phase_between
 from fitting.posterior.trial_model import START_SD, Freedoms, TrialModel
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import RobotSpec, Runs, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from session import TrialKind
+from session.session_file import TrialKind
 from swimmer.effects import Effect, Parameter
 
 

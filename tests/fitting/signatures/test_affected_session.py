@@ -11,8 +11,9 @@ from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
 from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import AffectedSession
 from session import CameraSpec
-from swimmer import DRY, Runs, Twin
+from swimmer import Runs, Twin
 from swimmer.effects import AffectedTwin, catalogue
+from swimmer.mjcf import DRY
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_dry_run, exact_swims, exact_twin
 

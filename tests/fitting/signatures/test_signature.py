@@ -9,7 +9,9 @@ from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
 from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import signature_of, view_of
 from fitting.signatures.signature import strengths
-from session import FISHSIM_MARKERS, CameraCalibration, CameraSpec
+from session import CameraSpec
+from session.camera import CameraCalibration
+from session.create import FISHSIM_MARKERS
 from swimmer.effects.measurement import MarkerOffset, MarkerSwap, RollingShutter, TimeBaseError
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_swims, exact_twin

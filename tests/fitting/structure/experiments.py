@@ -11,9 +11,11 @@ from fitting.dry_run import measure_dry_run
 from fitting.dry_run.response import with_arm
 from fitting.free_decay import measure_decay_trial
 from fitting.structure import DryExperiments
-from session import TrialSpec, load_session, load_tracks
+from session import TrialSpec, load_session
+from session.tracks import load_tracks
 from swimmer import RobotSpec, load_robot
-from synthetic import SyntheticDecay, SyntheticPlan, SyntheticTrial, make_session
+from synthetic import SyntheticPlan, SyntheticTrial, make_session
+from synthetic.trials import SyntheticDecay
 
 DESCRIBED = load_robot()
 TRUE = {"hinge_stiffness": 0.75, "hinge_damping": 0.028, "crank_arm": 0.0375}

@@ -23,7 +23,9 @@ from fitting.structure import (
     identify_structure,
     read_structure,
 )
-from session import Flag, Provenance, SimulationDiverged
+from session import Flag
+from session.errors import SimulationDiverged
+from session.results import Provenance
 from tests.cases import later
 from tests.fitting.structure.experiments import DESCRIBED, TRUE, measured, robot_with
 

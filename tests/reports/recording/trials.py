@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.video import VideoWriter
+from benchmarks.video.writer import VideoWriter
 from reports.recording import RecordedTrial, make_proxy
 from session import Flag, Tracks
 from tracking.records import SampleState, TrackedTrial

@@ -5,9 +5,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from swimmer import FREE_DECAY, PUBLISHED_COEFFICIENTS, Scene, Twin
+from swimmer import PUBLISHED_COEFFICIENTS, Scene, Twin
 from swimmer.effects.affected_twin import AffectedTwin
 from swimmer.effects.effect import Effect, StepState
+from swimmer.mjcf import FREE_DECAY
 from tests.swimmer.robots import FISH
 
 

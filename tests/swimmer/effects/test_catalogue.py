@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from session import TrialKind
+from session.session_file import TrialKind
 from swimmer import FluidCoefficients
-from swimmer.effects import AffectedRuns, AffectedTwin, Effect, Family, Stage, catalogue
+from swimmer.effects import AffectedRuns, AffectedTwin, Effect, catalogue
+from swimmer.effects.effect import Family, Stage
 from tests.swimmer.effects.swims import EVEN, PLAIN, TIME_S, plain_runs, runs_with, with_effect
 
 EFFECTS = list(catalogue().values())

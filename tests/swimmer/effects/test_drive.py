@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from swimmer import DRY, Twin
+from swimmer import Twin
 from swimmer.crank_turn import Turn
 from swimmer.effects import catalogue
 from swimmer.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimmer.effects.effect import Drive, Effect
+from swimmer.mjcf import DRY
 from tests.swimmer.robots import FISH
 
 RIPPLE = catalogue()["motor_speed_ripple"]

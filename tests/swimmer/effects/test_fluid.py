@@ -6,13 +6,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from swimmer import SWIM, FluidCoefficients, RobotSpec, Runs, Scene, TailMotion, Twin, build_mjcf, mean_thrust
+from swimmer import FluidCoefficients, RobotSpec, Runs, Scene, Twin, build_mjcf
+from swimmer.ebt import TailMotion, mean_thrust
 from swimmer.effects import catalogue
 from swimmer.effects.affected_twin import AffectedRuns, AffectedTwin
 from swimmer.effects.effect import Effect, StepState
 from swimmer.effects.fluid import DAMPING, PITCH_HZ, ROLL_HZ, SLOW_M_S
 from swimmer.effects.plates import Plates
 from swimmer.effects.seen import Seen, View
+from swimmer.mjcf import SWIM
 from tests.cases import later
 from tests.swimmer.effects.swims import PLAIN
 from tests.swimmer.engine_state import random_state

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from swimmer.effects import AffectedTwin, Seen, View, catalogue
+from swimmer.effects import AffectedTwin, View, catalogue
 from swimmer.effects.measurement import MarkerOffset, MarkerSwap, TrackerDrift
+from swimmer.effects.seen import Seen
 from tests.swimmer.effects.swims import PLAIN, TIME_S, runs_with, with_effect
 
 NAMES = ("nose", "neck", "tail_1", "tail_2")

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from session import InputError
-from swimmer.effects import Effect, Seen, StepForce, StepState
+from swimmer.effects import Effect, StepForce, StepState
+from swimmer.effects.seen import Seen
 from swimmer.effects.tendons import CrankArmError
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec

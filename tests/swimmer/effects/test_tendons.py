@@ -4,9 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from swimmer import DRY, FREE_DECAY, RobotSpec, build_mjcf
+from swimmer import RobotSpec, build_mjcf
 from swimmer.effects import catalogue
 from swimmer.effects.tendon_path import TendonPath
+from swimmer.mjcf import DRY, FREE_DECAY
 from tests.swimmer.effects.models import model_with, moved, plain_model, settled, still
 from tests.swimmer.engine_state import at_pose, random_state
 from tests.swimmer.robots import FISH, every_robot

@@ -9,7 +9,8 @@ import pytest
 from session import InputError
 from tests.cases import later
 from tests.tracking.boxes.drawn import ELEVEN, NINE, Scene, draw, layout, places_px
-from tracking.boxes import FoundBoxes, find_boxes
+from tracking.boxes import find_boxes
+from tracking.boxes.find_boxes import FoundBoxes
 
 FISHSIM = Path(__file__).parents[4] / "shared" / "data" / "fishsim"
 PUBLIC = ("f0_50", "f0_75", "f1_00", "f1_25", "f1_75")

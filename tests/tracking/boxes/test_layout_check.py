@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from session import FaultCollector, load_tracks
+from session import FaultCollector
+from session.tracks import load_tracks
 from tests.session.sample import FISHSIM, needs_fishsim
 from tests.tracking.boxes.drawn import ELEVEN, NINE, Scene, layout, places_px
 from tracking.boxes.layout_check import check_layout

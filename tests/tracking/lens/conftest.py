@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from session import CameraCalibration
+from session.camera import CameraCalibration
 from tests.tracking.lens.render import Scene, poses
 from tracking.lens import BoardSpec
 

@@ -6,9 +6,10 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from session import CameraCalibration
-from tracking.lens import BoardSpec, to_rays
+from session.camera import CameraCalibration
+from tracking.lens import BoardSpec
 from tracking.lens.print_board import dark_rectangles
+from tracking.lens.undistort import to_rays
 
 TEXEL_PER_SQUARE = 64
 SUPERSAMPLE = 2

@@ -9,7 +9,9 @@ import pytest
 from session import InputError, NotEnoughData
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tests.tracking.lens.render import Scene, poses, to_pixels
-from tracking.lens import BoardSpec, LensCalibration, calibrate_lens, find_corners, to_rays
+from tracking.lens import BoardSpec, LensCalibration, calibrate_lens
+from tracking.lens.corners import find_corners
+from tracking.lens.undistort import to_rays
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from session import CameraCalibration, load_camera
+from session.camera import CameraCalibration, load_camera
 from tests.tracking.lens.conftest import LENS
 from tracking.lens import save_camera
 

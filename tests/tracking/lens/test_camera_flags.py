@@ -5,8 +5,9 @@ import pytest
 
 from session import CameraSpec
 from tests.tracking.lens.conftest import LENS
-from tracking.lens import lens_flags, to_rays
+from tracking.lens import lens_flags
 from tracking.lens.camera_flags import bend_at_edge
+from tracking.lens.undistort import to_rays
 
 KNOWN = LENS.model_copy(update={"height_above_water_m": 2.0})
 

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from session import CameraCalibration
+from session.camera import CameraCalibration
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tests.tracking.lens.render import Scene, poses, to_pixels
-from tracking.lens import Corners
+from tracking.lens.corners import Corners
 from tracking.lens.credibility import lens_covariance
 from tracking.lens.lens_fit import fit_lens
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tracking.lens import true_over_apparent
-from tracking.lens.parallax import WATER_INDEX
+from tracking.lens.parallax import WATER_INDEX, true_over_apparent
 
 H = 2.5
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.video import VideoWriter
+from benchmarks.video.writer import VideoWriter
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tracking.lens import calibrate_lens, video_pictures
 

@@ -3,7 +3,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from session import InputError
-from tracking.records import Drop, EditLog, Relabel, SetBox, Swap, Undo
+from tracking.records import EditLog
+from tracking.records.edit import Drop, Relabel, SetBox, Swap, Undo
 
 MARKERS = ("nose", "neck", "tail_1")
 FRAMES = 20

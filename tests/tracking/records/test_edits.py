@@ -7,21 +7,10 @@ from hypothesis import strategies as st
 
 from tests.tracking.records.test_edit_log import FRAMES, MARKERS, edits
 from tests.tracking.records.trials import mixed_trial, same
-from tracking.records import (
-    Drop,
-    EditLog,
-    LoggedEdit,
-    Relabel,
-    Retrack,
-    SampleState,
-    SetBox,
-    Swap,
-    TrackedTrial,
-    Undo,
-    apply_edits,
-    only_csrt_flags,
-    retracks,
-)
+from tracking.records import EditLog, SampleState, TrackedTrial, apply_edits
+from tracking.records.edit import Drop, Relabel, SetBox, Swap, Undo
+from tracking.records.edit_log import LoggedEdit
+from tracking.records.edits import Retrack, only_csrt_flags, retracks
 
 
 def log_of(path, *several) -> EditLog:

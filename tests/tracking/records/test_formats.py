@@ -6,17 +6,10 @@ import xarray as xr
 
 from session import InputError, Tracks
 from tests.tracking.records.trials import mixed_trial, same
-from tracking.records import (
-    FORMATS,
-    SampleState,
-    TrackedTrial,
-    export_tracks,
-    import_tracks,
-    load_deeplabcut,
-    load_movement,
-    save_movement,
-    to_movement,
-)
+from tracking.records import SampleState, TrackedTrial, export_tracks, import_tracks, to_movement
+from tracking.records.deeplabcut import load_deeplabcut
+from tracking.records.formats import FORMATS
+from tracking.records.movement import load_movement, save_movement
 
 MARKERS = ("nose", "neck", "tail_1")
 FPS = 50.0

@@ -3,12 +3,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from session import FISHSIM_MARKERS, load_tracks
+from session.create import FISHSIM_MARKERS
+from session.tracks import load_tracks
 from swimmer import load_robot
 from tests.tracking.fish import FPS, MARKERS, swimming_fish
 from tests.tracking.records.trials import same, tracked_of, twin_px
 from tracking import check_tracks
-from tracking.records import GapLimits, SampleState, fill_gaps
+from tracking.records import SampleState, fill_gaps
+from tracking.records.gaps import GapLimits
 
 NOISE_PX = 0.15
 ANY = GapLimits(seconds=9.0, error_px=99.0)

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from session import InputError, ResultsNotWritable, load_tracks
+from session import InputError
+from session.errors import ResultsNotWritable
+from session.tracks import load_tracks
 from tests.tracking.records.trials import mixed_trial, same
 from tracking.records import SampleState, TrackedTrial, load_tracked, save_tracked
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from scipy.special import erfc
 
-from benchmarks.video import VideoWriter
+from benchmarks.video.writer import VideoWriter
 from swimmer import load_robot
 from tracking.boxes import Box, StartBoxes
 from tracking.tracker import MarkerTracker, Sighting

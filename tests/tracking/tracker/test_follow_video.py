@@ -15,7 +15,9 @@ from tests.cases import later
 from tests.tracking.tracker.pool import WATER, Pool, Thing, tail
 from tracking.boxes import Box, StartBoxes
 from tracking.records import SampleState, TrackedTrial
-from tracking.tracker import PREDICTED_FOR, TRACKERS, Partial, follow_video
+from tracking.tracker import TRACKERS, follow_video
+from tracking.tracker.follow_video import PREDICTED_FOR
+from tracking.tracker.partial import Partial
 from tracking.tracker.second_opinion import SecondOpinion
 from tracking.video import Frame, Video
 

@@ -10,7 +10,7 @@ from swimmer import load_robot
 from tests.tracking.fish import swimming_fish
 from tests.tracking.tracker.pool import fish
 from tracking.records import SampleState, TrackedTrial
-from tracking.tracker import judge
+from tracking.tracker.judgement import judge
 
 ROBOT = load_robot()
 NINE = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")

@@ -8,7 +8,9 @@ import pytest
 from session import Tracks
 from tests.tracking.tracker.pool import Pool, tail
 from tracking.boxes import Box
-from tracking.records import EditLog, Retrack, SampleState, SetBox, TrackedTrial, apply_edits
+from tracking.records import EditLog, SampleState, TrackedTrial, apply_edits
+from tracking.records.edit import SetBox
+from tracking.records.edits import Retrack
 from tracking.tracker import retracker
 from tracking.video import Video
 

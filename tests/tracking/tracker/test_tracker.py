@@ -9,7 +9,8 @@ from tests.cases import later
 from tests.tracking.tracker.pool import WATER, Pool, Thing, drifting, errors, fish, still, tail
 from tracking import check_tracks
 from tracking.records import TrackedTrial
-from tracking.tracker import MarkerTracker, Sighting, judge
+from tracking.tracker import MarkerTracker, Sighting
+from tracking.tracker.judgement import judge
 
 ROBOT = load_robot()
 NINE = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")

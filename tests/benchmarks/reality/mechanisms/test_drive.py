@@ -3,9 +3,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.reality import Trial, Turn, World, simulate
+from benchmarks.reality import Trial, World, simulate
 from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
 from benchmarks.reality.mechanisms.drive import DriveRatioError, MotorSpeedRipple, MotorSpeedSag, MotorStartDelay
+from benchmarks.reality.tendons import Turn
 from tests.benchmarks.reality.motions import COEFFICIENTS
 
 STEP_S = 0.001

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.reality import Sight
+from benchmarks.reality.camera import Sight
 from benchmarks.reality.mechanisms import CATALOGUED
 from benchmarks.reality.mechanisms.fluid import (
     AddedMassReaction,

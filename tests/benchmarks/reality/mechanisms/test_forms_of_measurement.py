@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from benchmarks.reality import Camera, Picture, Sight
+from benchmarks.reality.camera import Camera, Picture, Sight
 from benchmarks.reality.mechanism import Mechanism
 from benchmarks.reality.mechanisms import CATALOGUED, catalogued
 from benchmarks.reality.mechanisms.measurement import (
@@ -20,9 +20,10 @@ from benchmarks.reality.mechanisms.measurement import (
     TimeBaseError,
     TrackerDrift,
 )
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
-from swimmer.effects import Effect, Seen, View, catalogue
+from swimmer.effects import Effect, View, catalogue
+from swimmer.effects.seen import Seen
 
 TIME_S = np.arange(241) / 60
 CAMERA = Camera()

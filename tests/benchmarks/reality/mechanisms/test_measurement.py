@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.reality import Camera, Picture, Sight
+from benchmarks.reality.camera import Camera, Picture, Sight
 from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
 from benchmarks.reality.mechanisms.measurement import (
     CameraParallax,
@@ -15,7 +15,7 @@ from benchmarks.reality.mechanisms.measurement import (
     TrackerDrift,
 )
 from benchmarks.reality.mechanisms.wear import worn
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 
 TIME_S = np.arange(241) / 60

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.reality import Sight, Trial, World, simulate
+from benchmarks.reality import Trial, World, simulate
+from benchmarks.reality.camera import Sight
 from benchmarks.reality.mechanisms import OUTSIDE, drawn_of
 from benchmarks.reality.mechanisms.outside import (
     CamberedFin,

@@ -3,7 +3,7 @@ import pytest
 
 from benchmarks.reality import Trial, World, simulate
 from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE, catalogued, drawn_of, uncatalogued
-from session import FISHSIM_MARKERS
+from session.create import FISHSIM_MARKERS
 from tests.benchmarks.reality.motions import COEFFICIENTS
 
 FAMILY = {name: family for family, names in CATALOGUED.items() for name in names} | dict.fromkeys(OUTSIDE, "outside")

@@ -3,7 +3,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from benchmarks.reality import Instant, Mechanism, Trial, World, simulate
+from benchmarks.reality import Mechanism, Trial, World, simulate
+from benchmarks.reality.instant import Instant
 from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
 from benchmarks.reality.mechanisms.tendons import (
     CrankArmError,
