@@ -9,8 +9,8 @@ from session.errors import SessionLocked
 from session.lock import session_lock
 
 HOLD = """
-import pathlib, sys, time, session
-with session.session_lock(pathlib.Path(sys.argv[1])):
+import pathlib, sys, time, session.lock
+with session.lock.session_lock(pathlib.Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)
 """
