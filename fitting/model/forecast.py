@@ -1,0 +1,221 @@
+"""What the model forecasts of a trial: conditional normals of its features, and the marker tracks that they make.
+
+Fitted trials tell of a new one what all trials share: coefficients, marker places, the common discrepancy. Its own
+first beats tell what is its own: trim, registration of the head frame, boxes (Rasmussen and Williams 2006, A.6).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from fitting.forecast import SETTLED_S
+from fitting.in_pool import head_frame
+from fitting.model.mode import Mode, jacobian_at, step_shift
+from fitting.model.variance import COEFFICIENT_SD, Block, Covariance, middle_of
+from fitting.posterior.gait import COURSE, HARMONICS, SPEED, Gait, of_markers, waves
+from fitting.posterior.noise import GaitNoise
+from fitting.posterior.trial_model import Freedoms, TrialModel, freedoms_together
+from fitting.trial import MeasuredTrial
+from session import NotEnoughData
+from tracking import HeadFrame
+
+NORMAL_90 = 1.645
+_FEWEST = 24  # frames of a window
+_DRAWS = 200  # of tracks, for their bands
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureForecast:
+    """Normal, of the features of a window.
+
+    Attributes:
+        window: beside the twin.
+        mean: (k,).
+        covariance: (k, k).
+    """
+
+    window: TrialModel
+    mean: np.ndarray
+    covariance: np.ndarray
+
+    @property
+    def speed(self) -> float:
+        """Forward, m/s."""
+        return float(self.mean[SPEED])
+
+    @property
+    def speed_sd(self) -> float:
+        """m/s."""
+        return float(np.sqrt(self.covariance[SPEED, SPEED]))
+
+    @cached_property
+    def head(self) -> HeadFrame:
+        """(n, m, 2) the forecast tracks in the head frame, of all frames of the trial."""
+        return self._head_of(self.mean[None], one=True)
+
+    def inside(self, frames: np.ndarray, seed: int = 0) -> float:
+        """Share of the measured samples of some frames (n,) that lie within the 90 % bands of their tracks."""
+        trial = self.window.trial
+        drawn = self._head_of(self._drawn(seed))
+        low, high = np.quantile(_aligned(drawn, frames), [0.05, 0.95], axis=0)
+        measured = _aligned(trial.head, frames)
+        good = (trial.weight[frames] > 0) & np.isfinite(measured).all(axis=-1)
+        return float(((measured >= low) & (measured <= high))[good].mean())
+
+    def _drawn(self, seed: int) -> np.ndarray:
+        """(d, k)."""
+        values, vectors = np.linalg.eigh(self.covariance)
+        root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+        return self.mean + np.random.default_rng([seed, 31]).standard_normal((_DRAWS, len(root))) @ root
+
+    def _head_of(self, features: np.ndarray, one: bool = False) -> HeadFrame:
+        position_m = tracks_of(features, self.window)
+        return head_frame(self.window.trial.markers, position_m[0] if one else position_m)
+
+
+def tracks_of(features: np.ndarray, window: TrialModel) -> np.ndarray:
+    """(d, n, m, 2) markers on the pool that have such features (d, k), in all frames of the window's trial, m.
+
+    Each marker beats about its mean in a frame that goes forward and sideways, and turns, at steady rates.
+    """
+    trial = window.trial
+    turn_rad = trial.crank_rad(trial.time_s, trial.frequency.hz)
+    columns = np.column_stack([np.ones(len(turn_rad)), waves(turn_rad, HARMONICS)])  # (n, 7)
+    beats = np.einsum("nc,dmac->dnma", columns, of_markers(features))
+    place = beats[..., 0] + 1j * beats[..., 1]
+    sideways, turning = features[:, -len(COURSE) :].T
+    heading = np.exp(1j * np.multiply.outer(turning, trial.time_s))  # (d, n)
+    speed = (features[:, SPEED] + 1j * sideways)[:, None] * heading
+    steps = 0.5 * (speed[:, 1:] + speed[:, :-1]) * np.diff(trial.time_s)
+    path = np.concatenate([np.zeros((len(features), 1)), np.cumsum(steps, axis=1)], axis=1)
+    position = path[..., None] + place * heading[..., None]
+    return np.stack([position.real, position.imag], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Two windows of a held-out trial, both at the frequency of its first beats.
+
+    Attributes:
+        early: its known part; None where that is too short.
+        late: its kept frames.
+    """
+
+    early: TrialModel | None
+    late: TrialModel
+
+    @classmethod
+    def of(cls, mode: Mode, trial: MeasuredTrial) -> "Windows":
+        """Of a trial that was not fitted."""
+        like = mode.model.trials[0]
+        own = replace(trial, frequency=trial.start_frequency)
+        known = own.known & (own.time_s > SETTLED_S)
+        early = replace(own, kept=known) if known.sum() >= _FEWEST else None
+        of = (None if each is None else replace(like, trial=each) for each in (early, own))
+        first, late = of
+        assert late is not None
+        return cls(first, late)
+
+
+def repeated(mode: Mode, number: int) -> FeatureForecast:
+    """Of a repeat of a fitted trial: all that is a trial's own is drawn anew."""
+    block = mode.blocks[number]
+    return _conditional(mode, [block._replace(trial=len(mode.blocks))], mode.simulated(number), [], [])
+
+
+def forecast_from_command(mode: Mode, window: TrialModel, scatter: float = 1.0) -> FeatureForecast:
+    """Of a window of a new trial, by what the fitted trials alone tell; in step with its tail."""
+    blocks, simulated = _blocks(mode, [window], scatter)
+    return _conditional(mode, blocks, simulated[0], [], [])
+
+
+def forecast_after_beats(mode: Mode, windows: Windows, scatter: float = 1.0) -> FeatureForecast:
+    """Of the late window of a new trial, by the fitted trials and its own early window.
+
+    Raises:
+        NotEnoughData: there is no early window.
+    """
+    if windows.early is None:
+        raise NotEnoughData(f"trial {windows.late.trial.name}: its first two beats are too short to tell anything")
+    blocks, (late, early) = _blocks(mode, [windows.late, windows.early], scatter)
+    return _conditional(mode, blocks, late, [windows.early.measured - early], [1])
+
+
+def scatter_of(mode: Mode) -> float:
+    """By how much features of two windows of one fitted trial differ, against what tracking noise makes of them.
+
+    Mean squared ratio, at least 1: a fish does not beat as evenly as its model.
+    """
+    ratios = []
+    for block in mode.blocks:
+        try:
+            windows = Windows.of(mode, block.model.trial.with_role("holdout"))
+        except NotEnoughData:
+            continue
+        if windows.early is None:
+            continue
+        difference = windows.early.measured - windows.late.measured
+        noise = sum(np.diag(_noise(mode, each)) for each in (windows.early, windows.late))
+        ratios.append(float(np.median(difference**2 / noise)) / _MEDIAN_OF_SQUARE)
+    return max(1.0, float(np.mean(ratios))) if ratios else 1.0
+
+
+_MEDIAN_OF_SQUARE = 0.4549  # of a standard normal number
+
+
+def _blocks(mode: Mode, windows: Sequence[TrialModel], scatter: float) -> tuple[list[Block], list[np.ndarray]]:
+    """Windows of one new trial, and what the twin simulates of each."""
+    freedoms = [_bounded(each) for each in freedoms_together(windows, mode.coefficients)]
+    plain = [window.simulated(mode.coefficients[None])[0] for window in windows]
+    shifts = np.split(step_shift(windows, mode.coefficients), len(windows))
+    simulated = [each + shift for each, shift in zip(plain, shifts, strict=True)]
+    speed = float(simulated[0][SPEED])
+    blocks = [
+        Block(window, own, scatter * _noise(mode, window), len(mode.blocks), speed)
+        for window, own in zip(windows, freedoms, strict=True)
+    ]
+    return blocks, simulated
+
+
+def _bounded(freedoms: Freedoms) -> Freedoms:
+    """No nuisance changes the speed by more than the limit: beside two steady states, differences are not small."""
+    own = np.array(freedoms.own)
+    size = np.abs(own[SPEED])
+    return freedoms._replace(own=own * np.minimum(1.0, _MOST_SPEED / np.maximum(size, 1e-12)))
+
+
+_MOST_SPEED = 0.01  # m/s, as far as the start is off
+
+
+def _noise(mode: Mode, window: TrialModel) -> np.ndarray:
+    """(k, k) that noise like that of the fitted trials makes of a window."""
+    gait: Gait = window.gait
+    return GaitNoise.typical([block.model.noise for block in mode.blocks], gait.time_s).covariance(gait)
+
+
+def _conditional(
+    mode: Mode, new: Sequence[Block], simulated: np.ndarray, residuals: Sequence[np.ndarray], seen: Sequence[int]
+) -> FeatureForecast:
+    """Of the first of new blocks, given the fitted trials and those of the new blocks that are seen."""
+    blocks = [*mode.blocks, *new]
+    length = len(simulated)
+    total = Covariance.of(blocks, middle_of(mode.blocks)).at(mode.sizes)
+    jacobian = np.vstack([mode.jacobian, jacobian_at([block.model for block in new], mode.coefficients)])
+    total += COEFFICIENT_SD**2 * jacobian @ jacobian.T
+    count = len(mode.residual)
+    asked = np.arange(count, count + length)
+    known = np.concatenate([np.arange(count), *(count + length * i + np.arange(length) for i in seen)])
+    factor = cho_factor(total[np.ix_(known, known)], lower=True)
+    gain = cho_solve(factor, total[np.ix_(known, asked)]).T
+    mean = simulated + gain @ np.concatenate([mode.residual, *residuals])
+    return FeatureForecast(new[0].model, mean, total[np.ix_(asked, asked)] - gain @ total[np.ix_(known, asked)])
+
+
+def _aligned(head: HeadFrame, frames: np.ndarray) -> np.ndarray:
+    """(..., k, m, 2) positions in the head frame, displacement counted from the first of the frames (n,)."""
+    first = int(np.flatnonzero(frames)[0])
+    path = head.path_m[..., frames, :] - head.path_m[..., first : first + 1, :]
+    return np.asarray(head.shape_m[..., frames, :, :] + path[..., None, :])

@@ -1,0 +1,252 @@
+"""The mode of the hierarchical model: coefficients by Gauss-Newton, variance components by restricted likelihood.
+
+The two take turns. Each step of the coefficients is that of generalised least squares in the covariance so far, within
+the bounds (Stark and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. A few starts, the likeliest of
+points all over the box, guard against other valleys.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.optimize import lsq_linear
+from scipy.stats import qmc
+
+from fitting.from_rest import swims_forward
+from fitting.model.variance import COEFFICIENT_SD, MEDIANS, Block, Covariance
+from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.posterior.gait import SPEED
+from fitting.posterior.session_model import SessionModel
+from fitting.posterior.trial_model import TrialModel, freedoms_together, simulated_together
+from session.errors import SimulationDiverged
+from swimmer import PUBLISHED_COEFFICIENTS
+
+Progress = Callable[[str, float | None], None]
+_SCREENED = 48
+_ROUNDS = 10
+_RENEWED = (0, 2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
+_ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
+_SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
+_STILL = 0.2  # length of a step in standard deviations of the coefficients, below which it is the last
+_APART = 1.0  # square root of the mean squared distance, in standard deviations, from which two ends differ
+_AS_LIKELY = 2.0  # log density within which two ends are as likely
+
+
+class End(NamedTuple):
+    """Where one start ended.
+
+    Attributes:
+        start, coefficients: (5,) before and after.
+        log_density: ln of the marginal posterior of the variance components, coefficients integrated out.
+        converged: the last step was short.
+        forward: started from rest, the twin swims forward.
+    """
+
+    start: np.ndarray
+    coefficients: np.ndarray
+    log_density: float
+    converged: bool
+    forward: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """The likeliest coefficients, and the normal approximation about them (Laplace).
+
+    Attributes:
+        model: the trials it rests on.
+        coefficients: (5,).
+        sizes: standard deviation of each variance component, by its name.
+        covariance: of the features.
+        blocks: of the trials, in the order of the row.
+        residual: (K,) measured less simulated, of a twin whose time step vanishes.
+        jacobian: (K, 5) of the simulated features.
+        shift: (K,) what a vanishing time step adds to the simulated features.
+        ends: of all starts, the best first.
+        simulations: how often the trials were simulated.
+    """
+
+    model: SessionModel
+    coefficients: np.ndarray
+    sizes: Mapping[str, float]
+    covariance: Covariance
+    blocks: tuple[Block, ...]
+    residual: np.ndarray
+    jacobian: np.ndarray
+    shift: np.ndarray
+    ends: tuple[End, ...]
+    simulations: int
+
+    @property
+    def total(self) -> np.ndarray:
+        """(K, K) covariance of the residual."""
+        return self.covariance.at(self.sizes)
+
+    @property
+    def coefficient_covariance(self) -> np.ndarray:
+        """(5, 5) of the coefficients, by the curvature and the width of their prior."""
+        return _coefficient_covariance(self.total, self.jacobian)
+
+    def simulated(self, number: int) -> np.ndarray:
+        """(k,) features of a fitted trial beside a twin whose time step vanishes."""
+        length = len(self.blocks[number].model.measured)
+        return self.blocks[number].model.measured - self.residual[number * length :][:length]
+
+    @property
+    def disagree(self) -> tuple[End, ...]:
+        """Ends as likely as the best, and elsewhere."""
+        sd = np.sqrt(np.diag(self.coefficient_covariance))
+        best = self.ends[0]
+
+        def apart(end: End) -> bool:
+            return bool(np.sqrt(np.mean(((end.coefficients - best.coefficients) / sd) ** 2)) > _APART)
+
+        return tuple(
+            end
+            for end in self.ends[1:]
+            if end.forward == best.forward and end.log_density > best.log_density - _AS_LIKELY and apart(end)
+        )
+
+
+def find_mode(
+    model: SessionModel, starts: int = 3, seed: int = 0, tell: Progress = lambda _message, _share: None
+) -> Mode:
+    """The likeliest coefficients of a session's fitted trials.
+
+    Args:
+        model: the trials; their features hold the course.
+        starts: how many of the screened points are gone on from.
+        seed: of the screening.
+        tell: of the progress.
+
+    Raises:
+        SimulationDiverged: from every start.
+    """
+    points = _screened(seed)
+    simulated = model.simulated(points)
+    found: list[Mode] = []
+    for number, start in enumerate(_promising(model, points, simulated, starts)):
+        tell("fitting the coefficients", number / starts)
+        if (each := _Descent(model, start).run()) is not None:
+            found.append(each)
+    if not found:
+        raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
+    at = np.array([each.coefficients for each in found])
+    forward = swims_forward(model.trials[0].twin, at, tuple(each.trial for each in model.trials))
+    ends = [each.ends[0]._replace(forward=bool(swims)) for each, swims in zip(found, forward, strict=True)]
+    order = sorted(range(len(ends)), key=lambda i: (not ends[i].forward, -ends[i].log_density))
+    spent = len(points) + sum(each.simulations for each in found)
+    return replace(found[order[0]], ends=tuple(ends[i] for i in order), simulations=spent)
+
+
+def blocks_at(model: SessionModel, coefficients: np.ndarray) -> tuple[Block, ...]:
+    """The blocks of trials that are fitted, with what nuisances do at coefficients (5,)."""
+    freedoms = freedoms_together(model.trials, coefficients)
+    trials = zip(model.trials, freedoms, strict=True)
+    return tuple(
+        Block(each, own, each.noise_covariance, number, float(each.measured[SPEED]))
+        for number, (each, own) in enumerate(trials)
+    )
+
+
+def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.ndarray:
+    """(K, 5) of the simulated features with the coefficients (5,), by central differences within the bounds."""
+    steps = 2 * _ROOT_STEP * np.sqrt(np.maximum(coefficients, 0.01))
+    up, down = (np.clip(coefficients + sign * np.diag(steps), *COEFFICIENT_BOUNDS) for sign in (1, -1))
+    rows = np.hstack(simulated_together(trials, np.vstack([up, down])))
+    return np.asarray(((rows[:5] - rows[5:]) / np.diag(up - down)[:, None]).T)
+
+
+def step_shift(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.ndarray:
+    """(K,) what simulated features lack that a vanishing time step would show, at coefficients (5,).
+
+    Twice the change from whole to half steps, for the integrator is of first order (Richardson 1911).
+    """
+    twin = trials[0].twin
+    finer = twin.at_step(twin.scene.timestep_s / 2)
+    whole, half = (
+        np.hstack(simulated_together(each, coefficients[None]))[0]
+        for each in (trials, [replace(trial, twin=finer) for trial in trials])
+    )
+    return np.asarray(2 * (half - whole))
+
+
+class _Descent:
+    """From one start."""
+
+    def __init__(self, model: SessionModel, start: np.ndarray) -> None:
+        self.model, self.start, self.simulated = model, start, 0
+
+    def run(self) -> Mode | None:
+        """None where the twin diverges on the way."""
+        try:
+            return self._run()
+        except (np.linalg.LinAlgError, ValueError):  # what is simulated is not finite
+            return None
+
+    def _run(self) -> Mode:
+        at, sizes, converged = self.start, dict(MEDIANS), False
+        for round_ in range(_ROUNDS):
+            if round_ in _RENEWED:
+                blocks = blocks_at(self.model, at)
+                covariance, shift = Covariance.of(blocks), step_shift(self.model.trials, at)
+                self.simulated += 16
+            residual = self._residual(at, shift)
+            jacobian = jacobian_at(self.model.trials, at)
+            sizes, deviance = covariance.restricted(residual, jacobian, sizes)
+            if converged:
+                break
+            self.simulated += 12
+            before, at = at, self._stepped(at, residual, jacobian, covariance.at(sizes), shift)
+            root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(covariance.at(sizes), jacobian)))
+            converged = bool(np.linalg.norm(root.T @ (at - before)) < _STILL) and round_ >= _RENEWED[1]
+        end = End(self.start, at, -deviance, converged, True)
+        return Mode(
+            self.model, at, sizes, covariance, blocks, residual, jacobian, shift, (end,), self.simulated
+        )
+
+    def _residual(self, at: np.ndarray, shift: np.ndarray) -> np.ndarray:
+        return self.model.measured - self.model.simulated(at[None])[0] - shift
+
+    def _stepped(
+        self, at: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, total: np.ndarray, shift: np.ndarray
+    ) -> np.ndarray:
+        """(5,) one step on, or the same where no share of it gains."""
+        root = np.linalg.cholesky(total)
+        white, columns = (solve_triangular(root, each, lower=True) for each in (residual, jacobian))
+        low, high = COEFFICIENT_BOUNDS
+        step = lsq_linear(columns, white, bounds=(low - at - 1e-9, high - at + 1e-9)).x
+        tried = np.clip(at + np.outer(_SHARES, step), low, high)
+        left = self.model.measured - self.model.simulated(tried) - shift
+        self.simulated += len(tried)
+        squares = [
+            float((solve_triangular(root, row, lower=True) ** 2).sum()) if np.isfinite(row).all() else np.inf
+            for row in left
+        ]
+        best = int(np.argmin(squares))
+        return np.asarray(tried[best] if squares[best] < white @ white else at)
+
+
+def _coefficient_covariance(total: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
+    information = jacobian.T @ cho_solve(cho_factor(total, lower=True), jacobian)
+    return np.linalg.inv(information + COEFFICIENT_SD**-2.0 * np.eye(jacobian.shape[1]))
+
+
+def _screened(seed: int) -> np.ndarray:
+    """(s, 5) over the box, even in the roots; the published coefficients first."""
+    box = COEFFICIENT_BOUNDS[1] * qmc.Sobol(5, seed=seed).random_base2(int(np.ceil(np.log2(_SCREENED)))) ** 2
+    return np.vstack([PUBLISHED_COEFFICIENTS, box[: _SCREENED - 1]])
+
+
+def _promising(
+    model: SessionModel, points: np.ndarray, simulated: np.ndarray, starts: int
+) -> Sequence[np.ndarray]:
+    """The likeliest of the points (s, 5) by what they simulate (s, K), relative to how fast and wide each beat is."""
+    measured = model.measured.reshape(len(model.trials), -1)
+    rows = simulated.reshape(len(points), *measured.shape)
+    speed = (rows[..., SPEED] - measured[..., SPEED]) / np.maximum(np.abs(measured[..., SPEED]), 1e-3)
+    wave = np.linalg.norm(rows[..., 1:] - measured[..., 1:], axis=-1) / np.linalg.norm(measured[..., 1:], axis=-1)
+    misfit = np.nan_to_num((speed**2 + wave**2).sum(axis=-1), nan=np.inf)
+    return [points[i] for i in np.argsort(misfit)[:starts] if np.isfinite(misfit[i])]

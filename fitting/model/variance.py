@@ -1,0 +1,225 @@
+"""The covariance of a session's features: variance components with priors, found by restricted maximum likelihood.
+
+What a component of unit size does to the features of all trials is a matrix; the covariance is their sum, each times
+the square of its standard deviation (a linear mixed model; Patterson and Thompson 1971; Pinheiro and Bates 2000).
+Lognormal priors let two trials suffice: where these say nothing of a component, it keeps its prior median.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.linalg import block_diag, cho_factor, cho_solve
+from scipy.optimize import minimize
+
+from fitting.posterior.gait import COURSE, SPEED, advanced, beat_phase, of_markers, places_of_markers, places_of_slides
+from fitting.posterior.likelihood import wave_discrepancy
+from fitting.posterior.trial_model import Freedoms, TrialModel
+
+LN_LENGTH = 0.7
+"""Of the logarithm of frequency, over which the common discrepancy of the wave is alike: a factor of two."""
+COEFFICIENT_SD = 2.9  # of a coefficient uniform over [0, 10]: it is integrated out of the restricted likelihood
+_OCTAVE = np.log(2.0)
+_ITERATIONS = 60
+
+
+class Component(NamedTuple):
+    """Prior of one standard deviation.
+
+    Attributes:
+        name: of the component.
+        level: whether each trial has a draw of its own, or all share one.
+        unit: of the standard deviation; "1" for a share.
+        median, ln_sd: of the lognormal prior.
+        meaning: for the reader.
+    """
+
+    name: str
+    level: Literal["trial", "session"]
+    unit: str
+    median: float
+    ln_sd: float
+    meaning: str
+
+
+COMPONENTS = (
+    Component("box_placement", "trial", "m", 0.003, 0.7, "a box beside its marker"),
+    Component("head_registration", "trial", "rad", 0.02, 0.7, "the head frame turned against the body"),
+    Component("sideways_drift", "trial", "m/s", 0.005, 1.0, "trim: a steady slip to one side"),
+    Component("turning", "trial", "rad/s", 0.03, 1.0, "trim: a steady turn"),
+    Component("marker_drift", "trial", "m/s", 0.001, 1.5, "a marker sliding along the body"),
+    Component("marker_placement", "session", "m", 0.003, 0.7, "a marker beside its described place"),
+    Component("wave_common", "session", "1", 0.05, 1.5, "discrepancy of the body wave, alike at like frequencies"),
+    Component("wave_own", "trial", "1", 0.03, 1.5, "discrepancy of the body wave of one trial"),
+    Component("speed_common", "session", "1", 0.03, 0.2, "discrepancy of the speed, a power law of frequency"),
+    Component("speed_own", "trial", "1", 0.02, 0.2, "discrepancy of the speed of one trial"),
+)
+"""The last two are nearly fixed: two speeds tell no variance, and who calibrates a twin wants it to swim as fast."""
+
+
+class Block(NamedTuple):
+    """The features of one window of a trial, k numbers.
+
+    Attributes:
+        model: the window beside the twin; its features hold the course.
+        freedoms: what its nuisances do, by their standard deviations.
+        noise: (k, k) of the tracks.
+        trial: number of its trial: windows of one trial share all that is the trial's own.
+        speed: m/s, that relative discrepancies of the speed refer to: the measured one of a fitted trial.
+    """
+
+    model: TrialModel
+    freedoms: Freedoms
+    noise: np.ndarray
+    trial: int
+    speed: float
+
+
+@dataclass(frozen=True, eq=False)
+class Covariance:
+    """Of the features (K,) of some blocks, all in one row.
+
+    Attributes:
+        known: (K, K) of tracking noise, and of nuisances whose size is known.
+        units: by the component's name, (K, K) of unit size.
+    """
+
+    known: np.ndarray
+    units: Mapping[str, np.ndarray]
+
+    @classmethod
+    def of(cls, blocks: Sequence[Block], middle_hz: float | None = None) -> "Covariance":
+        """From what each block's nuisances and discrepancies do.
+
+        Args:
+            blocks: in the order of the row.
+            middle_hz: where the common power law of the speed has no exponent; default: the middle of the blocks.
+        """
+        whose = np.array([block.trial for block in blocks])
+        length = len(blocks[0].model.measured)
+        same = np.kron(np.equal.outer(whose, whose), np.ones((length, length)))
+
+        def own(columns: Sequence[np.ndarray]) -> np.ndarray:
+            """Draws of each trial's own, the same in all of its windows."""
+            stacked = np.vstack(columns)
+            return (stacked @ stacked.T) * same
+
+        def common(columns: Sequence[np.ndarray]) -> np.ndarray:
+            stacked = np.vstack(columns)
+            return stacked @ stacked.T
+
+        freedoms = [block.freedoms for block in blocks]
+        waves = _wave_roots([block.model for block in blocks])
+        of_course = [_unit_columns(length, places) for places in _course_places(length)]
+        noise = block_diag(*[block.noise for block in blocks])
+        count = len(blocks)
+        units = {
+            "box_placement": own([each.boxes for each in freedoms]),
+            "head_registration": own([_turned(block.model.measured)[:, None] for block in blocks]),
+            "sideways_drift": own([of_course[0]] * count),
+            "turning": own([of_course[1]] * count),
+            "marker_drift": own([of_course[2]] * count),
+            "marker_placement": common([each.markers for each in freedoms]),
+            "wave_common": common(waves) * np.kron(_nearness(blocks), np.ones((length, length))),
+            "wave_own": own(waves),
+            "speed_common": common(_power_laws(blocks, length, middle_hz or middle_of(blocks))),
+            "speed_own": own([block.speed * _unit_columns(length, [SPEED]) for block in blocks]),
+        }
+        known = noise + own([each.own for each in freedoms]) + common([each.robot for each in freedoms])
+        return cls(known, units)
+
+    def at(self, sizes: Mapping[str, float]) -> np.ndarray:
+        """(K, K) with components of these standard deviations."""
+        return self.known + np.asarray(sum(sizes[name] ** 2 * unit for name, unit in self.units.items()))
+
+    def restricted(
+        self, residual: np.ndarray, jacobian: np.ndarray, start: Mapping[str, float]
+    ) -> tuple[dict[str, float], float]:
+        """The likeliest standard deviations, coefficients integrated out, and -ln of their posterior density there.
+
+        Args:
+            residual: (K,) measured less simulated features.
+            jacobian: (K, 5) of the simulated features.
+            start: standard deviations to begin with.
+        """
+        free = self.known + COEFFICIENT_SD**2 * jacobian @ jacobian.T
+        units = [self.units[component.name] for component in COMPONENTS]
+        mean, sd = _LN_MEDIAN, _LN_SD
+
+        def deviance(ln_sizes: np.ndarray) -> tuple[float, np.ndarray]:
+            shares = np.exp(2 * ln_sizes)
+            total = free + np.asarray(sum(share * unit for share, unit in zip(shares, units, strict=True)))
+            factor = cho_factor(total, lower=True)
+            pull = cho_solve(factor, residual)
+            off = (ln_sizes - mean) / sd
+            value = 0.5 * residual @ pull + np.log(np.diag(factor[0])).sum() + 0.5 * off @ off
+            inner = cho_solve(factor, np.eye(len(residual))) - np.outer(pull, pull)
+            slope = np.array([share * (inner * unit).sum() for share, unit in zip(shares, units, strict=True)])
+            return float(value), slope + off / sd
+
+        begin = np.log([start[component.name] for component in COMPONENTS])
+        options = {"maxiter": _ITERATIONS, "ftol": 1e-6}
+        found = minimize(deviance, begin, jac=True, method="L-BFGS-B", options=options)
+        names = [component.name for component in COMPONENTS]
+        return dict(zip(names, map(float, np.exp(found.x)), strict=True)), float(found.fun)
+
+
+_LN_MEDIAN = np.log([component.median for component in COMPONENTS])
+_LN_SD = np.array([component.ln_sd for component in COMPONENTS])
+MEDIANS: Mapping[str, float] = {component.name: component.median for component in COMPONENTS}
+"""Standard deviations as believed before any trial."""
+
+
+def _course_places(length: int) -> tuple[Sequence[int], ...]:
+    """Where features of k numbers hold the sideways speed, the turning, and how markers drift."""
+    slides = places_of_slides(length)
+    sideways = length - len(COURSE)
+    return [sideways], [sideways + 1], list(range(slides.start, slides.stop))
+
+
+def _unit_columns(length: int, places: Sequence[int]) -> np.ndarray:
+    return np.eye(length)[:, list(places)]
+
+
+def _turned(features: np.ndarray) -> np.ndarray:
+    """(k,) by how much features change with a turn of the head frame, 1/rad: every marker's place and the course."""
+    found = np.zeros(len(features))
+    along, across = np.moveaxis(of_markers(features), 1, 0)  # (m, 7) each
+    found[places_of_markers(len(features))] = np.stack([-across, along], axis=1).ravel()
+    found[_course_places(len(features))[0]] = -features[SPEED]
+    return found
+
+
+def _wave_roots(models: Sequence[TrialModel]) -> list[np.ndarray]:
+    """(k, q) each, of a wave that is off by 100 %: alike in all where their tails are farthest left."""
+    length = len(models[0].measured)
+    markers = slice(places_of_markers(length).stop)
+    along_m = models[0].twin.robot.marker_positions_m(models[0].trial.markers)[:, 0]
+    mean = np.mean([wave_discrepancy(model.measured[markers], along_m) for model in models], axis=0)
+    values, vectors = np.linalg.eigh(mean)
+    root = np.zeros((length, markers.stop))
+    root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))
+    phases = [float(beat_phase(model.measured, list(model.trial.tail))) for model in models]
+    return [advanced(root.T, np.full(root.shape[1], phase)).T for phase in phases]
+
+
+def _nearness(blocks: Sequence[Block]) -> np.ndarray:
+    """(b, b) correlation of the common discrepancy of the wave between blocks."""
+    ln_hz = np.log([block.model.trial.frequency.hz for block in blocks])
+    return np.asarray(np.exp(-0.5 * (np.subtract.outer(ln_hz, ln_hz) / LN_LENGTH) ** 2))
+
+
+def middle_of(blocks: Sequence[Block]) -> float:
+    """Geometric mean of the frequencies, Hz."""
+    return float(np.exp(np.mean(np.log([block.model.trial.frequency.hz for block in blocks]))))
+
+
+def _power_laws(blocks: Sequence[Block], length: int, middle_hz: float) -> list[np.ndarray]:
+    """(k, 2) each: the speed by a factor, and by a power of frequency, of a standard deviation an octave."""
+    unit, found = _unit_columns(length, [SPEED]), []
+    for block in blocks:
+        octaves = np.log(block.model.trial.frequency.hz / middle_hz) / _OCTAVE
+        found.append(block.speed * np.hstack([unit, octaves * unit]))
+    return found
