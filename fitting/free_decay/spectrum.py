@@ -1,4 +1,4 @@
-"""The spectrum of a released tail: the first estimate of how it rings, measured and of the twin by the same transform."""
+"""The spectrum of a released tail, the first estimate of how it rings: the measured one and the twin's alike."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -52,7 +52,7 @@ def measure_decay(trial: DecayTrial) -> DecaySpectrum:
 
 
 def spectrum_of(time_s: np.ndarray, lateral_m: np.ndarray) -> DecaySpectrum:
-    """Of lateral motions (n, k), nan where missing, under the falling half of a Hann window: a decay begins strongest."""
+    """Of motions (n, k), nan where missing; under the falling half of a Hann window, as a decay begins strongest."""
     step = float(np.median(np.diff(time_s)))
     even_s = np.arange(0.0, time_s[-1] + step / 2, step)
     lateral = bridged(time_s, lateral_m, even_s)
