@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from session.results import sha256_of, write_whole
-from synthetic.faults import Merge, TrackFault
+from synthetic.trials import Merge
 from synthetic.truth import TrialTruth, Truth, read_truth
 
 CARD_FILE = "CARD.md"
@@ -139,6 +139,5 @@ def _dry_lines(truth: Truth) -> Iterable[str]:
         yield f"Free decay {decay.name}: its hinges, bent by {bent} rad, are let go at {decay.release_s:g} s."
 
 
-def _described(fault: TrackFault) -> str:
-    onto = f" onto {fault.onto}" if isinstance(fault, Merge) else ""
-    return f"{fault.kind}: {fault.marker}{onto}, frames {fault.first} to {fault.last}"
+def _described(fault: Merge) -> str:
+    return f"{fault.kind}: {fault.marker} onto {fault.onto}, frames {fault.first} to {fault.last}"

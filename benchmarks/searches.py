@@ -97,15 +97,15 @@ def search_scores(runs: Sequence[SearchRun], command: str) -> Scores:
     tables = []
     for comparison in COMPARISONS:
         rows = []
-        for name, method in METHODS.items():
+        for name, label in METHODS.items():
             chosen = [run for run in runs if run.method == name and run.comparison == comparison]
             best = MILLIMETRES * np.array([run.best_m for run in chosen])
             if not len(best) or np.isnan(best).all():
-                rows.append((method.label, "nothing that swims forward", *[""] * 5))
+                rows.append((label, "nothing that swims forward", *[""] * 5))
                 continue
             distances = (np.nanmin(best), np.nanmean(best), np.nanmax(best))
             cost = [np.mean([getattr(run, key) for run in chosen]) for key in ("evaluations", "simulated_s", "seconds")]
-            rows.append((method.label, *(f"{mm:.2f}" for mm in distances), *(f"{each:.0f}" for each in cost)))
+            rows.append((label, *(f"{mm:.2f}" for mm in distances), *(f"{each:.0f}" for each in cost)))
         columns = ("search", "best, mm", "mean", "worst", "points", "simulated s", "wall s")
         tables.append(
             Table(f"The {comparison} objective, {len({run.seed for run in runs})} seeds", columns, tuple(rows))

@@ -121,8 +121,7 @@ def fit(
         session: opened, or its folder.
         effort: how hard to search.
         workers: threads; 0 for all cores.
-        method: the search: "gradient", "bo-nm" (Bayesian optimisation, then Nelder-Mead, as published),
-            "nelder-mead" or "random".
+        method: the search: "gradient", or "bo-nm" (Bayesian optimisation, then Nelder-Mead, as published).
         objective: "published" compares markers in the head frame, "shape" relative to the nose in every frame.
         progress: show it on standard error.
 

@@ -25,7 +25,7 @@ class Options:
     Attributes:
         effort: "quick" or "full".
         workers: threads; 0 for all cores.
-        method: the search, see `fitting.METHODS`; None: that of the calibration which stands, else gradient.
+        method: the search, see `fitting.methods`; None: that of the calibration which stands, else gradient.
         comparison: what it minimises, see `fitting.Swims`; None: as in the calibration which stands, else published.
         tracker: see `tracking.tracker.TRACKERS`; None: that of the tracks which stand there, else hybrid.
         tell: receives progress.

@@ -1,8 +1,7 @@
 """The searches one can choose from: each finds the five coefficients and a phase a trial for the same objective."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -12,41 +11,22 @@ from fitting.coefficients import Effort, Progress, fit_coefficients
 from fitting.objective import Swims
 from fitting.precision import intervals
 from fitting.published_objective import PublishedObjective
-from fitting.published_search import bayesian_then_nelder_mead, nelder_mead_alone, random_search
+from fitting.published_search import bayesian_then_nelder_mead
 from fitting.search_space import SearchSpace
 from fitting.valley_simplex import ROUGHNESS_M, descend_in_valley
 from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients
 
-MethodName = Literal["gradient", "bo-nm", "nelder-mead", "random"]
-
-
-@dataclass(frozen=True)
-class Method:
-    """A search.
-
-    Attributes:
-        name: on the command line.
-        label: for people.
-        spend: spends a budget of simulated seconds on an objective, with a seed, and tells whether it converged; None:
-            the gradient search, which stops by itself and leaves its last millimetre to a simplex, because the
-            objective's floor is rough.
-    """
-
-    name: MethodName
-    label: str
-    spend: Callable[[PublishedObjective, float, int], bool] | None
-
-
-METHODS: dict[str, Method] = {
-    method.name: method
-    for method in (
-        Method("gradient", "Gauss-Newton from many starts, then Nelder-Mead", None),
-        Method("bo-nm", "Bayesian optimisation, then Nelder-Mead (published)", bayesian_then_nelder_mead),
-        Method("nelder-mead", "Nelder-Mead alone", nelder_mead_alone),
-        Method("random", "random search", random_search),
-    )
+MethodName = Literal["gradient", "bo-nm"]
+METHODS: dict[str, str] = {
+    "gradient": "Gauss-Newton from many starts, then Nelder-Mead",
+    "bo-nm": "Bayesian optimisation, then Nelder-Mead (published)",
 }
+"""The searches by their names on the command line, with what they do.
+
+The gradient search stops by itself and leaves its last millimetre to a simplex, because the objective's floor is rough;
+the published one spends a budget of simulated seconds.
+"""
 
 
 def search(
@@ -62,13 +42,12 @@ def search(
     Args:
         method: a key of `METHODS`.
         swims: the fit trials, the twin, and how they are compared.
-        effort: how hard the gradient search works; for the others, the budget in simulated seconds.
+        effort: how hard the gradient search works; for the published one, the budget in simulated seconds.
         seed: of every random draw.
-        budget_s: simulated seconds for the others, instead of the effort's.
+        budget_s: simulated seconds for the published one, instead of the effort's.
         progress: called with the share done, 0 to 1, and the best mean distance so far, m.
 
     Raises:
-        KeyError: an unknown method.
         SimulationDiverged: no point that swims forward was found within the budget.
     """
     order = swims.by_name
@@ -79,15 +58,14 @@ def search(
 def _searched(
     method: str, swims: Swims, effort: Effort, seed: int, budget_s: float | None, progress: Progress | None
 ) -> CoefficientFit:
-    spend = METHODS[method].spend
-    if spend is None:
+    if method == "gradient":
         return _finished(swims, fit_coefficients(swims, effort, seed, progress), effort.finish_s)
     began, budget = time.perf_counter(), effort.budget_s if budget_s is None else budget_s
     objective = PublishedObjective(swims, budget, progress)
-    converged = spend(objective, budget, seed)
+    converged = bayesian_then_nelder_mead(objective, budget, seed)
     if not np.isfinite(objective.best_m):
         raise SimulationDiverged(
-            f"{METHODS[method].label}: none of {objective.space.evaluations} points within {budget:g} simulated "
+            f"{METHODS[method]}: none of {objective.space.evaluations} points within {budget:g} simulated "
             "seconds swims forward from rest; give a larger budget or use the gradient search"
         )
     best = _restart(objective, objective.best_point[:5], converged)

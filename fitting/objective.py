@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from fitting.in_pool import head_frame
-from fitting.mean_distance import SOFTENING_M, MeanDistance
+from fitting.mean_distance import MeanDistance
 from fitting.placement import placed_residuals
 from fitting.scoring import residuals
 from fitting.trial import MeasuredTrial
@@ -23,7 +23,7 @@ COEFFICIENT_BOUNDS = (0.0, 10.0)
 LOST_M = 1.0  # distance that stands for a simulation that blew up
 
 
-Comparison = Literal["published", "shape", "yaw", "placed"]
+Comparison = Literal["published", "shape", "placed"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +34,8 @@ class Swims:
         twin: with the markers of the trials.
         trials: to be compared with.
         comparison: "published": distance in the head frame, aligned at the first scored frame. "shape": relative to
-            the nose in every frame, so that a drift of the path does not hide the tail. "yaw": as published, after
-            one turn of each trial's head frame about its nose, the best one for the simulation at hand (the nose and
-            neck boxes are placed by hand, so the measured axis may be off by some degrees). "placed": as published,
-            with boxes where they most likely were put (see `fitting.placement`).
+            the nose in every frame, so that a drift of the path does not hide the tail. "placed": as published, with
+            boxes where they most likely were put (see `fitting.placement`).
     """
 
     twin: Twin
@@ -89,22 +87,12 @@ class Swims:
         """(s, k, m, 2) simulated minus measured over the k scored frames of each trial, m."""
         if self.comparison == "placed":
             return placed_residuals(self.trials, simulated)
-        return [self._compare(*each) for each in zip(self.trials, simulated, strict=True)]
-
-    def _compare(self, trial: MeasuredTrial, simulated: HeadFrame) -> np.ndarray:
         if self.comparison == "shape":
-            frames = trial.scored[: simulated.shape_m.shape[-3]]
-            return simulated.shape_m[..., frames, :, :] - trial.head.shape_m[trial.scored]
-        error = residuals(trial, simulated, trial.scored)
-        if self.comparison == "published":
-            return error
-        measured = _measured(trial)
-        return error + measured - turn(measured, _yaw(trial, error)[:, None, None])
-
-    def yaws(self, parameters: np.ndarray) -> np.ndarray:
-        """(s, t) best turn of each trial's measured head frame for (p, s) parameters, rad, counter-clockwise."""
-        pairs = zip(self.trials, self.simulate(parameters), strict=True)
-        return np.stack([_yaw(trial, residuals(trial, head, trial.scored)) for trial, head in pairs], axis=1)
+            return [
+                head.shape_m[..., t.scored[: head.shape_m.shape[-3]], :, :] - t.head.shape_m[t.scored]
+                for t, head in zip(self.trials, simulated, strict=True)
+            ]
+        return [residuals(t, head, t.scored) for t, head in zip(self.trials, simulated, strict=True)]
 
     @property
     def norm(self) -> MeanDistance:
@@ -120,38 +108,3 @@ class Swims:
             good = trial.weight[trial.scored] > 0
             total += np.nan_to_num(distance[:, good], nan=LOST_M).mean(axis=1)
         return total / len(self.trials)
-
-
-def _measured(trial: MeasuredTrial) -> np.ndarray:
-    """(k, m, 2) markers of the scored frames in the head frame, displacement counted from the first, m."""
-    path = trial.head.path_m[trial.scored]
-    return trial.head.shape_m[trial.scored] + (path - path[0])[:, None, :]
-
-
-def _yaw(trial: MeasuredTrial, error: np.ndarray) -> np.ndarray:
-    """(s,) best turn of a trial's head frame for residuals (s, k, m, 2) over the scored frames, rad."""
-    measured = _measured(trial)
-    return best_yaw(error + measured, measured, trial.weight[trial.scored])
-
-
-def best_yaw(simulated: np.ndarray, measured: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """(s,) turn of the measured markers (k, m, 2) that brings them closest to simulated ones (s, k, m, 2), rad.
-
-    Closest in mean distance: a weighted Procrustes rotation about the origin, reweighted a few times.
-    """
-    known, weight = np.nan_to_num(measured), np.where(np.isfinite(measured).all(axis=-1), weight, 0.0)
-    angle = np.zeros(len(simulated))
-    for _ in range(4):
-        distance = np.linalg.norm(simulated - turn(known, angle[:, None, None]), axis=-1)
-        pull = np.nan_to_num(weight / np.sqrt(distance**2 + SOFTENING_M**2))
-        cross = known[..., 0] * simulated[..., 1] - known[..., 1] * simulated[..., 0]
-        dot = (known * simulated).sum(axis=-1)
-        angle = np.arctan2((pull * np.nan_to_num(cross)).sum(axis=(1, 2)), (pull * np.nan_to_num(dot)).sum(axis=(1, 2)))
-    return angle
-
-
-def turn(points: np.ndarray, angle_rad: np.ndarray) -> np.ndarray:
-    """(..., 2) points turned counter-clockwise about the origin; the angles broadcast against the leading axes."""
-    cos, sin = np.cos(angle_rad), np.sin(angle_rad)
-    x, y = points[..., 0], points[..., 1]
-    return np.stack([x * cos - y * sin, x * sin + y * cos], axis=-1)

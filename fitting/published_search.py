@@ -66,28 +66,3 @@ def bayesian_then_nelder_mead(objective: PublishedObjective, budget_s: float, se
     """The published order of the two; whether the second converged."""
     bayesian(objective, BAYESIAN_SHARE * budget_s, seed)
     return nelder_mead(objective, budget_s, objective.best_point)
-
-
-def nelder_mead_alone(objective: PublishedObjective, budget_s: float, seed: int) -> bool:
-    """Nelder-Mead from random points of the box, started again until the budget is spent.
-
-    Whether the descent that found the best converged.
-    """
-    low, high = COEFFICIENT_BOUNDS
-    random, best_converged = np.random.default_rng(seed), False
-    while objective.spent_s < budget_s:
-        best_m = objective.best_m
-        start = objective.phased(low + (high - low) * random.random((1, 5)))[:, 0]
-        converged = nelder_mead(objective, budget_s, start)
-        if objective.best_m < best_m:
-            best_converged = converged
-    return best_converged
-
-
-def random_search(objective: PublishedObjective, budget_s: float, seed: int) -> bool:
-    """Uniform points of the box, in batches; it never converges."""
-    low, high = COEFFICIENT_BOUNDS
-    random = np.random.default_rng(seed)
-    while objective.spent_s < budget_s:
-        objective(objective.phased(low + (high - low) * random.random((INITIAL, 5))))
-    return False

@@ -61,36 +61,38 @@ class TomlSource:
         try:
             return model.model_validate(_as_tuples(self.data))
         except ValidationError as error:
-            faults.extend(self._fault(model, details) for details in error.errors() if not _only_follows(details))
+            told = [details for details in error.errors() if not _only_follows(details)]
+            faults.extend(fault_of(model, one, self.file, self.where(tuple(one["loc"]))) for one in told)
         except RecursionError:
             faults.add("", "nested too deeply", expected="the few levels of the documented form")
         return None
 
-    def _fault(self, model: type[BaseModel], details: ErrorDetails) -> Fault:
-        """One error of pydantic's as a fault."""
-        key: Key = tuple(details["loc"])
-        context = details.get("ctx", {})
-        annotation = annotation_at(model, key)
-        found = _found(details["input"])
-        choices: tuple[str, ...] = ()
-        next_step = ""
-        match details["type"]:
-            case "swimcal":
-                what, expected, next_step = context["what"], context["expected"], context["next_step"]
-                found, choices = context["found"] or found, tuple(context["choices"])
-            case "extra_forbidden":
-                what, found, expected = "unknown key", shown(key[-1]), "a known key"
-                choices = known_keys(annotation_at(model, key[:-1]))
-                next_step = did_you_mean(str(key[-1]), choices)
-            case "missing":
-                what, found, expected = "key is missing", "", expectation_of(annotation)
-            case "value_error" | "assertion_error":
-                what, expected = str(context["error"]), ""
-            case _:
-                what, choices = "wrong value", choices_of(annotation)
-                expected = "one of the choices" if choices else re.sub(r"^\w+ should (be|have) ", "", details["msg"])
-                next_step = did_you_mean(str(details["input"]), choices)
-        return Fault(self.file, self.where(key), what, found, expected, choices, next_step)
+
+def fault_of(model: type[BaseModel], details: ErrorDetails, file: str, where: str) -> Fault:
+    """One error of pydantic's as a fault, at a place that the reader knows."""
+    key: Key = tuple(details["loc"])
+    context = details.get("ctx", {})
+    annotation = annotation_at(model, key)
+    found = _found(details["input"])
+    choices: tuple[str, ...] = ()
+    next_step = ""
+    match details["type"]:
+        case "swimcal":
+            what, expected, next_step = context["what"], context["expected"], context["next_step"]
+            found, choices = context["found"] or found, tuple(context["choices"])
+        case "extra_forbidden":
+            what, found, expected = "unknown key", shown(key[-1]), "a known key"
+            choices = known_keys(annotation_at(model, key[:-1]))
+            next_step = did_you_mean(str(key[-1]), choices)
+        case "missing":
+            what, found, expected = "key is missing", "", expectation_of(annotation)
+        case "value_error" | "assertion_error":
+            what, expected = str(context["error"]), ""
+        case _:
+            what, choices = "wrong value", choices_of(annotation)
+            expected = "one of the choices" if choices else re.sub(r"^\w+ should (be|have) ", "", details["msg"])
+            next_step = did_you_mean(str(details["input"]), choices)
+    return Fault(file, where, what, found, expected, choices, next_step)
 
 
 def _only_follows(details: ErrorDetails) -> bool:

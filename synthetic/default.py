@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from synthetic.faults import Merge
 from synthetic.motor import SyntheticMotor
 from synthetic.plan import SyntheticPlan
-from synthetic.trials import SyntheticDecay, SyntheticTrial
+from synthetic.trials import Merge, SyntheticDecay, SyntheticTrial
 
 SPEEDS_HZ = (0.4, 0.6, 0.8, 1.0, 1.3)
 """Commanded crank turns a second: the range of the published swims."""

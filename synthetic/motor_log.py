@@ -1,8 +1,9 @@
-"""What the computer that drives the motor logs: encoder steps, speed steps, uneven times; as `calib capture` does.
+"""A motor in its trial, and what its computer logs as `calib capture` does: encoder steps, speed steps, uneven times.
 
 Units of the motor: ROBOTIS e-Manual, XW540-T140-R.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,9 @@ import numpy as np
 from session.commands import COMMAND_COLUMNS, MotorCommands
 from session.motor import MOTOR_COLUMNS, MotorLog
 from session.results import write_whole
-from synthetic.motor import Drive, SyntheticMotor
+from swimmer import CrankTurn
+from synthetic.motor import Drive, SyntheticMotor, drive
+from synthetic.trials import SyntheticTrial
 
 PULSE_RAD = 2 * np.pi / 4096
 SPEED_RAD_S = 0.229 * 2 * np.pi / 60
@@ -74,3 +77,57 @@ def save_commands(path: Path, commands: MotorCommands) -> None:
     told_rad_s = SPEED_RAD_S * np.round(commands.velocity_rad_s / SPEED_RAD_S) + 0.0
     rows = zip(commands.time_s, commands.part, told_rad_s, strict=True)
     write_whole(path, "\n".join([",".join(COMMAND_COLUMNS), *(f"{t:.6f},{part},{v:.5f}" for t, part, v in rows), ""]))
+
+
+@dataclass(frozen=True, eq=False)
+class TrueMotor:
+    """The motor of a trial.
+
+    Attributes:
+        log: its readings, on its clock.
+        commands: what it was told, and when, on its clock.
+        steady_s: the steady stretch of the drive, on the clock of the video.
+    """
+
+    log: MotorLog
+    commands: MotorCommands
+    steady_s: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenMotor:
+    """A motor whose crank is not simulated yet.
+
+    Attributes:
+        motor: as planned.
+        drive: what it was told and how it turns.
+        readings_s: (r,) when it is read, on its clock.
+        random: source of what is random in its log.
+    """
+
+    motor: SyntheticMotor
+    drive: Drive
+    readings_s: np.ndarray
+    random: np.random.Generator
+
+    @classmethod
+    def of(cls, trial: SyntheticTrial, motor: SyntheticMotor, random: np.random.Generator) -> "DrivenMotor":
+        """The motor of a trial."""
+        driven = drive(motor, trial.commanded_hz, trial.frequency_hz, trial.phase_rad, random)
+        return cls(motor, driven, reading_times(motor, driven, random), random)
+
+    @property
+    def looks_s(self) -> np.ndarray:
+        """(r,) when it is read, on the clock of the video."""
+        return self.motor.video(self.readings_s)
+
+    @property
+    def turn(self) -> CrankTurn:
+        """Of the crank, on the clock of the video."""
+        return self.drive.turn.shifted(self.motor.clock_offset_s, self.motor.clock_rate)
+
+    def read(self, crank_rad: np.ndarray) -> TrueMotor:
+        """The motor and its log, from where the simulated crank was at each reading (r,)."""
+        start_s, end_s = self.motor.video(np.array(self.drive.steady_s))
+        log = read_motor(self.drive, self.readings_s, crank_rad, self.random)
+        return TrueMotor(log, self.drive.commands, (float(start_s), float(end_s)))

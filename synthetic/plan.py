@@ -10,7 +10,6 @@ from session.create import FISHSIM_MARKERS
 from session.toml_source import Table
 from swimmer import FluidCoefficients, RobotSpec, load_robot
 from swimmer.robot import NonNegative, Positive
-from synthetic.faults import Merge
 from synthetic.motor import RISE_S
 from synthetic.noise import TrackingNoise
 from synthetic.trials import PlannedTrial, SyntheticCamera, SyntheticDecay, SyntheticTrial
@@ -121,7 +120,7 @@ def _track_faults(plan: SyntheticPlan, trial: PlannedTrial) -> Iterator[str]:
         place = f"trial {trial.name}, {fault.kind}"
         if fault.last > last:
             yield f"{place}: found frame {fault.last}, expected frames 0 to {last}"
-        for name in (fault.marker, *([fault.onto] if isinstance(fault, Merge) else [])):
+        for name in (fault.marker, fault.onto):
             if name not in plan.markers:
                 yield f"{place}: found marker {name!r}, expected one of {', '.join(plan.markers)}"
 

@@ -12,17 +12,17 @@ from session.camera import CameraCalibration
 from session.results import write_whole
 from session.tracks import save_tracks
 from synthetic.decays import TrueDecay
-from synthetic.faults import Pixels
 from synthetic.motor_log import save_commands, save_motor_log
+from synthetic.noise import lasting_errors, on_grid, placement_offsets
 from synthetic.plan import SyntheticPlan
 from synthetic.streams import Stream
 from synthetic.swims import TrueRun
-from synthetic.tracker import tracked
-from synthetic.trials import PlannedTrial, SyntheticTrial
+from synthetic.trials import Pixels, PlannedTrial, SyntheticTrial
 from synthetic.truth import DecayTruth, DryTruth, TrialTruth
 
 Progress = Callable[[str, int, int], None]
 """Called with a trial's name, how many of its frames are done, and of how many."""
+_DECIMALS_PX, _DECIMALS_S = 2, 6
 
 
 class Filming(Protocol):
@@ -88,6 +88,22 @@ class Recorder:
         _save_packed(self._folder / track_file(trial), tracks)
         self.recordings[trial.name] = {"tracks": track_file(trial)}
         return _by_marker(self._plan, offsets_px)
+
+
+def tracked(
+    trial: PlannedTrial, position_px: np.ndarray, plan: SyntheticPlan, random: np.random.Generator
+) -> tuple[Tracks, np.ndarray]:
+    """The tracks of a trial whose markers are at (n, m, 2), and (m, 2) where its boxes sit on their markers, px."""
+    noise = plan.noise
+    offsets_px = placement_offsets(len(plan.markers), noise, random)
+    place_m = plan.swimmer.marker_positions_m(plan.markers)[:, 0]
+    errors_px = lasting_errors(position_px.shape, 1 / plan.camera.fps, noise, random, place_m)
+    boxes_px = position_px + offsets_px + errors_px
+    for fault in trial.faults:
+        fault.apply(boxes_px, plan.markers)
+    found_px = np.round(on_grid(boxes_px, noise), _DECIMALS_PX)
+    confidence = np.isfinite(found_px).all(axis=2).astype(float)
+    return Tracks(plan.markers, np.round(trial.time_s(plan.camera), _DECIMALS_S), found_px, confidence), offsets_px
 
 
 def track_file(trial: PlannedTrial) -> str:

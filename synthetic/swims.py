@@ -8,7 +8,7 @@ import numpy as np
 from fitting.speed import forward_speed
 from swimmer import RobotSpec, Runs, Scene, Trajectories, Twin
 from swimmer.mjcf import DRY, SWIM
-from synthetic.driven import DrivenMotor, TrueMotor
+from synthetic.motor_log import DrivenMotor, TrueMotor
 from synthetic.plan import SyntheticPlan
 from synthetic.streams import Stream
 from synthetic.trials import SyntheticTrial

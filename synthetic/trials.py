@@ -1,15 +1,16 @@
 """The trials of a synthetic session as planned: driven by the motor, or let go; and the camera that sees them."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from session.session_file import Name, TrialRole
 from session.toml_source import Table
 from swimmer.robot import Positive
-from synthetic.faults import Pixels, TrackFault
 from synthetic.motor import SyntheticMotor
+
+Pixels = tuple[float, float]  # x to the right, y down
 
 
 class SyntheticCamera(Table):
@@ -25,6 +26,42 @@ class SyntheticCamera(Table):
     px_per_m: Positive = 965.0
     width_px: Annotated[int, Field(gt=0)] = 3840
     height_px: Annotated[int, Field(gt=0)] = 2160
+
+
+class Merge(Table):
+    """A track fault: the box sits on another marker, but for a constant offset between the two boxes.
+
+    Attributes:
+        marker: whose box.
+        first: the first wrong frame, counted from 0.
+        frames: how many frames in a row.
+        kind: of the flag that it should raise.
+        onto: the other marker.
+        offset_px: of the box from the other's.
+    """
+
+    marker: str
+    first: Annotated[int, Field(ge=0)]
+    frames: Annotated[int, Field(ge=1)]
+    kind: Literal["merged_markers"] = "merged_markers"
+    onto: str
+    offset_px: Pixels = (1.5, -1.0)
+
+    @model_validator(mode="after")
+    def _two_markers(self) -> "Merge":
+        if self.onto == self.marker:
+            raise ValueError(f"{self.marker} cannot merge onto itself; name another marker in `onto`")
+        return self
+
+    @property
+    def last(self) -> int:
+        """The last wrong frame."""
+        return self.first + self.frames - 1
+
+    def apply(self, position_px: np.ndarray, markers: tuple[str, ...]) -> None:
+        """Writes the fault into (n, m, 2) positions."""
+        wrong = slice(self.first, self.first + self.frames)
+        position_px[wrong, markers.index(self.marker)] = position_px[wrong, markers.index(self.onto)] + self.offset_px
 
 
 class SyntheticTrial(Table):
@@ -51,7 +88,7 @@ class SyntheticTrial(Table):
     phase_rad: float = 0.0
     heading_rad: float = 0.0
     start_px: Pixels | None = None
-    faults: tuple[TrackFault, ...] = ()
+    faults: tuple[Merge, ...] = ()
     motor: SyntheticMotor | None = None
 
     def time_s(self, camera: SyntheticCamera) -> np.ndarray:
@@ -78,7 +115,7 @@ class SyntheticDecay(Table):
     role: TrialRole = "fit"
     heading_rad: float = 0.0
     start_px: Pixels | None = None
-    faults: tuple[TrackFault, ...] = ()
+    faults: tuple[Merge, ...] = ()
 
     def time_s(self, camera: SyntheticCamera) -> np.ndarray:
         """(n,) time of each frame from the first, s."""

@@ -16,8 +16,8 @@ from session.results import write_whole
 from session.toml_source import Table
 from swimmer import RobotSpec, build_mjcf
 from swimmer.mjcf import FREE_DECAY
-from synthetic.faults import Pixels
 from synthetic.plan import SyntheticPlan
+from synthetic.trials import Pixels
 
 TRUTH_FILE = "truth.json"
 

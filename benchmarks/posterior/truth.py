@@ -18,8 +18,8 @@ from session.create import FISHSIM_MARKERS
 from swimmer import FluidCoefficients, RobotSpec, Twin, load_robot
 from swimmer.mjcf import SWIM
 from synthetic import SyntheticCamera, SyntheticPlan, SyntheticTrial, TrackingNoise, simulate_swims
+from synthetic.recorder import tracked
 from synthetic.streams import Stream
-from synthetic.tracker import tracked
 
 SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
 SECONDS = 5.0

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 EffortOption = Literal["quick", "full"]
-MethodOption = Literal["gradient", "bo-nm", "nelder-mead", "random"]
+MethodOption = Literal["gradient", "bo-nm"]
 ComparisonOption = Literal["published", "shape"]
 TrackerOption = Literal["hybrid", "spots", "csrt"]
 FORMS = ("swimcal", "deeplabcut", "movement", "movement-legacy", "fishsim")

@@ -11,7 +11,7 @@ from swimmer import Twin
 
 
 class EvidenceStage(Stage):
-    """A free yaw, boxes put right, profiles of the coefficients, and with full effort other pairs of fit trials.
+    """Boxes put right, profiles of the coefficients, and with full effort other pairs of fit trials.
 
     Args:
         job: the work on the session.

@@ -1,7 +1,7 @@
-"""Hinge stiffness and damping from a free decay: first the frequency, then the whole curve.
+"""Hinge stiffness and damping from a free decay: first the peak of its spectrum, then the whole curve.
 
 "Simple Models, Real Swimming" (2026) turns one stiffness for all hinges until the model's free decay rings like the
-robot's. Here the damped sine of the twin's decay is brought onto the measured one in both frequency and decay, and from
+robot's. Here the twin's spectrum is brought onto the measured one in both peak and decay, and from
 there the lateral motion of all tail markers is fitted by Gauss-Newton, together with what is not known of the release:
 the pose, the hinges' rates, where each box sits on its marker, and the tilt of the head's axis. The release needs
 therefore not be clean, and the first frame fitted comes after it.
@@ -14,13 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fitting.free_decay.damped_sine import fit_damped_sine
 from fitting.free_decay.decay_flags import decay_flags
 from fitting.free_decay.decay_trial import DecayTrial
 from fitting.free_decay.decay_twin import DecayTwin, stable_scene, start_pose
 from fitting.free_decay.hinges import DecayFit
 from fitting.free_decay.lasting_noise import LastingNoise, Linearised, Regression, descend, regress, whitened
-from fitting.free_decay.spectrum import DecaySpectrum, measure_decay
+from fitting.free_decay.spectrum import DecaySpectrum, measure_decay, spectrum_of
 from session.errors import SimulationDiverged
 from swimmer import RobotSpec
 
@@ -53,16 +52,15 @@ def fit_decay(trial: DecayTrial, robot: RobotSpec, workers: int = 0) -> DecayFit
         SimulationDiverged: the twin of this robot cannot be simulated with the measured damping.
     """
     spectrum = measure_decay(trial)
-    twin = DecayTwin(robot, trial.markers, stable_scene(_damping_over_stiffness_s(spectrum)), workers)
+    # A mode of a linear chain with equal hinges falls at the rate w^2 d / (2 k).
+    own = robot.tail.hinge_damping_n_m_s / robot.tail.hinge_stiffness_n_m
+    turn = 2 * np.pi * spectrum.peak_hz if spectrum.peak_hz else None
+    ratio_s = max(own if turn is None else 2 * spectrum.decay_1_s / (turn**2 + spectrum.decay_1_s**2), LEAST_DAMPING_S)
+    twin = DecayTwin(robot, trial.markers, stable_scene(ratio_s), workers)
     problem = _Problem(trial, twin, spectrum)
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        matched = problem.matched(robot.tail.hinge_stiffness_n_m)
+        matched = problem.matched(robot.tail.hinge_stiffness_n_m, ratio_s)
         return _assembled(problem, _descended(problem, problem.start(*matched)), matched[0])
-
-
-def _damping_over_stiffness_s(spectrum: DecaySpectrum) -> float:
-    """Of the hinges, s: a mode of a linear chain with equal hinges has the damping ratio w d / (2 k)."""
-    return max(2 * spectrum.ring.damping_ratio / (2 * np.pi * spectrum.ring.natural_hz), LEAST_DAMPING_S)
 
 
 class _Problem:
@@ -85,27 +83,28 @@ class _Problem:
     @cached_property
     def first_pose(self) -> np.ndarray:
         """(2, h) in the first frame: angles from the markers, at rest."""
-        pose = start_pose(self.twin, self.trial.lateral_m[0], self.spectrum.ring.rest_m)
+        pose = start_pose(self.twin, self.trial.lateral_m[0], self.spectrum.rest_m)
         return np.stack([pose, np.zeros_like(pose)])
 
-    def matched(self, stiffness: float) -> tuple[float, float]:
-        """From a first stiffness, the stiffness and damping whose twin rings with the measured frequency and decay.
+    def matched(self, stiffness: float, damping_over_stiffness_s: float) -> tuple[float, float]:
+        """From first hinges, the stiffness and damping whose twin has the measured peak and decay.
 
         Of a linear chain with equal hinges, the squared natural frequency is proportional to the stiffness and the
         decay rate to the damping, so that scaling both by what is missing is Newton's method in logarithms.
         """
-        wanted = self.spectrum.ring
-        damping = stiffness * _damping_over_stiffness_s(self.spectrum)
-        rate = max(wanted.decay_1_s, 1e-3 * wanted.frequency_hz)
+        wanted, damping = self.spectrum, stiffness * damping_over_stiffness_s
         for _ in range(MATCHES):
             moved = self.twin(np.array([stiffness]), np.array([damping]), self.first_pose[None], self.trial.time_s)
-            lateral = moved[0, ..., 1]
-            if not np.isfinite(lateral).all():
+            if not np.isfinite(moved).all():
                 break
-            guess = wanted.frequency_hz, wanted.decay_1_s
-            own = fit_damped_sine(self.trial.time_s, lateral, self.used.astype(float), guess)
-            by = (wanted.natural_hz / own.natural_hz) ** 2, rate / max(own.decay_1_s, 0.1 * rate)
-            stiffness, damping = stiffness * float(np.clip(by[0], 0.1, 10.0)), damping * by[1]
+            own = spectrum_of(self.trial.time_s, np.where(self.used, moved[0, ..., 1], np.nan))
+            if wanted.peak_hz is None or own.peak_hz is None:
+                break
+            by = (wanted.peak_hz / own.peak_hz) ** 2, wanted.decay_1_s / own.decay_1_s
+            stiffness, damping = (
+                stiffness * float(np.clip(by[0], 0.1, 10.0)),
+                damping * float(np.clip(by[1], 0.1, 10.0)),
+            )
             if max(abs(by[0] - 1), abs(by[1] - 1)) < 1e-3:
                 break
         return stiffness, damping
@@ -113,7 +112,7 @@ class _Problem:
     def start(self, stiffness: float, damping: float) -> np.ndarray:
         """(p,) where the fit begins."""
         self.prior[1] = np.log(damping)
-        offsets = self.spectrum.ring.rest_m - self._straight[:, 1]
+        offsets = self.spectrum.rest_m - self._straight[:, 1]
         return np.concatenate([[np.log(stiffness), np.log(damping)], *self.first_pose, [0.0, 0.0], offsets])
 
     def modelled(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -33,8 +33,8 @@ class DecayFit:
         name: of the trial.
         stiffness_n_m, stiffness_se_n_m: of every hinge, N m/rad, with its standard error.
         damping_n_m_s, damping_se_n_m_s: of every hinge, N m s/rad.
-        matched_stiffness_n_m: that whose twin rings alike, from frequency and decay alone.
-        spectrum: of the measured decay: frequency, damping ratio, agreement of the markers.
+        matched_stiffness_n_m: that whose twin has the same peak and decay, the first estimate.
+        spectrum: of the measured decay.
         noise: of the tracks, as the fit found it.
         start_rad: (2, h) hinge angles (rad) and rates (rad/s) in the first frame.
         time_s: (n,) from the first frame after the release, s.

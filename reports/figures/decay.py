@@ -20,30 +20,24 @@ _SHOWN = 2.6  # times the frequency, up to where the spectrum is drawn, to a who
 
 @styled
 def decay_curve_figure(fit: DecayFit) -> Figure:
-    """Measured samples as dots, the twin as lines, about the straight tail; dotted, the widest swing's envelope."""
+    """Measured samples as dots, the twin as lines, about the straight tail."""
     figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
     for k in range(len(fit.markers)):
         axes.plot(fit.time_s, fit.measured_m[:, k] * MM, ".", color=INK, markersize=2.2, label="measured", zorder=2.1)
         axes.plot(fit.time_s, fit.simulated_m[:, k] * MM, color=TWIN, linewidth=1.1, label="twin")
-    envelope = fit.spectrum.ring.envelope_m
-    widest = envelope[:, int(envelope[0].argmax())] * MM
-    first = np.abs(fit.simulated_m).max() * MM
-    near = widest <= 1.15 * first
-    for sign in (-1.0, 1.0):
-        axes.plot(fit.time_s[near], sign * widest[near], ":", color=MUTED, linewidth=0.9, label="envelope")
-    end_s = _end_s(fit.time_s, widest)
+    end_s = _end_s(fit.time_s, np.abs(fit.simulated_m).max(axis=1))
     axes.set_xlim(-_CLOSE * end_s, end_s)
     axes.set_xticks([tick for tick in axes.get_xticks() if 0.0 <= tick <= end_s])
     _name_curves(axes, fit)
     axes.set_xlabel("time after the release (s)")
     axes.set_ylabel("lateral position (mm)")
-    legend_above(axes, 3)
+    legend_above(axes, 2)
     return figure
 
 
-def _end_s(time_s: np.ndarray, envelope: np.ndarray) -> float:
-    """Up to when the curves are worth a look: until the envelope (n,) has faded, or to the end."""
-    swinging = np.flatnonzero(envelope > _FADED * envelope[0])
+def _end_s(time_s: np.ndarray, swing: np.ndarray) -> float:
+    """Up to when the curves are worth a look: until the swing (n,) has faded, or to the end."""
+    swinging = np.flatnonzero(swing > _FADED * swing[0])
     faded_s = float(time_s[min(int(swinging[-1]) + 1, len(time_s) - 1)])
     return min(_STEP_S * float(np.ceil(faded_s / _STEP_S)), float(time_s[-1]))
 
@@ -63,21 +57,13 @@ def _name_curves(axes: Axes, fit: DecayFit) -> None:
 
 @styled
 def decay_spectrum_figure(spectrum: DecaySpectrum) -> Figure:
-    """Amplitude over frequency of every tail marker, their rms, and the two frequencies.
-
-    The peak is what a Fourier transform reports; damping draws it away from the frequency of the zero crossings, whose
-    95 % interval is shaded.
-    """
+    """Amplitude over frequency of every tail marker, their rms, and its peak."""
     figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
-    rings_hz = spectrum.ring.frequency_hz
-    end_hz = min(max(round(_SHOWN * rings_hz), 8), spectrum.bins_hz[-1])
+    end_hz = min(max(round(_SHOWN * (spectrum.peak_hz or 0.0)), 8), spectrum.bins_hz[-1])
     shown = spectrum.bins_hz <= end_hz
     bins_hz = spectrum.bins_hz[shown]
     axes.plot(bins_hz, spectrum.amplitude_m[shown] * MM, color=MUTED, linewidth=0.6, alpha=0.7, label="markers")
     axes.plot(bins_hz, spectrum.rms_m[shown] * MM, color=INK, linewidth=1.6, label="rms of markers")
-    reach = 1.96 * spectrum.frequency_se_hz
-    axes.axvspan(rings_hz - reach, rings_hz + reach, color=TWIN, alpha=0.25, linewidth=0)
-    axes.axvline(rings_hz, color=TWIN, linewidth=1.1, label=f"rings at {rings_hz:.2f} Hz")
     if spectrum.peak_hz is not None:
         height = float(np.interp(spectrum.peak_hz, spectrum.bins_hz, spectrum.rms_m)) * MM
         label = f"peak at {spectrum.peak_hz:.2f} Hz"

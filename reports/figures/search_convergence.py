@@ -7,15 +7,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
-from reports.colours import EBT, EBT_LARGE, MUTED, TWIN
+from reports.colours import EBT, MUTED, TWIN
 from reports.numbers import MM
 from reports.style import HALF_WIDTH_IN, Margins, legend_above, panel, styled
 
 Trace = Sequence[tuple[float, float]]
 """(simulated seconds, best mean distance so far in m) at every new best."""
 
-_COLOURS = {"gradient": TWIN, "bo-nm": EBT, "nelder-mead": EBT_LARGE, "random": MUTED}
-_DASHES = {"gradient": "-", "bo-nm": (0, (5, 1.5)), "nelder-mead": (0, (2, 1.2)), "random": (0, (1, 1))}
+_COLOURS = {"gradient": TWIN, "bo-nm": EBT}
+_DASHES = {"gradient": "-", "bo-nm": (0, (5, 1.5))}
 _WORST = 1.5  # times the best distance of all, where the panel ends
 _DECADES = 1.5  # of simulated time from which ticks are one a decade
 

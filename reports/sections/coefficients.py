@@ -29,7 +29,7 @@ COLUMNS = (
 def build(context: ReportContext) -> Section:
     """Values with bounds, the objective along each, and the way the search went."""
     fit = context.calibration.fit
-    method = METHODS[fit.method].label if fit.method in METHODS else fit.method
+    method = METHODS[fit.method]
     text = (
         f"Found by {method}: {counted(len(fit.restarts), 'start')}, {fit.evaluations} simulations of the fit trials, "
         f"{shown(fit.seconds)} s. At the best, the mean marker distance over the fit trials is "

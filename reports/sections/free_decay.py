@@ -11,19 +11,15 @@ TITLE, ANCHOR = "Free decay: hinge stiffness", "free-decay"
 PUBLISHED_HZ = 3.5  # "Simple Models, Real Swimming" (2026)
 METHOD = (
     "The head is clamped in air, the tendons are off, the bent tail is let go, and the twin’s hinges are turned until "
-    "it decays alike, first in frequency and decay, then over the whole curve. The peak of a spectrum, the frequency "
-    "of the zero crossings and that of the same tail without damping are three numbers, farther apart the stronger the "
-    f"damping; published for this kind of robot: {PUBLISHED_HZ:g} Hz."
+    "it decays alike, first in the peak of its spectrum, then over the whole curve. Damping draws the peak below the "
+    f"frequency of the same tail without damping; published for this kind of robot: {PUBLISHED_HZ:g} Hz."
 )
 COLUMNS = (
     Column("free decay", numeric=False),
-    Column("rings at", "Hz"),
     Column("peak", "Hz"),
-    Column("undamped", "Hz"),
-    Column("ratio"),
+    Column("first match", "N m/rad"),
     Column("stiffness", "N m/rad"),
     Column("damping", "mN m s/rad"),
-    Column("first match", "N m/rad"),
     Column("distance", "mm, rms"),
     Column("explained"),
     Column("counts", numeric=False),
@@ -60,25 +56,21 @@ def _result(hinges: HingeEstimate | None) -> str:
 
 def _table(structure: Structure) -> Table:
     caption = (
-        "Each free decay, from the release to rest, with standard errors. The frequency of its zero crossings, the "
-        "peak of its spectrum, and what it would be undamped; the damping ratio; the twin’s hinges, and their "
-        "stiffness by frequency and decay alone; the lateral motion of all tail markers against the twin’s."
+        "Each free decay, from the release to rest, with standard errors. The peak of its spectrum, and the stiffness "
+        "whose twin peaks there too; the twin’s hinges by the whole curve; the lateral motion of all tail markers "
+        "against the twin’s."
     )
     used = {name for source in structure.sources if source.quantity == "hinge_stiffness" for name in source.trials}
     return Table(caption, COLUMNS, tuple(_row(fit, fit.name in used) for fit in structure.decays))
 
 
 def _row(fit: DecayFit, used: bool) -> tuple[str, ...]:
-    spectrum, ring = fit.spectrum, fit.spectrum.ring
     return (
         fit.name,
-        with_error(ring.frequency_hz, spectrum.frequency_se_hz),
-        shown(spectrum.peak_hz, 2),
-        shown(ring.natural_hz, 2),
-        shown(ring.damping_ratio, 3),
+        shown(fit.spectrum.peak_hz, 2),
+        significant(fit.matched_stiffness_n_m),
         with_error(fit.stiffness_n_m, fit.stiffness_se_n_m),
         with_error(MILLI * fit.damping_n_m_s, MILLI * fit.damping_se_n_m_s),
-        significant(fit.matched_stiffness_n_m),
         in_mm(fit.rms_m, 2),
         percent(fit.explained),
         "yes" if used else "no",
@@ -91,8 +83,7 @@ def _plots(fit: DecayFit, number: int) -> tuple[Plot, Plot]:
         Plot(
             decay_spectrum_figure(fit.spectrum),
             spectrum,
-            f"{fit.name}: amplitude of the tail markers under the falling half of a Hann window, the peak, and the "
-            "frequency of the zero crossings with its 95 % interval.",
+            f"{fit.name}: amplitude of the tail markers under the falling half of a Hann window, and the peak.",
         ),
         Plot(
             decay_curve_figure(fit),

@@ -4,16 +4,14 @@ import numpy as np
 
 from fitting import CalibratedTrial, Calibration, CoefficientFit
 from fitting.course import course_of
-from fitting.evidence import YawFit
 from fitting.placed_fit import PlacedFit
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
 from reports.context import ReportContext
 from reports.figures.coefficients import NAMES
 from reports.figures.mean_shapes import mean_shapes_figure
-from reports.numbers import counted, in_mm, in_words, listed, sentence, shown, significant, with_error
+from reports.numbers import counted, in_mm, in_words, sentence, shown, significant, with_error
 
 CLEAR, LEAST_DEG = 3.0, 0.2  # standard errors, and degrees a beat, from which a trial turns
-LARGE_DEG = 10.0
 BOXES = (
     Column("trial", numeric=False),
     Column("nose along", "mm"),
@@ -22,7 +20,6 @@ BOXES = (
     Column("across", "mm"),
     Column("turned by", "°"),
     Column("scaled by"),
-    Column("one turn alone", "°"),
 )
 DISTANCES = (
     Column("trial", numeric=False),
@@ -47,7 +44,7 @@ def build(context: ReportContext) -> Section | None:
     """Nothing without the evidence."""
     if context.evidence is None:
         return None
-    placed, yaw, trials = context.evidence.placed, context.evidence.yaw, context.calibration.trials
+    placed, trials = context.evidence.placed, context.calibration.trials
     figure = Plot(
         mean_shapes_figure(trials, placed),
         "mean-shapes",
@@ -56,47 +53,34 @@ def build(context: ReportContext) -> Section | None:
         "bend that neither makes is the fish's own.",
     )
     blocks: tuple[Block, ...] = (
-        Prose(_text(placed, yaw)),
-        _fits(context.calibration, placed, yaw),
+        Prose(_text(placed)),
+        _fits(context.calibration, placed),
         Plots((figure,)),
         _distances(trials, placed),
-        _boxes(placed, yaw),
+        _boxes(placed),
         _markers(placed),
         Prose(_straight(trials)),
         _course(trials),
     )
-    caveats = [sentence(flag.message) for flag in placed.flags]
-    if large := [name for name, turn in yaw.yaw_rad.items() if abs(np.degrees(turn)) > LARGE_DEG]:
-        caveats.append(
-            f"A turn alone of more than {LARGE_DEG:g}° ({listed(large)}) is more than a misplaced box explains: it "
-            "makes up for a heading that the twin does not swim."
-        )
-    return Section("With boxes put right", "placement", blocks, tuple(caveats))
+    caveats = tuple(sentence(flag.message) for flag in placed.flags)
+    return Section("With boxes put right", "placement", blocks, caveats)
 
 
-def _text(placed: PlacedFit, yaw: YawFit) -> str:
-    open_ended = [
-        title for title, fit in (("with boxes put right", placed), ("with one turn", yaw)) if not fit.converged
-    ]
-    ended = f"; {listed(open_ended)} it was still improving when its iterations ran out" if open_ended else ""
+def _text(placed: PlacedFit) -> str:
+    ended = "" if placed.converged else "; it was still improving when its iterations ran out"
     return (
         "The head frame hangs on the boxes of nose and neck. Where a hand has put them some millimetres off, all else "
         "of that trial is turned, scaled and shifted; where a marker sits elsewhere on the body than the robot’s "
         "description has it, it is off in all trials alike. Both are found from the shape of the fish (hands trusted "
-        "to 5 mm, the description to 10 mm) and the coefficients refitted; beside that stands a fit with nothing but "
-        "one turn of the head frame for each fit trial. Their distances are upper bounds: the descent starts from the "
-        f"plain fit{ended}. Held-out trials take the markers’ places from the fit trials and find their own boxes from "
-        "their first beats. Every other number of this report belongs to the plain fit."
+        "to 5 mm, the description to 10 mm) and the coefficients refitted. Its distance is an upper bound: the descent "
+        f"starts from the plain fit{ended}. Held-out trials take the markers’ places from the fit trials and find "
+        "their own boxes from their first beats. Every other number of this report belongs to the plain fit."
     )
 
 
-def _fits(calibration: Calibration, placed: PlacedFit, yaw: YawFit) -> Table:
+def _fits(calibration: Calibration, placed: PlacedFit) -> Table:
     columns = (Column("fit", numeric=False), Column("mean distance", "mm"), *map(Column, NAMES))
-    fits: dict[str, CoefficientFit | YawFit | PlacedFit] = {
-        "plain": calibration.fit,
-        "one turn a trial": yaw,
-        "boxes put right": placed,
-    }
+    fits: dict[str, CoefficientFit | PlacedFit] = {"plain": calibration.fit, "boxes put right": placed}
     rows = tuple(
         (title, in_mm(fit.mean_distance_m), *(significant(value) for value in fit.coefficients))
         for title, fit in fits.items()
@@ -118,21 +102,20 @@ def _distances(trials: tuple[CalibratedTrial, ...], placed: PlacedFit) -> Table:
     return Table("Mean marker distance of the plain fit and of the one with boxes put right.", DISTANCES, rows)
 
 
-def _boxes(placed: PlacedFit, yaw: YawFit) -> Table:
+def _boxes(placed: PlacedFit) -> Table:
     rows = tuple(
         (
             each.name,
             *(_told(1000 * off, 1000 * error) for off, error in zip(each.boxes, each.boxes_sd, strict=True)),
             shown(np.degrees(each.boxes.turn_rad), signed=True),
             shown(each.boxes.scale, 3),
-            shown(float(np.degrees(yaw.yaw_rad.get(each.name, np.nan))), signed=True),
         )
         for each in placed.trials
     )
     caption = (
         "How far the boxes of nose and neck sit from their markers, with standard deviations, and what that does to "
-        "all else (counter-clockwise from above), beside the turn of the fit that has nothing else. What all trials "
-        "share may be boxes or markers; differences between trials are known much better."
+        "all else (counter-clockwise from above). What all trials share may be boxes or markers; differences between "
+        "trials are known much better."
     )
     return Table(caption, BOXES, rows)
 

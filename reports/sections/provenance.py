@@ -52,7 +52,7 @@ def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:
         ("model sha256", made.model_sha256),
         ("seed", str(made.seed)),
         ("effort", made.effort),
-        ("search", METHODS[fit.method].label if fit.method in METHODS else fit.method),
+        ("search", METHODS[fit.method]),
         ("minimised", OBJECTIVES[context.calibration.objective]),
         ("warm-up", f"{context.session.warmup_s:g} s of every trial left out"),
     )

@@ -1,22 +1,50 @@
 """Effects that users have added through the entry point group, each held to the form of an effect."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable, Container, Iterable
+from collections.abc import Container, Iterable
 from importlib.metadata import EntryPoint
-from numbers import Real
-from typing import Any, get_args
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, field_validator
 
 from session import FaultCollector, InputError
 from session.errors import shown
 from session.session_file import TrialKind
+from session.toml_lines import dotted
+from session.toml_source import fault_of, key_error
 from swimmer.effects.effect import WAYS, Effect, Family, Parameter, Stage
 
 GROUP = "swimcal.effects"
-REQUIRED = ("name", "family", "stage", "physics", "source", "seen_in", "parameters")
-"""What every effect says of itself, in class attributes."""
 _EXAMPLE = "docs/effects.md has a whole example, with all attributes."
+_Line = Annotated[str, StringConstraints(pattern=r"^.*\S.*$")]
+
+
+class _Form(BaseModel):
+    """What every effect says of itself, in class attributes."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    name: _Line
+    family: Family
+    stage: Stage
+    physics: _Line
+    source: Annotated[str, StringConstraints(min_length=1)]
+    seen_in: Annotated[frozenset[TrialKind], Field(min_length=1)]
+    parameters: Annotated[tuple[Parameter, ...], Field(min_length=1)]
+
+    @field_validator("parameters")
+    @classmethod
+    def _in_order(cls, parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
+        for name, _, low, high, sd in parameters:
+            if not (-math.inf < low <= 0 < high < math.inf and 0 < sd < math.inf):
+                raise key_error(
+                    f"{name}: bounds or prior out of order",
+                    found=f"low {low}, high {high}, sd {sd}",
+                    expected="numbers with low <= 0 < high, and sd above 0",
+                )
+        if len({parameter.name for parameter in parameters}) < len(parameters):
+            raise key_error("two parameters of one name", expected="a name of its own for each")
+        return parameters
 
 
 def added_effects(points: Iterable[EntryPoint], taken: Container[str]) -> dict[str, Effect]:
@@ -38,7 +66,6 @@ def added_effects(points: Iterable[EntryPoint], taken: Container[str]) -> dict[s
             if effect.name in taken or effect.name in found:
                 raise _fault(
                     point,
-                    "name",
                     "an effect of this name is there already",
                     found=shown(effect.name),
                     expected="a name of its own",
@@ -57,121 +84,34 @@ def _loaded(point: EntryPoint) -> Effect:
     """
     try:
         told = point.load()
+        effect = told() if isinstance(told, type) and issubclass(told, Effect) and told is not Effect else told
     except Exception as error:  # whatever a module of somebody else's does when it is imported
         raise _fault(
             point,
-            "",
             "it cannot be loaded",
-            found=_told(error),
-            expected='"module:name" of a class derived from swimmer.effects.Effect, in a module that can be imported',
+            found=f"{type(error).__name__}: {error}",
+            expected='"module:name" of a class derived from swimmer.effects.Effect that is made without arguments, or '
+            "of one of it, in a module that can be imported",
             next_step=f"Mend the entry point or the module and install the package again, or remove it. {_EXAMPLE}",
         ) from error
-    if told is Effect or not (isinstance(told, Effect) or (isinstance(told, type) and issubclass(told, Effect))):
-        raise _fault(
-            point,
-            "",
-            "not an effect",
-            found="the abstract class Effect itself" if told is Effect else shown(told),
-            expected="a class derived from swimmer.effects.Effect, or one of it",
-            next_step=_EXAMPLE,
-        )
-    effect = told if isinstance(told, Effect) else _made(point, told)
-    _check_form(point, effect)
+    if not isinstance(effect, Effect):
+        expected = "a class derived from swimmer.effects.Effect, or one of it"
+        raise _fault(point, "not an effect", found=shown(told), expected=expected, next_step=_EXAMPLE)
+    faults = FaultCollector(_file(point))
+    try:
+        _Form.model_validate(effect)
+    except ValidationError as error:
+        faults.extend(fault_of(_Form, one, faults.file, dotted(tuple(one["loc"]))) for one in error.errors())
+    if not effect.enters():
+        expected = "at least one method of its own"
+        faults.add("", "the effect does nothing", expected=expected, choices=WAYS, next_step=_EXAMPLE)
+    faults.raise_if_any()
     return effect
 
 
-def _made(point: EntryPoint, kind: type[Effect]) -> Effect:
-    """One of a class.
-
-    Raises:
-        InputError: it is not made without arguments.
-    """
-    try:
-        return kind()
-    except Exception as error:
-        raise _fault(
-            point,
-            "",
-            "the effect cannot be made",
-            found=_told(error),
-            expected=f"a class that is made without arguments: {kind.__name__}()",
-            next_step="Let the entry point name one of it, made in its module.",
-        ) from error
-
-
-def _check_form(point: EntryPoint, effect: Effect) -> None:
-    """That an effect says what it is and does something.
-
-    Raises:
-        InputError: it does not.
-    """
+def _fault(point: EntryPoint, what: str, *, found: str, expected: str, next_step: str) -> InputError:
     faults = FaultCollector(_file(point))
-    missing = [name for name in REQUIRED if not hasattr(effect, name)]
-    if missing:
-        faults.add(
-            "",
-            f"the effect lacks {', '.join(missing)}",
-            expected=f"the class attributes {', '.join(REQUIRED)}",
-            next_step=_EXAMPLE,
-        )
-    for name, (is_right, expected) in _FORM.items():
-        if name not in missing and not is_right(value := getattr(effect, name)):
-            faults.add(name, "wrong value", found=shown(value), expected=expected)
-    if "parameters" not in missing and _is_parameters(effect.parameters):
-        for parameter in effect.parameters:
-            _check_parameter(parameter, faults)
-    if not effect.enters():
-        faults.add("", "the effect does nothing", expected="at least one method of its own", choices=WAYS)
-    faults.raise_if_any()
-
-
-def _check_parameter(parameter: Parameter, faults: FaultCollector) -> None:
-    """Adds a fault where zero is not within the bounds, or the prior is none."""
-    numbers = (parameter.low, parameter.high, parameter.sd)
-    are_numbers = all(isinstance(number, Real) and math.isfinite(number) for number in numbers)
-    if not (are_numbers and parameter.low <= 0 < parameter.high and parameter.sd > 0):
-        faults.add(
-            f"parameters, {parameter.name}",
-            "bounds or prior out of order",
-            found=", ".join(
-                f"{name} {shown(value)}" for name, value in zip(("low", "high", "sd"), numbers, strict=True)
-            ),
-            expected="numbers with low <= 0 < high, and sd above 0",
-        )
-
-
-def _is_line(value: Any) -> bool:
-    return isinstance(value, str) and bool(value.strip()) and "\n" not in value
-
-
-def _is_kinds(value: Any) -> bool:
-    return isinstance(value, (frozenset, set)) and bool(value) and value <= set(get_args(TrialKind))
-
-
-def _is_parameters(value: Any) -> bool:
-    if not (
-        isinstance(value, tuple)
-        and value
-        and all(isinstance(one, Parameter) and isinstance(one.name, str) for one in value)
-    ):
-        return False
-    return len({one.name for one in value}) == len(value)
-
-
-_FORM: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "name": (_is_line, "a text"),
-    "family": (lambda value: value in get_args(Family), f"one of {', '.join(get_args(Family))}"),
-    "stage": (lambda value: value in get_args(Stage), f"one of {', '.join(get_args(Stage))}"),
-    "physics": (_is_line, "a line of text"),
-    "source": (lambda value: isinstance(value, str) and bool(value.strip()), "a text: paper, equation or law"),
-    "seen_in": (_is_kinds, f"a frozenset of {', '.join(get_args(TrialKind))}"),
-    "parameters": (_is_parameters, "a tuple of Parameter(name, unit, low, high, sd), each of a name of its own"),
-}
-
-
-def _fault(point: EntryPoint, where: str, what: str, *, found: str, expected: str, next_step: str) -> InputError:
-    faults = FaultCollector(_file(point))
-    faults.add(where, what, found=found, expected=expected, next_step=next_step)
+    faults.add("", what, found=found, expected=expected, next_step=next_step)
     return InputError(faults.faults)
 
 
@@ -179,7 +119,3 @@ def _file(point: EntryPoint) -> str:
     """The entry point as messages name it, with its package where that is known."""
     package = f", package {point.dist.name}" if point.dist is not None else ""
     return f'entry point {point.name} = "{point.value}" ({GROUP}{package})'
-
-
-def _told(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"

@@ -10,9 +10,10 @@ import numpy as np
 from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
 
+from session import InputError
+from session.errors import Fault, shown
 from swimmer.effects.effect import MODEL_WAYS, MOVING_WAYS, Drive, Effect, StepDamper, StepForce, StepState
 from swimmer.effects.seen import Seen, View
-from swimmer.effects.shapes import of_shape
 from swimmer.engine_log import quiet_engine
 from swimmer.fluid import FluidCoefficients
 from swimmer.mjcf import DRY, Scene, build_mjcf
@@ -112,7 +113,7 @@ class AffectedTwin(Twin):
             seen[i] = told.marker_m[i]
             for effect, columns in self._own:
                 one = Seen(times[i], seen[i], axes[i], told.crank_rad[i], markers, above, view)
-                seen[i] = of_shape(seen[i].shape, effect, "observe", effect.observe(one, values[columns]))
+                seen[i] = _of_shape(seen[i].shape, effect, "observe", effect.observe(one, values[columns]))
         return seen
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
@@ -222,7 +223,7 @@ class AffectedTwin(Twin):
             if forces:
                 pushed = [force(state) for _, force in forces]
                 for (effect, _), own in zip(forces, pushed, strict=True) if k == 0 else ():
-                    of_shape(applied.shape, effect, "force", own)
+                    _of_shape(applied.shape, effect, "force", own)
                 applied[:] = sum(pushed)
             if dampers:
                 added = [damper(state) for damper in dampers]
@@ -273,7 +274,7 @@ class AffectedTwin(Twin):
     def _true_s(self, time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(f,) times of frames that the camera stamps with times (f,), s."""
         for effect, columns in self._own:
-            time_s = of_shape(time_s.shape, effect, "clock", effect.clock(time_s, values[columns]))
+            time_s = _of_shape(time_s.shape, effect, "clock", effect.clock(time_s, values[columns]))
         return time_s
 
     def _folded(self, way: str, told: T, values: np.ndarray) -> T:
@@ -294,3 +295,29 @@ def _write(fields: Sequence[np.ndarray], values: np.ndarray) -> None:
     """Into fields of models, which the batch reads anew in every step."""
     for own, row in zip(fields, values, strict=True):
         own[:] = row
+
+
+def _of_shape(shape: tuple[int, ...], effect: Effect, way: str, given: np.ndarray) -> np.ndarray:
+    """The array that an effect gave.
+
+    Args:
+        shape: that it should have.
+        effect: that gave it.
+        way: the method that gave it.
+        given: the array.
+
+    Raises:
+        InputError: it is of another shape, or no array.
+    """
+    if isinstance(given, np.ndarray) and given.shape == shape:
+        return given
+    own = type(effect)
+    fault = Fault(
+        file=f"effect {effect.name} ({own.__module__}.{own.__qualname__})",
+        where=way,
+        what="it gives the wrong shape" if isinstance(given, np.ndarray) else "it gives no array",
+        found=str(given.shape) if isinstance(given, np.ndarray) else shown(given),
+        expected=f"an array of shape {shape}",
+        next_step=f"Mend {own.__qualname__}.{way}; swimmer/effects/effect.py says what each number of the shape is.",
+    )
+    raise InputError([fault])

@@ -10,7 +10,6 @@ import numpy as np
 from session.session_file import TrialKind
 from swimmer.crank_turn import Turn
 from swimmer.effects.seen import Seen, View
-from swimmer.effects.step_damping import StepDamping
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
 
@@ -66,6 +65,21 @@ class StepState(NamedTuple):
     velocity: np.ndarray
     acceleration: np.ndarray
     fluid: np.ndarray
+
+
+class StepDamping(NamedTuple):
+    """What is added to the damping of n models for the next step, which the engine takes at the end of the step.
+
+    So a force that is stiff in speed, as dry friction, does not limit the step: written as damping times speed it is
+    taken at the new speed (Kacanov's linearisation). A force of an effect would be taken at the old one.
+
+    Attributes:
+        joints: (n, v) N s/m and N m s/rad, in the order of the joints.
+        tendons: (n, 2) left and right, N s/m; 0 without tendons.
+    """
+
+    joints: np.ndarray | float = 0.0
+    tendons: np.ndarray | float = 0.0
 
 
 StepForce = Callable[[StepState], np.ndarray]

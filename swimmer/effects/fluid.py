@@ -6,7 +6,7 @@ import numpy as np
 from swimmer.effects.effect import Effect, Parameter, StepForce, StepState
 from swimmer.effects.plates import Plates
 from swimmer.effects.seen import Seen, View
-from swimmer.fluid import added_mass
+from swimmer.fluid import added_volumes
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
 
@@ -39,7 +39,7 @@ class _Reactive:
         self.plates, self.timestep_s = plates, timestep_s
         water, density = water_behind_kg(robot, plates), robot.water.density_kg_m3
         self.mass_kg = share * water  # (n, p)
-        self.beyond_kg = share * (water - density * np.array([added_mass(half)[0][1] for half in plates.half_m]))
+        self.beyond_kg = share * (water - density * np.array([added_volumes(half)[1] for half in plates.half_m]))
         self.rear_m = plates.half_m[-1, 0]
         self.edge_kg_m = self.mass_kg[:, -1] / (2 * self.rear_m)
         self.velocity: np.ndarray | None = None

@@ -1,12 +1,11 @@
 """Effects of crank and tendons."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 
-from swimmer.effects.effect import Effect, Parameter, StepForce, StepState
-from swimmer.effects.step_damping import StepDamping
+from swimmer.effects.effect import Effect, Parameter, StepDamper, StepDamping, StepForce, StepState
 from swimmer.effects.tendon_path import TendonPath, rest_lengths, set_rest_lengths
 from swimmer.mjcf import SIDES, Scene
 from swimmer.robot import RobotSpec
@@ -98,7 +97,7 @@ class TendonSlack(Effect):
 
     def damping(
         self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
-    ) -> Callable[[StepState], StepDamping] | None:
+    ) -> StepDamper | None:
         """None within it."""
         return LooseTendons(robot, models) if values.any() and scene.with_tendons else None
 
@@ -165,7 +164,7 @@ class TendonFriction(Effect):
 
     def damping(
         self, robot: RobotSpec, scene: Scene, models: Sequence[mujoco.MjModel], values: np.ndarray
-    ) -> Callable[[StepState], StepDamping] | None:
+    ) -> StepDamper | None:
         """More than the friction."""
         return _Guides(robot, values).damping if values.any() and scene.with_tendons else None
 

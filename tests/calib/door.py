@@ -18,8 +18,8 @@ from calib.stages import diagnosis as diagnosis_stage
 from calib.stages import fit as fit_stage
 from calib.stages import posterior as posterior_stage
 from calib.stages import report as report_stage
-from fitting import calibration, evidence, placed_fit, profile
-from fitting.coefficients import QUICK, refine_coefficients
+from fitting import calibration, placed_fit, profile
+from fitting.coefficients import QUICK
 from fitting.posterior import exploration, findings, further_trial, naive, predictive, sampling
 from fitting.sweep import sweep_frequencies
 from session.results import write_whole
@@ -74,7 +74,6 @@ def front_door(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> None:
     """A short search, little beside it, and a report without figures."""
     patch.setattr(fit_stage, "EFFORTS", {"quick": TINY, "full": TINY})
-    patch.setattr(evidence, "refine_coefficients", partial(refine_coefficients, iterations=1))
     patch.setattr(placed_fit, "ITERATIONS", 1)
     patch.setattr(profile, "POINTS", 2)
     for stage in (diagnosis_stage, posterior_stage):

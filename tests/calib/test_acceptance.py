@@ -14,9 +14,7 @@ import pytest
 
 from calib.pipeline import Options, Pipeline, open_session
 from fitting import CalibrationResult
-from fitting.evidence import fit_yaw
 from session.create import new_from_fishsim
-from swimmer import Twin
 from tests.calib.door import ROOT, Front
 from tests.calib.test_run import SCHEMA
 from tests.session.sample import FISHSIM, needs_fishsim
@@ -55,14 +53,6 @@ class TestRealRobot:
         assert summary is not None
         assert summary.marker_error_mm <= 33.32
         assert all(0.9 < trial.used_fraction <= 1 for trial in real.data.trials.values())
-
-    def test_one_yaw_a_trial_brings_them_closer(self, real: Real) -> None:
-        pipeline, calibration = real.pipeline, real.pipeline.calibrated()
-        fitted = tuple(trial for trial in pipeline.trials if trial.role == "fit")
-        yaw = fit_yaw(fitted, Twin(calibration.robot, fitted[0].markers), calibration.fit)
-
-        assert yaw.mean_distance_m <= 0.030
-        assert yaw.mean_distance_m < calibration.fit.mean_distance_m
 
     def test_held_out_speeds_are_foretold_better_than_by_ebt(self, real: Real) -> None:
         held_out = real.data.summary["holdout"]

@@ -13,18 +13,11 @@ from session import CameraSpec, NotEnoughData, Tracks, TrialSpec
 from session.create import FISHSIM_MARKERS
 from session.tracks import load_tracks
 from swimmer import load_robot
-from synthetic.faults import Freeze, Gap, Jump, Merge, TrackFault, with_faults
 from tests.cases import later
 from tests.fitting.tails import noisy, tail
 from tests.session.sample import FISHSIM, needs_fishsim
 
 REAL = ("f0_50", "f0_75", "f1_00", "f1_25", "f1_75")
-FAULTS: tuple[TrackFault, ...] = (
-    Freeze(marker="caudal_fin", first=40, frames=50),
-    Merge(marker="tail_3", onto="tail_4", first=100, frames=120),
-    Jump(marker="tail_5", first=200, frames=6, offset_px=(80.0, -60.0)),
-    Gap(marker="tail_4", first=230, frames=25),
-)
 
 
 @pytest.mark.parametrize("hz", [0.3, 0.55, 1.0, 1.7, 3.0])
@@ -157,7 +150,11 @@ def test_every_real_trial_beats_as_often_as_its_fin_crosses_the_axis(name: str) 
 @pytest.mark.parametrize("name", [*REAL[:2], *later(*REAL[2:])])
 def test_faults_put_into_real_tracks_do_not_change_their_beat(name: str) -> None:
     tracks = real(name)
-    position_px = with_faults(tracks.position_px, tracks.markers, FAULTS)
+    position_px, place = tracks.position_px.copy(), tracks.markers.index
+    position_px[40:90, place("caudal_fin")] = position_px[40, place("caudal_fin")]
+    position_px[100:220, place("tail_3")] = position_px[100:220, place("tail_4")] + [1.5, -1.0]
+    position_px[200:206, place("tail_5")] += [80.0, -60.0]
+    position_px[230:255, place("tail_4")] = np.nan
     confidence = np.isfinite(position_px).all(axis=2).astype(float)
     faulty = replace(tracks, position_px=position_px, confidence=confidence)
 

@@ -21,7 +21,6 @@ from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 BUDGET_S, CUT_S, LONG_S = 300.0, 50.0, 5000.0
 SLOPE, OFF_M = 3e-3, 2e-3  # of the easy swims
 TINY = replace(QUICK, screened=4, starts=1, finalists=1, heat_iterations=1, final_iterations=1, finish_s=120.0)
-SPENDING = [name for name, method in METHODS.items() if method.spend is not None]
 each_method = pytest.mark.parametrize("method", METHODS)
 
 
@@ -81,7 +80,7 @@ def test_traces_and_histories_come_down_to_the_best(method: str, swims: Swims, f
     assert (np.diff(best) < 0).all()
     assert best[-1] == fits[method].mean_distance_m
     assert spent[-1] <= fits[method].spent_s
-    if method in SPENDING:
+    if method == "bo-nm":
         lost = best - fits[method].restarts[0].history_m
         assert ((lost > 0) & (lost < SOFTENING_M)).all()
     for restart in fits[method].restarts:
@@ -94,7 +93,7 @@ def test_traces_and_histories_come_down_to_the_best(method: str, swims: Swims, f
 def test_a_cut_budget_is_flagged_and_a_long_one_is_not(
     method: str, easy: EasySwims, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Random search cannot know; the gradient search is stopped after one iteration, so its simplices decide."""
+    """The gradient search is stopped after one iteration, so its simplices decide."""
     monkeypatch.setattr("fitting.published_search.BAYESIAN_SHARE", 0.01)
     kinds = []
     for budget_s in (CUT_S, LONG_S):
@@ -103,7 +102,7 @@ def test_a_cut_budget_is_flagged_and_a_long_one_is_not(
         assert fit.restarts[0].converged == ("not_converged" not in kinds[-1])
 
     assert "not_converged" in kinds[0]
-    assert ("not_converged" in kinds[1]) == (method == "random")
+    assert "not_converged" not in kinds[1]
 
 
 @pytest.mark.parametrize(("gained", "converged"), [(0.5, True), (10.0, False)])
@@ -129,7 +128,7 @@ def test_a_budget_too_small_for_one_forward_swimmer_says_so(swims: Swims, monkey
     monkeypatch.setattr("fitting.search_space.swims_forward", lambda *_: np.zeros(1, bool))
 
     with pytest.raises(SimulationDiverged, match=r"none of \d+ points within 40 simulated seconds swims forward"):
-        search("random", swims, TINY, budget_s=40.0)
+        search("bo-nm", swims, TINY, budget_s=40.0)
 
 
 def test_what_would_win_but_swims_backward_has_a_penalty(swims: Swims, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -150,7 +149,7 @@ def test_what_would_win_but_swims_backward_has_a_penalty(swims: Swims, monkeypat
 
 def test_progress_is_told_the_share_spent(swims: Swims) -> None:
     told: list[tuple[float, float]] = []
-    fit = search("random", swims, TINY, budget_s=BUDGET_S, progress=lambda share, best: told.append((share, best)))
+    fit = search("bo-nm", swims, TINY, budget_s=BUDGET_S, progress=lambda share, best: told.append((share, best)))
     shares, best = np.array(told).T
 
     assert (np.diff(shares) >= 0).all()

@@ -12,7 +12,7 @@ import numpy as np
 from fitting import CalibratedTrial, Calibration, CoefficientFit, MeasuredTrial
 from fitting.coefficient_fit import Restart
 from fitting.ebt import FORMS, EbtFit
-from fitting.evidence import Evidence, YawFit
+from fitting.evidence import Evidence
 from fitting.frequency import SwimFrequency
 from fitting.in_pool import tail_markers
 from fitting.pairs import PairFit
@@ -99,18 +99,15 @@ def made_fit() -> CoefficientFit:
 
 
 def made_evidence(names: tuple[str, ...] = tuple(ROLES)) -> Evidence:
-    """A yaw that helps, parabolas for profiles, and every pair of trials; one of them swims backward."""
+    """Parabolas for profiles, and every pair of trials; one of them swims backward."""
     root = np.linspace(0.0, np.sqrt(10.0), 11)
     away = (root - np.sqrt(BEST)[:, None]) ** 2  # (5, 11)
     restart = np.array([BEST._replace(angular_drag=6.0)])
     profiles = CoefficientProfiles(
         np.tile(root**2, (5, 1)), 0.031 + 0.02 * away, 0.031 + 0.003 * away, 0.031, restart, np.array([0.0312])
     )
-    fitted = [name for name in names if ROLES[name][0] == "fit"]
-    turns = {name: 0.02 * (i + 1) for i, name in enumerate(fitted)}
-    yaw = YawFit(BEST._replace(blunt_drag=0.5), 0.027, turns, converged=True)
     pairs = tuple(made_pair(pair, rank) for rank, pair in enumerate(combinations(names, 2)) if len(names) > 2)
-    return Evidence(yaw, made_placed(names), profiles, pairs)
+    return Evidence(made_placed(names), profiles, pairs)
 
 
 def made_placed(names: tuple[str, ...] = tuple(ROLES)) -> PlacedFit:

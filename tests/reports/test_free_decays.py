@@ -49,7 +49,7 @@ def test_the_section_tells_stiffness_damping_and_frequency(fit: DecayFit) -> Non
     assert f"{fit.stiffness_n_m:.4f} ±" in prose.text or f"{fit.stiffness_n_m:.3f} ±" in prose.text
     assert len(table.rows[0]) == len(table.columns)
     assert table.rows[0][0] == "decay_1"
-    assert table.rows[0][3] == f"{fit.spectrum.ring.natural_hz:.2f}"
+    assert table.rows[0][1] == f"{fit.spectrum.peak_hz:.2f}"
     assert len(plots.plots) == 2
     assert section.caveats == ()
 

@@ -4,7 +4,7 @@ import pytest
 
 from swimmer import FluidCoefficients
 from synthetic import SyntheticTrial, default_plan
-from synthetic.faults import Merge
+from synthetic.trials import Merge
 from tests.synthetic.plans import MOTOR, SLOW, dry_plan, small_plan
 
 LATE = Merge(marker="tail_4", onto="tail_5", first=230, frames=20)

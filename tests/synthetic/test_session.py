@@ -6,7 +6,6 @@ import pytest
 from session import InputError, load_session
 from swimmer import RobotSpec, load_robot
 from synthetic import SyntheticPlan, default_plan, make_session, read_truth
-from synthetic.faults import Gap
 from synthetic.noise import NOISELESS
 from tests.cases import later
 from tests.synthetic.plans import FAST, files_of, measured, small_plan, tracks_of
@@ -81,8 +80,6 @@ def test_another_robot_comes_with_its_description(tmp_path: Path) -> None:
 
 
 def test_a_session_that_cannot_be_made_leaves_nothing(tmp_path: Path) -> None:
-    unseen = Gap(marker="tail_2", first=0, frames=241)
-
-    with pytest.raises(InputError, match="marker 'tail_2' is missing in every frame"):
-        make_session(tmp_path / "s", small_plan(slow={"faults": (unseen,)}))
+    with pytest.raises(InputError, match="the fish leaves the image"):
+        make_session(tmp_path / "s", small_plan(slow={"start_px": (0.0, 0.0)}))
     assert list(tmp_path.iterdir()) == []

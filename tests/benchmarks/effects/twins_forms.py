@@ -35,8 +35,8 @@ from benchmarks.reality.mechanisms.tendons import (
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.tendons import Turn
 from swimmer.effects.drive import LatePace, WarmingPace
-from swimmer.effects.dry_friction import CREEP_RAD_S
 from swimmer.effects.fluid import AT_ONCE, DAMPING, DRAG, LIFT, PITCH_HZ, ROLL_HZ, SLOW_M_S, hump
+from swimmer.effects.structure import CREEP_RAD_S
 from swimmer.effects.tendons import CREEP_M_S
 
 _BENT_RAD = 0.5  # up to which a hardening hinge is taken implicitly

@@ -12,8 +12,8 @@ from session import InputError, load_session
 from session.camera import load_camera
 from session.tracks import load_tracks
 from synthetic import SyntheticCamera, make_session, read_truth
-from synthetic.faults import Gap
 from synthetic.noise import NOISELESS
+from synthetic.trials import Merge
 from tests.benchmarks.video.test_writer import decoded
 from tests.synthetic.plans import files_of, small_plan, tracks_of
 
@@ -48,7 +48,7 @@ def test_a_filmed_trial_shows_its_markers_where_perfect_tracks_have_them(tmp_pat
 
 
 def test_the_errors_of_a_tracker_are_left_out_of_what_is_filmed(tmp_path: Path) -> None:
-    faulty = SHORT | {"faults": (Gap(marker="tail_2", first=3, frames=5),)}
+    faulty = SHORT | {"faults": (Merge(marker="tail_2", onto="tail_3", first=3, frames=5),)}
     some = read_truth(film(tmp_path / "some", SessionVideo(trials=("slow",)), slow=faulty))
     tracked = make_session(tmp_path / "tracked", small_plan(camera=CAMERA, slow=SHORT))
 

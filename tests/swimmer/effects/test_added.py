@@ -75,12 +75,12 @@ def test_a_user_adds_one_through_an_entry_point(catalogue_with: Catalogue) -> No
         ("no_such_module:Mine", ("it cannot be loaded", "ModuleNotFoundError: No module named 'no_such_module'")),
         ("tests.swimmer.effects.without_sd:Mine", ("it cannot be loaded", "TypeError", "'sd'")),
         (":ROBOT", ("not an effect", "a class derived from swimmer.effects.Effect")),
-        (":Effect", ("not an effect; found the abstract class Effect itself",)),
+        (":Effect", ("not an effect; found <class 'swimmer.effects.effect.Effect'>",)),
         (
             ":Empty",
             (
-                "the effect lacks family, stage, physics, source, seen_in, parameters",
-                "the class attributes name, family, stage, physics, source, seen_in, parameters",
+                "family: key is missing; expected one of measurement, drive",
+                "parameters: key is missing; expected a list",
                 "docs/effects.md",
                 "the effect does nothing; expected at least one method of its own; choices: in_trial, robot, mjcf",
             ),
@@ -89,14 +89,14 @@ def test_a_user_adds_one_through_an_entry_point(catalogue_with: Catalogue) -> No
             ":OutOfOrder",
             (
                 "3 faults",
-                "family: wrong value; found 'gremlins'; expected one of measurement, drive",
-                "seen_in: wrong value",
-                "parameters, share: bounds or prior out of order; found low 0.1, high 1.0, sd 0.0; expected",
+                "family: wrong value; found 'gremlins'; expected one of the choices; choices: measurement, drive",
+                "seen_in[0]: wrong value; found 'swimm'",
+                "parameters: share: bounds or prior out of order; found low 0.1, high 1.0, sd 0.0; expected",
             ),
         ),
-        (":NeedsMore", ("the effect cannot be made", "'share'", "NeedsMore()")),
+        (":NeedsMore", ("it cannot be loaded", "'share'", "made without arguments")),
         (":Idle", ("the effect does nothing",)),
-        (":CrankArmError", ("name: an effect of this name is there already; found 'crank_arm_error'", "Rename")),
+        (":CrankArmError", ("an effect of this name is there already; found 'crank_arm_error'", "Rename")),
     ],
 )
 def test_one_that_is_wrong_is_told_with_its_entry_point(

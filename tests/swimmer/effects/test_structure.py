@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from swimmer.effects import catalogue
-from swimmer.effects.dry_friction import CREEP_RAD_S, DryFriction
+from swimmer.effects.structure import CREEP_RAD_S, DryFriction
 from swimmer.mjcf import DRY, FREE_DECAY, SWIM
 from tests.swimmer.effects.models import model_with, plain_model, settled
 from tests.swimmer.engine_state import at_pose
