@@ -85,13 +85,6 @@ class FrameIndex:
         keys: list[int | None] = [int(self.keys[before - back]) for back in STEPS_BACK if back <= before]
         return keys if before > STEPS_BACK[-1] else [*keys, None]
 
-    def key_between(self, number: int, later: int) -> bool:
-        """Whether a key frame lies after frame `number` and not after frame `later`."""
-        if self.pts is None:
-            return False
-        low, high = np.searchsorted(self.keys, self.pts[[number, later]], side="right")
-        return bool(high > low)
-
     def group(self, number: int) -> tuple[int, int]:
         """The group of pictures a frame belongs to: its first frame, a key frame, and the first one after it."""
         if self.pts is None:
