@@ -29,7 +29,7 @@ def turned(trial: MeasuredTrial, angle_rad: float) -> MeasuredTrial:
     shape, path = turn(head.shape_m, np.array(angle_rad)), turn(head.path_m, np.array(angle_rad))
     return replace(
         trial,
-        head=HeadFrame(shape + path[:, None], shape, path, head.heading_rad - angle_rad, head.displacement),
+        head=HeadFrame(shape + path[:, None], shape, path, head.heading_rad - angle_rad),
     )
 
 
@@ -37,9 +37,7 @@ def drifting(trial: MeasuredTrial, velocity_m_s: tuple[float, float]) -> Measure
     """As if the pool had a current."""
     head = trial.head
     path = head.path_m + trial.time_s[:, None] * velocity_m_s
-    return replace(
-        trial, head=HeadFrame(head.shape_m + path[:, None], head.shape_m, path, head.heading_rad, head.displacement)
-    )
+    return replace(trial, head=HeadFrame(head.shape_m + path[:, None], head.shape_m, path, head.heading_rad))
 
 
 def distance(trials: tuple[MeasuredTrial, ...], comparison: Comparison) -> float:
