@@ -19,25 +19,15 @@ FROZEN_MOTION_PX = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What was found about each sample.
+    """What was found about each sample."""
 
-    Attributes:
-        present: (n, m) not missing.
-        wrong: (n, m) present but misplaced.
-        still: (n, m) standing still while the neighbours move.
-        touch: (n, m, m) two markers on one spot.
-        position_px: (n, m, 2).
-        put_px: (n, m, 2) where the other markers put it.
-        order: (m,) the markers from nose to tail.
-    """
-
-    present: np.ndarray
-    wrong: np.ndarray
-    still: np.ndarray
-    touch: np.ndarray
-    position_px: np.ndarray
-    put_px: np.ndarray
-    order: np.ndarray
+    present: np.ndarray  # (n, m) not missing
+    wrong: np.ndarray  # (n, m) present but misplaced
+    still: np.ndarray  # (n, m) standing still while the neighbours move
+    touch: np.ndarray  # (n, m, m) two markers on one spot
+    position_px: np.ndarray  # (n, m, 2)
+    put_px: np.ndarray  # (n, m, 2) where the other markers put it
+    order: np.ndarray  # (m,) the markers from nose to tail
 
     @classmethod
     def none(cls, present: np.ndarray, position_px: np.ndarray) -> Findings:

@@ -66,15 +66,10 @@ HALVES_S = 0.1
 
 
 class Filling(NamedTuple):
-    """What one gap of f frames is filled with.
+    """What one gap of f frames is filled with."""
 
-    Attributes:
-        place: (f,) complex positions x + i y, px.
-        error_px: RMS an axis in rehearsals.
-    """
-
-    place: np.ndarray
-    error_px: float
+    place: np.ndarray  # (f,) complex positions x + i y, px
+    error_px: float  # RMS an axis in rehearsals
 
 
 def fill_gaps(tracked: TrackedTrial) -> TrackedTrial:

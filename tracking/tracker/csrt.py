@@ -20,17 +20,11 @@ _FASTEST_PX = CROP // 4  # by which a crop that moves does so in a frame at most
 
 
 class Crop(NamedTuple):
-    """A marker in its surroundings.
+    """A marker in its surroundings."""
 
-    Attributes:
-        picture: (s, s) uint8.
-        corner: (2,) int, where in the whole picture it begins.
-        place_px: (2,) of the marker in the whole picture.
-    """
-
-    picture: np.ndarray
-    corner: np.ndarray
-    place_px: np.ndarray
+    picture: np.ndarray  # (s, s) uint8
+    corner: np.ndarray  # (2,) int, where in the whole picture it begins
+    place_px: np.ndarray  # (2,) of the marker in the whole picture
 
     @classmethod
     def around(cls, luma: np.ndarray, place_px: np.ndarray) -> "Crop":

@@ -14,15 +14,10 @@ _WIDEST = 5.0  # the gate never exceeds this many diameters
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """Where to look for m markers.
+    """Where to look for m markers."""
 
-    Attributes:
-        position_px: (m, 2).
-        gate_px: (m,) how far from there a spot may be.
-    """
-
-    position_px: np.ndarray
-    gate_px: np.ndarray
+    position_px: np.ndarray  # (m, 2)
+    gate_px: np.ndarray  # (m,) how far from there a spot may be
 
 
 @dataclass(eq=False)
@@ -32,20 +27,13 @@ class Motion:
     A marker seen in the last three frames is carried on with its velocity and acceleration, which follows a tail beat
     of 2.25 Hz at 60 frames a second to about a pixel. A marker that was not seen moves with the two nearest markers
     that were, as if the three were one rigid piece, and its own velocity relative to them fades.
-
-    Attributes:
-        past: (3, m, 2) where each marker was or was thought to be, px, newest first.
-        times: (3,) of these, in frames.
-        unseen: (m,) for how many frames in a row each marker has not been seen.
-        seen: (m,) for how many it has been, up to 3.
-        error_px: (m,) typical, of predictions.
     """
 
-    past: np.ndarray
-    times: np.ndarray
-    unseen: np.ndarray
-    seen: np.ndarray
-    error_px: np.ndarray
+    past: np.ndarray  # (3, m, 2) where each marker was or was thought to be, px, newest first
+    times: np.ndarray  # (3,) of these, in frames
+    unseen: np.ndarray  # (m,) for how many frames in a row each marker has not been seen
+    seen: np.ndarray  # (m,) for how many it has been, up to 3
+    error_px: np.ndarray  # (m,) typical, of predictions
 
     @classmethod
     def begin(cls, position_px: np.ndarray, diameter_px: np.ndarray) -> "Motion":

@@ -12,19 +12,12 @@ _KEEP = 0.9  # of where two neighbours put a marker, frame by frame
 
 @dataclass(eq=False)
 class Spacing:
-    """The markers as a tree, each joined to its nearest, and each with two nearby markers as its guides.
+    """The markers as a tree, each joined to its nearest, and each with two nearby markers as its guides."""
 
-    Attributes:
-        pairs: (e, 2) which are joined.
-        lengths: (e,) how far apart they are, px.
-        guides: (m, 2) two markers near each; (0, 2) where none is joined to another.
-        ratios: (m,) complex place of each marker between its guides: 0 on the first, 1 on the second.
-    """
-
-    pairs: np.ndarray
-    lengths: np.ndarray
-    guides: np.ndarray
-    ratios: np.ndarray
+    pairs: np.ndarray  # (e, 2) which are joined
+    lengths: np.ndarray  # (e,) how far apart they are, px
+    guides: np.ndarray  # (m, 2) two markers near each; (0, 2) where none is joined to another
+    ratios: np.ndarray  # (m,) complex place of each marker between its guides: 0 on the first, 1 on the second
 
     @classmethod
     def begin(cls, position_px: np.ndarray, one_body: bool = True) -> "Spacing":
