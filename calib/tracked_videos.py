@@ -120,7 +120,7 @@ def correct_track(session: Path, trial: str, correction: str | Mapping[str, Any]
     """
     text = correction if isinstance(correction, str) else json.dumps(correction)
     with working(session, True) as pipeline:
-        log = _log(pipeline.session, pipeline.session.trial(trial)).append_text(text)
+        log = _log(pipeline.session, pipeline.session.trial(trial)).append(text)
     edits = "1 edit counts" if len(log.in_force) == 1 else f"{len(log.in_force)} edits count"
     return f"{log.path}: added line {log.edits[-1].line}; {edits}. `calib track` replays them"
 

@@ -170,7 +170,7 @@ def _trial(trial: CalibratedTrial, foretold: CommandForecast | None) -> TrialRes
         speed_ebt_large=trial.speeds["large"],
         speed_ebt_smoothed=trial.speeds["smoothed"],
         speed_ebt_of_twin={form.name: trial.speeds[form.name + FROM_TWIN] for form in FORMS},
-        head_displacement=measured.head.displacement,
+        head_displacement="nose",
         flags=trial.flags,
         from_command=foretold,
     )

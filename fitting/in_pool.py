@@ -4,23 +4,24 @@ import numpy as np
 
 from session import CameraSpec, NotEnoughData, Tracks
 from swimmer import RobotSpec
-from tracking import HeadFrame, QualityLimits, TrackQuality, check_tracks, to_head_frame, to_pool
+from tracking import HeadFrame, TrackQuality, check_tracks, to_head_frame, to_pool
+from tracking.quality import FLOOR_PX
 
 
 def in_pool(
-    tracks: Tracks, camera: CameraSpec, robot: RobotSpec, whose: str, limits: QualityLimits | None = None
+    tracks: Tracks, camera: CameraSpec, robot: RobotSpec, whose: str, floor_px: float = FLOOR_PX
 ) -> tuple[np.ndarray, float, TrackQuality, list[int]]:
     """Markers (n, m, 2) on the pool and their scale (m/px), how far each sample is believed, and which are the tail's.
 
     Args:
         tracks, camera, robot: all frames, what filmed them and what was filmed.
         whose: the trial and what it is for, for the message.
-        limits: when a sample is not believed.
+        floor_px: how far a marker may always be from where the others put it.
 
     Raises:
         NotEnoughData: no tail marker, or nose and neck are never seen apart.
     """
-    quality = check_tracks(tracks, robot, limits)
+    quality = check_tracks(tracks, robot, floor_px)
     position_m, metres_per_px = to_pool(tracks, camera, quality.weight, robot.marker_positions_m(tracks.markers)[:, 2])
     tail = tail_markers(robot, tracks.markers)
     if not tail:

@@ -93,17 +93,11 @@ class JointGaussian:
 
 @dataclass(frozen=True, eq=False)
 class BodyModel:
-    """The body's shape in one trial.
+    """The body's shape in one trial."""
 
-    Attributes:
-        place_px: (m, 2) the layout at the size it has in the images, robot frame (x from nose to tail).
-        mean_px: (2m,) expected deviation from it in the axes of the body.
-        covariance_px2: (2m, 2m) of the deviations about their mean.
-    """
-
-    place_px: np.ndarray
-    mean_px: np.ndarray
-    covariance_px2: np.ndarray
+    place_px: np.ndarray  # (m, 2) the layout at the size it has in the images, robot frame (x from nose to tail)
+    mean_px: np.ndarray  # (2m,) expected deviation from it in the axes of the body
+    covariance_px2: np.ndarray  # (2m, 2m) of the deviations about their mean
 
     @cached_property
     def moves(self) -> np.ndarray:

@@ -6,9 +6,7 @@ from session import CameraSpec, InputError, NotEnoughData, Tracks
 from session.camera import CameraCalibration
 from session.errors import Fault
 from tracking.lens.parallax import true_over_apparent
-from tracking.lens.undistort import to_rays, undistort
-
-__all__ = ["to_pool", "undistort"]
+from tracking.lens.undistort import to_rays
 
 
 def to_pool(
@@ -62,15 +60,10 @@ def _on_plane(tracks: Tracks, camera: CameraSpec, marker_height_m: np.ndarray | 
         return tracks.position_px
     rays = to_rays(tracks.position_px, lens)  # (n, m, 2)
     if marker_height_m is not None and lens.height_above_water_m is not None:
-        height_m = marker_height_m - _plane_height_m(tracks.markers, marker_height_m)
+        height_m = marker_height_m - np.mean([marker_height_m[tracks.markers.index(name)] for name in ("nose", "neck")])
         _check_below_camera(height_m, lens, camera)
         rays = rays * true_over_apparent(rays, height_m, lens.height_above_water_m)[..., None]
     return lens.fx_px * rays + [lens.cx_px, lens.cy_px * lens.fx_px / lens.fy_px]
-
-
-def _plane_height_m(markers: tuple[str, ...], marker_height_m: np.ndarray) -> float:
-    """The reference plane: the mean height of nose and neck, robot frame."""
-    return float(np.mean([marker_height_m[markers.index(name)] for name in ("nose", "neck")]))
 
 
 def _check_below_camera(height_m: np.ndarray, lens: CameraCalibration, camera: CameraSpec) -> None:

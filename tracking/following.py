@@ -47,15 +47,10 @@ class Gate:
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """What following found.
+    """What following found."""
 
-    Attributes:
-        active: (n, m) the samples that fit.
-        place_px: (n, m, 2) where the markers are; carried on where a sample does not fit.
-    """
-
-    active: np.ndarray
-    place_px: np.ndarray
+    active: np.ndarray  # (n, m) the samples that fit
+    place_px: np.ndarray  # (n, m, 2) where the markers are; carried on where a sample does not fit
 
 
 def fitting_shape(

@@ -1,16 +1,13 @@
 """The head-frame normaliser: marker trajectories freed of where and how the swimmer started and turned.
 
 "Simple Models, Real Swimming" (2026), data processing: in every frame all markers are rotated so that nose ->
-neck is +x, with the nose as origin; to that each frame adds the head's displacement since the frame before,
+neck is +x, with the nose as origin; to that each frame adds the nose's displacement since the frame before,
 taken in the axes of that frame. Forward is therefore -x, as in the robot frame.
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
-
-Displacement = Literal["nose", "head_mean"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,14 +19,12 @@ class HeadFrame:
         shape_m: (..., n, m, 2) relative to the nose in every frame, m.
         path_m: (..., n, 2) accumulated displacement of the head along its own axes, 0 in the first frame, m.
         heading_rad: (..., n) angle of nose -> neck in the pool, unwrapped, counter-clockwise seen from above.
-        displacement: which published form of the head's displacement was used.
     """
 
     position_m: np.ndarray
     shape_m: np.ndarray
     path_m: np.ndarray
     heading_rad: np.ndarray
-    displacement: Displacement
 
     @property
     def forward_m(self) -> np.ndarray:
@@ -37,13 +32,7 @@ class HeadFrame:
         return -self.path_m[..., 0]
 
 
-def to_head_frame(
-    position_m: np.ndarray,
-    nose: int,
-    neck: int,
-    displacement: Displacement = "nose",
-    head: tuple[int, ...] | None = None,
-) -> HeadFrame:
+def to_head_frame(position_m: np.ndarray, nose: int, neck: int) -> HeadFrame:
     """Markers in the pool -> markers in the head frame, for any number of trajectories at once.
 
     Args:
@@ -52,19 +41,11 @@ def to_head_frame(
             displacement bridges them.
         nose: index of the nose marker.
         neck: index of the neck marker.
-        displacement: "nose" adds the nose's displacement; "head_mean" the mean displacement of `head`.
-        head: indices of the markers whose mean is the head's place; default nose and neck.
-
-    Raises:
-        ValueError: an unknown displacement.
     """
-    if displacement not in ("nose", "head_mean"):
-        raise ValueError(f"displacement: found {displacement!r}, expected one of 'nose', 'head_mean'")
     axis = _unit(position_m[..., neck, :] - position_m[..., nose, :])  # (..., n, 2)
     shape = _turn(position_m - position_m[..., nose : nose + 1, :], axis[..., None, :])  # (..., n, m, 2)
 
-    markers = [nose] if displacement == "nose" else list(head or (nose, neck))
-    place = _bridged(position_m[..., markers, :].mean(axis=-2))  # (..., n, 2)
+    place = _bridged(position_m[..., nose, :])  # (..., n, 2)
     steps = _turn(np.diff(place, axis=-2), _unit(_bridged(axis))[..., 1:, :])  # (..., n - 1, 2)
     path = np.concatenate([np.zeros_like(place[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
     angle = np.arctan2(axis[..., 1], axis[..., 0])  # (..., n)
@@ -73,7 +54,6 @@ def to_head_frame(
         shape_m=shape,
         path_m=path,
         heading_rad=_unwrapped(angle),
-        displacement=displacement,
     )
 
 
@@ -85,21 +65,11 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 def one_of(heads: HeadFrame, index: int) -> HeadFrame:
     """One of several trajectories (s, n, m, 2)."""
-    return HeadFrame(
-        heads.position_m[index], heads.shape_m[index], heads.path_m[index], heads.heading_rad[index], heads.displacement
-    )
+    return HeadFrame(heads.position_m[index], heads.shape_m[index], heads.path_m[index], heads.heading_rad[index])
 
 
 def from_head_frame(head: HeadFrame) -> np.ndarray:
-    """Back to the pool: (..., n, m, 2) markers, m, with the nose starting at 0.
-
-    The inverse of `to_head_frame` up to a shift of the pool.
-
-    Raises:
-        ValueError: the displacement is not that of the nose, which alone tells where the nose went.
-    """
-    if head.displacement != "nose":
-        raise ValueError(f"displacement: found {head.displacement!r}, expected 'nose'")
+    """Back to the pool, up to a shift of it: (..., n, m, 2) markers, m, with the nose starting at 0."""
     axis = np.stack([np.cos(head.heading_rad), np.sin(head.heading_rad)], axis=-1)  # (..., n, 2)
     turned_back = axis * np.array([1.0, -1.0])
     steps = _turn(np.diff(head.path_m, axis=-2), turned_back[..., 1:, :])

@@ -9,37 +9,32 @@ import numpy as np
 from session import Flag
 from tracking.suspects import stretches
 
+JUMP_FRAMES = 6
+"""A stretch no longer than this is called a jump."""
+FROZEN_FRAMES = 6
+"""The picture is frozen if no marker at all moves for so many frames …"""
+FROZEN_MOTION_PX = 2.0
+"""… and just before or after one moves by this in a frame."""
+
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What was found about each sample.
+    """What was found about each sample."""
 
-    Attributes:
-        present: (n, m) not missing.
-        wrong: (n, m) present but misplaced.
-        still: (n, m) standing still while the neighbours move.
-        touch: (n, m, m) two markers on one spot.
-        position_px: (n, m, 2).
-        put_px: (n, m, 2) where the other markers put it.
-        order: (m,) the markers from nose to tail.
-        jump_frames: a stretch no longer than this is called a jump.
-    """
-
-    present: np.ndarray
-    wrong: np.ndarray
-    still: np.ndarray
-    touch: np.ndarray
-    position_px: np.ndarray
-    put_px: np.ndarray
-    order: np.ndarray
-    jump_frames: int
+    present: np.ndarray  # (n, m) not missing
+    wrong: np.ndarray  # (n, m) present but misplaced
+    still: np.ndarray  # (n, m) standing still while the neighbours move
+    touch: np.ndarray  # (n, m, m) two markers on one spot
+    position_px: np.ndarray  # (n, m, 2)
+    put_px: np.ndarray  # (n, m, 2) where the other markers put it
+    order: np.ndarray  # (m,) the markers from nose to tail
 
     @classmethod
-    def none(cls, present: np.ndarray, position_px: np.ndarray, jump_frames: int) -> Findings:
+    def none(cls, present: np.ndarray, position_px: np.ndarray) -> Findings:
         """Nothing wrong but what is missing."""
         n, m = present.shape
         nothing, touch = np.zeros((n, m), dtype=bool), np.zeros((n, m, m), dtype=bool)
-        return cls(present, nothing, nothing, touch, position_px, position_px, np.arange(m), jump_frames)
+        return cls(present, nothing, nothing, touch, position_px, position_px, np.arange(m))
 
 
 def flags_of(findings: Findings, markers: tuple[str, ...]) -> tuple[Flag, ...]:
@@ -73,7 +68,7 @@ def _named(findings: Findings, markers: tuple[str, ...], k: int, first: int, las
             "frozen_marker",
             f"{markers[k]} stands still while the body moves, {off_px:.0f} px away at most",
         )
-    elif long <= findings.jump_frames:
+    elif long <= JUMP_FRAMES:
         kind, text = "jump", f"{markers[k]} jumps, {off_px:.0f} px from where the others put it at most"
     else:
         other = _neighbour(findings, k, span)
@@ -110,12 +105,11 @@ def _frames(first: int, last: int) -> str:
     return f"frame {first}" if first == last else f"{last - first + 1} frames"
 
 
-def frozen_picture(position_px: np.ndarray, frames: int, motion_px: float) -> np.ndarray:
-    """(n,) frames within a stretch of at least `frames` frames whose markers (n, m, 2) all stay where they are.
+def frozen_picture(position_px: np.ndarray) -> np.ndarray:
+    """(n,) frames within a long enough stretch in which the markers (n, m, 2) all stay where they are.
 
-    A robot that comes to rest slows down; a picture that freezes does so from one frame to the next: just before or
-    after the stretch some marker moves by at least `motion_px` in a frame. The first frame of a stretch is a true
-    picture and stays out. A marker that is missing counts as unmoved.
+    A robot that comes to rest slows down; a picture that freezes does so from one frame to the next. The first frame of
+    a stretch is a true picture and stays out. A marker that is missing counts as unmoved.
     """
     step = np.nan_to_num(np.abs(np.diff(position_px, axis=0)))
     moved_px = step.max(axis=(1, 2), initial=0.0)  # (n - 1,)
@@ -124,8 +118,8 @@ def frozen_picture(position_px: np.ndarray, frames: int, motion_px: float) -> np
     result = np.zeros(len(same), bool)
     for first, last in stretches(same):
         around = np.concatenate([moved_px[max(first - 3, 0) : first - 1], moved_px[last : last + 2]])
-        abrupt = around.max(initial=0.0) >= motion_px
-        result[first : last + 1] = abrupt and last - first + 2 >= frames
+        abrupt = around.max(initial=0.0) >= FROZEN_MOTION_PX
+        result[first : last + 1] = abrupt and last - first + 2 >= FROZEN_FRAMES
     return result
 
 

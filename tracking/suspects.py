@@ -2,6 +2,13 @@
 
 import numpy as np
 
+STILL_FRAMES = 5
+"""A box is frozen if it stands still for at least this many frames …"""
+STILL_PX = 1.0
+"""… moving by no more than this over so many frames, in each coordinate …"""
+STILL_MOTION_PX = 6.0
+"""… while both its neighbours move by at least this, and four times as much as it, and leave it behind by as much."""
+
 
 def stretches(mask: np.ndarray) -> list[tuple[int, int]]:
     """First and last frame, both included, of each run of True in (n,)."""
@@ -15,30 +22,20 @@ def touching(position_px: np.ndarray, least_px: np.ndarray) -> np.ndarray:
     return (between < least_px) & ~np.eye(position_px.shape[1], dtype=bool)
 
 
-def standing_still(
-    position_px: np.ndarray, order: np.ndarray, frames: int, still_px: float, motion_px: float
-) -> np.ndarray:
-    """(n, m) whether a marker stands still while its two nearest in body order both move.
-
-    Args:
-        position_px: (n, m, 2).
-        order: (m,) the markers in the order of the body.
-        frames: the shortest stretch.
-        still_px: how much it may move over any `frames` frames, in each coordinate.
-        motion_px: how much the neighbours move at least over the stretch, and four times the marker.
-    """
+def standing_still(position_px: np.ndarray, order: np.ndarray) -> np.ndarray:
+    """(n, m) whether a marker at (n, m, 2) stands still while its two nearest in body order (m,) both move."""
     n, m, _ = position_px.shape
     still = np.zeros((n, m), dtype=bool)
-    if n < frames or m < 3:
+    if n < STILL_FRAMES or m < 3:
         return still
-    windows = np.lib.stride_tricks.sliding_window_view(position_px, frames, axis=0)  # (…, m, 2, frames)
-    quiet = (np.ptp(windows, axis=-1) <= still_px).all(axis=-1)  # (n - frames + 1, m)
+    windows = np.lib.stride_tricks.sliding_window_view(position_px, STILL_FRAMES, axis=0)  # (…, m, 2, f)
+    quiet = (np.ptp(windows, axis=-1) <= STILL_PX).all(axis=-1)  # (n - f + 1, m)
     rank = np.argsort(order)
     for k in range(m):
         nearest = np.argsort(np.abs(rank - rank[k]), kind="stable")[:3]  # itself first
         for first, last in stretches(quiet[:, k]):
-            span = slice(first, last + frames)
+            span = slice(first, last + STILL_FRAMES)
             own, *others = np.linalg.norm(np.ptp(position_px[span][:, nearest], axis=0), axis=1)
-            if min(others) >= max(motion_px, 4 * own):  # False where a sample is missing
+            if min(others) >= max(STILL_MOTION_PX, 4 * own):  # False where a sample is missing
                 still[span, k] = True
     return still

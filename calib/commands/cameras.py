@@ -53,9 +53,9 @@ def lens(
         numbers = {"rms_px": found.rms_px, "coverage": found.coverage}
         print(json.dumps({"camera": camera, **numbers, "flags": flags}, indent=1))
         return
-    used = sum(not view.rejected for view in found.views)
+    used = found.pictures - len(found.rejected)
     covered = f"{found.coverage:.0%} of the picture covered"
-    print(f"{used} of {len(found.views)} pictures used, {found.rms_px:.2f} px rms, {covered}")
+    print(f"{used} of {found.pictures} pictures used, {found.rms_px:.2f} px rms, {covered}")
     for flag in found.flags:
         print(f"! {flag.message}")
     print(out)

@@ -14,7 +14,7 @@ from calib.stages.videos import Videos
 from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import DecayTrial, measure_decay_trial
-from fitting.free_decay.decay_trial import FAR_OUT
+from fitting.free_decay.decay_trial import FAR_OUT_PX
 from fitting.motor_clock import read_motor
 from fitting.out_of_water import OutOfWater
 from fitting.structure import DryExperiments
@@ -188,7 +188,7 @@ class Recordings:
         tracks, camera, robot = recorded.counting.since(recorded.first_frame), self._session.camera, self._robot
         if spec.kind == "free_decay":
             decay = measure_decay_trial(spec.name, tracks, camera, robot)
-            self._save(spec, tracks, lambda: check_tracks(tracks, robot, FAR_OUT).weight)
+            self._save(spec, tracks, lambda: check_tracks(tracks, robot, FAR_OUT_PX).weight)
             decay = replace(decay, first_frame=decay.first_frame + recorded.first_frame)
             return self._flagged(decay, recorded, decay.metres_per_px)
         motor = read_motor(spec, tracks, camera, robot)

@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.job import Job
 from session import FaultCollector, InputError, TrialSpec
-from session.results import sha256_of
+from session.results import sha256_of, write_whole
 from session.stage import Stage
 from session.tracks import save_tracks
 from tracking.boxes import (
@@ -21,7 +21,6 @@ from tracking.boxes import (
     find_boxes,
     load_boxes,
     save_boxes,
-    write_click_page,
     write_preview,
 )
 from tracking.records import EditLog, TrackedTrial, apply_edits, fill_gaps, load_tracked, save_tracked
@@ -126,7 +125,7 @@ class Videos:
             layout_m = self._layout_m(names)
             place = Path(os.path.relpath(self._boxes_file(spec), self._job.session.folder)).as_posix()
             click = ClickBoxes(picture.rgb(), names, spec.name, picture.number, suggested, blobs, layout_m, place)
-            write_click_page(page, click)
+            write_whole(page, click.html())
         return page
 
     def _suggested(self, spec: TrialSpec, video: Video) -> StartBoxes | None:
@@ -156,10 +155,10 @@ class Videos:
             except InputError as problem:
                 problems.append(problem)
                 continue
-            save_boxes(stage.file, found.boxes)
+            save_boxes(stage.file, found)
             stage.mark()
             self._job.made.append(stage.file)
-            return found.boxes
+            return found
         if with_page:
             page, place = self.click_page(spec), self._boxes_file(spec)
             step = f"Open {page} in a browser, click the markers, and save them as {place}. Then run this again."

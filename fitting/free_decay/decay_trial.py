@@ -8,7 +8,7 @@ from fitting.free_decay.release import Release, find_release
 from fitting.in_pool import in_pool
 from session import CameraSpec, Flag, NotEnoughData, Tracks
 from swimmer import RobotSpec
-from tracking import QualityLimits, to_head_frame
+from tracking import to_head_frame
 
 HEAD_MOVES_M = 0.003  # rms motion of nose or neck in the decay from which a head is not well clamped
 LEAST_SHARE = 0.0075  # of the fin's swing: a springy clamp lowers the stiffness by 0.6 to 1.35 times the share
@@ -72,7 +72,7 @@ def _lag_one(series: np.ndarray) -> float:
 
 # The shape that `check_tracks` learns from a trial is that of its many frames at rest: the few in which the tail is
 # bent look wrong to it. Only gross faults are left to it; the twin judges the others (`fitting.free_decay.decay_fit`).
-FAR_OUT = QualityLimits(floor_px=75.0)
+FAR_OUT_PX = 75.0
 FEWEST_FRAMES = 12
 
 
@@ -123,7 +123,7 @@ def measure_decay_trial(name: str, tracks: Tracks, camera: CameraSpec, robot: Ro
     Raises:
         NotEnoughData: no tail marker, no release, or too few frames after it.
     """
-    place_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {name}", FAR_OUT)
+    place_m, metres_per_px, quality, tail = in_pool(tracks, camera, robot, f"trial {name}", FAR_OUT_PX)
     time_s = tracks.time_s - tracks.time_s[0]
     position_m = _in_robot_frame(place_m, tracks.markers, quality.weight, robot)
     weight = np.where(np.isfinite(position_m).all(axis=-1), quality.weight, 0.0)

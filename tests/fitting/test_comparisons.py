@@ -26,9 +26,7 @@ def drifting(trial: MeasuredTrial, velocity_m_s: tuple[float, float]) -> Measure
     """As if the pool had a current."""
     head = trial.head
     path = head.path_m + trial.time_s[:, None] * velocity_m_s
-    return replace(
-        trial, head=HeadFrame(head.shape_m + path[:, None], head.shape_m, path, head.heading_rad, head.displacement)
-    )
+    return replace(trial, head=HeadFrame(head.shape_m + path[:, None], head.shape_m, path, head.heading_rad))
 
 
 def distance(trials: tuple[MeasuredTrial, ...], comparison: Comparison) -> float:

@@ -4,8 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tracking.fish import MARKERS, PX_PER_M, swimming_fish
-from tracking import to_head_frame
-from tracking.normaliser import Displacement
+from tracking import from_head_frame, to_head_frame
 
 NOSE, NECK = 0, 1
 
@@ -20,13 +19,13 @@ def moved(position_m: np.ndarray, turn: float, shift: np.ndarray) -> np.ndarray:
     return position_m @ np.array([[cos, sin], [-sin, cos]]) + shift
 
 
-def by_loop(position_m: np.ndarray, displacement: Displacement) -> np.ndarray:
+def by_loop(position_m: np.ndarray) -> np.ndarray:
     """The published recursion, frame by frame and marker by marker."""
     path, place_before, frames = np.zeros(2), None, []
     for markers in position_m:
         forward = (markers[NECK] - markers[NOSE]) / np.linalg.norm(markers[NECK] - markers[NOSE])
         axes = np.array([forward, [-forward[1], forward[0]]])
-        place = markers[NOSE] if displacement == "nose" else (markers[NOSE] + markers[NECK]) / 2
+        place = markers[NOSE]
         if place_before is not None:
             path = path + axes @ (place - place_before)
         place_before = place
@@ -34,12 +33,8 @@ def by_loop(position_m: np.ndarray, displacement: Displacement) -> np.ndarray:
     return np.array(frames)
 
 
-@pytest.mark.parametrize("displacement", ["nose", "head_mean"])
-def test_the_published_recursion_as_a_plain_loop_gives_the_same(displacement: Displacement) -> None:
-    position = swim()
-    frame = to_head_frame(position, NOSE, NECK, displacement)
-    assert frame.position_m == pytest.approx(by_loop(position, displacement), abs=1e-12)
-    assert frame.displacement == displacement
+def test_the_published_recursion_as_a_plain_loop_gives_the_same() -> None:
+    assert to_head_frame(swim(), NOSE, NECK).position_m == pytest.approx(by_loop(swim()), abs=1e-12)
 
 
 @given(st.floats(-10, 10), st.floats(-5, 5), st.floats(-5, 5))
@@ -53,12 +48,11 @@ def test_where_and_how_the_pool_lies_does_not_matter(turn: float, x: float, y: f
     assert np.sin(other.heading_rad - one.heading_rad) == pytest.approx(np.sin(turn), abs=1e-9)
 
 
-@pytest.mark.parametrize("displacement", ["nose", "head_mean"])
-def test_a_straight_swim_gives_the_distance_forward(displacement: Displacement) -> None:
+def test_a_straight_swim_gives_the_distance_forward() -> None:
     body = np.stack([np.linspace(0, 0.5, len(MARKERS)), np.zeros(len(MARKERS))], axis=1)
     swum = 0.2 * np.arange(60) / 60
     position = moved(body - np.stack([swum, 0 * swum], axis=1)[:, None], 0.7, np.array([1.0, 2.0]))
-    frame = to_head_frame(position, NOSE, NECK, displacement)
+    frame = to_head_frame(position, NOSE, NECK)
     assert frame.forward_m == pytest.approx(swum)
     assert frame.path_m[:, 1] == pytest.approx(0, abs=1e-12)
     assert frame.shape_m == pytest.approx(np.broadcast_to(body, frame.shape_m.shape))
@@ -96,23 +90,14 @@ def spinning(frames: int, step_rad: float, length_m: float) -> np.ndarray:
     return np.stack([np.zeros_like(neck), neck], axis=1)
 
 
-@given(st.floats(-0.3, 0.3), st.floats(0.05, 0.3))
-def test_the_two_published_displacements_differ_by_the_turning_of_the_head(step: float, length: float) -> None:
-    # the head's mean is h = (length / 2, 0) from the nose in its axes, so that a turn by `step` between
-    # two frames moves it by h - R(-step) h in the axes of the later one: (1 - cos, sin) * length / 2
-    position = spinning(10, step, length)
-    nose, mean = (to_head_frame(position, NOSE, NECK, form) for form in ("nose", "head_mean"))
-    each = length / 2 * np.array([1 - np.cos(step), np.sin(step)])
-    assert nose.path_m == pytest.approx(0, abs=1e-12)
-    assert mean.path_m - nose.path_m == pytest.approx(np.arange(10)[:, None] * each, abs=1e-12)
-    assert mean.shape_m == pytest.approx(nose.shape_m)
-
-
 def test_heading_is_unwrapped() -> None:
     frame = to_head_frame(spinning(100, 0.2, 0.142), NOSE, NECK)
     assert frame.heading_rad == pytest.approx(0.2 * np.arange(100))
 
 
-def test_an_unknown_displacement_is_refused_with_the_choices() -> None:
-    with pytest.raises(ValueError, match="found 'neck', expected one of 'nose', 'head_mean'"):
-        to_head_frame(swim(5), NOSE, NECK, "neck")  # type: ignore[arg-type]
+@given(turn=st.floats(-np.pi, np.pi), x=st.floats(-5, 5), y=st.floats(-5, 5), seed=st.integers(0, 20))
+def test_it_inverts_the_normaliser_up_to_a_shift(turn: float, x: float, y: float, seed: int) -> None:
+    position = moved(swim(60, seed), turn, np.array([x, y]))
+    back = from_head_frame(to_head_frame(position, NOSE, NECK))
+
+    np.testing.assert_allclose(back, position - position[0, NOSE], atol=1e-11)

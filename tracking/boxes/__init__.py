@@ -1,7 +1,7 @@
 """Start boxes: read from a file, found in the picture, or clicked by a person."""
 
 from tracking.boxes.blobs import find_blobs
-from tracking.boxes.click_page import ClickBoxes, write_click_page
+from tracking.boxes.click_page import ClickBoxes
 from tracking.boxes.find_boxes import find_boxes
 from tracking.boxes.preview import write_preview
 from tracking.boxes.start_boxes import Box, StartBoxes, load_boxes, save_boxes
@@ -14,6 +14,5 @@ __all__ = [
     "find_boxes",
     "load_boxes",
     "save_boxes",
-    "write_click_page",
     "write_preview",
 ]

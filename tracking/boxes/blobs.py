@@ -41,23 +41,14 @@ LEVELS = (0.5, 0.65, 0.8)
 
 
 class Blob(NamedTuple):
-    """One blob of a picture.
+    """One blob of a picture."""
 
-    Attributes:
-        x: centre, px, weighted by brightness.
-        y: centre, px.
-        diameter_px: of the disc of the same area.
-        contrast: grey levels between it and its surroundings, at least 0 whatever its polarity.
-        level: grey level of its middle; of the negative for a dark blob, so always high for a marker.
-        elongation: ratio of its axes, 1 for a disc.
-    """
-
-    x: float
-    y: float
-    diameter_px: float
-    contrast: float
-    level: float
-    elongation: float = 1.0
+    x: float  # centre, px, weighted by brightness
+    y: float  # centre, px
+    diameter_px: float  # of the disc of the same area
+    contrast: float  # grey levels between it and its surroundings, at least 0 whatever its polarity
+    level: float  # grey level of its middle; of the negative for a dark blob, so always high for a marker
+    elongation: float = 1.0  # ratio of its axes, 1 for a disc
 
 
 def find_blobs(luma: np.ndarray, polarity: Polarity) -> tuple[Blob, ...]:

@@ -80,15 +80,10 @@ class Step:
 
 @dataclass(frozen=True)
 class Bodies:
-    """Complete bodies, the best first.
+    """Complete bodies, the best first."""
 
-    Attributes:
-        blobs: (b, m) index of the blob of each marker.
-        cost: (b,) half the sum of the squared departures, in standard deviations.
-    """
-
-    blobs: np.ndarray
-    cost: np.ndarray
+    blobs: np.ndarray  # (b, m) index of the blob of each marker
+    cost: np.ndarray  # (b,) half the sum of the squared departures, in standard deviations
 
 
 def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
@@ -127,19 +122,12 @@ def complete_bodies(blobs: Sequence[Blob], layout_m: np.ndarray) -> Bodies:
 
 @dataclass(frozen=True)
 class Taken:
-    """One step along a body that was seen.
+    """One step along a body that was seen."""
 
-    Attributes:
-        step: which.
-        off: how far it departs from the layout, in standard deviations, the largest of its parts.
-        length_m: found, at the scale of the head.
-        bend_deg: found, to the direction it should keep.
-    """
-
-    step: Step
-    off: float
-    length_m: float
-    bend_deg: float
+    step: Step  # which
+    off: float  # how far it departs from the layout, in standard deviations, the largest of its parts
+    length_m: float  # found, at the scale of the head
+    bend_deg: float  # found, to the direction it should keep
 
 
 def steps_taken(centre_px: np.ndarray, layout_m: np.ndarray) -> tuple[Taken, ...]:

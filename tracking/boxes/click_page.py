@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import base64
-import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -15,7 +13,6 @@ import numpy as np
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from session.results import write_whole
 from tracking.boxes.blobs import Blob
 from tracking.boxes.find_boxes import BOX_DIAMETERS
 from tracking.boxes.start_boxes import StartBoxes
@@ -26,9 +23,7 @@ USUAL_SIDE_PX = 25.0
 
 @dataclass(frozen=True, eq=False)
 class ClickBoxes:
-    """A frame with its markers to be clicked; in a notebook it shows the page by itself.
-
-    Evaluate it in a cell, click, save, and read the file with `load_boxes`.
+    """A frame with its markers to be clicked; what the page saves is read with `load_boxes`.
 
     Attributes:
         rgb: (h, w, 3) the frame, bytes.
@@ -92,22 +87,6 @@ class ClickBoxes:
                 BOX_DIAMETERS * float(np.median([blob.diameter_px for blob in self.blobs[: len(self.markers)]]))
             )
         return round(USUAL_SIDE_PX)
-
-    def _repr_html_(self) -> str:
-        """The page in a frame of its own, as a notebook shows it."""
-        return (
-            f'<iframe title="Start boxes" style="width:100%;height:640px;border:0;border-radius:8px" '
-            f'srcdoc="{html.escape(self.html())}"></iframe>'
-        )
-
-
-def write_click_page(path: Path, click: ClickBoxes) -> None:
-    """Writes the page as one file.
-
-    Raises:
-        ResultsNotWritable: the file cannot be written.
-    """
-    write_whole(path, click.html())
 
 
 def _as_jpeg(rgb: np.ndarray) -> str:

@@ -27,29 +27,6 @@ LONGER = 1.12
 
 
 @dataclass(frozen=True)
-class FoundBoxes:
-    """Start boxes that were found, and how sure that is.
-
-    Attributes:
-        boxes: a box around every marker.
-        polarity: whether the markers are bright or dark.
-        confidence: probability of this body among all that the blobs allow, and none.
-        runner_up: probability of the next best one; 0 if there is none.
-        residual_px: RMS difference between the markers' distances from one to the next and the layout's, px.
-        diameter_px: (m,) of the markers.
-        blobs: every blob of that polarity, the ones of the most contrast first.
-    """
-
-    boxes: StartBoxes
-    polarity: Polarity
-    confidence: float
-    runner_up: float
-    residual_px: float
-    diameter_px: np.ndarray
-    blobs: tuple[Blob, ...]
-
-
-@dataclass(frozen=True)
 class _Seen:
     """What one polarity shows."""
 
@@ -60,7 +37,7 @@ class _Seen:
 
 def find_boxes(
     luma: np.ndarray, layout_m: np.ndarray, markers: Sequence[str], *, frame: int = 0, file: str = "the video"
-) -> FoundBoxes:
+) -> StartBoxes:
     """Finds the markers of a straight or bent robot, seen from above, of unknown place, heading and scale.
 
     Args:
@@ -91,11 +68,7 @@ def find_boxes(
         found = f"{', '.join(markers[k] for k in merged)} longer than wide, unlike the markers before and behind"
         raise _refusal(file, frame, "a marker runs into something beside it", found, "a disc, set off all around")
     boxes = {name: _box(blob, chosen, luma.shape) for name, blob in zip(markers, chosen, strict=True)}
-    diameter_px = np.array([blob.diameter_px for blob in chosen])
-    residual_px = _residual_px(np.array([blob[:2] for blob in chosen]), layout_m)
-    return FoundBoxes(
-        StartBoxes(frame, boxes), best.polarity, confidence, runner_up, residual_px, diameter_px, best.blobs
-    )
+    return StartBoxes(frame, boxes)
 
 
 def _probabilities(seen: Sequence[_Seen], count: int) -> tuple[float, float]:
@@ -124,15 +97,6 @@ def _box(blob: Blob, chosen: Sequence[Blob], shape: tuple[int, ...]) -> Box:
     side = float(np.clip(BOX_DIAMETERS * blob.diameter_px, SMALLEST_BOX_PX, max(min(apart), SMALLEST_BOX_PX)))
     room = 2 * min(blob.x, blob.y, shape[1] - 1 - blob.x, shape[0] - 1 - blob.y) + 1
     return Box.around((blob.x, blob.y), min(side, room))
-
-
-def _residual_px(centre_px: np.ndarray, layout_m: np.ndarray) -> float:
-    """RMS difference between the steps along the body and the layout's, px, at the scale of the head."""
-    nose, neck, steps = body_steps(layout_m)
-    metre = np.linalg.norm(centre_px[neck] - centre_px[nose]) / np.linalg.norm(layout_m[neck] - layout_m[nose])
-    ends = np.array([(step.before, step.marker) for step in steps])
-    lengths = [np.linalg.norm(at[ends[:, 1]] - at[ends[:, 0]], axis=1) for at in (centre_px, metre * layout_m)]
-    return float(np.sqrt(np.mean((lengths[0] - lengths[1]) ** 2)))
 
 
 def _not_certain(

@@ -22,28 +22,19 @@ HIGHEST_M = 100.0
 
 @dataclass(frozen=True)
 class BoardScale:
-    """What a level board says of the picture.
+    """What a level board says of the picture."""
 
-    Attributes:
-        metres_per_px: on the surface of the water, in undistorted square pixels (of focal length fx where the lens is
-            calibrated), as `to_pool` has it.
-        sd_metres_per_px: its standard deviation from the scatter of the corners about a level board; with no lens it
-            holds distortion and tilt too, as far as the board shows them.
-        camera_height_m: of the lens above the water; None without a calibrated lens.
-        sd_camera_height_m: from the corners; the lens's own relative uncertainty of fx comes on top.
-        tilt_deg: angle between the camera's axis and the board's normal; None without a calibrated lens. A tilt of
-            2 degrees changes the scale by 2 % from the middle to the edge of a picture 60 degrees wide.
-        rms_px: distance of the corners from a level board.
-        corners: how many were found.
-    """
-
+    # on the surface of the water, in undistorted square pixels (of focal length fx where the lens is calibrated), as
+    # `to_pool` has it
     metres_per_px: float
+    # its standard deviation from the scatter of the corners about a level board; with no lens it holds distortion and
+    # tilt too, as far as the board shows them
     sd_metres_per_px: float
-    camera_height_m: float | None
-    sd_camera_height_m: float | None
+    camera_height_m: float | None  # of the lens above the water; None without a calibrated lens
+    # angle between the camera's axis and the board's normal; None without a calibrated lens. A tilt of 2 degrees
+    # changes the scale by 2 % from the middle to the edge of a picture 60 degrees wide.
     tilt_deg: float | None
-    rms_px: float
-    corners: int
+    rms_px: float  # distance of the corners from a level board
 
 
 def scale_from_board(
@@ -83,7 +74,7 @@ def scale_from_corners(seen: Corners, lens: CameraCalibration | None = None, boa
         )
     if lens is None:
         fit = _similarity(seen.image_px, seen.place_m[:, :2])
-        return BoardScale(fit.scale, fit.sd_scale, None, None, None, fit.rms / fit.scale, len(seen.image_px))
+        return BoardScale(fit.scale, fit.sd_scale, None, None, fit.rms / fit.scale)
     return _with_lens(seen, lens, board_height_m)
 
 
@@ -107,10 +98,8 @@ def _with_lens(seen: Corners, lens: CameraCalibration, board_height_m: float) ->
         metres_per_px=metres_per_px,
         sd_metres_per_px=metres_per_px * fit.sd_scale,
         camera_height_m=height,
-        sd_camera_height_m=height * fit.sd_scale,
         tilt_deg=_tilt_deg(seen, lens),
         rms_px=fit.rms / metres_per_px,
-        corners=len(ray),
     )
 
 

@@ -21,17 +21,12 @@ ENOUGH = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class Bundle:
-    """A lens, the poses of the board, and the corners seen.
+    """A lens, the poses of the board, and the corners seen."""
 
-    Attributes:
-        lens: (9,) fx, fy, cx, cy, k1, k2, p1, p2, k3; px, and OpenCV's coefficients.
-        poses: (v, 6) rotation vector and translation (m), board frame to camera frame (x right, y down, z ahead).
-        corners: the v views.
-    """
-
-    lens: np.ndarray
+    lens: np.ndarray  # (9,) fx, fy, cx, cy, k1, k2, p1, p2, k3; px, and OpenCV's coefficients
+    # (v, 6) rotation vector and translation (m), board frame to camera frame (x right, y down, z ahead)
     poses: np.ndarray
-    corners: tuple[Corners, ...]
+    corners: tuple[Corners, ...]  # the v views
 
     @property
     def matrix(self) -> np.ndarray:

@@ -10,7 +10,7 @@ from session import Flag, NotEnoughData
 from session.camera import CameraCalibration
 from tracking.lens.board import BoardSpec
 from tracking.lens.corners import Corners, find_corners
-from tracking.lens.credibility import RMS_SHARE, Evidence, LensUncertainty, coverage_of, doubts, lens_uncertainty
+from tracking.lens.credibility import RMS_SHARE, LensUncertainty, coverage_of, doubts, lens_uncertainty
 from tracking.lens.lens_fit import LensFit, fit_lens
 from tracking.lens.pictures import each_picture
 
@@ -24,41 +24,24 @@ OUTLYING_PX = 0.3
 """But not where it is off by less than this."""
 
 
-@dataclass(frozen=True)
-class View:
-    """What became of one picture.
-
-    Attributes:
-        name: of the file, or the picture's number from 1.
-        corners: how many were found.
-        rms_px: distance between found and projected corners; nan where it could not be fitted.
-        rejected: why it was left out; empty where it was used.
-    """
-
-    name: str
-    corners: int
-    rms_px: float
-    rejected: str = ""
-
-
 @dataclass(frozen=True, eq=False)
 class LensCalibration:
     """A calibrated lens.
 
     Attributes:
         calibration: the camera, for `save_camera`; its height above the water is not known from this.
-        model: the distortion coefficients that the pictures support; the others are 0.
         rms_px: distance between found and projected corners over all views used.
-        views: one for each picture.
+        pictures: how many were looked at.
+        rejected: each that was left out, by its file or its number from 1, and why.
         coverage: share of the picture's 8 x 6 tiles in which a corner was seen.
         sd: standard deviations.
         flags: why it should not be believed, if so.
     """
 
     calibration: CameraCalibration
-    model: str
     rms_px: float
-    views: tuple[View, ...]
+    pictures: int
+    rejected: tuple[str, ...]
     coverage: float
     sd: LensUncertainty
     flags: tuple[Flag, ...]
@@ -82,26 +65,22 @@ def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> L
         names.append(picture.name)
         found.append(find_corners(picture.gray, board))
         size = picture.gray.shape[1], picture.gray.shape[0]
-    views = {n: _unusable(corners, board) for n, corners in enumerate(found)}
-    good = [n for n, reason in views.items() if not reason]
+    reasons = {n: _unusable(corners, board) for n, corners in enumerate(found)}
+    good = [n for n, reason in reasons.items() if not reason]
     _check_enough(len(good), len(names), board)
     fit, used = _without_outliers(found, good, size)
-    rms = dict(zip(used, fit.view_rms_px.tolist(), strict=True))
     for n in set(good) - set(used):
-        rms[n] = float("nan")
-        views[n] = "its corners do not fit the lens of the other pictures: blurred, moved, or the board was bent"
+        reasons[n] = "its corners do not fit the lens of the other pictures: blurred, moved, or the board was bent"
     calibration = _as_camera(fit, *size)
     sd = lens_uncertainty(fit, calibration)
     return LensCalibration(
         calibration=calibration,
-        model=fit.model,
         rms_px=fit.rms_px,
-        views=tuple(
-            View(name, len(found[n].image_px), rms.get(n, float("nan")), views[n]) for n, name in enumerate(names)
-        ),
+        pictures=len(names),
+        rejected=tuple(f"{names[n]}: {reason}" for n, reason in reasons.items() if reason),
         coverage=coverage_of(fit.bundle.corners, *size),
         sd=sd,
-        flags=doubts(Evidence(fit, calibration, sd)),
+        flags=doubts(fit, calibration, sd),
     )
 
 

@@ -36,18 +36,9 @@ def lens_flags(
     return tuple(flag for flag in found if flag is not None)
 
 
-def bend_at_edge(k1: float = LINEAR_K1, half_width: float = HALF_WIDTH) -> tuple[float, float]:
-    """What a radial distortion k1 does half a picture's width from its middle.
-
-    Returns:
-        The shift over the picture's width, k1 t^3 / (2 t); and the relative error of a length along the
-        radius, 3 k1 t^2 (the derivative of t + k1 t^3), t being `half_width`.
-    """
-    return k1 * half_width**2 / 2, 3 * k1 * half_width**2
-
-
 def _not_calibrated() -> Flag:
-    shift, stretch = bend_at_edge()
+    shift = LINEAR_K1 * HALF_WIDTH**2 / 2  # over the picture's width: k1 t^3 / (2 t), half a picture from its middle
+    stretch = 3 * LINEAR_K1 * HALF_WIDTH**2  # of a length along the radius: the derivative of t + k1 t^3
     message = (
         f"the lens is not calibrated. At a radial distortion of {LINEAR_K1:g}, which a linear field of view may "
         f"leave, places at the left and right edge are off by {100 * shift:.1f} % of the picture's width and "

@@ -19,15 +19,10 @@ boards. The corners are then refined in the whole picture."""
 
 
 class Corners(NamedTuple):
-    """Corners of one board in one picture.
+    """Corners of one board in one picture."""
 
-    Attributes:
-        place_m: (k, 3) on the board, board frame, z = 0.
-        image_px: (k, 2) in the picture, the centre of the top left pixel at (0, 0).
-    """
-
-    place_m: np.ndarray
-    image_px: np.ndarray
+    place_m: np.ndarray  # (k, 3) on the board, board frame, z = 0
+    image_px: np.ndarray  # (k, 2) in the picture, the centre of the top left pixel at (0, 0)
 
 
 def find_corners(picture: np.ndarray, board: BoardSpec) -> Corners:

@@ -84,15 +84,6 @@ BEND_SHARE = 5e-4
 """Of the picture's width: 1 mm of a pool 2 m wide, and far less over the length of a body."""
 
 
-@dataclass(frozen=True, eq=False)
-class Evidence:
-    """What a judgement rests on: the fit, the same as a camera, and its uncertainty."""
-
-    fit: LensFit
-    camera: CameraCalibration
-    sd: LensUncertainty
-
-
 def coverage_of(corners: Iterable[Corners], width_px: int, height_px: int) -> float:
     """Share of the picture's tiles in which a corner was seen."""
     image_px = np.concatenate([seen.image_px for seen in corners])
@@ -107,17 +98,14 @@ def spread_deg(rotation: np.ndarray) -> float:
     return float(np.degrees(np.arccos(np.clip(normal @ normal.T, -1.0, 1.0))).max())
 
 
-def doubts(evidence: Evidence) -> tuple[Flag, ...]:
-    """Every reason not to believe the lens, each with its number and what to do."""
-    found = (
-        *_about_views(evidence),
-        *_about_fit(evidence),
-    )
-    return tuple(Flag(kind, message=message) for kind, message in found)
+def doubts(fit: LensFit, camera: CameraCalibration, sd: LensUncertainty) -> tuple[Flag, ...]:
+    """Every reason not to believe the lens, each with its number and what to do.
 
-
-def _about_views(evidence: Evidence) -> list[tuple[str, str]]:
-    fit, camera, sd = evidence.fit, evidence.camera, evidence.sd
+    Args:
+        fit: the lens.
+        camera: the same as a calibration.
+        sd: its uncertainty.
+    """
     found = []
     if (views := len(fit.bundle.corners)) < GOOD_VIEWS:
         found.append(("lens_few_views", f"the lens rests on {views} pictures; take {GOOD_VIEWS} at least"))
@@ -139,12 +127,6 @@ def _about_views(evidence: Evidence) -> list[tuple[str, str]]:
                 f"{100 * focal:.2g} %; parallel views do not determine it: tilt the board by 20 to 45 degrees",
             )
         )
-    return found
-
-
-def _about_fit(evidence: Evidence) -> list[tuple[str, str]]:
-    fit, camera, sd = evidence.fit, evidence.camera, evidence.sd
-    found = []
     if fit.rms_px > (limit := RMS_SHARE * camera.width_px):
         found.append(
             (
@@ -163,4 +145,4 @@ def _about_fit(evidence: Evidence) -> list[tuple[str, str]]:
         )
     if folds(camera):
         found.append(("lens_folds", "the distortion turns back within the picture: it has no meaning near the corners"))
-    return found
+    return tuple(Flag(kind, message=message) for kind, message in found)

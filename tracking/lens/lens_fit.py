@@ -23,15 +23,10 @@ WIDTHS = (0.2, 20.0)
 
 @dataclass(frozen=True, eq=False)
 class LensFit:
-    """A lens and where the board was in each of v views.
+    """A lens and where the board was in each of v views."""
 
-    Attributes:
-        model: one of `MODELS`.
-        bundle: lens, poses and corners at the optimum.
-    """
-
-    model: str
-    bundle: Bundle
+    model: str  # one of `MODELS`
+    bundle: Bundle  # lens, poses and corners at the optimum
 
     @property
     def free(self) -> np.ndarray:

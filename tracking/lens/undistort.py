@@ -27,11 +27,6 @@ def to_rays(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
     return rays.reshape(position_px.shape)
 
 
-def undistort(position_px: np.ndarray, lens: CameraCalibration) -> np.ndarray:
-    """(..., 2) pixels of the distorted image -> pixels of an ideal pinhole camera with the same matrix."""
-    return to_rays(position_px, lens) * [lens.fx_px, lens.fy_px] + [lens.cx_px, lens.cy_px]
-
-
 def folds(lens: CameraCalibration) -> bool:
     """Whether the lens's radial polynomial turns back within the picture, so that two rays meet in one pixel.
 

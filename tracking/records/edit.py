@@ -24,12 +24,14 @@ class _Edit(BaseModel):
     @property
     def named(self) -> tuple[str, ...]:
         """The markers it names."""
-        return ()
+        one_by_one = (getattr(self, key) for key in ("marker", "to") if hasattr(self, key))
+        return (*getattr(self, "markers", ()), *one_by_one)
 
     @property
     def framed(self) -> tuple[int, ...]:
         """The frames it names."""
-        return ()
+        one_by_one = (getattr(self, key) for key in ("frame", "until") if hasattr(self, key))
+        return tuple(frame for frame in (*getattr(self, "frames", ()), *one_by_one) if frame is not None)
 
 
 class _Stretch(_Edit):
@@ -44,11 +46,6 @@ class _Stretch(_Edit):
         if last is not None and last < first:
             raise key_error("the frames are the wrong way round", found=f"{first} to {last}", expected="first, last")
         return self
-
-    @property
-    def framed(self) -> tuple[int, ...]:
-        """The frames it names."""
-        return tuple(frame for frame in self.frames if frame is not None)
 
     @property
     def span(self) -> slice:
@@ -69,22 +66,12 @@ class Swap(_Stretch):
             raise key_error("one marker twice", found=repr(self.markers[0]), expected="two different markers")
         return self
 
-    @property
-    def named(self) -> tuple[str, ...]:
-        """The markers it names."""
-        return self.markers
-
 
 class Drop(_Stretch):
     """The samples of some markers are wrong; they become missing."""
 
     op: Literal["drop"] = "drop"
     markers: Annotated[tuple[str, ...], Field(min_length=1)]
-
-    @property
-    def named(self) -> tuple[str, ...]:
-        """The markers it names."""
-        return self.markers
 
 
 class Relabel(_Stretch):
@@ -99,11 +86,6 @@ class Relabel(_Stretch):
         if self.marker == self.to:
             raise key_error("a marker relabelled as itself", found=repr(self.to), expected="another marker in `to`")
         return self
-
-    @property
-    def named(self) -> tuple[str, ...]:
-        """The markers it names."""
-        return (self.marker, self.to)
 
 
 class SetBox(_Edit):
@@ -128,16 +110,6 @@ class SetBox(_Edit):
             expected = f"a frame from {self.frame} on"
             raise key_error("the last frame is before that of the box", found=f"until {self.until}", expected=expected)
         return self
-
-    @property
-    def named(self) -> tuple[str, ...]:
-        """The markers it names."""
-        return (self.marker,)
-
-    @property
-    def framed(self) -> tuple[int, ...]:
-        """The frames it names."""
-        return (self.frame,) if self.until is None else (self.frame, self.until)
 
     @property
     def centre_px(self) -> tuple[float, float]:

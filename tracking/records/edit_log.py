@@ -76,17 +76,24 @@ class EditLog:
         faults.raise_if_any()
         return log
 
-    def append(self, edit: Edit) -> EditLog:
+    def append(self, text: str) -> EditLog:
         """Adds an edit at the end of the file, which is made when it is not there; all that stands there stays.
+
+        Args:
+            text: the edit as JSON, as a line of the file has it.
 
         Returns:
             The log as it then stands in the file.
 
         Raises:
-            InputError: the edit names a marker, frame or line that is not there, or the file has faults; nothing
-                is written.
+            InputError: not an edit, or one that names a marker, frame or line that is not there, or the file has
+                faults; nothing is written.
             ResultsNotWritable: the file cannot be written.
         """
+        faults = FaultCollector("the edit")
+        edit = _parsed(text, 1, faults)
+        faults.raise_if_any()
+        assert edit is not None
         log = EditLog.load(self.path, self.markers, self.frames)
         before = self.path.read_bytes() if self.path.exists() else b""
         before += b"" if before.endswith(b"\n") or not before else b"\n"
@@ -96,19 +103,6 @@ class EditLog:
         with writing_whole(self.path) as part:
             part.write_bytes(before + _as_line(edit).encode() + b"\n")
         return log
-
-    def append_text(self, text: str) -> EditLog:
-        """Adds an edit written as JSON, as a line of the file has it; see `append`.
-
-        Raises:
-            InputError: not an edit, or one that does not fit; nothing is written.
-            ResultsNotWritable: the file cannot be written.
-        """
-        faults = FaultCollector("the edit")
-        edit = _parsed(text, 1, faults)
-        faults.raise_if_any()
-        assert edit is not None
-        return self.append(edit)
 
     @property
     def in_force(self) -> tuple[LoggedEdit, ...]:

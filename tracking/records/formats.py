@@ -13,8 +13,8 @@ from tracking.records.foreign import save_fishsim
 from tracking.records.movement import load_movement, save_movement
 from tracking.records.tracked import TrackedTrial
 
-SIGNATURES = {b"\x89HDF\r\n\x1a\n": "HDF5", b"CDF": "netCDF 3"}
-"""How files that are no text start."""
+SIGNATURES = (b"\x89HDF\r\n\x1a\n", b"CDF")
+"""How files of netCDF start: version 4, which is HDF5, and 3."""
 FORMATS: dict[str, Callable[[Path, TrackedTrial], None]] = {
     "swimcal": lambda path, tracked: save_tracks(path, tracked.tracks),
     "deeplabcut": lambda path, tracked: save_deeplabcut(path, tracked.tracks),
@@ -38,8 +38,8 @@ def import_tracks(path: Path, markers: Sequence[str], fps: float) -> Tracks:
     Raises:
         InputError: every fault of the file at once.
     """
-    if _signature(path) is not None:
-        return load_movement(path, markers, fps).tracks
+    if _is_netcdf(path):
+        return load_movement(path, markers, fps)
     if is_deeplabcut(read_table(path)):
         return load_deeplabcut(path, markers, fps)
     return load_tracks(path, markers, fps)
@@ -62,11 +62,10 @@ def export_tracks(tracked: TrackedTrial, path: Path, form: str) -> None:
     FORMATS[form](path, tracked)
 
 
-def _signature(path: Path) -> str | None:
-    """The kind of a file that is no text; None for text, and for what cannot be read, which readers report."""
+def _is_netcdf(path: Path) -> bool:
+    """No as well for what cannot be read, which readers report."""
     try:
         with path.open("rb") as stream:
-            start = stream.read(8)
+            return stream.read(8).startswith(SIGNATURES)
     except OSError:
-        return None
-    return next((kind for signature, kind in SIGNATURES.items() if start.startswith(signature)), None)
+        return False

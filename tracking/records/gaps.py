@@ -31,7 +31,6 @@ the jitter of the public boxes included.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -56,38 +55,24 @@ FRAMES_PER_WEIGHT = 5
 """Fewest frames for each weight of the regression."""
 REHEARSALS = 12
 """Gaps of the same length that a method is rehearsed on, at most; a third of them must be possible."""
-
-
-@dataclass(frozen=True)
-class GapLimits:
-    """Which gaps are filled. The defaults suit the public trials (60 frames a second, about 950 px a metre).
-
-    Attributes:
-        seconds: the longest gap, from the last sample before it to the first after it.
-        error_px: the largest error in rehearsals, RMS an axis.
-        confidence: of a filled sample right beside samples of confidence 1; below 1 since it measures nothing …
-        halves_s: … and at this distance in time from the nearest of them half of it.
-    """
-
-    seconds: float = 0.25
-    error_px: float = 3.0
-    confidence: float = 0.5
-    halves_s: float = 0.1
+LONGEST_S = 0.25
+"""The longest gap that is filled, from the last sample before it to the first after it."""
+WORST_PX = 3.0
+"""The largest error in rehearsals, RMS an axis; suits the public trials (60 frames a second, about 950 px a metre)."""
+CONFIDENCE = 0.5
+"""Of a filled sample right beside samples of confidence 1; below 1 since it measures nothing."""
+HALVES_S = 0.1
+"""At this distance in time from the nearest of them half of it."""
 
 
 class Filling(NamedTuple):
-    """What one gap of f frames is filled with.
+    """What one gap of f frames is filled with."""
 
-    Attributes:
-        place: (f,) complex positions x + i y, px.
-        error_px: RMS an axis in rehearsals.
-    """
-
-    place: np.ndarray
-    error_px: float
+    place: np.ndarray  # (f,) complex positions x + i y, px
+    error_px: float  # RMS an axis in rehearsals
 
 
-def fill_gaps(tracked: TrackedTrial, limits: GapLimits | None = None) -> TrackedTrial:
+def fill_gaps(tracked: TrackedTrial) -> TrackedTrial:
     """Fills the gaps that are short enough and can be filled well enough.
 
     A gap is a stretch of a marker without samples that are measured or set by hand; it is taken from those alone,
@@ -97,25 +82,23 @@ def fill_gaps(tracked: TrackedTrial, limits: GapLimits | None = None) -> Tracked
 
     Args:
         tracked: of n frames and m markers.
-        limits: which gaps are filled.
     """
-    limits = limits or GapLimits()
     time_s, seen = tracked.tracks.time_s, tracked.seen
     place = tracked.tracks.position_px @ np.array([1, 1j])  # (n, m)
-    position, confidence = tracked.tracks.position_px.copy(), tracked.tracks.confidence.copy()
-    state, size_px = tracked.state.copy(), tracked.size_px.copy()
+    samples = tracked.samples
     flags = [flag for flag in tracked.flags if flag.kind != "gap"]
     spans = [(k, slice(first, last + 1)) for k in range(seen.shape[1]) for first, last in stretches(~seen[:, k])]
     with threadpool_limits(1):  # the matrices are small: threads cost more than they save
-        answers = [_filled(time_s, place, seen, k, span, limits) for k, span in spans]
+        answers = [_filled(time_s, place, seen, k, span) for k, span in spans]
     for (k, span), (filling, why) in zip(spans, answers, strict=True):
         if filling is None:
             flags.append(_flag(tracked.tracks.markers[k], span, why))
             continue
-        position[span, k] = np.stack([filling.place.real, filling.place.imag], axis=1)
-        confidence[span, k] = _confidence(time_s, tracked.tracks.confidence[:, k], span, limits)
-        state[span, k], size_px[span, k] = SampleState.INTERPOLATED, np.nan
-    return tracked.with_samples(position, confidence, state, size_px, tuple(flags))
+        filled = samples[span, k]
+        filled["position_px"] = np.stack([filling.place.real, filling.place.imag], axis=1)
+        filled["confidence"] = _confidence(time_s, tracked.tracks.confidence[:, k], span)
+        filled["state"], filled["size_px"] = SampleState.INTERPOLATED, np.nan
+    return tracked.with_samples(samples, tuple(flags))
 
 
 def _flag(marker: str, span: slice, why: str) -> Flag:
@@ -123,15 +106,13 @@ def _flag(marker: str, span: slice, why: str) -> Flag:
     return Flag("gap", (marker,), (span.start, span.stop - 1), f"{marker} is not seen in {frames}: {why}")
 
 
-def _filled(
-    time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, span: slice, limits: GapLimits
-) -> tuple[Filling | None, str]:
+def _filled(time_s: np.ndarray, place: np.ndarray, seen: np.ndarray, k: int, span: slice) -> tuple[Filling | None, str]:
     """What the gap `span` of marker k is filled with, or None and why not."""
     if span.start == 0 or span.stop == len(time_s):
         return None, "there is no sample on one side of it"
     long_s = time_s[span.stop] - time_s[span.start - 1]
-    if long_s > limits.seconds + 1e-9:  # time stamps are rounded
-        return None, f"{long_s:.2f} s, and gaps are filled up to {limits.seconds:g} s"
+    if long_s > LONGEST_S + 1e-9:  # time stamps are rounded
+        return None, f"{long_s:.2f} s, and gaps are filled up to {LONGEST_S:g} s"
     first = max(span.start - REACH_FRAMES, 0)
     near, gap = slice(first, span.stop + REACH_FRAMES), slice(span.start - first, span.stop - first)
     time_s, place, seen = time_s[near], place[near], seen[near]
@@ -141,8 +122,8 @@ def _filled(
     best = min(filter(None, (in_time, others)), key=lambda filling: filling.error_px, default=None)
     if best is None:
         return None, "too few samples elsewhere to tell how well it could be filled"
-    if best.error_px > limits.error_px:
-        return None, f"it could be filled to {best.error_px:.1f} px only, and {limits.error_px:g} px is the limit"
+    if best.error_px > WORST_PX:
+        return None, f"it could be filled to {best.error_px:.1f} px only, and {WORST_PX:g} px is the limit"
     return best, ""
 
 
@@ -209,9 +190,9 @@ def _rehearsed(
     return Filling(fill(span, known), error_px)
 
 
-def _confidence(time_s: np.ndarray, confidence: np.ndarray, span: slice, limits: GapLimits) -> np.ndarray:
+def _confidence(time_s: np.ndarray, confidence: np.ndarray, span: slice) -> np.ndarray:
     """(f,) confidence of filled samples: that of the ends, falling with the distance to them in time."""
     ends = [span.start - 1, span.stop]
     from_ends = np.interp(time_s[span], time_s[ends], confidence[ends])
     away_s = np.minimum(time_s[span] - time_s[ends[0]], time_s[ends[1]] - time_s[span])
-    return limits.confidence * from_ends * 0.5 ** (away_s / limits.halves_s)
+    return CONFIDENCE * from_ends * 0.5 ** (away_s / HALVES_S)

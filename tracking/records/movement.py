@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from session import FaultCollector
+from session import FaultCollector, Tracks
 from session.errors import shown
 from session.results import program_version, writing_whole
 from tracking.records.foreign import check_names, checked_tracks
@@ -66,18 +66,18 @@ def to_movement(tracked: TrackedTrial, *, source_file: str = "", legacy_names: b
     return data.rename({new: old for old, new in SINGULAR.items()}) if legacy_names else data
 
 
-def save_movement(path: Path, tracked: TrackedTrial, *, source_file: str = "", legacy_names: bool = False) -> None:
+def save_movement(path: Path, tracked: TrackedTrial, *, legacy_names: bool = False) -> None:
     """Writes `to_movement` as netCDF, whole or not at all; the arguments are the same.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
     """
-    data = to_movement(tracked, source_file=source_file, legacy_names=legacy_names)
+    data = to_movement(tracked, legacy_names=legacy_names)
     with writing_whole(path) as part:
         data.to_netcdf(part, engine="h5netcdf")
 
 
-def load_movement(path: Path, markers: Sequence[str], fps: float) -> TrackedTrial:
+def load_movement(path: Path, markers: Sequence[str], fps: float) -> Tracks:
     """Reads a poses dataset of `movement` with one individual; further keypoints are left out.
 
     Args:
@@ -96,15 +96,12 @@ def load_movement(path: Path, markers: Sequence[str], fps: float) -> TrackedTria
     faults.raise_if_any()
     chosen = data.isel(individual=0).sel(keypoint=list(markers), space=["x", "y"])
     position = chosen["position"].transpose("time", "keypoint", "space").values  # (n, m, 2)
-    shape = position.shape[:2]
-    confidence = _optional(chosen, "confidence", shape)
-    where = [f"time[{row}]" for row in range(shape[0])]
-    tracks = checked_tracks(markers, _time_s(data, fps), position, confidence, where, faults)
-    plain = TrackedTrial.of(tracks)
-    state = np.nan_to_num(_optional(chosen, "state", shape), nan=SampleState.MISSING).astype(np.int8)
-    fits = ((state == SampleState.MISSING) == (plain.state == SampleState.MISSING)).all()
-    known = np.isin(state, list(SampleState)).all()
-    return TrackedTrial(tracks, state if fits and known else plain.state, _optional(chosen, "size", shape))
+    confidence = np.full(position.shape[:2], np.nan)
+    if "confidence" in chosen:
+        confidence = chosen["confidence"].transpose("time", "keypoint").values.astype(float)
+    time = data["time"].values.astype(float)  # (n,)
+    time_s = time / fps if data.attrs.get("time_unit") == "frames" else time
+    return checked_tracks(markers, time_s, position, confidence, [f"time[{row}]" for row in range(len(time))], faults)
 
 
 def _meanings() -> dict[str, object]:
@@ -156,15 +153,3 @@ def _check_layout(data: xr.Dataset, faults: FaultCollector) -> None:
         faults.add("", "not one individual", found=found, expected="one", next_step=step)
     if data.attrs.get("time_unit", "seconds") not in ("seconds", "frames"):
         faults.add("", "unknown time_unit", found=shown(data.attrs["time_unit"]), choices=("seconds", "frames"))
-
-
-def _time_s(data: xr.Dataset, fps: float) -> np.ndarray:
-    time = data["time"].values.astype(float)  # (n,)
-    return time / fps if data.attrs.get("time_unit") == "frames" else time
-
-
-def _optional(chosen: xr.Dataset, name: str, shape: tuple[int, ...]) -> np.ndarray:
-    """(n, m) of a variable that may not be there; nan then."""
-    if name not in chosen:
-        return np.full(shape, np.nan)
-    return chosen[name].transpose("time", "keypoint").values.astype(float)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ import numpy as np
 from session import FaultCollector, Flag, InputError, Tracks
 from session.errors import Fault, shown
 from session.results import writing_whole
-from session.tables import RawTable, Row, read_table, read_text, to_numbers
+from session.tables import RawTable, read_table, read_text
 from session.tracks import load_tracks, save_tracks
 from tracking.records.tracked import STATE_WORDS, SampleState, TrackedTrial
 
@@ -92,14 +91,17 @@ def _markers(table: RawTable) -> tuple[str, ...]:
 
 
 def _states_csv(tracked: TrackedTrial) -> str:
-    names = [f"{marker}{suffix}" for marker in tracked.tracks.markers for suffix in ("_state", "_size_px")]
     rows = [
         ",".join([repr(time), *(cell for pair in zip(states, sizes, strict=True) for cell in _cells(*pair))])
         for time, states, sizes in zip(
             tracked.tracks.time_s.tolist(), tracked.state.tolist(), tracked.size_px.tolist(), strict=True
         )
     ]
-    return "\n".join([",".join(["time_s", *names]), *rows, ""])
+    return "\n".join([",".join(_names(tracked.tracks.markers)), *rows, ""])
+
+
+def _names(markers: tuple[str, ...]) -> tuple[str, ...]:
+    return ("time_s", *(f"{marker}{suffix}" for marker in markers for suffix in ("_state", "_size_px")))
 
 
 def _cells(state: int, size_px: float) -> tuple[str, str]:
@@ -107,69 +109,23 @@ def _cells(state: int, size_px: float) -> tuple[str, str]:
 
 
 def _load_states(path: Path, tracks: Tracks) -> tuple[np.ndarray, np.ndarray]:
-    """(n, m) states and sizes, checked against the tracks beside them."""
+    """(n, m) states and sizes, which have to fit the tracks beside them."""
     table = read_table(path)
-    faults = FaultCollector(table.file)
-    names = ("time_s", *(f"{marker}{suffix}" for marker in tracks.markers for suffix in ("_state", "_size_px")))
-    if table.header != names:
-        faults.add("line 1", "another header than the tracks ask for", found=shown(table.header), expected=shown(names))
-        faults.raise_if_any()
-    values = to_numbers(_without_words(table, names, faults), names, faults)  # (n, 1 + 2 m)
-    faults.raise_if_any()
-    if not np.array_equal(values[:, 0], tracks.time_s):
-        faults.add(
-            "",
-            "other times than in the tracks",
-            found=f"{len(values)} frames",
-            expected=f"the {len(tracks.time_s)} times of the tracks beside it",
-            next_step=AGAIN,
-        )
-    faults.raise_if_any()
-    state, size_px = values[:, 1::2].astype(np.int8), values[:, 2::2]
-    _check_missing(table, state, tracks, faults)
-    faults.raise_if_any()
-    return state, size_px
-
-
-def _without_words(table: RawTable, names: tuple[str, ...], faults: FaultCollector) -> RawTable:
-    """The table with the number of each state instead of its word."""
-    unknown: list[Fault] = []
-
-    def number(row: Row, column: int, cell: str) -> str:
-        if not names[column].endswith("_state"):
-            return cell
-        if cell not in STATE_WORDS:
-            where = f"line {row.line}, column {column + 1} ({names[column]})"
-            unknown.append(Fault(table.file, where, "not a state", shown(cell), "", tuple(STATE_WORDS)))
-            return "0"
-        return str(int(STATE_WORDS[cell]))
-
-    rows = [
-        replace(row, cells=[number(row, *cell) for cell in enumerate(row.cells)])
-        if len(row.cells) == len(names)
-        else row
-        for row in table.rows
-    ]
-    faults.extend_capped(unknown)
-    return replace(table, rows=rows)
-
-
-def _check_missing(table: RawTable, state: np.ndarray, tracks: Tracks, faults: FaultCollector) -> None:
     absent = np.isnan(tracks.position_px[..., 0])  # (n, m)
-    faults.extend_capped(
-        [
-            Fault(
-                table.file,
-                f"line {table.rows[row].line}",
-                f"the state of {tracks.markers[k]!r} does not fit the tracks",
-                SampleState(state[row, k]).word,
-                "missing, as it has no position" if absent[row, k] else "not missing, as it has a position",
-                (),
-                AGAIN,
-            )
-            for row, k in np.argwhere((state == SampleState.MISSING) != absent).tolist()
-        ]
-    )
+    try:
+        cells = np.array([row.cells for row in table.rows])  # (n, 1 + 2 m)
+        time_s, words, sizes = cells[:, 0].astype(float), cells[:, 1::2], cells[:, 2::2]
+        state = np.array([[STATE_WORDS[word] for word in row] for row in words.tolist()], np.int8)
+        size_px = np.where(sizes == "", "nan", sizes).astype(float)
+        fit = table.header == _names(tracks.markers) and np.array_equal(time_s, tracks.time_s)
+        fit = fit and np.array_equal(state == SampleState.MISSING, absent)
+    except (ValueError, KeyError, IndexError):
+        fit = False
+    if not fit:
+        expected = f"a row for each of {len(absent)} frames, missing where there is no position"
+        found = f"{len(table.rows)} rows of {shown(table.header)}"
+        raise InputError([Fault(table.file, "", "not the states of the tracks beside it", found, expected, (), AGAIN)])
+    return state, size_px
 
 
 def _load_flags(path: Path) -> tuple[Flag, ...]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
 
 from session import Flag, Tracks
+from tracking.suspects import stretches
 
 
 class SampleState(IntEnum):
@@ -36,6 +38,13 @@ SEEN = (SampleState.MEASURED, SampleState.BY_HAND)
 """The states of samples that somebody or something saw; the others are guesses."""
 UNTRUSTED = ("lost_marker", "drift", "size", "swap")
 """Flags of the tracker's own judgement whose samples count nowhere."""
+ONLY_CSRT = "only_csrt"
+
+SAMPLE = np.dtype(
+    [("position_px", float, 2), ("confidence", float), ("state", np.int8), ("size_px", float), ("by_csrt", bool)]
+)
+"""All that is known of one sample, as in `TrackedTrial`; `by_csrt`: only CSRT saw it."""
+NO_SAMPLE = np.array(((np.nan, np.nan), 0.0, SampleState.MISSING, np.nan, False), SAMPLE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,18 +106,29 @@ class TrackedTrial:
                 counts[flag.frames[0] : flag.frames[1] + 1, columns] = False
         return replace(self.tracks, confidence=np.where(counts, self.tracks.confidence, 0.0))
 
-    def with_samples(
-        self,
-        position_px: np.ndarray,
-        confidence: np.ndarray,
-        state: np.ndarray,
-        size_px: np.ndarray,
-        flags: tuple[Flag, ...],
-    ) -> TrackedTrial:
-        """The same frames and markers with other samples; shapes as in the class.
+    @property
+    def samples(self) -> np.ndarray:
+        """(n, m) of `SAMPLE`, a copy to work on."""
+        samples = np.empty(self.state.shape, SAMPLE)
+        samples["position_px"], samples["confidence"] = self.tracks.position_px, self.tracks.confidence
+        samples["state"], samples["size_px"], samples["by_csrt"] = self.state, self.size_px, False
+        for flag in self.flags:
+            if flag.kind == ONLY_CSRT and flag.frames is not None:
+                columns = [self.tracks.markers.index(name) for name in flag.markers]
+                samples["by_csrt"][flag.frames[0] : flag.frames[1] + 1, columns] = True
+        return samples
 
-        Raises:
-            ValueError: arrays that do not fit each other.
-        """
-        tracks = replace(self.tracks, position_px=position_px, confidence=confidence)
-        return replace(self, tracks=tracks, state=state.astype(np.int8), size_px=size_px, flags=flags)
+    def with_samples(self, samples: np.ndarray, flags: tuple[Flag, ...]) -> TrackedTrial:
+        """The same frames and markers with other samples (n, m) of `SAMPLE`."""
+        position, confidence, state, size = (samples[name].copy() for name in (SAMPLE.names or ())[:4])
+        tracks = replace(self.tracks, position_px=position, confidence=confidence)
+        return replace(self, tracks=tracks, state=state, size_px=size, flags=flags)
+
+
+def only_csrt_flags(by_csrt: np.ndarray, markers: Sequence[str]) -> tuple[Flag, ...]:
+    """One flag for each stretch of each marker in (n, m) bool."""
+    return tuple(
+        Flag(ONLY_CSRT, (name,), span, f"no spot answers, only CSRT sees {name}")
+        for k, name in enumerate(markers)
+        for span in stretches(by_csrt[:, k])
+    )

@@ -2,9 +2,9 @@
 
 from tracking.tracker.doubtful_boxes import doubtful_boxes
 from tracking.tracker.follow_video import TRACKERS, TrackerName, follow_video
+from tracking.tracker.judgement import trusted
 from tracking.tracker.retrack import retracker
 from tracking.tracker.tracker import MarkerTracker, Sighting
-from tracking.tracker.trusted import trusted
 
 __all__ = [
     "TRACKERS",

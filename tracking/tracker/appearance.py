@@ -14,18 +14,12 @@ _SMALLEST_PX = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Appearance:
-    """The look of m markers.
+    """The look of m markers."""
 
-    Attributes:
-        sign: (m,) +1 for a marker brighter than what surrounds it, -1 for a darker one.
-        diameter_px: (m,) of a disc of the same area.
-        contrast: (m,) how far its luma stands out, in steps of 1/255.
-        answer: (m,) how strongly the detector answers to it, in parts of its answer to a disc on a wide plain ground.
-    """
-
-    sign: np.ndarray
-    diameter_px: np.ndarray
-    contrast: np.ndarray
+    sign: np.ndarray  # (m,) +1 for a marker brighter than what surrounds it, -1 for a darker one
+    diameter_px: np.ndarray  # (m,) of a disc of the same area
+    contrast: np.ndarray  # (m,) how far its luma stands out, in steps of 1/255
+    # (m,) how strongly the detector answers to it, in parts of its answer to a disc on a wide plain ground
     answer: np.ndarray
 
     def as_array(self) -> np.ndarray:

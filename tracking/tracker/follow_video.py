@@ -9,10 +9,9 @@ import numpy as np
 from session import Flag, InputError, Tracks
 from session.errors import Fault
 from tracking.boxes import StartBoxes
-from tracking.records import SampleState, TrackedTrial
-from tracking.records.edits import only_csrt_flags
+from tracking.records.tracked import NO_SAMPLE, SampleState, TrackedTrial, only_csrt_flags
 from tracking.suspects import stretches
-from tracking.tracker.opencv_threads import opencv_on_one_thread
+from tracking.tracker.csrt import opencv_on_one_thread
 from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.tracker import MarkerTracker, Sighting
@@ -80,14 +79,7 @@ class _Pass:
 
     def __init__(self, video: Video, markers: tuple[str, ...], partial: Partial | None) -> None:
         self._video, self._markers, self._partial = video, markers, partial
-        shape = (video.info.frames, len(markers))
-        self._rows = {
-            "position_px": np.full((*shape, 2), np.nan),
-            "confidence": np.zeros(shape),
-            "state": np.zeros(shape, np.int8),
-            "size_px": np.full(shape, np.nan),
-            "by_csrt": np.zeros(shape, bool),
-        }
+        self._samples = np.full((video.info.frames, len(markers)), NO_SAMPLE)
         self._unseen = np.zeros(len(markers), int)  # for how many frames now
         self._end = 0  # one past the last frame taken in
         self._tracker: MarkerTracker | PlainCsrt
@@ -96,16 +88,15 @@ class _Pass:
     def taken_up(self) -> bool:
         """Whether there is interrupted work, which then goes on."""
         kept = self._partial.read() if self._partial is not None else None
-        if kept is None or "frames_unseen" not in kept:
+        if kept is None or "samples" not in kept:
             return False
-        tracker, end = MarkerTracker.restored(kept, self._video.threads), len(kept["state"])
+        tracker, end = MarkerTracker.restored(kept, self._video.threads), len(kept["samples"])
         if tracker.faint is not None:
             frames = self._video.frames(end - min(tracker.faint.behind, end), end)
             if not tracker.faint.replay(frame.luma for frame in frames):  # some of them cannot be read
                 return False
         self._tracker, self._end, self._unseen = tracker, end, kept["frames_unseen"]
-        for name, rows in self._rows.items():
-            rows[:end] = kept[name]
+        self._samples[:end] = kept["samples"]
         self._onwards = self._video.frames(end)
         return True
 
@@ -156,7 +147,8 @@ class _Pass:
                 last = frame.number
                 if self._partial is not None and isinstance(self._tracker, MarkerTracker):
                     if self._end - taken >= _SNAPSHOT_EVERY and self._tracker.can_be_kept:
-                        snapshot, taken = self._snapshot() | self._tracker.state(), self._end
+                        own = {"samples": self._samples[: self._end], "frames_unseen": self._unseen}
+                        snapshot, taken = own | self._tracker.state(), self._end
                     if taken - written >= _KEEP_EVERY:
                         self._partial.write(snapshot)
                         written = taken
@@ -174,23 +166,20 @@ class _Pass:
         self._unseen = np.where(sighting.seen, 0, self._unseen + 1)
         carried = ~sighting.seen & (self._unseen <= PREDICTED_FOR)
         known = (sighting.seen | carried)[:, None]
-        self._rows["position_px"][number] = np.where(known, sighting.position_px, np.nan)
-        self._rows["confidence"][number] = sighting.confidence
-        self._rows["state"][number] = np.where(sighting.seen, SampleState.MEASURED, carried * SampleState.PREDICTED)
-        self._rows["size_px"][number] = sighting.diameter_px
-        self._rows["by_csrt"][number] = sighting.by_csrt
+        row = self._samples[number]
+        row["position_px"], row["confidence"] = np.where(known, sighting.position_px, np.nan), sighting.confidence
+        row["state"] = np.where(sighting.seen, SampleState.MEASURED, carried * SampleState.PREDICTED)
+        row["size_px"], row["by_csrt"] = sighting.diameter_px, sighting.by_csrt
         self._end = number + 1
-
-    def _snapshot(self) -> dict[str, np.ndarray]:
-        return {name: rows[: self._end] for name, rows in self._rows.items()} | {"frames_unseen": self._unseen}
 
     def result(self) -> TrackedTrial:
         """Of all frames."""
         info = self._video.info
-        flags = list(only_csrt_flags(self._rows["by_csrt"], self._markers))
+        flags = list(only_csrt_flags(self._samples["by_csrt"], self._markers))
         damaged = stretches(self._video.suspect)
         flags += [Flag("damaged_video", (), span, "the video is damaged here") for span in damaged]
         caveats = [caveat for caveat in info.caveats if caveat != info.damage]
         flags += [Flag("damaged_video", (), None, caveat) for caveat in (*caveats, self._video.damage) if caveat]
-        tracks = Tracks(self._markers, info.time_s, self._rows["position_px"], self._rows["confidence"])
-        return TrackedTrial(tracks, self._rows["state"], self._rows["size_px"], tuple(flags))
+        nowhere = np.full((*self._samples.shape, 2), np.nan)
+        empty = TrackedTrial.of(Tracks(self._markers, info.time_s, nowhere, np.zeros(self._samples.shape)))
+        return empty.with_samples(self._samples, tuple(flags))

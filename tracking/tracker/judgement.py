@@ -1,6 +1,6 @@
-"""What is doubtful about a tracked trial: markers lost, drifting, of the wrong size, or exchanged."""
+"""What of a tracked trial may count: not markers lost, drifting, of the wrong size, exchanged or misplaced."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,33 +8,46 @@ from scipy.ndimage import median_filter
 
 from session import Flag
 from swimmer import RobotSpec
+from tracking.quality import check_tracks
 from tracking.records import TrackedTrial
 from tracking.suspects import stretches
 
+SIZE_OFF = 0.3
+"""Relative departure of the apparent diameter from its median."""
+SIZE_FRAMES = 5
+"""Over which the median of that departure is taken, so that one blurred frame is not flagged."""
+LEAST_CONFIDENCE = 0.35
+"""A marker below it …"""
+DRIFT_FRAMES = 10
+"""… for so many frames on end may have drifted onto something else."""
+EXCHANGE = 0.5
+"""Two neighbours are taken for exchanged when exchanging them shortens the line through the markers by this share of
+their own distance."""
+EXCHANGE_FRAMES = 2
+"""The shortest exchange that is flagged."""
 
-@dataclass(frozen=True)
-class JudgementLimits:
-    """When a sample is doubtful.
 
-    Attributes:
-        size: relative departure of the apparent diameter from its median.
-        size_frames: over which the median of that departure is taken, so that one blurred frame is not flagged.
-        confidence: a marker below it …
-        drift_frames: … for so many frames on end may have drifted onto something else.
-        exchange: two neighbours are taken for exchanged when exchanging them shortens the line through the markers
-            by this share of their own distance.
-        exchange_frames: the shortest exchange that is flagged.
+def trusted(tracked: TrackedTrial, layout: RobotSpec) -> TrackedTrial:
+    """Judges a tracked trial by all there is: states, look, order along the body, shape and motion.
+
+    Args:
+        tracked: n frames of m markers, after edits and with its gaps filled.
+        layout: the robot, of which only the markers are used.
+
+    Returns:
+        The same with the flags of the tracker, of `judge` and of `check_tracks`, each once, and with its weights: 0
+        where a sample does not count, or `tracking.check_tracks` does not believe it.
     """
+    own = [flag for flag in (*tracked.flags, *judge(tracked, layout)) if flag.kind != "gap"]
+    first = int(np.argmax(tracked.seen.any(axis=1)))
+    quality = check_tracks(replace(tracked, flags=tuple(own)).counting.since(first), layout)
+    weight = np.zeros(tracked.state.shape)
+    weight[first:] = quality.weight
+    flags = (*own, *(flag.later(first) for flag in quality.flags))
+    return replace(tracked, flags=tuple(dict.fromkeys(flags)), weight=weight)
 
-    size: float = 0.3
-    size_frames: int = 5
-    confidence: float = 0.35
-    drift_frames: int = 10
-    exchange: float = 0.5
-    exchange_frames: int = 2
 
-
-def judge(tracked: TrackedTrial, layout: RobotSpec, limits: JudgementLimits | None = None) -> tuple[Flag, ...]:
+def judge(tracked: TrackedTrial, layout: RobotSpec) -> tuple[Flag, ...]:
     """The doubts about a tracked trial, by first frame: ``lost_marker``, ``drift``, ``size`` and ``swap``.
 
     Merged, frozen and jumping markers are found on any tracks, tracked here or elsewhere: `tracking.check_tracks`.
@@ -42,13 +55,11 @@ def judge(tracked: TrackedTrial, layout: RobotSpec, limits: JudgementLimits | No
     Args:
         tracked: n frames of m markers, before or after gaps were filled.
         layout: the robot, of which only the markers are used.
-        limits: when a sample is doubtful.
     """
-    limits = limits or JudgementLimits()
     doubts = {
         "lost_marker": (~tracked.seen, "is not seen"),
-        "drift": (_drifting(tracked, limits), "looks unlike itself; it may have drifted onto something else"),
-        "size": (_wrong_size(tracked, limits), "appears in another size"),
+        "drift": (_drifting(tracked), "looks unlike itself; it may have drifted onto something else"),
+        "size": (_wrong_size(tracked), "appears in another size"),
     }
     flags = [
         Flag(kind, (marker,), span, f"{marker} {message}")
@@ -56,30 +67,30 @@ def judge(tracked: TrackedTrial, layout: RobotSpec, limits: JudgementLimits | No
         for k, marker in enumerate(tracked.tracks.markers)
         for span in stretches(where[:, k])
     ]
-    flags += _exchanges(tracked, layout, limits)
+    flags += _exchanges(tracked, layout)
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
 
 
-def _drifting(tracked: TrackedTrial, limits: JudgementLimits) -> np.ndarray:
-    doubtful = tracked.seen & (tracked.tracks.confidence < limits.confidence)
+def _drifting(tracked: TrackedTrial) -> np.ndarray:
+    doubtful = tracked.seen & (tracked.tracks.confidence < LEAST_CONFIDENCE)
     result = np.zeros_like(doubtful)
     for k in range(doubtful.shape[1]):
         for first, last in stretches(doubtful[:, k]):
-            result[first : last + 1, k] = last - first + 1 >= limits.drift_frames
+            result[first : last + 1, k] = last - first + 1 >= DRIFT_FRAMES
     return result
 
 
-def _wrong_size(tracked: TrackedTrial, limits: JudgementLimits) -> np.ndarray:
+def _wrong_size(tracked: TrackedTrial) -> np.ndarray:
     size = tracked.size_px
     known = np.isfinite(size)
     typical = np.array(
         [np.median(column[there]) if there.any() else 1.0 for column, there in zip(size.T, known.T, strict=True)]
     )
     off = np.where(known, np.abs(size / typical - 1), 0.0)
-    return median_filter(off, size=(limits.size_frames, 1)) > limits.size
+    return median_filter(off, size=(SIZE_FRAMES, 1)) > SIZE_OFF
 
 
-def _exchanges(tracked: TrackedTrial, layout: RobotSpec, limits: JudgementLimits) -> list[Flag]:
+def _exchanges(tracked: TrackedTrial, layout: RobotSpec) -> list[Flag]:
     """Pairs of neighbours on the mid line that lie the wrong way round, and of left and right markers.
 
     The markers of the mid line stand in one order along the body, however it bends: exchanging two of them back makes
@@ -90,26 +101,24 @@ def _exchanges(tracked: TrackedTrial, layout: RobotSpec, limits: JudgementLimits
     middle = [k for k in np.argsort(place[:, 0], kind="stable") if abs(place[k, 1]) < 1e-6]
     flags: list[Flag] = []
     for left, right in pairwise(middle):
-        wrong = _shorter_exchanged(tracked.tracks.position_px, middle, left, right, limits.exchange)
-        flags += _flagged(names, (left, right), wrong, limits)
+        wrong = _shorter_exchanged(tracked.tracks.position_px, middle, left, right)
+        flags += _flagged(names, (left, right), wrong)
     for left, right in _sides(place) if len(middle) > 1 else ():
         wrong = _mirrored(tracked.tracks.position_px, middle, left, right)
-        flags += _flagged(names, (left, right), wrong, limits)
+        flags += _flagged(names, (left, right), wrong)
     return flags
 
 
-def _flagged(names: tuple[str, ...], pair: tuple[int, int], wrong: np.ndarray, limits: JudgementLimits) -> list[Flag]:
+def _flagged(names: tuple[str, ...], pair: tuple[int, int], wrong: np.ndarray) -> list[Flag]:
     a, b = (names[k] for k in pair)
     message = f"{a} and {b} seem to be exchanged"
     return [
-        Flag("swap", (a, b), span, message)
-        for span in stretches(wrong)
-        if span[1] - span[0] + 1 >= limits.exchange_frames
+        Flag("swap", (a, b), span, message) for span in stretches(wrong) if span[1] - span[0] + 1 >= EXCHANGE_FRAMES
     ]
 
 
-def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int, share: float) -> np.ndarray:
-    """(n,) whether exchanging a and b shortens the line through the markers around them by that share of |a b|."""
+def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:
+    """(n,) whether exchanging a and b shortens the line through the markers around them by `EXCHANGE` of |a b|."""
     at = order.index(a)
     around = order[max(at - 1, 0) : at + 3]
     exchanged = [b if k == a else a if k == b else k for k in around]
@@ -119,7 +128,7 @@ def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int, s
 
     apart = np.linalg.norm(position[:, a] - position[:, b], axis=1)
     with np.errstate(invalid="ignore"):
-        return length(around) - length(exchanged) > share * apart
+        return length(around) - length(exchanged) > EXCHANGE * apart
 
 
 def _sides(place: np.ndarray) -> list[tuple[int, int]]:

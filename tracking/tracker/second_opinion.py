@@ -2,57 +2,18 @@
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from functools import cached_property
 
 import cv2
 import numpy as np
 
-from tracking.tracker.csrt import CROP, CropTracker, box_side
+from tracking.tracker.csrt import Crop, CropTracker, as_arrays, from_arrays
 from tracking.tracker.windows import window
 
 _FRAMES = 4  # after a loss in which CSRT is asked; then the marker counts as hidden
 _LIKENESS = 0.6  # normalised correlation with the marker's last good look that an answer must reach
 _CLEAR = 0.6  # diameters around another marker in which an answer is not believed
 _TEMPLATE = 0.75  # half side of what is compared, in diameters
-
-
-class _Memory:
-    """A marker as it was last seen well.
-
-    The crop around it is cut out only when it is needed: while the marker is seen in every frame, it never is.
-
-    Args:
-        luma: (h, w) uint8, the frame; held until the crop is cut.
-        position_px: (2,) of the marker.
-    """
-
-    def __init__(self, luma: np.ndarray, position_px: np.ndarray) -> None:
-        self.position_px = position_px
-        self._luma = luma
-
-    @cached_property
-    def crop(self) -> np.ndarray:
-        """(s, s) uint8 around the marker."""
-        column, row = (self.corner + CROP).tolist()
-        crop = window(self._luma, column, row, CROP).copy()
-        del self._luma
-        return crop
-
-    @cached_property
-    def corner(self) -> np.ndarray:
-        """(2,) int, where in the picture the crop begins."""
-        return np.rint(self.position_px).astype(int) - CROP
-
-    @classmethod
-    def restored(cls, crop: np.ndarray, corner: np.ndarray, position_px: np.ndarray) -> "_Memory":
-        """That of which these were kept."""
-        memory = cls(crop, position_px)
-        memory.crop, memory.corner = crop, corner
-        return memory
-
-    def let_go(self) -> None:
-        """Holds the frame no longer."""
-        _ = self.crop
+_BOX, _SMALLEST_BOX_PX = 1.5, 21  # side of the box that CSRT starts on, in diameters; smaller boxes cost double
 
 
 class SecondOpinion:
@@ -63,10 +24,9 @@ class SecondOpinion:
     """
 
     def __init__(self, threads: int = 0) -> None:
-        self.updates = 0
         self._threads = threads or None
-        self._memory: dict[int, _Memory] = {}
-        self._trackers: dict[int, tuple[CropTracker, _Memory]] = {}
+        self._memory: dict[int, Crop] = {}
+        self._trackers: dict[int, CropTracker] = {}
         self._asked: dict[int, int] = {}  # how often in a row, of the markers lost now
 
     @property
@@ -76,20 +36,13 @@ class SecondOpinion:
 
     def state(self) -> dict[str, np.ndarray]:
         """The pictures it keeps of k markers, as arrays."""
-        kept = list(self._memory.values())
-        side = 2 * CROP + 1
-        return {
-            "crops": np.array([memory.crop for memory in kept], np.uint8).reshape(-1, side, side),
-            "corners": np.array([memory.corner for memory in kept], int).reshape(-1, 2),
-            "places": np.array([memory.position_px for memory in kept], float).reshape(-1, 2),
-            "kept": np.array(list(self._memory), int),
-            "asked": np.array([self._asked.get(marker, 0) for marker in self._memory], int),
-        }
+        own = {"kept": np.array(list(self._memory), int)}
+        own["asked"] = np.array([self._asked.get(marker, 0) for marker in self._memory], int)
+        return own | as_arrays(list(self._memory.values()))
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Takes back what `state` gave."""
-        rows = zip(state["kept"].tolist(), state["crops"], state["corners"], state["places"], strict=True)
-        self._memory = {marker: _Memory.restored(*kept) for marker, *kept in rows}
+        self._memory = dict(zip(state["kept"].tolist(), from_arrays(state), strict=True))
         asked = zip(state["kept"].tolist(), state["asked"].tolist(), strict=True)
         self._asked = {marker: times for marker, times in asked if times}
 
@@ -103,15 +56,12 @@ class SecondOpinion:
         """Keeps the picture of the markers that were seen well.
 
         Args:
-            luma: (h, w) uint8, held until the next frame; it must not change.
+            luma: (h, w) uint8.
             position_px: (m, 2).
             sure: (m,) bool.
         """
         for marker in np.flatnonzero(sure).tolist():
-            self._memory[marker] = _Memory(luma, position_px[marker])
-        for marker in np.flatnonzero(~sure).tolist():
-            if marker in self._memory:
-                self._memory[marker].let_go()
+            self._memory[marker] = Crop.around(luma, position_px[marker])
         self.forget(sure)
 
     def ask(
@@ -135,9 +85,8 @@ class SecondOpinion:
         """
         askable = [marker for marker in np.flatnonzero(lost).tolist() if marker in self._memory]
         askable = [marker for marker in askable if self._started(marker, diameter_px[marker])]
-        self.updates += len(askable)
         with ThreadPoolExecutor(self._threads) as pool:
-            answers = list(pool.map(lambda marker: self._updated(luma, marker), askable))
+            answers = list(pool.map(lambda marker: self._trackers[marker].step(luma), askable))
         found: dict[int, np.ndarray] = {}
         there = [*position_px[~lost], *([] if taken_px is None else taken_px)]
         off = [float(np.linalg.norm(answer - position_px[k])) for k, answer in zip(askable, answers, strict=True)]
@@ -155,20 +104,14 @@ class SecondOpinion:
             self._trackers.pop(marker, None)
             return False
         if marker not in self._trackers:
-            memory = self._memory[marker]
-            tracker = CropTracker(memory.crop, memory.position_px - memory.corner, box_side(float(diameter_px)))
-            self._trackers[marker] = (tracker, memory)
+            side_px = max(round(_BOX * float(diameter_px)), _SMALLEST_BOX_PX)
+            self._trackers[marker] = CropTracker(self._memory[marker], side_px)
         return True
-
-    def _updated(self, luma: np.ndarray, marker: int) -> np.ndarray:
-        tracker, memory = self._trackers[marker]
-        column, row = (memory.corner + CROP).tolist()
-        return tracker.update(window(luma, column, row, CROP)) + memory.corner
 
     def _likeness(self, luma: np.ndarray, marker: int, answer: np.ndarray, diameter_px: float) -> bool:
         memory, reach = self._memory[marker], int(np.ceil(_TEMPLATE * diameter_px))
-        column, row = np.rint(memory.position_px - memory.corner).astype(int).tolist()
-        template = window(memory.crop, column, row, reach)
+        column, row = np.rint(memory.place_px - memory.corner).astype(int).tolist()
+        template = window(memory.picture, column, row, reach)
         column, row = np.rint(answer).astype(int).tolist()
         found = window(luma, column, row, reach)
         return float(cv2.matchTemplate(found.copy(), template.copy(), cv2.TM_CCOEFF_NORMED)[0, 0]) >= _LIKENESS

@@ -1,6 +1,6 @@
 """What a body hardly changes: the distance of a marker to its neighbours, and where they put it."""
 
-from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
@@ -8,39 +8,26 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 _RELATIVE = 0.15  # by which a distance may differ from that in the start boxes: tails bend, heights are in perspective
 _LEAST = 0.6  # diameters that it may differ in any case
 _KEEP = 0.9  # of where two neighbours put a marker, frame by frame
-_STATE = ("pairs", "lengths", "guides", "ratios")
 
 
+@dataclass(eq=False)
 class Spacing:
-    """The markers as a tree, each joined to its nearest, and each with two nearby markers as its guides.
+    """The markers as a tree, each joined to its nearest, and each with two nearby markers as its guides."""
 
-    Args:
-        position_px: (m, 2) in the frame of the start boxes.
-        one_body: False for markers that move each for itself: none is joined to another.
-    """
+    pairs: np.ndarray  # (e, 2) which are joined
+    lengths: np.ndarray  # (e,) how far apart they are, px
+    guides: np.ndarray  # (m, 2) two markers near each; (0, 2) where none is joined to another
+    ratios: np.ndarray  # (m,) complex place of each marker between its guides: 0 on the first, 1 on the second
 
-    def __init__(self, position_px: np.ndarray, one_body: bool = True) -> None:
+    @classmethod
+    def begin(cls, position_px: np.ndarray, one_body: bool = True) -> "Spacing":
+        """That of markers at (m, 2) in the frame of the boxes; none is joined if each moves for itself."""
         distance = np.linalg.norm(position_px[:, None] - position_px[None], axis=2)
         tree = minimum_spanning_tree(distance).tocoo()
         joined = slice(None if one_body and len(position_px) > 2 else 0)
-        self._pairs = np.column_stack([tree.row, tree.col])[joined]  # (e, 2)
-        self._lengths = tree.data[joined]  # (e,)
-        self._guides = np.argsort(distance, axis=1, kind="stable")[:, 1:3][
-            : len(position_px) if len(self._pairs) else 0
-        ]
-        self._ratios = self._relative(position_px)  # (m,) complex
-
-    def state(self) -> dict[str, np.ndarray]:
-        """All it knows, as arrays."""
-        return {name: getattr(self, f"_{name}") for name in _STATE}
-
-    @classmethod
-    def restored(cls, state: Mapping[str, np.ndarray]) -> "Spacing":
-        """The spacing whose `state` this was."""
-        spacing = cls(np.empty((1, 2)))
-        for name in _STATE:
-            setattr(spacing, f"_{name}", state[name])
-        return spacing
+        pairs, lengths = np.column_stack([tree.row, tree.col])[joined], tree.data[joined]
+        guides = np.argsort(distance, axis=1, kind="stable")[:, 1:3][: len(position_px) if len(pairs) else 0]
+        return cls(pairs, lengths, guides, _between(position_px, guides))
 
     def strayed(
         self, position_px: np.ndarray, seen: np.ndarray, strength: np.ndarray, diameter_px: np.ndarray
@@ -57,15 +44,15 @@ class Spacing:
             diameter_px: (m,) of the markers.
         """
         strayed = np.zeros(len(seen), bool)
-        a, b = self._pairs.T
+        a, b = self.pairs.T
         length = np.linalg.norm(position_px[a] - position_px[b], axis=1)
-        allowed = np.maximum(_LEAST * np.maximum(diameter_px[a], diameter_px[b]), _RELATIVE * self._lengths)
+        allowed = np.maximum(_LEAST * np.maximum(diameter_px[a], diameter_px[b]), _RELATIVE * self.lengths)
         both = seen[a] & seen[b]
-        off = both & (np.abs(length - self._lengths) > allowed)
+        off = both & (np.abs(length - self.lengths) > allowed)
         if not off.any():
             return strayed
-        speaking = np.bincount(self._pairs[both & ~off].ravel(), minlength=len(seen))  # neighbours for each marker
-        for first, second in self._pairs[off].tolist():
+        speaking = np.bincount(self.pairs[both & ~off].ravel(), minlength=len(seen))  # neighbours for each marker
+        for first, second in self.pairs[off].tolist():
             if speaking[first] and speaking[second]:
                 continue
             one_sided = bool(speaking[first]) != bool(speaking[second])
@@ -75,22 +62,23 @@ class Spacing:
 
     def expected(self, position_px: np.ndarray) -> np.ndarray:
         """(m, 2) where its two guides put each marker, moved and turned with them since it was last seen well."""
-        if not len(self._guides):
+        if not len(self.guides):
             return position_px.copy()
         plane = position_px @ np.array([1, 1j])
-        a, b = plane[self._guides.T]
-        place = a + self._ratios * (b - a)
+        a, b = plane[self.guides.T]
+        place = a + self.ratios * (b - a)
         return np.stack([place.real, place.imag], axis=1)
 
     def learn(self, position_px: np.ndarray, sure: np.ndarray) -> None:
         """Takes in a frame: (m, 2) positions, and (m,) bool which of them were seen well."""
-        if len(self._guides):
-            known = sure & sure[self._guides].all(axis=1)
-            mixed = _KEEP * self._ratios + (1 - _KEEP) * self._relative(position_px)
-            self._ratios = np.where(known, mixed, self._ratios)
+        if len(self.guides):
+            known = sure & sure[self.guides].all(axis=1)
+            mixed = _KEEP * self.ratios + (1 - _KEEP) * _between(position_px, self.guides)
+            self.ratios = np.where(known, mixed, self.ratios)
 
-    def _relative(self, position_px: np.ndarray) -> np.ndarray:
-        """(m,) complex place of each marker between its guides: 0 on the first, 1 on the second."""
-        plane = position_px[: len(self._guides)] @ np.array([1, 1j])
-        a, b = plane[self._guides.T] if len(self._guides) else (plane, plane)
-        return (plane - a) / np.where(a == b, 1, b - a)
+
+def _between(position_px: np.ndarray, guides: np.ndarray) -> np.ndarray:
+    """(m,) complex place of each marker between its two guides (m, 2)."""
+    plane = position_px[: len(guides)] @ np.array([1, 1j])
+    a, b = plane[guides.T] if len(guides) else (plane, plane)
+    return (plane - a) / np.where(a == b, 1, b - a)

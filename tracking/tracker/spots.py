@@ -29,15 +29,10 @@ _DISC_RESPONSE = float(np.exp(-1 / (8 * _WIDTHS[1] ** 2)) - np.exp(-1 / (8 * _WI
 
 @dataclass(frozen=True, eq=False)
 class Spots:
-    """Places that look like a marker.
+    """Places that look like a marker."""
 
-    Attributes:
-        position_px: (c, 2) to a pixel.
-        strength: (c,) of the response, 1 where it is that of the marker looked for.
-    """
-
-    position_px: np.ndarray
-    strength: np.ndarray
+    position_px: np.ndarray  # (c, 2) to a pixel
+    strength: np.ndarray  # (c,) of the response, 1 where it is that of the marker looked for
 
     def away_from(self, taken_px: np.ndarray, apart_px: float) -> "Spots":
         """Those at least that far from some places (o, 2)."""
@@ -150,17 +145,11 @@ def _each_once(position: np.ndarray, strength: np.ndarray, apart_px: float) -> S
 
 @dataclass(frozen=True, eq=False)
 class Centres:
-    """Markers measured to a fraction of a pixel.
+    """Markers measured to a fraction of a pixel."""
 
-    Attributes:
-        position_px: (k, 2).
-        diameter_px: (k,) of a disc of the same light.
-        contrast: (k,) how far each stands out.
-    """
-
-    position_px: np.ndarray
-    diameter_px: np.ndarray
-    contrast: np.ndarray
+    position_px: np.ndarray  # (k, 2)
+    diameter_px: np.ndarray  # (k,) of a disc of the same light
+    contrast: np.ndarray  # (k,) how far each stands out
 
 
 def measure_centres(luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance) -> Centres:

@@ -1,7 +1,7 @@
 """The marker tracker: predict, find spots, assign them jointly, measure their centres, ask CSRT where there is none."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import reduce
 from operator import or_
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from tracking.tracker.appearance import Appearance, measure_appearance
 from tracking.tracker.assignment import assign
+from tracking.tracker.csrt import Crop
 from tracking.tracker.faint import FaintMarkers
 from tracking.tracker.prediction import Motion, Prediction
 from tracking.tracker.second_opinion import SecondOpinion
@@ -73,7 +74,6 @@ class MarkerTracker:
         centre_px: np.ndarray,
         box_px: np.ndarray,
         use_csrt: bool = True,
-        one_body: bool = True,
         threads: int = 0,
     ) -> tuple["MarkerTracker", Sighting]:
         """Starts in a frame in which every marker has a box.
@@ -83,7 +83,6 @@ class MarkerTracker:
             centre_px: (m, 2) their centres.
             box_px: (m,) mean side of each.
             use_csrt: whether CSRT is asked where no spot answers.
-            one_body: whether the markers sit on one body, so that a neighbour cannot go far away.
             threads: for CSRT, 0 for all cores.
         """
         start = measure_appearance(luma, centre_px, box_px)
@@ -92,16 +91,17 @@ class MarkerTracker:
             start = replace(start, diameter_px=np.minimum(centres.diameter_px, box_px), contrast=centres.contrast)
         start = with_answer(luma, centres.position_px, start)
         csrt = SecondOpinion(threads) if use_csrt else None
-        tracker = cls(start, Motion(centre_px, start.diameter_px), Spacing(centre_px, False), csrt)
+        motion, loose = Motion.begin(centre_px, start.diameter_px), Spacing.begin(centre_px, one_body=False)
+        tracker = cls(start, motion, loose, csrt)
         near_px = np.minimum(start.diameter_px, box_px) / 2 + _SLACK_PX
         first = tracker._see(luma, Prediction(centre_px.astype(float), near_px))
         faint = ~first.seen | (start.answer * start.contrast < _FAINT)
         if use_csrt and faint.any():
             place = np.where(faint[:, None], centre_px, first.position_px)
-            tracker.faint = FaintMarkers(luma, place, box_px, faint, threads)
+            tracker.faint = FaintMarkers(faint, [Crop.around(luma, here) for here in place[faint]], box_px, threads)
             first = _followed(first, dict(zip(np.flatnonzero(faint).tolist(), centre_px[faint], strict=True)))
-            tracker.motion = Motion(place, start.diameter_px)
-        tracker.spacing = Spacing(first.position_px, one_body)
+            tracker.motion = Motion.begin(place, start.diameter_px)
+        tracker.spacing = Spacing.begin(first.position_px)
         return tracker, first
 
     def step(self, luma: np.ndarray, taken_px: np.ndarray | None = None, frames: float = 1.0) -> Sighting:
@@ -118,13 +118,14 @@ class MarkerTracker:
         """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
         looks = {"start": self.start.as_array(), "look": self.look.as_array()}
         by_csrt = (part.state() for part in (self.csrt, self.faint) if part is not None)
-        return reduce(or_, by_csrt, looks | self.motion.state() | self.spacing.state())
+        return reduce(or_, by_csrt, looks | vars(self.motion) | vars(self.spacing))
 
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray], threads: int = 0) -> "MarkerTracker":
         """The tracker whose `state` this was; if it has faint markers, they must be shown their last frames."""
         csrt = SecondOpinion(threads) if "crops" in state else None
-        tracker = cls(Appearance(*state["start"]), Motion.restored(state), Spacing.restored(state), csrt)
+        motion, spacing = ({field.name: state[field.name] for field in fields(part)} for part in (Motion, Spacing))
+        tracker = cls(Appearance(*state["start"]), Motion(**motion), Spacing(**spacing), csrt)
         tracker.look = Appearance(*state["look"])
         if csrt is not None:
             csrt.restore(state)

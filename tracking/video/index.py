@@ -36,46 +36,27 @@ class Packet(NamedTuple):
 
 
 class Packets(NamedTuple):
-    """The packets of a stream.
+    """The packets of a stream."""
 
-    Attributes:
-        packets: those with data, in order of decoding.
-        total: how many there are with the empty ones.
-        broke_off: reading them ended with an error.
-        picture: the first one that can be decoded; None if there is none.
-    """
-
-    packets: list[Packet]
-    total: int
-    broke_off: bool
-    picture: av.VideoFrame | None
+    packets: list[Packet]  # those with data, in order of decoding
+    total: int  # how many there are with the empty ones
+    broke_off: bool  # reading them ended with an error
+    picture: av.VideoFrame | None  # the first one that can be decoded; None if there is none
 
 
 @dataclass(frozen=True, eq=False)
 class FrameIndex:
-    """The frames of a video in order of presentation.
+    """The frames of a video in order of presentation."""
 
-    Attributes:
-        time_s: (n,) time of each frame from the first one.
-        source: where the times come from.
-        pts: (n,) presentation stamps, ascending; None where the file has none one can trust.
-        number_of: stamp -> number of the frame; empty where `pts` is None.
-        keys: ascending stamps of the key frames decoding can start from; empty where `pts` is None.
-        corrupt: numbers of the frames whose packet the container itself calls corrupt.
-        is_reordered: frames may be decoded in another order than they are shown in.
-        total_packets: packets read, shown or not.
-        broke_off: reading the packets ended with an error.
-    """
-
-    time_s: np.ndarray
-    source: TimeSource
-    pts: np.ndarray | None
-    number_of: dict[int, int]
-    keys: np.ndarray
-    corrupt: frozenset[int]
-    is_reordered: bool
-    total_packets: int
-    broke_off: bool
+    time_s: np.ndarray  # (n,) time of each frame from the first one
+    source: TimeSource  # where the times come from
+    pts: np.ndarray | None  # (n,) presentation stamps, ascending; None where the file has none one can trust
+    number_of: dict[int, int]  # stamp -> number of the frame; empty where `pts` is None
+    keys: np.ndarray  # ascending stamps of the key frames decoding can start from; empty where `pts` is None
+    corrupt: frozenset[int]  # numbers of the frames whose packet the container itself calls corrupt
+    is_reordered: bool  # frames may be decoded in another order than they are shown in
+    total_packets: int  # packets read, shown or not
+    broke_off: bool  # reading the packets ended with an error
 
     def starts(self, number: int) -> list[int | None]:
         """Stamps of key frames to start from to reach a frame, best first; None is the start of the file."""
@@ -84,13 +65,6 @@ class FrameIndex:
         before = int(np.searchsorted(self.keys, self.pts[number], side="right"))
         keys: list[int | None] = [int(self.keys[before - back]) for back in STEPS_BACK if back <= before]
         return keys if before > STEPS_BACK[-1] else [*keys, None]
-
-    def key_between(self, number: int, later: int) -> bool:
-        """Whether a key frame lies after frame `number` and not after frame `later`."""
-        if self.pts is None:
-            return False
-        low, high = np.searchsorted(self.keys, self.pts[[number, later]], side="right")
-        return bool(high > low)
 
     def group(self, number: int) -> tuple[int, int]:
         """The group of pictures a frame belongs to: its first frame, a key frame, and the first one after it."""

@@ -4,108 +4,18 @@ from collections.abc import Iterator
 from itertools import takewhile
 from pathlib import Path
 from types import TracebackType
-from typing import NamedTuple, Self
+from typing import Self
 
+import av
 import numpy as np
 
 from session.errors import Fault, InputError
 from tracking.video.damage import lost_frames, missing_at_the_end, suspect_frames
 from tracking.video.decoding import Decoder, Numbered
 from tracking.video.frame import Frame
-from tracking.video.index import FrameIndex, index_frames, read_packets
+from tracking.video.index import index_frames, read_packets
 from tracking.video.info import VideoInfo
 from tracking.video.opening import fault
-
-
-class Seeker:
-    """Reaches frames by number, decoding on from where it is when no key frame lies between."""
-
-    def __init__(self, decoder: Decoder, index: FrameIndex) -> None:
-        self._decoder, self._index = decoder, index
-        self._run: Iterator[Numbered] = iter(())
-        self._at: int | None = None
-
-    def close(self) -> None:
-        """Closes the file."""
-        self._decoder.close()
-
-    def reach(self, number: int) -> Numbered | None:
-        """Frame `number`, or the next readable one after it; None if there is none.
-
-        A start that overshoots (the container's seek landed too late, or the frame only becomes clean from further
-        back) is tried again from earlier key frames.
-        """
-        at = self._at
-        if at is not None and at < number and not self._index.key_between(at, number):
-            reached = self._run_to(number)
-            if reached is not None and reached.number == number:
-                return reached
-        reached = None
-        for start in self._index.starts(number):
-            self._run = self._decoder.decode(self._index, start)
-            reached = self._run_to(number)
-            if reached is not None and reached.number == number:
-                break
-        return reached
-
-    def onwards(self, number: int) -> Iterator[Numbered]:
-        """Frame `number` and all readable ones after it, in order."""
-        first = self.reach(number)
-        if first is not None:
-            yield first
-            yield from self._run
-
-    def _run_to(self, number: int) -> Numbered | None:
-        """Decodes on to frame `number` or the first one after it."""
-        for numbered in self._run:
-            self._at = numbered.number
-            if numbered.number >= number:
-                return numbered
-        self._at = None
-        return None
-
-
-class Survey(NamedTuple):
-    """A video before its frames are read.
-
-    Attributes:
-        info: what its users are told.
-        frames: which packet stamp is which frame.
-        stored_size_px: width and height of a picture as it is stored.
-    """
-
-    info: VideoInfo
-    frames: FrameIndex
-    stored_size_px: tuple[int, int]
-
-
-def survey(file: Path) -> Survey:
-    """Opens a video, goes through its packets and decodes one frame.
-
-    Raises:
-        InputError: if the file is missing, is no video or has no frame that can be decoded.
-    """
-    with Decoder(file, threads=1) as decoder:  # one thread: nothing beyond the first picture is decoded
-        container, stream = decoder.container, decoder.stream
-        read = read_packets(container, stream)
-        picture = read.picture
-        if picture is None:
-            found = f"{len(read.packets)} packets of {stream.codec_context.name}, none of them readable"
-            raise fault(file, "no frame of this video can be decoded", found, "at least one", "Copy the file again.")
-        index = index_frames(read, container, stream)
-        stored = picture.width, picture.height
-        turns = round(picture.rotation / 90) % 4
-        info = VideoInfo(
-            file,
-            *(stored if turns % 2 == 0 else stored[::-1]),
-            codec=stream.codec_context.codec.canonical_name,
-            time_s=index.time_s,
-            time_source=index.source,
-            rotation_deg=90 * turns,
-            pixel_aspect=float(stream.sample_aspect_ratio or 1),
-            damage=missing_at_the_end(index, container, stream),
-        )
-    return Survey(info, index, stored)
 
 
 class Video:
@@ -131,9 +41,10 @@ class Video:
             InputError: if the file is missing, is no video or has no frame that can be decoded.
         """
         self._file, self.threads = Path(path), threads
-        self.info, self._index, self._stored_size_px = survey(self._file)
+        with Decoder(self._file, threads=1) as decoder:  # one thread: nothing beyond the first picture is decoded
+            self._survey(decoder.container, decoder.stream)
         self._lost: set[int] = set()
-        self._seekers: dict[int, Seeker] = {}
+        self._decoders: dict[int, Decoder] = {}  # for `frame`, by their threads
 
     def __enter__(self) -> Self:
         return self
@@ -143,8 +54,8 @@ class Video:
 
     def close(self) -> None:
         """Closes the file; frames already given stay readable."""
-        while self._seekers:
-            self._seekers.popitem()[1].close()
+        while self._decoders:
+            self._decoders.popitem()[1].close()
 
     @property
     def damage(self) -> str | None:
@@ -184,12 +95,14 @@ class Video:
         if not 0 <= number < self.info.frames:
             raise self._no_such_frame(f"frame {number}")
         for threads in () if number in self._lost else self._attempts:
-            reached = self._random_access(threads).reach(number)
-            if reached is not None and reached.number == number and self._fits(reached):
-                return self._as_frame(reached)
+            if threads not in self._decoders:
+                self._decoders[threads] = Decoder(self._file, threads)
+            found = next(self._onwards(self._decoders[threads], number), None)
+            if found is not None and found.number == number:
+                return self._as_frame(found)
         self._lost.add(number)
-        found = f"damaged data at {self.info.time_s[number]:.3f} s"
-        raise InputError([Fault(str(self._file), f"frame {number}", "cannot be decoded", found, "another frame")])
+        where, damage = f"frame {number}", f"damaged data at {self.info.time_s[number]:.3f} s"
+        raise InputError([Fault(str(self._file), where, "cannot be decoded", damage, "another frame")])
 
     @property
     def _attempts(self) -> tuple[int, ...]:
@@ -203,8 +116,7 @@ class Video:
             if wanted == stop:
                 return
             with Decoder(self._file, threads) as decoder:
-                run = Seeker(decoder, self._index).onwards(wanted)
-                for numbered in takewhile(lambda numbered: numbered.number < stop, filter(self._fits, run)):
+                for numbered in takewhile(lambda one: one.number < stop, self._onwards(decoder, wanted)):
                     self._lost.update(range(wanted, numbered.number))
                     wanted = numbered.number + 1
                     yield self._as_frame(numbered)
@@ -212,15 +124,47 @@ class Video:
                         return
         self._lost.update(range(wanted, stop))
 
-    def _random_access(self, threads: int) -> Seeker:
-        """The open file that `frame` goes back and forth in."""
-        if threads not in self._seekers:
-            self._seekers[threads] = Seeker(Decoder(self._file, threads), self._index)
-        return self._seekers[threads]
+    def _onwards(self, decoder: Decoder, number: int) -> Iterator[Numbered]:
+        """Frame `number`, or the next readable one after it, and all readable ones that follow.
+
+        A start that overshoots (the container's seek landed too late, or the frame only becomes clean from further
+        back) is tried again from earlier key frames. Pictures of another size come from damaged headers.
+        """
+        first, run = None, iter(())
+        for start in self._index.starts(number):
+            run = (one for one in decoder.decode(self._index, start) if one.number >= number and self._fits(one))
+            first = next(run, None)
+            if first is not None and first.number == number:
+                break
+        if first is not None:
+            yield first
+            yield from run
 
     def _fits(self, numbered: Numbered) -> bool:
-        """Whether a picture has the video's size; damaged headers can change it."""
         return (numbered.picture.width, numbered.picture.height) == self._stored_size_px
+
+    def _survey(self, container: av.container.InputContainer, stream: av.VideoStream) -> None:
+        """Goes through the packets and decodes one frame."""
+        read = read_packets(container, stream)
+        picture = read.picture
+        if picture is None:
+            found = f"{len(read.packets)} packets of {stream.codec_context.name}, none of them readable"
+            raise fault(
+                self._file, "no frame of this video can be decoded", found, "at least one", "Copy the file again."
+            )
+        self._index = index = index_frames(read, container, stream)
+        self._stored_size_px = stored = picture.width, picture.height
+        turns = round(picture.rotation / 90) % 4
+        self.info = VideoInfo(
+            self._file,
+            *(stored if turns % 2 == 0 else stored[::-1]),
+            codec=stream.codec_context.codec.canonical_name,
+            time_s=index.time_s,
+            time_source=index.source,
+            rotation_deg=90 * turns,
+            pixel_aspect=float(stream.sample_aspect_ratio or 1),
+            damage=missing_at_the_end(index, container, stream),
+        )
 
     def _as_frame(self, numbered: Numbered) -> Frame:
         number, picture = numbered

@@ -12,7 +12,7 @@ from tests.cases import later
 from tests.reports.page import Page
 from tests.reports.test_browser import CHROMIUM, opened, requested
 from tests.tracking.boxes.drawn import NINE, Scene, draw, layout
-from tracking.boxes import Box, ClickBoxes, StartBoxes, find_blobs, load_boxes, write_click_page
+from tracking.boxes import Box, ClickBoxes, StartBoxes, find_blobs, load_boxes
 
 in_a_browser = pytest.mark.skipif(
     CHROMIUM is None, reason="no Chromium here (chromium, chromium-browser, or set SWIMCAL_CHROMIUM)"
@@ -33,17 +33,9 @@ def test_names_cannot_break_the_page() -> None:
     assert "b" not in page.tags[page.tags.index("script") :]
 
 
-def test_in_a_notebook_the_same_page_stands_in_a_frame() -> None:
-    shown = click()._repr_html_()
-
-    assert shown.startswith("<iframe")
-    assert "srcdoc=" in shown
-    assert "<script" not in shown  # escaped
-
-
 def driven(folder: Path, page: ClickBoxes, script: str) -> str:
     """What is saved when a script plays the hand: `press(x, y)`, `drag(from, to)` in px of the picture, `key(name)`."""
-    write_click_page(folder / "click.html", page)
+    (folder / "click.html").write_text(page.html())
     (folder / "hand.html").write_text(
         """<iframe src="click.html" style="width:1100px;height:640px;border:0"></iframe><script>
         onload = () => {
@@ -120,7 +112,7 @@ def test_nothing_can_be_saved_before_every_marker_has_a_box(tmp_path: Path) -> N
 
 @in_a_browser
 def test_the_page_asks_for_nothing(tmp_path: Path) -> None:
-    write_click_page(tmp_path / "click.html", click())
+    (tmp_path / "click.html").write_text(click().html())
     shown = opened(tmp_path / "click.html", f"--log-net-log={tmp_path / 'net.json'}", "--dump-dom")
 
     assert "CONSOLE" not in shown.stderr, shown.stderr

@@ -5,12 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from session import Flag
 from tests.tracking.records.test_edit_log import FRAMES, MARKERS, edits
 from tests.tracking.records.trials import mixed_trial, same
 from tracking.records import EditLog, SampleState, TrackedTrial, apply_edits
 from tracking.records.edit import Drop, Relabel, SetBox, Swap, Undo
 from tracking.records.edit_log import LoggedEdit
-from tracking.records.edits import Retrack, only_csrt_flags, retracks
+from tracking.records.tracked import SAMPLE, only_csrt_flags
 
 
 def log_of(path, *several) -> EditLog:
@@ -98,20 +99,15 @@ def test_a_relabelled_marker_leaves_none_behind(trial, path):
 def test_a_box_by_hand_sets_its_frame_and_is_tracked_on_to_where_it_says(trial, path):
     box = SetBox(marker="neck", frame=4, box=(10.0, 20.0, 5.0, 3.0), until=7)
     log = log_of(path, box)
-    seen: list[Retrack] = []
 
-    def retrack(so_far: TrackedTrial, wanted: Retrack) -> TrackedTrial:
-        assert tuple(so_far.tracks.position_px[4, 1]) == (12.0, 21.0)
-        assert so_far.state[4, 1] == SampleState.BY_HAND
-        seen.append(wanted)
-        everywhere = np.ones_like(so_far.state)
-        return so_far.with_samples(
-            np.full_like(so_far.tracks.position_px, 7.0), everywhere * 0.5, everywhere, everywhere * 20.0, so_far.flags
-        )
+    def retrack(position_px: np.ndarray, marker: int, wanted: SetBox) -> tuple[np.ndarray, tuple[Flag, ...]]:
+        assert tuple(position_px[4, 1]) == (12.0, 21.0)
+        assert (marker, wanted) == (1, box)
+        return np.full(3, np.array(((7.0, 7.0), 0.5, 1, 20.0, False), SAMPLE)), (Flag("doubtful_box", ("neck",)),)
 
     plain = apply_edits(trial, log)
     edited = apply_edits(trial, log, retrack)
-    assert seen == list(retracks(log)) == [Retrack("neck", 4, (10.0, 20.0, 5.0, 3.0), 7)]
+    assert [flag.kind for flag in edited.flags[-2:]] == ["edited", "doubtful_box"]
     assert (edited.tracks.position_px[5:8, 1] == 7.0).all()
     assert (edited.size_px[5:8, 1] == 20.0).all()
     changed = np.zeros(trial.state.shape, dtype=bool)
@@ -119,12 +115,3 @@ def test_a_box_by_hand_sets_its_frame_and_is_tracked_on_to_where_it_says(trial, 
     keeps = np.where(changed[..., None], 0.0, edited.tracks.position_px)
     assert np.array_equal(keeps, np.where(changed[..., None], 0.0, plain.tracks.position_px), equal_nan=True)
     assert edited.tracks.confidence[4, 1] == 1.0
-
-
-def test_a_box_that_is_undone_is_not_tracked_on(path):
-    assert retracks(log_of(path, SetBox(marker="neck", frame=4, box=(1, 2, 3, 4)), Undo(line=1))) == ()
-
-
-def test_a_log_of_another_trial_is_refused(trial, path):
-    with pytest.raises(ValueError, match=r"line 1 of the edit log names fin, 99; the trial has the markers nose"):
-        apply_edits(trial, log_of(path, Drop(markers=("fin",), frames=(99, None))))

@@ -5,11 +5,11 @@ import pytest
 import xarray as xr
 
 from session import InputError, Tracks
-from tests.tracking.records.trials import mixed_trial, same
+from tests.tracking.records.trials import mixed_trial
 from tracking.records import SampleState, TrackedTrial, export_tracks, import_tracks, to_movement
 from tracking.records.deeplabcut import load_deeplabcut
 from tracking.records.formats import FORMATS
-from tracking.records.movement import load_movement, save_movement
+from tracking.records.movement import load_movement
 
 MARKERS = ("nose", "neck", "tail_1")
 FPS = 50.0
@@ -120,13 +120,6 @@ def test_a_header_that_is_not_deeplabcuts_is_told(tmp_path):
         load_deeplabcut(written(tmp_path, DLC.replace("coords,x", "coords")), ("nose",), FPS)
 
 
-@pytest.mark.parametrize("legacy_names", [False, True])
-def test_a_movement_file_keeps_times_states_and_sizes(tmp_path, legacy_names):
-    trial = mixed_trial(3)
-    save_movement(tmp_path / "f.nc", trial, legacy_names=legacy_names)
-    assert same(load_movement(tmp_path / "f.nc", MARKERS, FPS), trial, flags=False)
-
-
 def test_a_movement_dataset_has_the_layout_of_the_package():
     data = to_movement(steady_trial(0), source_file="f1_00.mp4")
     assert data["position"].dims == ("time", "space", "keypoint", "individual")
@@ -137,17 +130,17 @@ def test_a_movement_dataset_has_the_layout_of_the_package():
     assert data.attrs["fps"] == pytest.approx(FPS)
     assert data.attrs["source_file"] == "f1_00.mp4"
     assert data["state"].attrs["flag_meanings"].split()[SampleState.BY_HAND] == "by_hand"
+    assert np.array_equal(data["state"].values[..., 0], steady_trial(0).state)
 
 
-def test_a_movement_file_of_others_without_our_variables_is_measured_where_present(tmp_path):
+def test_a_movement_file_of_others_without_our_variables_is_read_with_its_frames_as_times(tmp_path):
     trial = steady_trial(4)
     data = to_movement(trial, legacy_names=True).drop_vars(["state", "size"])
     data = data.assign_coords(time=np.arange(data.sizes["time"]))
     data.attrs["time_unit"] = "frames"
     data.to_netcdf(tmp_path / "f.nc", engine="h5netcdf")
     loaded = load_movement(tmp_path / "f.nc", MARKERS, FPS)
-    assert np.allclose(loaded.tracks.time_s, trial.tracks.time_s)
-    assert set(np.unique(loaded.state)) <= {SampleState.MISSING, SampleState.MEASURED}
+    assert np.allclose(loaded.time_s, trial.tracks.time_s)
 
 
 def test_what_is_wrong_with_a_movement_file_is_told(tmp_path):

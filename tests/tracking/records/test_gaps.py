@@ -9,11 +9,9 @@ from swimmer import load_robot
 from tests.tracking.fish import FPS, MARKERS, swimming_fish
 from tests.tracking.records.trials import same, tracked_of, twin_px
 from tracking import check_tracks
-from tracking.records import SampleState, fill_gaps
-from tracking.records.gaps import GapLimits
+from tracking.records import SampleState, fill_gaps, gaps
 
 NOISE_PX = 0.15
-ANY = GapLimits(seconds=9.0, error_px=99.0)
 
 
 def cut(position_px: np.ndarray, names: tuple[str, ...], first: int, long: int) -> np.ndarray:
@@ -23,7 +21,7 @@ def cut(position_px: np.ndarray, names: tuple[str, ...], first: int, long: int) 
     return position
 
 
-def error_px(names: tuple[str, ...], long: int, limits: GapLimits = ANY) -> float:
+def error_px(names: tuple[str, ...], long: int) -> float:
     """RMS error an axis over gaps all along the twin's swims."""
     rng = np.random.default_rng(0)
     index = [MARKERS.index(name) for name in names]
@@ -31,7 +29,7 @@ def error_px(names: tuple[str, ...], long: int, limits: GapLimits = ANY) -> floa
     for true in twin_px():
         noisy = true + rng.normal(0, NOISE_PX, true.shape)
         for first in range(30, 150, 30):
-            filled = fill_gaps(tracked_of(cut(noisy, names, first, long)), limits)
+            filled = fill_gaps(tracked_of(cut(noisy, names, first, long)))
             gap = slice(first, first + long)
             assert (filled.state[gap, index] == SampleState.INTERPOLATED).all()
             off.append((filled.tracks.position_px - true)[gap, index])
@@ -52,7 +50,9 @@ def error_px(names: tuple[str, ...], long: int, limits: GapLimits = ANY) -> floa
         (MARKERS, 7, 1.4),
     ],
 )
-def test_a_filled_gap_follows_the_beating_tail(names, long, at_most_px):
+def test_a_filled_gap_follows_the_beating_tail(monkeypatch, names, long, at_most_px):
+    monkeypatch.setattr(gaps, "LONGEST_S", 9.0)
+    monkeypatch.setattr(gaps, "WORST_PX", 99.0)
     assert error_px(names, long) < at_most_px
 
 

@@ -37,32 +37,17 @@ def test_nothing_is_half_written(tmp_path):
     assert not list(tmp_path.glob("*.part.*")) + list(tmp_path.glob(".*"))
 
 
-def test_all_faults_of_the_three_files_are_told_at_once(tmp_path):
+@pytest.mark.parametrize(
+    ("there", "instead"), [("measured", "measurd"), ("measured", "missing"), (",measured", ""), ("nose_", "eel_")]
+)
+def test_states_that_do_not_fit_the_tracks_are_told_with_what_is_wrong_beside_them(tmp_path, there, instead):
     files = save_tracked(tmp_path, "f1_00", mixed_trial(0))
-    lines = files.states.read_text().splitlines()
-    lines[2] = lines[2].split(",", 2)[0] + ",measurd," + lines[2].split(",", 2)[2]
-    lines[4] += ",1"
-    files.states.write_text("\n".join(lines) + "\n")
+    files.states.write_text(files.states.read_text().replace(there, instead, 1))
     files.flags.write_text("[3]")
-    with pytest.raises(InputError) as raised:
+    with pytest.raises(InputError, match="not a list of flags") as raised:
         load_tracked(tmp_path, "f1_00")
-    text = str(raised.value)
-    assert "line 3, column 2 (nose_state): not a state; found 'measurd'" in text
-    assert "choices: missing, measured, predicted, interpolated, by_hand" in text
-    assert "line 5: wrong number of columns" in text
-    assert "not a list of flags" in text
-
-
-def test_states_that_do_not_fit_the_tracks_are_told(tmp_path):
-    trial = mixed_trial(0)
-    files = save_tracked(tmp_path, "f1_00", trial)
-    text = files.states.read_text()
-    files.states.write_text(text.replace("measured", "missing", 1))
-    with pytest.raises(InputError, match=r"line 2: the state of 'nose' does not fit the tracks; found missing"):
-        load_tracked(tmp_path, "f1_00")
-    files.states.write_text("\n".join(text.splitlines()[:-2]) + "\n")
-    with pytest.raises(InputError, match=r"other times than in the tracks; found 10 frames"):
-        load_tracked(tmp_path, "f1_00")
+    assert "not the states of the tracks beside it; found 12 rows" in str(raised.value)
+    assert "Make it again with `calib track`" in str(raised.value)
 
 
 def test_a_state_that_contradicts_its_position_is_refused():

@@ -15,6 +15,7 @@ from benchmarks.video.writer import VideoWriter
 from swimmer import load_robot
 from tracking.boxes import Box, StartBoxes
 from tracking.tracker import MarkerTracker, Sighting
+from tracking.tracker.spacing import Spacing
 
 FPS = 60.0
 WATER = 110.0
@@ -99,18 +100,16 @@ class Pool:
     def frames(self, stop: int, start: int = 0) -> Iterator[np.ndarray]:
         return (self.frame(k) for k in range(start, stop))
 
-    def begin(self, use_csrt: bool = False) -> MarkerTracker:
-        """A tracker started on frame 0."""
-        return self.begun(use_csrt)[0]
-
-    def begun(self, use_csrt: bool = False, one_body: bool = True) -> tuple[MarkerTracker, Sighting]:
+    def begun(self, use_csrt: bool = False) -> tuple[MarkerTracker, Sighting]:
+        """A tracker started on frame 0, and what it saw there."""
         centre = self.truth(0)
         side = np.broadcast_to(np.asarray(self.diameter, float) * 1.3, len(centre)).copy()
-        return MarkerTracker.begin(self.frame(0), centre, side, use_csrt, one_body)
+        return MarkerTracker.begin(self.frame(0), centre, side, use_csrt)
 
     def followed(self, frames: int, use_csrt: bool = False, one_body: bool = True) -> list[Sighting]:
         """What a tracker started on frame 0 says of that many frames."""
-        tracker, first = self.begun(use_csrt, one_body)
+        tracker, first = self.begun(use_csrt)
+        tracker.spacing = Spacing.begin(first.position_px, one_body)
         return [first, *(tracker.step(luma) for luma in self.frames(frames, 1))]
 
     def boxes(self, markers: Sequence[str], frame: int = 0) -> StartBoxes:

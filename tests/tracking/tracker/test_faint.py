@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from tracking.tracker.csrt import CROP
+from tracking.tracker.csrt import CROP, Crop
 from tracking.tracker.faint import FaintMarkers
 
 DIAMETER_PX, CONTRAST, NOISE = 15.0, 25.0, 3.0
@@ -33,7 +33,8 @@ def frames(count: int = FRAMES) -> Iterator[np.ndarray]:
 def followed(count: int = FRAMES) -> tuple[FaintMarkers, np.ndarray]:
     """The markers after so many frames, and (n, 2, 2) where they were seen."""
     shown = frames(count)
-    faint = FaintMarkers(next(shown), places(0), BOX_PX, np.array([True, True]), threads=1)
+    first = next(shown)
+    faint = FaintMarkers(np.array([True, True]), [Crop.around(first, place) for place in places(0)], BOX_PX, threads=1)
     seen = [faint.step(luma) for luma in shown]
     return faint, np.array([[place[0], place[1]] for place in seen])
 

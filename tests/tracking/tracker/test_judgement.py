@@ -87,15 +87,9 @@ def test_exchanged_pectorals_are_flagged_in_exactly_their_frames(frames: int, he
 
 def test_predicted_and_interpolated_samples_are_lost_ones_by_hand_are_not() -> None:
     trial = trial_of(swum())
-    state = trial.state.copy()
-    state[10:15, 1], state[20:25, 2], state[30:35, 3] = (
-        SampleState.PREDICTED,
-        SampleState.INTERPOLATED,
-        SampleState.BY_HAND,
-    )
-    tracks = trial.tracks
-    changed = trial.with_samples(tracks.position_px, tracks.confidence, state, trial.size_px, ())
-    flags = judge(changed, ROBOT)
+    trial.state[10:15, 1], trial.state[20:25, 2] = SampleState.PREDICTED, SampleState.INTERPOLATED
+    trial.state[30:35, 3] = SampleState.BY_HAND
+    flags = judge(trial, ROBOT)
     assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [
         ("lost_marker", ("neck",), (10, 14)),
         ("lost_marker", ("dorsal_fin",), (20, 24)),
@@ -105,19 +99,17 @@ def test_predicted_and_interpolated_samples_are_lost_ones_by_hand_are_not() -> N
 @pytest.mark.parametrize("factor", [0.6, 1.5])
 def test_a_wrong_size_is_flagged_where_it_lasts_and_not_in_one_frame(factor: float) -> None:
     trial = trial_of(swum())
-    size = trial.size_px * np.random.default_rng(2).uniform(0.95, 1.05, trial.size_px.shape)
-    size[60:80, 4] *= factor
-    size[100, 6] *= factor
-    tracks = trial.tracks
-    flags = judge(trial.with_samples(tracks.position_px, tracks.confidence, trial.state, size, ()), ROBOT)
+    trial.size_px[:] *= np.random.default_rng(2).uniform(0.95, 1.05, trial.size_px.shape)
+    trial.size_px[60:80, 4] *= factor
+    trial.size_px[100, 6] *= factor
+    flags = judge(trial, ROBOT)
     assert [(flag.kind, flag.markers) for flag in flags] == [("size", ("tail_2",))]
     assert flags[0].frames == (60, 79)
 
 
 def test_low_confidence_that_lasts_is_a_drift() -> None:
     trial = trial_of(swum())
-    confidence = trial.tracks.confidence.copy()
-    confidence[40:60, 2] = 0.2
-    confidence[80:89, 5] = 0.2  # one frame too short
-    flags = judge(trial.with_samples(trial.tracks.position_px, confidence, trial.state, trial.size_px, ()), ROBOT)
+    trial.tracks.confidence[40:60, 2] = 0.2
+    trial.tracks.confidence[80:89, 5] = 0.2  # one frame too short
+    flags = judge(trial, ROBOT)
     assert [(flag.kind, flag.markers, flag.frames) for flag in flags] == [("drift", ("dorsal_fin",), (40, 59))]

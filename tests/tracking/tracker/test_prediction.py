@@ -10,7 +10,7 @@ DIAMETER = np.full(4, 14.0)
 
 def carried_through(path: np.ndarray, seen: np.ndarray | None = None) -> tuple[Motion, list[np.ndarray]]:
     """A motion that took in places (n, m, 2), and what it predicted before each of them but the first."""
-    motion = Motion(path[0], DIAMETER[: path.shape[1]])
+    motion = Motion.begin(path[0], DIAMETER[: path.shape[1]])
     said = []
     seen = np.ones(path.shape[:2], bool) if seen is None else seen
     for place, there in zip(path[1:], seen[1:], strict=True):
@@ -51,11 +51,11 @@ def test_a_lost_marker_is_carried_along_rigidly() -> None:
 def test_a_marker_alone_coasts_and_comes_to_rest() -> None:
     path = np.arange(6.0)[:, None, None] * [4.0, 0.0] + 50.0
     motion, _ = carried_through(path)
-    start = motion.position_px[0, 0]
+    start = motion.past[0, 0, 0]
     for _ in range(40):
         predicted = motion.predict(DIAMETER[:1])
         motion.update(predicted.position_px, predicted.position_px, np.array([False]))
-    travelled = motion.position_px[0, 0] - start
+    travelled = motion.past[0, 0, 0] - start
     assert 4.0 < travelled < 16.0
 
 
@@ -84,11 +84,3 @@ def test_the_gate_follows_the_errors_of_the_predictions_and_forgets_them() -> No
     assert quiet.predict(DIAMETER[:1]).gate_px[0] == pytest.approx(least)
     assert wild.predict(DIAMETER[:1]).gate_px[0] > 2 * least
     assert later.predict(DIAMETER[:1]).gate_px[0] == pytest.approx(least)
-
-
-def test_a_marker_put_by_a_person_starts_anew_there() -> None:
-    motion, _ = carried_through(turning(10))
-    motion.put(2, np.array([33.0, 44.0]))
-    predicted = motion.predict(DIAMETER)
-    assert predicted.position_px[2].tolist() == [33.0, 44.0]
-    assert predicted.gate_px[2] >= 1.5 * DIAMETER[2]
