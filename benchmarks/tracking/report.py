@@ -8,7 +8,8 @@ from benchmarks.scores import Scores, Table
 from benchmarks.tracking.accuracy import SPEED_CLIP, Clip, accuracy_tables, clips_of, measure_accuracy, render_clips
 from benchmarks.tracking.from_video import cost_table, measure_from_video
 from benchmarks.tracking.speed import measure_tracking_speed, speed_table
-from benchmarks.video import BENCHMARK_CLIPS, Encoding
+from benchmarks.video.clips import BENCHMARK_CLIPS
+from benchmarks.video.render import Encoding
 from session import FaultCollector
 
 SPEED_ENCODINGS = (Encoding("h264", 23), Encoding("hevc", 23))

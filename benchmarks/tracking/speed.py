@@ -12,7 +12,7 @@ from statistics import median
 from typing import Any
 
 from benchmarks.scores import Table
-from benchmarks.video import load_truth, truth_file
+from benchmarks.video.truth import load_truth, truth_file
 from tracking.boxes import Box, StartBoxes
 from tracking.tracker import TrackerName, follow_video
 from tracking.video import Video
