@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.effects.filming import Filming
 from benchmarks.effects.suite import BEATS, WARMUP_S, Recorded, SessionPlan
 from benchmarks.reality import Mechanism, Nuisances, Recording, Trial, World
-from benchmarks.reality.mechanisms.wear import worn
+from benchmarks.reality.mechanism import worn
 from session.create import FISHSIM_MARKERS
 from session.session_file import TrialKind
 from swimmer import load_robot

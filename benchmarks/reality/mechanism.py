@@ -7,7 +7,7 @@ handled apart.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from numbers import Number
@@ -64,6 +64,22 @@ class Mechanism:
     def picture(self, picture: Picture) -> Picture:
         """(5c) Changes what the camera made of them: times and pixels."""
         return picture
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wearing(Mechanism):
+    """Begins where the trials of a session before left it: what slackens, slips or breaks does not mend.
+
+    Attributes:
+        before_s: that the robot has been in use in this session before the first frame.
+    """
+
+    before_s: float = 0.0
+
+
+def worn(mechanisms: Iterable[Mechanism], before_s: float) -> tuple[Mechanism, ...]:
+    """The same after a time in use, s; those that do not wear stay as they are."""
+    return tuple(replace(each, before_s=before_s) if isinstance(each, Wearing) else each for each in mechanisms)
 
 
 @dataclass(frozen=True, eq=False)

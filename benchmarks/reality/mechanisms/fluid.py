@@ -43,14 +43,10 @@ class AddedMassReaction(Mechanism):
     See `reality.reactive`. The theory takes the body for endless. Around an end water escapes, and less of it is
     accelerated: the loss falls off over a half height (Newman, Marine Hydrodynamics, 1977, on slender bodies: strips
     hold some diameters from the ends).
-
-    Attributes:
-        share: of the theory, 0 to 1.
-        lost: share of that which is lost at the very ends.
     """
 
-    share: float
-    lost: float = 0.0
+    share: float  # of the theory, 0 to 1
+    lost: float = 0.0  # share of that which is lost at the very ends
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Another share, less at the ends."""
@@ -73,12 +69,9 @@ def added_mass_reaction(random: np.random.Generator) -> AtStrength:
 
 @dataclass(frozen=True)
 class SegmentCoefficients(Mechanism):
-    """The five coefficients of keel and fin, each by a factor of its own, as drag and lift depend on shape unequally.
+    """The five coefficients of keel and fin, each by a factor of its own: drag and lift depend on shape unequally."""
 
-    Attributes:
-        ln_head, ln_fin: (5,) ln of the factors on blunt, slender and angular drag, Kutta and Magnus lift.
-    """
-
+    # ln_head, ln_fin: (5,) ln of the factors on blunt, slender and angular drag, Kutta and Magnus lift
     ln_head: tuple[float, ...]
     ln_fin: tuple[float, ...]
 
@@ -112,12 +105,9 @@ class FluidMemory(Mechanism):
 
     One wake trails the whole fish: it fades with the way that the surface has travelled on the mean, so a fast fish
     forgets sooner than a slow one.
-
-    Attributes:
-        semichord_m: unit of that way.
     """
 
-    semichord_m: float
+    semichord_m: float  # unit of that way
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, 6 s + 1) forces as each of the two wakes holds them, no motion having changed yet; a step, s."""
@@ -159,16 +149,12 @@ def fluid_memory(random: np.random.Generator) -> AtStrength:
 
 @dataclass(frozen=True)
 class BackgroundCurrent(MovingWater):
-    """A steady eddy as wide as the pool, whose middle is far off: velocity i w (z - z_0) at place z.
+    """A steady eddy as wide as the pool, whose middle is far off: velocity i w (z - z_0) at place z."""
 
-    Attributes:
-        right_m_s, up_m_s: velocity at the pool's origin.
-        turning_rad_s: w.
-    """
-
+    # right_m_s, up_m_s: velocity at the pool's origin
     right_m_s: float
     up_m_s: float
-    turning_rad_s: float
+    turning_rad_s: float  # w
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """What is alike everywhere."""
@@ -202,32 +188,25 @@ class WallProximity(Mechanism):
     Smits, J. Fluid Mech. 742, 2014). With (1 + b)^2 - 1 for the pressures, u along and v towards the wall, it draws by
     1/2 rho S (2 b + b^2) (u^2 c / sqrt(c^2 + h^2) - 1.2 |v| v). It runs along the fish's course, its mean heading of
     the last second or so, and is a fender where the fish touches it.
-
-    Attributes:
-        side: +1 left, -1 right.
-        distance_m: from the head's origin at the start.
     """
 
-    side: float
-    distance_m: float
+    side: float  # +1 left, -1 right
+    distance_m: float  # from the head's origin at the start
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 4) where the head is, and which way the wall lies; both as pairs of x and y."""
-        origin, normal = now.pose.origin_m[:, :1], -1j * self.side * now.pose.direction[:, :1]
-        return np.concatenate([origin.real, origin.imag, normal.real, normal.imag], axis=1)
+        """(n, 2) where the head is, and which way the wall lies, complex."""
+        return np.concatenate([now.pose.origin_m[:, :1], -1j * self.side * now.pose.direction[:, :1]], axis=1)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         """The course a step later: the heading, forgotten exponentially."""
         across = -1j * self.side * now.pose.direction[:, :1]
-        normal = state[:, 2:3] + 1j * state[:, 3:4]
-        normal = normal + -np.expm1(-step_s / _COURSE_S) * (across - normal)
-        normal = normal / np.abs(normal)
-        return np.concatenate([state[:, :2], normal.real, normal.imag], axis=1)
+        normal = state[:, 1:] + -np.expm1(-step_s / _COURSE_S) * (across - state[:, 1:])
+        return np.concatenate([state[:, :1], normal / np.abs(normal)], axis=1)
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
         """On every strip by its own clearance."""
         strips = now.layout.strips
-        origin, normal = state[:, 0:1] + 1j * state[:, 1:2], state[:, 2:3] + 1j * state[:, 3:4]
+        origin, normal = np.split(state, 2, axis=1)
         direction = now.pose.direction[:, strips.link]
         place = now.pose.origin_m[:, strips.link] + strips.place_m * direction
         clear = self.distance_m - ((place - origin) * normal.conj()).real
@@ -258,16 +237,11 @@ class WaveDrag(Mechanism):
 
     c = c_0 exp(-ln(Fr / Fr_0)^2 / 2 s^2): the envelope of measured hulls, hump and all (Hoerner, Fluid-Dynamic Drag,
     1965, chapter 11), L the length of the keel.
-
-    Attributes:
-        on_hump: c_0.
-        hump_froude: Fr_0.
-        width: s.
     """
 
-    on_hump: float
-    hump_froude: float
-    width: float
+    on_hump: float  # c_0
+    hump_froude: float  # Fr_0
+    width: float  # s
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """Against the head's way through the water."""
@@ -298,22 +272,17 @@ class SurfaceMotion(Mechanism):
     roll'' + 2 z w roll' + w^2 roll = g a, a the acceleration across the head; pitch alike with that along it. Before
     the film they are driven by its mirror image. Markers swing about an axis below them, and come nearer to the camera
     where the body pitches up; in a dry run the head stands still, and nothing swings.
-
-    Attributes:
-        roll_per_m, pitch_per_m: g.
-        roll_hz, pitch_hz: w / 2 pi.
-        damping: z.
-        draught_m: of the axis below the nose's marker.
-        robot: whose markers these are.
     """
 
+    # roll_per_m, pitch_per_m: g
     roll_per_m: float
     pitch_per_m: float
+    # roll_hz, pitch_hz: w / 2 pi
     roll_hz: float
     pitch_hz: float
-    damping: float
-    draught_m: float
-    robot: RobotSpec = field(default_factory=load_robot)
+    damping: float  # z
+    draught_m: float  # of the axis below the nose's marker
+    robot: RobotSpec = field(default_factory=load_robot)  # whose markers these are
 
     def place(self, sight: Sight) -> Sight:
         """Swings the markers."""

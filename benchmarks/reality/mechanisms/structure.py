@@ -14,13 +14,9 @@ from swimmer.robot import load_robot
 
 @dataclass(frozen=True)
 class StiffnessError(Mechanism):
-    """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly alike everywhere.
+    """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly alike everywhere."""
 
-    Attributes:
-        ln_factor: (gaps,) of each gap of the robot, from the head on.
-    """
-
-    ln_factor: tuple[float, ...]
+    ln_factor: tuple[float, ...]  # (gaps,) of each gap of the robot, from the head on
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Other springs."""
@@ -37,15 +33,10 @@ def stiffness_error(random: np.random.Generator, gaps: int = 5) -> AtStrength:
 
 @dataclass(frozen=True)
 class StiffnessGradient(Mechanism):
-    """Stiffness grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays.
+    """Stiffness grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays."""
 
-    Attributes:
-        ln_ratio: of the rearmost hinge to one half-way.
-        power: 1 for an even taper; more where the ends differ most, less where the middle does.
-    """
-
-    ln_ratio: float
-    power: float
+    ln_ratio: float  # of the rearmost hinge to one half-way
+    power: float  # 1 for an even taper; more where the ends differ most, less where the middle does
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Other springs."""
@@ -68,14 +59,10 @@ class StiffnessHardening(Mechanism):
 
     Slopes k where straight and k (1 + r) where far bent, as of a gap whose edges come to bear; k (1 + r q^2 / 3 a^2) q
     between.
-
-    Attributes:
-        ratio: r.
-        toe_rad: a.
     """
 
-    ratio: float
-    toe_rad: float
+    ratio: float  # r
+    toe_rad: float  # a
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """The steepest slope is taken implicitly."""
@@ -98,15 +85,10 @@ def stiffness_hardening(random: np.random.Generator) -> AtStrength:
 
 @dataclass(frozen=True)
 class JointDamping(Mechanism):
-    """A damper beside the hinge's own whose fluid thins with shear: torque c r w / (1 + |w| / w_0), w the bend's rate.
+    """A damper beside the hinge's own whose fluid thins with shear: torque c r w / (1 + |w| / w_0), w the rate."""
 
-    Attributes:
-        share: r, of the damping c that the robot is said to have; negative: some of that is missing.
-        thinning_rad_s: w_0, of a gap.
-    """
-
-    share: float
-    thinning_rad_s: float
+    share: float  # r, of the damping c that the robot is said to have; negative: some of that is missing
+    thinning_rad_s: float  # w_0, of a gap
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """Its slope where slow is taken implicitly."""
@@ -142,16 +124,11 @@ class JointFriction(Mechanism):
     Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40 (1995): z' = w - |w| z s_0 / g(w),
     torque s_0 z, g(w) = T (1 + e exp(-(w / w_s)^2)); the hinge's own damper stands for that of the bristles. The state
     is where the bristles' roots are, q - z, so that within a step they are a spring.
-
-    Attributes:
-        torque_n_m: T, when sliding.
-        excess: e, of the break-away torque.
-        stribeck_rad_s: w_s.
     """
 
-    torque_n_m: float
-    excess: float
-    stribeck_rad_s: float
+    torque_n_m: float  # T, when sliding
+    excess: float  # e, of the break-away torque
+    stribeck_rad_s: float  # w_s
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """The bristles are taken implicitly."""
@@ -188,14 +165,10 @@ class BendOffset(Mechanism):
     """Curved where it is flexible: each gap rests at an angle in proportion to its length, and more towards one end.
 
     The tendons keep the lengths at which they hold the tail straight.
-
-    Attributes:
-        mean_rad: over the gaps.
-        rearward: 0 for an even curvature; 1 if it grows from nothing at the first gap.
     """
 
-    mean_rad: float
-    rearward: float
+    mean_rad: float  # over the gaps
+    rearward: float  # 0 for an even curvature; 1 if it grows from nothing at the first gap
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Another rest."""
@@ -214,15 +187,10 @@ def bend_offset(random: np.random.Generator) -> AtStrength:
 
 @dataclass(frozen=True)
 class MassDistribution(Mechanism):
-    """Lumps at the tendon guides, of glue and markers, that were weighed with the head; the total stays.
+    """Lumps at the tendon guides, of glue and markers, that were weighed with the head; the total stays."""
 
-    Attributes:
-        share: of the head's mass.
-        at_guide: (g,) how the lumps share it, from the first guide to the last; they add up to 1.
-    """
-
-    share: float
-    at_guide: tuple[float, ...]
+    share: float  # of the head's mass
+    at_guide: tuple[float, ...]  # (g,) how the lumps share it, from the first guide to the last; they add up to 1
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Masses and their moments."""
@@ -258,14 +226,10 @@ class EntrainedWater(Mechanism):
     """A layer on both sides of tail and fin that deepens rearwards, as boundary layers do; none in air.
 
     With s the place between the first hinge (0) and the rear edge (1), the layer is t (1 + p) s^p deep.
-
-    Attributes:
-        mean_m: t, mean depth over the tail's length.
-        power: p.
     """
 
-    mean_m: float
-    power: float
+    mean_m: float  # t, mean depth over the tail's length
+    power: float  # p
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Heavier links behind the head, the water on either side hanging on their surface."""

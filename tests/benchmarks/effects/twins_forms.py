@@ -232,7 +232,7 @@ class Wall(WallProximity):
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
         strips = now.layout.strips
-        origin, normal = state[:, 0:1] + 1j * state[:, 1:2], state[:, 2:3] + 1j * state[:, 3:4]
+        origin, normal = np.split(state, 2, axis=1)
         direction = now.pose.direction[:, strips.link]
         place = now.pose.origin_m[:, strips.link] + strips.place_m * direction
         clear = self.distance_m - ((place - origin) * normal.conj()).real

@@ -7,9 +7,8 @@ import numpy as np
 
 from benchmarks.reality import Trial, World, simulate
 from benchmarks.reality.layout import lay_out
-from benchmarks.reality.mechanism import Mechanism
+from benchmarks.reality.mechanism import Mechanism, worn
 from benchmarks.reality.mechanisms import drawn_of
-from benchmarks.reality.mechanisms.wear import worn
 from benchmarks.reality.motion import Equations, Motion
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.world import TrialKind, prepared_parameters

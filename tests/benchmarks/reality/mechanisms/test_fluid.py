@@ -111,7 +111,7 @@ def test_a_wall_holds_a_fish_off() -> None:
     beyond = STRAIGHT + np.concatenate([[0.0, -0.02], STILL[2:]])
     wall = of_one(WallProximity, 1.0, 0.01)
     at, _ = instant((WallProximity(1.0, 0.01),), beyond)
-    there = np.array([[0.0, 0.0, 0.0, -1.0]])  # the wall is left of a start at the origin
+    there = np.array([[0.0, -1j]])  # the wall is left of a start at the origin
     assert (wall.water(at.now, at.now.water, there).across_n - at.now.water.across_n > 0).all()
 
 

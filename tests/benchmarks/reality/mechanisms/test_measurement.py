@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from benchmarks.reality.camera import Camera, Picture, Sight
+from benchmarks.reality.mechanism import worn
 from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
 from benchmarks.reality.mechanisms.measurement import (
     CameraParallax,
@@ -14,7 +15,6 @@ from benchmarks.reality.mechanisms.measurement import (
     TimeBaseError,
     TrackerDrift,
 )
-from benchmarks.reality.mechanisms.wear import worn
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 
