@@ -20,7 +20,7 @@ from benchmarks.effects.rows import SessionRows, camera_of, tracks_of
 from benchmarks.effects.severity import Strength, Strong, strength_for
 from benchmarks.effects.suite import WARMUP_S, SessionPlan
 from benchmarks.reality import Mechanism, Recording
-from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.reality.mechanisms import EVERY
 from benchmarks.reality.record import Drive
 from diagnosis import Discrepancy
 from fitting.signatures import Signature
@@ -133,7 +133,7 @@ class Making:
 
 def making_of(suite: SuiteFolder) -> Making:
     """All that reality can do, beside the discrepancy of a suite."""
-    return Making({**catalogued(), **uncatalogued()}, Discrepancy.load(suite.discrepancy), catalogue())
+    return Making(EVERY, Discrepancy.load(suite.discrepancy), catalogue())
 
 
 def clear_away(folder: Path, name: str) -> None:

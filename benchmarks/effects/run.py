@@ -11,7 +11,7 @@ from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.making import clear_away, making_of
 from benchmarks.effects.suite import WHOLE, SessionPlan, Shard, SuiteSize, plan_suite
-from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
 from diagnosis import shipped_discrepancy
 from session import FaultCollector, SwimcalError
 from session.results import write_whole
@@ -35,7 +35,7 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
     Raises:
         InputError: no scheduler answers, or the folder holds another suite.
     """
-    plans = plan_suite(seed, size, tuple(catalogued()), tuple(uncatalogued()))
+    plans = plan_suite(seed, size, tuple(CATALOGUED), tuple(OUTSIDE))
     _check_same(suite, plans)
     if not suite.discrepancy.exists():
         write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())

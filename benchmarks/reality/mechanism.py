@@ -7,7 +7,7 @@ handled apart.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from numbers import Number
@@ -64,6 +64,10 @@ class Mechanism:
     def picture(self, picture: Picture) -> Picture:
         """(5c) Changes what the camera made of them: times and pixels."""
         return picture
+
+
+AtStrength = Callable[[float], tuple[Mechanism, ...]]
+"""Mechanisms at a strength >= 0."""
 
 
 @dataclass(frozen=True, kw_only=True)

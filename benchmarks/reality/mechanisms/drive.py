@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.reality.instant import Instant
-from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.tendons import Turn
 
 

@@ -8,8 +8,7 @@ from benchmarks.reality.camera import Sight
 from benchmarks.reality.fluid import Flow, StripForces, Water
 from benchmarks.reality.instant import Instant
 from benchmarks.reality.layout import Layout
-from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.parameters import Parameters
 from swimmer.robot import RobotSpec, load_robot
 

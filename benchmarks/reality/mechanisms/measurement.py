@@ -6,8 +6,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from benchmarks.reality.camera import Picture, Sight
-from benchmarks.reality.mechanism import Mechanism, Wearing
-from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanism import AtStrength, Mechanism, Wearing
 from session.create import FISHSIM_MARKERS
 from swimmer.robot import load_robot
 

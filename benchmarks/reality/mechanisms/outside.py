@@ -7,8 +7,7 @@ import numpy as np
 from benchmarks.reality.camera import Sight
 from benchmarks.reality.fluid import StripForces
 from benchmarks.reality.instant import Instant
-from benchmarks.reality.mechanism import Mechanism, Wearing
-from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanism import AtStrength, Mechanism, Wearing
 from benchmarks.reality.mechanisms.drive import LateCrank
 from benchmarks.reality.mechanisms.fluid import MovingWater
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from benchmarks.reality.instant import Instant
 from benchmarks.reality.layout import Layout
-from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.parameters import Parameters
 
 

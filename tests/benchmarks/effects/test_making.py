@@ -20,7 +20,7 @@ from benchmarks.effects.rules import judge_suite
 from benchmarks.effects.score import measures
 from benchmarks.effects.scoring import score_rules
 from benchmarks.effects.suite import Recorded, SessionPlan
-from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.reality.mechanisms import EVERY
 from benchmarks.scores import Share
 from diagnosis import Discrepancy
 from session import load_session
@@ -37,7 +37,7 @@ DISCREPANCY = Discrepancy.independent((2e-4) ** 2 * np.eye(127))
 @pytest.fixture(scope="module")
 def making() -> Making:
     effects = {name: catalogue()[name] for name in TRIED}
-    return Making({**catalogued(), **uncatalogued()}, DISCREPANCY, effects)
+    return Making(EVERY, DISCREPANCY, effects)
 
 
 @pytest.fixture(scope="module")

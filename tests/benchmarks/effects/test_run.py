@@ -14,7 +14,7 @@ from benchmarks.effects.answer import Answer
 from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.run import make_suite
 from benchmarks.effects.suite import SessionPlan, Shard, SuiteSize, plan_suite, suite_named
-from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
 from diagnosis import Discrepancy, shipped_discrepancy
 from session import InputError
 from session.results import write_whole
@@ -22,7 +22,7 @@ from tests.benchmarks.effects.suites import shortened
 
 ALONE = Run(workers=1)
 SIZE = SuiteSize(5, 5)  # nothing in them: no severity is sought, which takes a minute each
-PLANS = plan_suite(4, SIZE, tuple(catalogued()), tuple(uncatalogued()))
+PLANS = plan_suite(4, SIZE, tuple(CATALOGUED), tuple(OUTSIDE))
 NAMES = [plan.name for plan in PLANS]
 
 

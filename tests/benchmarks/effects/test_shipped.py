@@ -13,7 +13,7 @@ from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.making import making_of, write_session
 from benchmarks.effects.shipped import SEED, checksum_of_sessions
 from benchmarks.effects.suite import SMALL, plan_suite
-from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
 from diagnosis import shipped_discrepancy
 from session import load_session
 from session.tracks import load_tracks
@@ -21,7 +21,7 @@ from swimmer.effects import catalogue
 
 FOLDER = Path(__file__).parents[3] / "datasets" / "withheld"
 SUITE = SuiteFolder(FOLDER / "small")
-PLANS = {plan.name: plan for plan in plan_suite(SEED, SMALL, tuple(catalogued()), tuple(uncatalogued()))}
+PLANS = {plan.name: plan for plan in plan_suite(SEED, SMALL, tuple(CATALOGUED), tuple(OUTSIDE))}
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +119,7 @@ def test_its_discrepancy_is_that_of_this_reality() -> None:
 
 def test_nothing_in_it_says_what_is_present() -> None:
     """By name; and all tracks are of one length."""
-    names = {*catalogue(), *uncatalogued()}
+    names = {*catalogue(), *OUTSIDE}
     for path in files():
         said = gzip.decompress(path.read_bytes()).decode() if path.suffix == ".gz" else path.read_text()
         assert not [name for name in names if name in said or name in path.name]

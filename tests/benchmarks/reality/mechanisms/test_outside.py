@@ -4,7 +4,7 @@ import pytest
 from benchmarks.reality import Trial, World, simulate
 from benchmarks.reality.camera import Sight
 from benchmarks.reality.mechanism import worn
-from benchmarks.reality.mechanisms import OUTSIDE, drawn_of
+from benchmarks.reality.mechanisms import EVERY
 from benchmarks.reality.mechanisms.outside import (
     CamberedFin,
     CrackedSegment,
@@ -29,7 +29,6 @@ from tests.benchmarks.reality.mechanisms.one_fish import (
     bent_by,
     hinge_torque,
     instant,
-    moved,
     of_one,
     prepared,
 )
@@ -37,13 +36,6 @@ from tests.benchmarks.reality.motions import COEFFICIENTS
 
 HINGES = np.linspace(0.02, 0.1, LAYOUT.hinges)
 FRAMES_S = np.arange(301) / 60
-
-
-def test_each_grows_with_its_strength_from_nothing() -> None:
-    names = [name for name in OUTSIDE if name != "timing_glitch"]
-    for name, way in moved("outside", names, (1e-6, 0.5, 2.0, 10.0)).items():
-        assert way[0] < 1e-6, name
-        assert (np.diff(way) > 1e-7).all(), name
 
 
 def test_a_loose_marker_slides_out_and_lags_behind_the_sweep() -> None:
@@ -172,17 +164,8 @@ def test_a_bubble_drags_while_it_is_there() -> None:
 
 def test_a_batch_of_all_sorts_is_each_alone() -> None:
     swim = Trial("swim", 0.05, 1.0, phase_rad=0.9, run_in_s=0.05)
-    drawn = [
-        drawn_of(family, name)(np.random.default_rng(4))
-        for family, name in (
-            ("outside", "vortex_buffeting"),
-            ("outside", "water_in_hull"),
-            ("outside", "propwash"),
-            ("fluid", "fluid_memory"),
-            ("fluid", "wall_proximity"),
-            ("structure", "joint_friction"),
-        )
-    ]
+    names = ("vortex_buffeting", "water_in_hull", "propwash", "fluid_memory", "wall_proximity", "joint_friction")
+    drawn = [EVERY[name](np.random.default_rng(4)) for name in names]
     jobs = [(World(COEFFICIENTS, mechanisms=at(strength)), swim) for at in drawn for strength in (2.0, 5.0)]
     for each, job in list(zip(simulate(jobs), jobs, strict=True))[::2]:
         assert each.position_px == pytest.approx(simulate([job])[0].position_px, abs=1e-8)
