@@ -24,7 +24,7 @@ def search(
     as_json: AsJson = False,
 ) -> None:
     """Compares the searches on a session's fit trials: same budget, both objectives."""
-    from benchmarks.searches import compare_methods, search_scores
+    from benchmarks.searches import compare_methods
     from calib.options import Options
     from calib.working import working
     from swimmer import Twin
@@ -32,8 +32,8 @@ def search(
     with working(session, as_json, Options(workers=workers)) as pipeline:
         fitted = [trial for trial in pipeline.trials if trial.role == "fit"]
         twin = Twin(pipeline.structure.robot, fitted[0].markers, workers=workers)
-        runs = compare_methods(fitted, twin, seeds, budget, tell=pipeline.job.tell)
-    _tell(search_scores(runs, f"calib benchmark search SESSION --seeds {seeds} --budget {budget:g}"), as_json)
+        scores = compare_methods(fitted, twin, seeds, budget, tell=pipeline.job.tell)
+    _tell(scores, as_json)
 
 
 def tracking(
