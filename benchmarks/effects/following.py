@@ -8,13 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.cases import Failure, Run, run_cases
-from benchmarks.effects.answer import Answer
-from benchmarks.effects.diagnosing import diagnose_one
+from benchmarks.effects.diagnosing import Program, diagnose_one
 from benchmarks.effects.drawn import DrawnTrial, one_more
 from benchmarks.effects.filming import film_together
-from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
+from benchmarks.effects.folder import DIAGNOSIS, Answer, SuiteFolder
 from benchmarks.effects.making import clear_away, making_of
-from benchmarks.effects.program import Program
 from benchmarks.effects.suite import SessionPlan, recorded_by
 from benchmarks.effects.told import Told, Trial, read_told
 from session import load_session

@@ -9,7 +9,7 @@ from typing import get_args
 import numpy as np
 from scipy.stats import norm
 
-from benchmarks.effects.answer import Answer, Kind
+from benchmarks.effects.folder import Answer, Kind
 from benchmarks.effects.suite import DETECTABILITIES
 from benchmarks.effects.told import Gap, Told
 from benchmarks.scores import Estimate, Measure, Share, median, resampled

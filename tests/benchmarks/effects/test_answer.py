@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.effects.answer import Answer
+from benchmarks.effects.folder import Answer
 
 
 @pytest.mark.parametrize(

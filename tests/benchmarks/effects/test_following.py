@@ -13,10 +13,9 @@ import pytest
 from benchmarks.cases import Run
 from benchmarks.effects import following
 from benchmarks.effects import making as making_module
-from benchmarks.effects.answer import Answer
 from benchmarks.effects.drawn import one_more
 from benchmarks.effects.filming import Filming, film_together
-from benchmarks.effects.folder import DIAGNOSIS
+from benchmarks.effects.folder import DIAGNOSIS, Answer
 from benchmarks.effects.following import confused, follow_suite, wanted
 from benchmarks.effects.making import Making
 from benchmarks.effects.scoring import score_all, score_followed

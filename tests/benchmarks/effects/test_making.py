@@ -12,11 +12,10 @@ import pytest
 
 from benchmarks.cases import Run
 from benchmarks.effects import rules
-from benchmarks.effects.answer import Answer
-from benchmarks.effects.evidence import evidence_of
 from benchmarks.effects.filming import film_together
+from benchmarks.effects.folder import Answer
 from benchmarks.effects.making import Making
-from benchmarks.effects.rules import judge_suite
+from benchmarks.effects.rules import evidence_of, judge_suite
 from benchmarks.effects.score import measures
 from benchmarks.effects.scoring import score_rules
 from benchmarks.effects.suite import Recorded, SessionPlan

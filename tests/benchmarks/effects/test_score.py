@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.effects.answer import Answer
+from benchmarks.effects.folder import Answer
 from benchmarks.effects.score import (
     Case,
     Measures,

@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.effects.answer import Answer
 from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import film_together
-from benchmarks.effects.folder import SuiteFolder
+from benchmarks.effects.folder import Answer, SuiteFolder
 from benchmarks.effects.making import making_of, write_session
 from benchmarks.effects.shipped import SEED, checksum_of_sessions
 from benchmarks.effects.suite import SMALL, plan_suite
