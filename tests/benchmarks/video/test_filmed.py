@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from benchmarks.video.filmed import SessionVideo
-from session import InputError, load_session
+from session import load_session
 from session.tracks import load_tracks
 from synthetic import SyntheticCamera, make_session, read_truth
 from synthetic.faults import Gap
@@ -67,9 +66,3 @@ def test_a_cropped_video_shows_the_middle_of_the_image(tmp_path: Path) -> None:
     )
 
     np.testing.assert_allclose(whole.position_px - cropped.position_px, np.full(whole.position_px.shape, 40), atol=0.02)
-
-
-def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="a marker leaves the picture"):
-        film(tmp_path / "s", SessionVideo(trials=("slow",), width_px=320, height_px=240))
-    assert list(tmp_path.iterdir()) == []

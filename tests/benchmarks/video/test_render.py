@@ -9,7 +9,6 @@ from benchmarks.video.plan import ClipPlan, Swim
 from benchmarks.video.render import Encoding, render_encodings
 from benchmarks.video.truth import boxes_file, load_truth, truth_file
 from benchmarks.video.writer import Codec
-from session import InputError
 from tests.benchmarks.video.test_writer import decoded
 
 SMALL = ClipPlan(
@@ -39,10 +38,3 @@ def test_a_clip_comes_with_its_truth_and_start_boxes(codec: Codec, crf: int, tmp
         assert (x + (width - 1) / 2, y + (height - 1) / 2) == pytest.approx(centre, abs=0.51)
     for x, y in truth.shown_px[-1]:
         assert pictures[-1][round(y), round(x)] > 200
-
-
-def test_what_is_no_truth_is_said_to_be_none(tmp_path: Path) -> None:
-    (tmp_path / "a.npz").write_bytes(b"nothing")
-    for name in ("a.npz", "b.npz"):
-        with pytest.raises(InputError, match="no truth of a clip here"):
-            load_truth(tmp_path / name)
