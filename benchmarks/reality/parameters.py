@@ -1,6 +1,6 @@
 """The numbers that differ between simulations: one row each, made from the layout, then changed by whoever likes."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Self
 
 import numpy as np
@@ -55,6 +55,23 @@ class Parameters:
 
     def __len__(self) -> int:
         return len(self.link_mass_kg)
+
+    def reweighed(self, factor: np.ndarray | float, added: np.ndarray) -> Self:
+        """All masses times a factor (l,), with mass, first and second moment (3, l) of more on the links."""
+        return replace(
+            self,
+            link_mass_kg=self.link_mass_kg * factor + added[0],
+            link_moment_kg_m=self.link_moment_kg_m * factor + added[1],
+            link_inertia_kg_m2=self.link_inertia_kg_m2 * factor + added[2],
+        )
+
+    def taken_implicitly(self, stiffness: np.ndarray | float = 0.0, damping: np.ndarray | float = 0.0) -> Self:
+        """With what more of a mechanism's torques at the hinges the integrator is to take implicitly."""
+        return replace(
+            self,
+            extra_implicit_stiffness_n_m=self.extra_implicit_stiffness_n_m + stiffness,
+            extra_implicit_damping_n_m_s=self.extra_implicit_damping_n_m_s + damping,
+        )
 
     @classmethod
     def stacked(cls, parts: list[Self]) -> Self:

@@ -108,10 +108,7 @@ def _with_nuisances(nominal: Parameters, world: World, markers: tuple[str, ...])
     mass[0] = its.head_mass
     shift = np.array([complex(*its.marker_shift_m.get(name, (0.0, 0.0))) for name in markers])
     return replace(
-        nominal,
-        link_mass_kg=nominal.link_mass_kg * mass,
-        link_moment_kg_m=nominal.link_moment_kg_m * mass,
-        link_inertia_kg_m2=nominal.link_inertia_kg_m2 * mass,
+        nominal.reweighed(mass, np.zeros(3)),
         sunk_m=nominal.sunk_m + its.sunk_m,
         hinge_stiffness_n_m=nominal.hinge_stiffness_n_m * its.hinge_stiffness,
         hinge_damping_n_m_s=nominal.hinge_damping_n_m_s * its.hinge_damping,

@@ -28,10 +28,8 @@ class MovingWater(Mechanism):
         relative = self.velocity(pose.origin_m[:, strips.link] + strips.place_m * direction) * direction.conj()
         flow = Flow(now.flow.along_m_s - relative.real, now.flow.across_m_s - relative.imag, now.flow.rate_rad_s)
         moved, still = Water(now.layout, now.parameters, now.chain).forces(flow), now.water
-        return StripForces(
-            forces.along_n + (moved.along_n - still.along_n),
-            forces.across_n + (moved.across_n - still.across_n),
-            forces.torque_n_m + (moved.torque_n_m - still.torque_n_m),
+        return forces.plus(
+            moved.along_n - still.along_n, moved.across_n - still.across_n, moved.torque_n_m - still.torque_n_m
         )
 
 
@@ -122,8 +120,7 @@ class FluidMemory(Mechanism):
         """Less what the wakes hold back, a step after they were left."""
         late = np.split(self._late(now, state, state[:, -1:]), len(_WAGNER), axis=1)
         held = np.asarray(sum(share * each for (share, _), each in zip(_WAGNER, late, strict=True)))
-        along, across, torque = np.split(held, 3, axis=1)
-        return StripForces(forces.along_n - along, forces.across_n - across, forces.torque_n_m - torque)
+        return forces.plus(*np.split(-held, 3, axis=1))
 
     def _late(self, now: Instant, state: np.ndarray, step_s: float | np.ndarray) -> np.ndarray:
         """(n, 6 s) forces less those in the wakes after a step; exact for forces and speeds that last."""
@@ -216,7 +213,7 @@ class WallProximity(Mechanism):
         pressed = now.parameters.density_kg_m3 * height * strips.length_m * (2 * faster + faster**2)
         fender = _FENDER_N_M2 * strips.length_m * np.minimum(clear, 0.0)
         force = (pressed * drawn_in + fender) * normal * direction.conj()
-        return StripForces(forces.along_n + force.real, forces.across_n + force.imag, forces.torque_n_m)
+        return forces.plus(force.real, force.imag)
 
 
 def wall_proximity(random: np.random.Generator) -> AtStrength:

@@ -215,9 +215,7 @@ class CamberedFin(Mechanism):
         strips, flow = now.layout.strips, now.flow
         area = np.where(strips.plate == strips.plate[-1], 2 * strips.half_height_m * strips.length_m, 0.0)
         pressed = 0.5 * now.parameters.density_kg_m3 * area * self.lift * np.hypot(flow.along_m_s, flow.across_m_s)
-        return StripForces(
-            forces.along_n + pressed * flow.across_m_s, forces.across_n - pressed * flow.along_m_s, forces.torque_n_m
-        )
+        return forces.plus(pressed * flow.across_m_s, -pressed * flow.along_m_s)
 
 
 def cambered_fin(random: np.random.Generator) -> AtStrength:

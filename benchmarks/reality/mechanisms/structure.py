@@ -65,8 +65,7 @@ class StiffnessHardening(Mechanism):
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """The steepest slope is taken implicitly."""
-        extra = parameters.extra_implicit_stiffness_n_m + self.ratio * parameters.hinge_stiffness_n_m
-        return replace(parameters, extra_implicit_stiffness_n_m=extra)
+        return parameters.taken_implicitly(self.ratio * parameters.hinge_stiffness_n_m)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """What comes on top of Hooke's law; hinges in series share the bend of their gap."""
@@ -91,8 +90,7 @@ class JointDamping(Mechanism):
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """Its slope where slow is taken implicitly."""
-        own = max(self.share, 0.0) * parameters.hinge_damping_n_m_s
-        return replace(parameters, extra_implicit_damping_n_m_s=parameters.extra_implicit_damping_n_m_s + own)
+        return parameters.taken_implicitly(damping=max(self.share, 0.0) * parameters.hinge_damping_n_m_s)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """What comes on top of the hinge's own damper."""
@@ -131,8 +129,7 @@ class JointFriction(Mechanism):
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """The bristles are taken implicitly."""
-        extra = parameters.extra_implicit_stiffness_n_m + self.torque_n_m / _BRISTLE_RAD
-        return replace(parameters, extra_implicit_stiffness_n_m=extra)
+        return parameters.taken_implicitly(self.torque_n_m / _BRISTLE_RAD)
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, h) roots, the bristles upright."""
@@ -195,15 +192,7 @@ class MassDistribution(Mechanism):
         """Masses and their moments."""
         head = np.where(np.arange(layout.hinges + 1) == 0, 1 - self.share, 1.0)
         lump = self.share * parameters.link_mass_kg[0, 0] * np.array(self.at_guide)
-        added = np.zeros((3, layout.hinges + 1))
-        for order in (0, 1, 2):
-            np.add.at(added[order], layout.guide_link, lump * layout.guide_place_m**order)
-        return replace(
-            parameters,
-            link_mass_kg=parameters.link_mass_kg * head + added[0],
-            link_moment_kg_m=parameters.link_moment_kg_m * head + added[1],
-            link_inertia_kg_m2=parameters.link_inertia_kg_m2 * head + added[2],
-        )
+        return parameters.reweighed(head, layout.on_links(layout.guide_link, lump, layout.guide_place_m))
 
 
 def mass_distribution(random: np.random.Generator) -> AtStrength:
@@ -238,16 +227,9 @@ class EntrainedWater(Mechanism):
         depth = self.mean_m * (1 + self.power) * along**self.power
         density = parameters.density_kg_m3[0, 0]
         kg = np.where(strips.link > 0, 2 * depth * 2 * strips.half_height_m * strips.length_m * density, 0.0)
-        added = np.zeros((3, layout.hinges + 1))
-        for order in (0, 1, 2):
-            np.add.at(added[order], strips.link, kg * strips.place_m**order)
+        added = layout.on_links(strips.link, kg, strips.place_m)
         np.add.at(added[2], strips.link, kg * (strips.length_m**2 / 12 + depth**2 / 3))
-        return replace(
-            parameters,
-            link_mass_kg=parameters.link_mass_kg + added[0],
-            link_moment_kg_m=parameters.link_moment_kg_m + added[1],
-            link_inertia_kg_m2=parameters.link_inertia_kg_m2 + added[2],
-        )
+        return parameters.reweighed(1.0, added)
 
 
 def entrained_water(random: np.random.Generator) -> AtStrength:

@@ -150,8 +150,7 @@ class TendonFriction(Mechanism):
         stiffness = np.zeros(layout.hinges)
         for behind in _behind(layout):
             stiffness += 2 * arms * behind * (arms @ behind)
-        extra = _MARGIN * self.level_n / _BRISTLE_M * stiffness * _strung(parameters)
-        return replace(parameters, extra_implicit_stiffness_n_m=parameters.extra_implicit_stiffness_n_m + extra)
+        return parameters.taken_implicitly(_MARGIN * self.level_n / _BRISTLE_M * stiffness * _strung(parameters))
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, 2 g) bristles, unbent, m."""

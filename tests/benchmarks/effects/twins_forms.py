@@ -21,6 +21,7 @@ from benchmarks.reality.mechanisms.fluid import (
     SegmentCoefficients,
     SurfaceMotion,
     WallProximity,
+    _stacked,
 )
 from benchmarks.reality.mechanisms.structure import EntrainedWater, StiffnessError
 from benchmarks.reality.mechanisms.tendons import (
@@ -122,7 +123,7 @@ class GuideFriction(Mechanism):
         arms = np.abs(_straight_arms_m(layout))
         bound = sum(2 * arms * behind * (arms @ behind) for behind in _behind(layout))
         more = self.force_n / CREEP_M_S * bound * _strung(parameters)
-        return replace(parameters, extra_implicit_damping_n_m_s=parameters.extra_implicit_damping_n_m_s + more)
+        return parameters.taken_implicitly(damping=more)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         arms, behind = _arms_m(now), _behind(now.layout)
@@ -139,7 +140,7 @@ class HingeFriction(Mechanism):
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         more = self.torque_n_m * layout.hinges_per_gap / CREEP_RAD_S
-        return replace(parameters, extra_implicit_damping_n_m_s=parameters.extra_implicit_damping_n_m_s + more)
+        return parameters.taken_implicitly(damping=more)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         rate = now.pose.hinge_rate_rad_s
@@ -154,7 +155,7 @@ class Cubic(Mechanism):
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         more = 3 * self.cubic * _BENT_RAD**2 * parameters.hinge_stiffness_n_m
-        return replace(parameters, extra_implicit_stiffness_n_m=parameters.extra_implicit_stiffness_n_m + more)
+        return parameters.taken_implicitly(more)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         bent = now.pose.hinge_rad - now.parameters.hinge_rest_rad
@@ -193,12 +194,7 @@ class TailMass(Mechanism):
         kg = parameters.link_mass_kg[0]
         heavier = np.full(len(kg), 1 + self.share * kg[0] / kg[1:].sum())
         heavier[0] = 1 - self.share
-        return replace(
-            parameters,
-            link_mass_kg=parameters.link_mass_kg * heavier,
-            link_moment_kg_m=parameters.link_moment_kg_m * heavier,
-            link_inertia_kg_m2=parameters.link_inertia_kg_m2 * heavier,
-        )
+        return parameters.reweighed(heavier, np.zeros(3))
 
 
 @dataclass(frozen=True)
@@ -218,12 +214,7 @@ class OneWake(Mechanism):
         return np.asarray(water + left * (state - water))
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
-        along, across, torque = np.split((1 - AT_ONCE) * (_stacked(now.water) - state), 3, axis=1)
-        return StripForces(forces.along_n - along, forces.across_n - across, forces.torque_n_m - torque)
-
-
-def _stacked(forces: StripForces) -> np.ndarray:
-    return np.concatenate([forces.along_n, forces.across_n, forces.torque_n_m], axis=1)
+        return forces.plus(*np.split((AT_ONCE - 1) * (_stacked(now.water) - state), 3, axis=1))
 
 
 @dataclass(frozen=True)
@@ -242,7 +233,7 @@ class Wall(WallProximity):
         push = LIFT * moving.imag**2 * clear / far - DRAG * np.abs(moving.real) * moving.real
         pressed = now.parameters.density_kg_m3 * strips.half_height_m * strips.length_m
         force = pressed * share * push * normal * direction.conj()
-        return StripForces(forces.along_n + force.real, forces.across_n + force.imag, forces.torque_n_m)
+        return forces.plus(force.real, force.imag)
 
 
 @dataclass(frozen=True)
