@@ -138,7 +138,7 @@ def _lowest_bic(evidence: Evidence, space: Whitened, deviance: Callable[[float],
     total = sum(weight.values())
     chances = {name: value / total for name, value in weight.items()}
     best = max(chances, key=lambda name: chances[name])
-    return _told("no_gap" if best == NONE else "named", best, chances)
+    return _told(best, chances)
 
 
 RULES: Mapping[str, Rule] = {
@@ -177,15 +177,14 @@ def _named(evidence: Evidence, marks: Mapping[str, float]) -> Told:
     """The highest mark, where the residual is more than noise."""
     freedom = len(evidence.left) - len(evidence.space.precision)
     if chi2.sf(evidence.space.length(evidence.left) ** 2, freedom) > _ALARM_P:
-        return _told("no_gap", NONE, {NONE: 1.0})
+        return _told(NONE, {NONE: 1.0})
     best = max(marks, key=lambda name: marks[name])
     total = sum(marks.values()) or 1.0
-    return _told("named", best, {name: mark / total for name, mark in marks.items()})
+    return _told(best, {name: mark / total for name, mark in marks.items()})
 
 
-def _told(verdict: str, best: str, chances: Mapping[str, float]) -> Told:
-    groups = () if verdict == "no_gap" else ((best,),)
-    return Told(verdict, groups, {NONE: 0.0, **chances})
+def _told(best: str, chances: Mapping[str, float]) -> Told:
+    return Told("no_gap" if best == NONE else "named", () if best == NONE else ((best,),), {NONE: 0.0, **chances})
 
 
 def _share(squares: np.ndarray, part: int) -> float:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from numbers import Number
+from typing import dataclass_transform
 
 import numpy as np
 
@@ -22,12 +23,16 @@ from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.tendons import Turn
 
 
+@dataclass_transform(frozen_default=True)
 @dataclass(frozen=True)
 class Mechanism:
-    """Does nothing: the base of all mechanisms. Its own state is an array (n, k), here with k = 0.
+    """Does nothing: the base of all mechanisms, frozen dataclasses by that. Its own state is (n, k), here with k = 0.
 
     What the hooks of a running simulation are shown is that of all: they answer with arrays of their own.
     """
+
+    def __init_subclass__(cls, *, kw_only: bool = False) -> None:
+        dataclass(frozen=True, kw_only=kw_only)(cls)
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """(1) Changes the parameters (one row) of a simulation before it starts."""
@@ -70,8 +75,7 @@ AtStrength = Callable[[float], tuple[Mechanism, ...]]
 """Mechanisms at a strength >= 0."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Wearing(Mechanism):
+class Wearing(Mechanism, kw_only=True):
     """Begins where the trials of a session before left it: what slackens, slips or breaks does not mend.
 
     Attributes:

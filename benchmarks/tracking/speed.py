@@ -36,11 +36,8 @@ def speed_table(videos: Sequence[Path], csrt_frames: int = 20) -> Table:
 
 def _row(path: Path, csrt_frames: int) -> tuple[str, ...]:
     truth = load_truth(truth_file(path))
-    reading, tracking, most, growth = [], [], [], []
-    for _ in range(ROUNDS):
-        reading.append(_alone(_read, path))
-        for told, figure in zip((tracking, most, growth), _alone(_track, path), strict=True):
-            told.append(figure)
+    rounds = [(_alone(_read, path), *_alone(_track, path)) for _ in range(ROUNDS)]
+    reading, tracking, most, growth = zip(*rounds, strict=True)
     frames, markers = len(truth.time_s), len(truth.markers)
     with Video(path) as video:
         info = video.info

@@ -1,7 +1,5 @@
 """Crank and motor."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from benchmarks.reality.instant import Instant
@@ -9,7 +7,6 @@ from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.tendons import Turn
 
 
-@dataclass(frozen=True)
 class DriveRatioError(Mechanism):
     """Since the start of the run-in the crank turns (1 + relative) times as far as told.
 
@@ -41,7 +38,6 @@ _LOAD_N_M = 0.45  # mean size of the torque that the tendons ask for
 _AVERAGED_S, _WARMED_S = 0.5, 5.0
 
 
-@dataclass(frozen=True)
 class LateCrank(Mechanism):
     """Falls behind what is told. Its state begins with the time s, the angle behind rad and the rate of that rad/s."""
 
@@ -55,7 +51,6 @@ class LateCrank(Mechanism):
         return Turn(turn.angle_rad - behind - rate * (time_s - since), turn.speed_rad_s - rate)
 
 
-@dataclass(frozen=True)
 class MotorSpeedSag(LateCrank):
     """A speed told approaches the motor's limit: w = told (1 + x^p)^(-1/p), x = told / limit.
 
@@ -96,7 +91,6 @@ _INERTIA_KG_M2 = 0.01
 _CAUGHT_UP_S = 2.0
 
 
-@dataclass(frozen=True)
 class MotorSpeedRipple(LateCrank):
     """A rotor under a soft speed loop, d the angle behind: J d'' = torque - gain (d' + d / 2 s), torque the tendons'.
 
@@ -129,7 +123,6 @@ def motor_speed_ripple(random: np.random.Generator) -> AtStrength:
 _STOPS_S = 0.1
 
 
-@dataclass(frozen=True)
 class MotorStartDelay(Mechanism):
     """From the first frame the crank rests for a while, then spins up to its speed as a first-order lag.
 

@@ -1,6 +1,6 @@
 """Mechanisms of the water."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from benchmarks.reality.parameters import Parameters
 from swimmer.robot import RobotSpec, load_robot
 
 
-@dataclass(frozen=True)
 class MovingWater(Mechanism):
     """The strips' quasi-steady forces are those of their motion relative to the water around them."""
 
@@ -33,7 +32,6 @@ class MovingWater(Mechanism):
         )
 
 
-@dataclass(frozen=True)
 class AddedMassReaction(Mechanism):
     """Elongated body theory's reactive force, of strips with pi rho h^2 a length but for the ends of the body.
 
@@ -64,7 +62,6 @@ def added_mass_reaction(random: np.random.Generator) -> AtStrength:
     return lambda strength: (AddedMassReaction(1 - (1 - share) ** strength, lost),)
 
 
-@dataclass(frozen=True)
 class SegmentCoefficients(Mechanism):
     """The five coefficients of keel and fin, each by a factor of its own: drag and lift depend on shape unequally."""
 
@@ -96,7 +93,6 @@ _WAGNER = ((0.165, 0.0455), (0.335, 0.3))
 """Share held back and fading per semichord travelled: R. T. Jones, NACA report 681 (1940), of Wagner's function."""
 
 
-@dataclass(frozen=True)
 class FluidMemory(Mechanism):
     """Wagner's indicial response of every strip's forces: half at once, the rest as the wake is left behind.
 
@@ -143,7 +139,6 @@ def fluid_memory(random: np.random.Generator) -> AtStrength:
     return lambda strength: (FluidMemory(semichord * strength),)
 
 
-@dataclass(frozen=True)
 class BackgroundCurrent(MovingWater):
     """A steady eddy as wide as the pool, whose middle is far off: velocity i w (z - z_0) at place z."""
 
@@ -175,7 +170,6 @@ _COURSE_S = 1.0
 _FENDER_N_M2 = 2000.0  # of a strip that touches, per length and depth of touch
 
 
-@dataclass(frozen=True)
 class WallProximity(Mechanism):
     """The fish's image behind the wall speeds the water up in the gap: suction along it and more drag across.
 
@@ -227,7 +221,6 @@ _GRAVITY_M_S2 = 9.81
 _WATERLINE_M = 0.1  # behind the head's origin, where the hull is widest
 
 
-@dataclass(frozen=True)
 class WaveDrag(Mechanism):
     """Drag 1/2 rho S c(Fr) U^2 on the head, c a bell over the logarithm of the Froude number U / sqrt(g L).
 
@@ -261,7 +254,6 @@ def wave_drag(random: np.random.Generator) -> AtStrength:
 _MOST_RAD = 0.4
 
 
-@dataclass(frozen=True)
 class SurfaceMotion(Mechanism):
     """Roll and pitch are damped oscillators, as of any floating body, driven by the nose's acceleration as it is seen.
 

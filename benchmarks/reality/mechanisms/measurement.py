@@ -1,6 +1,6 @@
 """Camera, markers and tracker."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -11,7 +11,6 @@ from session.create import FISHSIM_MARKERS
 from swimmer.robot import load_robot
 
 
-@dataclass(frozen=True)
 class HeadFrameMisalignment(Mechanism):
     """Either box is placed to one side in the first frame, and its offset turns after the head as the template learns.
 
@@ -46,10 +45,11 @@ def head_frame_misalignment(random: np.random.Generator) -> AtStrength:
     angle = random.uniform(0, 2 * np.pi)
     shares = np.cos(angle), np.sin(angle)
     follows_s = float(np.exp(random.uniform(*np.log((least_s, most_s)))))
-    return lambda strength: (HeadFrameMisalignment(*(typical_m * strength * share for share in shares), follows_s),)
+    return lambda strength: (
+        HeadFrameMisalignment(*(typical_m * strength * share for share in shares), follows_s=follows_s),
+    )
 
 
-@dataclass(frozen=True)
 class ScaleError(Mechanism):
     """The box of nose or neck, or both, sits too far along the line between them, and stays so in the picture."""
 
@@ -75,7 +75,6 @@ def scale_error(random: np.random.Generator) -> AtStrength:
     return lambda strength: (ScaleError(*(sign * typical * strength * nose_to_neck_m * shares)),)
 
 
-@dataclass(frozen=True)
 class CameraParallax(Mechanism):
     """Markers stand at their heights above the plane of the scale, times `nearness`; the pinhole does the rest.
 
@@ -107,7 +106,6 @@ def camera_parallax(random: np.random.Generator) -> AtStrength:
     return lambda strength: (CameraParallax(10 * np.tanh(strength / 10), tuple(zip(markers, height, strict=True))),)
 
 
-@dataclass(frozen=True)
 class LensDistortion(Mechanism):
     """A radius r about the lens's own centre is drawn at r (1 + k1 r^2 + k2 r^4); r = 1 at the picture's lower edge.
 
@@ -148,7 +146,6 @@ def lens_distortion(random: np.random.Generator) -> AtStrength:
 _SWAY_S = 3.0
 
 
-@dataclass(frozen=True)
 class TimeBaseError(Mechanism):
     """Frames lie further apart than their stamps say: by the share `relative` in the long run, now more and now less.
 
@@ -176,7 +173,6 @@ def time_base_error(random: np.random.Generator) -> AtStrength:
 _ROUNDS = 6
 
 
-@dataclass(frozen=True)
 class RollingShutter(Mechanism):
     """Each marker is drawn where it is when the line it is drawn on is read.
 
@@ -207,7 +203,6 @@ def rolling_shutter(random: np.random.Generator) -> AtStrength:
     return lambda strength: (RollingShutter(most_s * np.tanh(typical_s / most_s * strength), stamped),)
 
 
-@dataclass(frozen=True)
 class MarkerOffset(Mechanism):
     """Markers are glued beside their places, and their boxes placed beside them.
 
@@ -244,7 +239,6 @@ def marker_offset(random: np.random.Generator) -> AtStrength:
 _HELD_M = 0.04  # a box that slid this far holds on to something else
 
 
-@dataclass(frozen=True)
 class TrackerDrift(Wearing):
     """Each box slides along the body as a random walk with a trend, bounded by the size of a box.
 
@@ -290,7 +284,6 @@ def tracker_drift(random: np.random.Generator) -> AtStrength:
 _APART_S = 0.7  # mean time from one exchange to the next
 
 
-@dataclass(frozen=True)
 class MarkerSwap(Wearing):
     """Two tracks truly exchange their markers, in bursts that begin at random and are longer the larger their share.
 

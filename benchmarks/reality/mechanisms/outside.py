@@ -1,6 +1,6 @@
 """Mechanisms that the catalogue of effects does not hold."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from benchmarks.reality.mechanisms.fluid import MovingWater
 _SLOW_M_S = 0.1
 
 
-@dataclass(frozen=True)
 class LooseningMarker(Wearing):
     """It slides tailwards out of its socket, ever more slowly, and lags in it when the tail sweeps sideways."""
 
@@ -50,7 +49,6 @@ def loosening_marker(random: np.random.Generator) -> AtStrength:
 _RATE_HZ, _MEAN_FRAMES = 0.4, 1.5
 
 
-@dataclass(frozen=True)
 class TimingGlitch(Mechanism):
     """Now and then the picture freezes for some frames, or skips some; all that follows is late, or early."""
 
@@ -83,7 +81,6 @@ def timing_glitch(random: np.random.Generator) -> AtStrength:
 _LAG_S = 0.02
 
 
-@dataclass(frozen=True)
 class SlippingCoupling(LateCrank):
     """The crank turns back against the motor wherever the torque through the coupling is more than that holds.
 
@@ -109,7 +106,6 @@ def slipping_coupling(random: np.random.Generator) -> AtStrength:
     return lambda strength: (SlippingCoupling(holds, slip_rad_n_m_s * strength),)
 
 
-@dataclass(frozen=True)
 class CreepingTendon(Wearing):
     """Knots that settle: after t in use the free length of one tendon has grown by g t / (t + t_half)."""
 
@@ -131,10 +127,9 @@ def creeping_tendon(random: np.random.Generator) -> AtStrength:
     creep_m, most_m = 0.001, 0.008
     left, half_s = random.random() < 0.5, random.uniform(3.0, 10.0)
     shares = np.array([left, not left])
-    return lambda strength: (CreepingTendon(*(most_m * np.tanh(creep_m * strength / most_m) * shares), half_s),)
+    return lambda strength: (CreepingTendon(*(most_m * np.tanh(creep_m * strength / most_m) * shares), half_s=half_s),)
 
 
-@dataclass(frozen=True)
 class CrackedSegment(Wearing):
     """From one moment on a gap loses a share of its stiffness, within a few beats, as a crack runs through it."""
 
@@ -158,7 +153,6 @@ def cracked_segment(random: np.random.Generator) -> AtStrength:
     return lambda strength: ((CrackedSegment(gap, float(-np.expm1(-ln * strength)), cracks_s, runs_s),))
 
 
-@dataclass(frozen=True)
 class WaterInHull(Mechanism):
     """A mass on a spring and a damper, as sloshing is modelled (Dodge, NASA SP-106, 2000, chapter 3), in the head.
 
@@ -202,7 +196,6 @@ def water_in_hull(random: np.random.Generator) -> AtStrength:
     return lambda strength: (WaterInHull(kg * strength, slosh_hz, damping, place),)
 
 
-@dataclass(frozen=True)
 class CamberedFin(Mechanism):
     """Lift 1/2 rho S C |v|^2 across the fin's way through water, at any angle of attack: a thin aerofoil's camber."""
 
@@ -231,7 +224,6 @@ _SPREAD = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0])  # turns one drawn number in
 _LEAST_M_S = 0.02
 
 
-@dataclass(frozen=True)
 class VortexBuffeting(Mechanism):
     """A side force on the fin with lines about f = 0.2 U / D, so that it beats irregularly; no two trials alike."""
 
@@ -272,7 +264,6 @@ def vortex_buffeting(random: np.random.Generator) -> AtStrength:
 _SOFT = 8.0  # how sharply it comes and goes
 
 
-@dataclass(frozen=True)
 class TrappedBubble(Mechanism):
     """Drag k |v| v at one place on the keel for part of every stretch of a swim: it grows, tears off, grows again."""
 
@@ -300,7 +291,6 @@ def trapped_bubble(random: np.random.Generator) -> AtStrength:
     return lambda strength: (TrappedBubble(drag_kg_m * strength, period, part, begins, place),)
 
 
-@dataclass(frozen=True)
 class Propwash(MovingWater):
     """A plane jet that lasts: velocity U exp(-(d / b)^2) along its line, d the distance from that.
 
@@ -330,7 +320,6 @@ def propwash(random: np.random.Generator) -> AtStrength:
 _STRAIGHT = 0.05  # sag over span of a cable that is all paid out
 
 
-@dataclass(frozen=True)
 class Tether(Mechanism):
     """A sagging cable pulls harder the further off its post is, and is dragged along sideways through the water.
 

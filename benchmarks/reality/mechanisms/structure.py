@@ -1,6 +1,6 @@
 """Hinges and masses of the tail."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from benchmarks.reality.parameters import Parameters
 from swimmer.robot import load_robot
 
 
-@dataclass(frozen=True)
 class StiffnessError(Mechanism):
     """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly alike everywhere."""
 
@@ -30,7 +29,6 @@ def stiffness_error(random: np.random.Generator, gaps: int = 5) -> AtStrength:
     return lambda strength: (StiffnessError(tuple(strength * ln_factor)),)
 
 
-@dataclass(frozen=True)
 class StiffnessGradient(Mechanism):
     """Stiffness grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays."""
 
@@ -52,7 +50,6 @@ def stiffness_gradient(random: np.random.Generator) -> AtStrength:
     return lambda strength: ((StiffnessGradient(sign * most_ln * float(np.tanh(ln * strength / most_ln)), power),))
 
 
-@dataclass(frozen=True)
 class StiffnessHardening(Mechanism):
     """A toe and then a steeper line: torque k (q + r (q - a arctan(q / a))) of a gap at bend q.
 
@@ -81,7 +78,6 @@ def stiffness_hardening(random: np.random.Generator) -> AtStrength:
     return lambda strength: (StiffnessHardening(3 * toe**2 * cubic * strength, toe),)
 
 
-@dataclass(frozen=True)
 class JointDamping(Mechanism):
     """A damper beside the hinge's own whose fluid thins with shear: torque c r w / (1 + |w| / w_0), w the rate."""
 
@@ -114,7 +110,6 @@ def joint_damping(random: np.random.Generator) -> AtStrength:
 _BRISTLE_RAD = 0.005  # bend of the bristles of a hinge where they slip
 
 
-@dataclass(frozen=True)
 class JointFriction(Mechanism):
     """The LuGre model: bristles bend before they slip, with a higher torque to break away than to keep sliding.
 
@@ -156,7 +151,6 @@ def joint_friction(random: np.random.Generator) -> AtStrength:
     )
 
 
-@dataclass(frozen=True)
 class BendOffset(Mechanism):
     """Curved where it is flexible: each gap rests at an angle in proportion to its length, and more towards one end.
 
@@ -181,7 +175,6 @@ def bend_offset(random: np.random.Generator) -> AtStrength:
     return lambda strength: ((BendOffset(sign * most_rad * float(np.tanh(mean_rad * strength / most_rad)), rearward),))
 
 
-@dataclass(frozen=True)
 class MassDistribution(Mechanism):
     """Lumps at the tendon guides, of glue and markers, that were weighed with the head; the total stays."""
 
@@ -209,7 +202,6 @@ def mass_distribution(random: np.random.Generator) -> AtStrength:
     return lambda strength: ((MassDistribution(most * float(np.tanh(share * strength / most)), at_guide),))
 
 
-@dataclass(frozen=True)
 class EntrainedWater(Mechanism):
     """A layer on both sides of tail and fin that deepens rearwards, as boundary layers do; none in air.
 

@@ -1,6 +1,6 @@
 """Crank arms and tendons."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.parameters import Parameters
 
 
-@dataclass(frozen=True)
 class CrankArmError(Mechanism):
     """Either tendon's anchor is further from the shaft than described, by a share."""
 
@@ -37,7 +36,6 @@ def crank_arm_error(random: np.random.Generator) -> AtStrength:
 _YIELDS_M = 0.001  # stretch over which the knots give
 
 
-@dataclass(frozen=True)
 class TendonCompliance(Mechanism):
     """Fittings are springs in series with the lines, and their knots rub as they stretch.
 
@@ -90,7 +88,6 @@ def tendon_compliance(random: np.random.Generator) -> AtStrength:
 _KNEE = 0.15  # of the slack: over how much of its length a line comes tight
 
 
-@dataclass(frozen=True)
 class TendonSlack(Mechanism):
     """Line and rod ends have play: a tendon pulls when stretched by more than its slack, and pushes beyond its play.
 
@@ -131,7 +128,6 @@ _STICKING = 1.1  # of the friction at rest over that in sliding
 _MARGIN = 2.0  # by which the implicit stiffness exceeds that of the bristles, for stability
 
 
-@dataclass(frozen=True)
 class TendonFriction(Mechanism):
     """Each line rubs at each guide it slides through, by LuGre's bristles (Canudas de Wit et al. 1995).
 
@@ -203,7 +199,6 @@ def tendon_friction(random: np.random.Generator) -> AtStrength:
     return lambda strength: (TendonFriction(most_n * np.tanh(typical_n / most_n * strength), loaded),)
 
 
-@dataclass(frozen=True)
 class TendonAsymmetry(Mechanism):
     """Either tendon's free length is more than that of the straight tail."""
 

@@ -5,7 +5,7 @@ effect that is new in the catalogue needs an entry here: what its form in `swimm
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -55,7 +55,6 @@ class TwinsForm(NamedTuple):
     typical: tuple[float, ...]
 
 
-@dataclass(frozen=True)
 class Sag(Mechanism):
     """f / (1 + load f^2), and falling as the winding warms."""
 
@@ -70,7 +69,6 @@ class Sag(Mechanism):
         return Turn(angle, turn.speed_rad_s * kept * pace.rate(running))
 
 
-@dataclass(frozen=True)
 class Ripple(Mechanism):
     """Twice a turn, by as many turns a second at any speed."""
 
@@ -84,7 +82,6 @@ class Ripple(Mechanism):
         return Turn(turn.angle_rad + ahead, turn.speed_rad_s * (1 + faster))
 
 
-@dataclass(frozen=True)
 class LateStart(Mechanism):
     """Up to speed by a smooth step; before the film as reality's own, which has a run-in and the twin has none."""
 
@@ -100,7 +97,6 @@ class LateStart(Mechanism):
         )
 
 
-@dataclass(frozen=True)
 class Slack(Mechanism):
     """A dead band with sharp edges, without damping within it."""
 
@@ -113,7 +109,6 @@ class Slack(Mechanism):
         return now.tighten(p.tendon_stiffness_n_m * held + damping * now.pull.rate_m_s - now.pull.tension_n)
 
 
-@dataclass(frozen=True)
 class GuideFriction(Mechanism):
     """F u / sqrt(u^2 + creep^2) of both lines at every guide."""
 
@@ -132,7 +127,6 @@ class GuideFriction(Mechanism):
         return now.bend(-((friction @ behind) * arms).sum(axis=1))
 
 
-@dataclass(frozen=True)
 class HingeFriction(Mechanism):
     """T w / sqrt(w^2 + creep^2) of each gap; its hinges, in series, share its rate."""
 
@@ -147,7 +141,6 @@ class HingeFriction(Mechanism):
         return now.bend(-self.torque_n_m * rate / np.hypot(rate, CREEP_RAD_S / now.layout.hinges_per_gap))
 
 
-@dataclass(frozen=True)
 class Cubic(Mechanism):
     """k q (1 + cubic q^2) of each gap."""
 
@@ -163,7 +156,6 @@ class Cubic(Mechanism):
         return now.bend(-steeper * now.parameters.hinge_stiffness_n_m * bent**3)
 
 
-@dataclass(frozen=True)
 class Damping(Mechanism):
     """All hinges alike."""
 
@@ -173,7 +165,6 @@ class Damping(Mechanism):
         return replace(parameters, hinge_damping_n_m_s=parameters.hinge_damping_n_m_s * (1 + self.relative))
 
 
-@dataclass(frozen=True)
 class Bend(Mechanism):
     """All hinges at one angle."""
 
@@ -184,7 +175,6 @@ class Bend(Mechanism):
         return replace(parameters, hinge_rest_rad=rest)
 
 
-@dataclass(frozen=True)
 class TailMass(Mechanism):
     """Spread as the tail's own."""
 
@@ -197,7 +187,6 @@ class TailMass(Mechanism):
         return parameters.reweighed(heavier, np.zeros(3))
 
 
-@dataclass(frozen=True)
 class OneWake(Mechanism):
     """Half of the forces comes late, by one exponential of the way."""
 
@@ -217,7 +206,6 @@ class OneWake(Mechanism):
         return forces.plus(*np.split((AT_ONCE - 1) * (_stacked(now.water) - state), 3, axis=1))
 
 
-@dataclass(frozen=True)
 class Wall(WallProximity):
     """Drag and lift in the share (h / c)^2, levelled off where a plate touches."""
 
@@ -236,7 +224,6 @@ class Wall(WallProximity):
         return forces.plus(force.real, force.imag)
 
 
-@dataclass(frozen=True)
 class Waves(Mechanism):
     """The hump as a fraction of powers of the Froude number."""
 

@@ -1,5 +1,3 @@
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
@@ -26,7 +24,6 @@ def test_the_drive_tells_the_crank_between_the_frames():
     assert work > 0
 
 
-@dataclass(frozen=True)
 class Push(Mechanism):
     """A force on the head, along or across it."""
 

@@ -1,4 +1,4 @@
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,7 +23,6 @@ TENDONS = tuple(FAMILIES["tendons"])
 SEEN: list[Instant] = []
 
 
-@dataclass(frozen=True)
 class Look(Mechanism):
     """Keeps every instant."""
 
