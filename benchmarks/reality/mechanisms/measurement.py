@@ -19,10 +19,10 @@ class HeadFrameMisalignment(Mechanism):
     2010, Visual object tracking using adaptive correlation filters: a running average with a learning rate).
     """
 
+    follows_s: float  # memory of the template
     # nose_m, neck_m: towards the fish's right side in the first frame
     nose_m: float
     neck_m: float
-    follows_s: float  # memory of the template
 
     def place(self, sight: Sight) -> Sight:
         """Two markers, shifted to the side as the head lay a while ago."""
@@ -45,9 +45,7 @@ def head_frame_misalignment(random: np.random.Generator) -> AtStrength:
     angle = random.uniform(0, 2 * np.pi)
     shares = np.cos(angle), np.sin(angle)
     follows_s = float(np.exp(random.uniform(*np.log((least_s, most_s)))))
-    return lambda strength: (
-        HeadFrameMisalignment(*(typical_m * strength * share for share in shares), follows_s=follows_s),
-    )
+    return lambda strength: (HeadFrameMisalignment(follows_s, *(typical_m * strength * share for share in shares)),)
 
 
 class ScaleError(Mechanism):

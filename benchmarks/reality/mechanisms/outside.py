@@ -109,10 +109,10 @@ def slipping_coupling(random: np.random.Generator) -> AtStrength:
 class CreepingTendon(Wearing):
     """Knots that settle: after t in use the free length of one tendon has grown by g t / (t + t_half)."""
 
+    half_s: float  # t_half
     # left_m, right_m: g
     left_m: float
     right_m: float
-    half_s: float  # t_half
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """Less tension."""
@@ -127,7 +127,7 @@ def creeping_tendon(random: np.random.Generator) -> AtStrength:
     creep_m, most_m = 0.001, 0.008
     left, half_s = random.random() < 0.5, random.uniform(3.0, 10.0)
     shares = np.array([left, not left])
-    return lambda strength: (CreepingTendon(*(most_m * np.tanh(creep_m * strength / most_m) * shares), half_s=half_s),)
+    return lambda strength: (CreepingTendon(half_s, *(most_m * np.tanh(creep_m * strength / most_m) * shares)),)
 
 
 class CrackedSegment(Wearing):

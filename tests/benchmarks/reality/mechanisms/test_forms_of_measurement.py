@@ -119,7 +119,7 @@ def test_reality_errs_in_a_form_of_its_own(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "copied"),
     [
-        ("head_frame_misalignment", HeadFrameMisalignment(0.003, -0.001, follows_s=1e-6)),
+        ("head_frame_misalignment", HeadFrameMisalignment(1e-6, 0.003, -0.001)),
         ("scale_error", ScaleError(0.0, 0.003)),
         ("lens_distortion", LensDistortion(0.03, 0.0, 0.0, 0.0)),
         ("time_base_error", TimeBaseError(0.02, 0.0, 0.0)),

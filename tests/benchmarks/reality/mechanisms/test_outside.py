@@ -113,7 +113,7 @@ def test_a_tendon_that_crept_is_a_longer_tendon() -> None:
     ]
     there = np.zeros((1, 1)), bent_by(HINGES)[None], STILL[None]
     base, long = (motion.equations(*there, [], 1e-3).force[0] for motion in motions)
-    crept = added(CreepingTendon(0.001, 0.0, 4.0), bent_by(HINGES), time_s=4.0)
+    crept = added(CreepingTendon(4.0, 0.001, 0.0), bent_by(HINGES), time_s=4.0)
     assert crept == pytest.approx(long - base, abs=1e-9)
 
 
