@@ -7,22 +7,29 @@ so that several machines may fill one folder, or as a line of a file with many.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import as_completed as as_completed_here
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from benchmarks.spread import spread
+from distributed import Client, as_completed
+
 from session import FaultCollector
 from session.records import from_plain, to_plain
 from session.results import plain_json, sha256_of, write_whole
 from session.stage import fingerprint_of
 
 Tell = Callable[[str, float | None], None]
+_PATIENCE_S = 10.0  # with a scheduler
 Case = TypeVar("Case")
 Record = TypeVar("Record")
+Outcome = TypeVar("Outcome")
 
 
 class Failure(NamedTuple):
@@ -67,7 +74,7 @@ def run_cases(
         InputError: no scheduler answers.
     """
     failures = []
-    outcomes = spread(partial(_tried, work), list(cases.items()), run.workers, run.scheduler)
+    outcomes = _spread(partial(_tried, work), list(cases.items()), run.workers, run.scheduler)
     for done, (name, outcome) in enumerate(outcomes, 1):
         if isinstance(outcome, Failure):
             failures.append(outcome)
@@ -84,6 +91,49 @@ def _tried(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[str
         return name, work(case)
     except Exception as error:  # whatever it is, it is this case's failure and no other's
         return name, Failure(name, f"{type(error).__name__}: {error}")
+
+
+def _spread(
+    work: Callable[[Case], Outcome], pieces: Sequence[Case], workers: int = 0, scheduler: str | None = None
+) -> Iterator[Outcome]:
+    """Outcomes as they come, in any order; with one worker in this process. What a dask worker leaves that dies is done
+    again. One thread a piece: two pieces at once take less than one after the other.
+    """
+    if scheduler is not None:
+        return _distributed(work, pieces, scheduler)
+    processes = min(workers or os.cpu_count() or 1, len(pieces))
+    return map(work, pieces) if processes <= 1 else _in_processes(work, pieces, processes)
+
+
+def _in_processes(work: Callable[[Case], Outcome], pieces: Sequence[Case], processes: int) -> Iterator[Outcome]:
+    pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"))
+    try:
+        for future in as_completed_here([pool.submit(work, piece) for piece in pieces]):
+            yield future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _distributed(work: Callable[[Case], Outcome], pieces: Sequence[Case], scheduler: str) -> Iterator[Outcome]:
+    with _client(scheduler) as client:
+        for future in as_completed(client.map(work, pieces, pure=False)):
+            yield future.result()
+
+
+def _client(scheduler: str) -> Client:
+    try:
+        return Client(scheduler, timeout=_PATIENCE_S)
+    except (OSError, ValueError) as error:
+        faults = FaultCollector("--scheduler")
+        faults.add(
+            "",
+            "no scheduler answers there",
+            found=f"{scheduler!r} ({error})",
+            expected="the address of a running dask scheduler, such as tcp://127.0.0.1:8786",
+            next_step="Start `dask scheduler` and some `dask worker ADDRESS`, or leave the option out.",
+        )
+        faults.raise_if_any()
+        raise
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from benchmarks.effects.suite import Shard, SuiteSize
 from benchmarks.posterior.effect_names import Effect
 from calib.commands.arguments import AsJson, SessionFolder, Workers
 
@@ -24,7 +23,7 @@ def search(
     as_json: AsJson = False,
 ) -> None:
     """Compares the searches on a session's fit trials: same budget, both objectives."""
-    from benchmarks.searches import compare_methods, search_scores
+    from benchmarks.searches import compare_methods
     from calib.options import Options
     from calib.working import working
     from swimmer import Twin
@@ -32,8 +31,8 @@ def search(
     with working(session, as_json, Options(workers=workers)) as pipeline:
         fitted = [trial for trial in pipeline.trials if trial.role == "fit"]
         twin = Twin(pipeline.structure.robot, fitted[0].markers, workers=workers)
-        runs = compare_methods(fitted, twin, seeds, budget, tell=pipeline.job.tell)
-    _tell(search_scores(runs, f"calib benchmark search SESSION --seeds {seeds} --budget {budget:g}"), as_json)
+        scores = compare_methods(fitted, twin, seeds, budget, tell=pipeline.job.tell)
+    _tell(scores, as_json)
 
 
 def tracking(
@@ -109,16 +108,35 @@ def effects(
     as_json: AsJson = False,
 ) -> None:
     """Makes sessions whose effect is withheld from what diagnoses them, has them diagnosed, and scores that."""
+    if part == "score":
+        _score_effects(folder, as_json)
+        return
+    from benchmarks.cases import Run
+    from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without, program_of
+    from benchmarks.effects.folder import SuiteFolder
+    from benchmarks.effects.following import follow_suite
+    from benchmarks.effects.rules import judge_suite
+    from benchmarks.effects.run import make_suite
     from benchmarks.effects.suite import suite_named
+    from calib.working import progress_bar
 
     try:
         size, shard = suite_named(suite)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--suite") from error
-    if part == "score":
-        _score_effects(folder, as_json)
-    else:
-        _do_effects(folder, part, (seed, size, shard), program, (workers, scheduler), as_json)
+    with progress_bar(as_json) as tell:
+        of, run = SuiteFolder(folder), Run(workers, scheduler, tell)
+        if part == "make":
+            failures = make_suite(of, seed, size, run, shard)
+        elif part == "rules":
+            failures = judge_suite(of, run)
+        else:
+            do = {"diagnose": diagnose_suite, "withhold": diagnose_without, "follow": follow_suite}[part]
+            failures = do(of, program_of(program), run)
+    told = {"failed": [failure._asdict() for failure in failures]}
+    print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
+    for failure in [] if as_json else failures:
+        print(f"{failure.name}: {failure.message}")
 
 
 def _score_effects(folder: Path, as_json: bool) -> None:
@@ -136,40 +154,6 @@ def _score_effects(folder: Path, as_json: bool) -> None:
         write_lines(folder / "cases.jsonl", outcome.cases[PROGRAM])
         scores.write(folder / "scores.json")
     _tell(scores, as_json)
-
-
-def _do_effects(
-    folder: Path,
-    part: Literal["make", "rules", "diagnose", "withhold", "follow"],
-    sessions: tuple[int, SuiteSize, Shard],
-    program: str,
-    where: tuple[int, str | None],
-    as_json: bool,
-) -> None:
-    """One part but the score; `sessions` are a seed, a size and a shard, `where` workers and a scheduler."""
-    from benchmarks.cases import Run
-    from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
-    from benchmarks.effects.folder import SuiteFolder
-    from benchmarks.effects.following import follow_suite
-    from benchmarks.effects.program import program_of
-    from benchmarks.effects.rules import judge_suite
-    from benchmarks.effects.run import make_suite
-    from calib.working import progress_bar
-
-    suite, (seed, size, shard) = SuiteFolder(folder), sessions
-    with progress_bar(as_json) as tell:
-        run = Run(*where, tell)
-        if part == "make":
-            failures = make_suite(suite, seed, size, run, shard)
-        elif part == "rules":
-            failures = judge_suite(suite, run)
-        else:
-            do = {"diagnose": diagnose_suite, "withhold": diagnose_without, "follow": follow_suite}[part]
-            failures = do(suite, program_of(program), run)
-    told = {"failed": [failure._asdict() for failure in failures]}
-    print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
-    for failure in [] if as_json else failures:
-        print(f"{failure.name}: {failure.message}")
 
 
 def _tell(scores: "Scores", as_json: bool) -> None:

@@ -1,23 +1,20 @@
-"""Makes `datasets/sample` again: `python -m benchmarks.sample datasets/sample`."""
+"""Makes `datasets/sample` again, with the checksums of its card: `python -m benchmarks.sample datasets/sample`."""
 
 import shutil
 import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.sample_card import write_card
 from benchmarks.video.filmed import SessionVideo
+from session.results import sha256_of, write_whole
 from synthetic.default import default_plan
 from synthetic.plan import SyntheticPlan
 from synthetic.session import make_session
 from synthetic.trials import SyntheticTrial
 
 SAMPLE_SEED = 0
-COMMAND = "python -m benchmarks.sample datasets/sample"
-WHAT = """A synthetic session of the built-in 0.57 m fish: marker tracks at five speeds with the errors of a real
-tracker and one track fault, and one swim as a rendered video with the start boxes of its markers; what a perfect
-tracker would find in the video is in `truth/`. Two of the tracks are to fit; the others and the video are held out.
-Beside them the experiments in air: two dry runs with the log of the motor, and three free decays of the tail."""
+CARD_FILE = "CARD.md"
+_TABLE = "|---|---|\n"  # that the checksums end the card with
 
 FILMED = SyntheticTrial(
     name="f1_00_video",
@@ -39,13 +36,26 @@ def sample_plan() -> SyntheticPlan:
 
 
 def make_sample(folder: Path) -> Path:
-    """Makes the sample and its card; files of the same names are replaced, no others are touched."""
+    """Makes the sample; files of the same names are replaced, no others are touched."""
     with tempfile.TemporaryDirectory() as scratch:
         made = make_session(Path(scratch) / "sample", sample_plan(), VIDEO)
-        write_card(made, "Sample session", WHAT, COMMAND)
         shutil.copytree(made, folder, dirs_exist_ok=True)
     return folder
 
 
+def checksums(folder: Path) -> dict[str, str]:
+    """The sha256 of every file of a dataset by its name in the folder, without results and the card."""
+    files = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
+    own = {name: path for name, path in files.items() if name != CARD_FILE and not name.startswith(("results/", "."))}
+    return {name: sha256_of(path) for name, path in own.items()}
+
+
+def write_checksums(folder: Path) -> None:
+    """Writes them into the card, whose text is written by hand."""
+    text, _, _ = (folder / CARD_FILE).read_text().rpartition(_TABLE)
+    rows = "".join(f"| `{name}` | `{digest}` |\n" for name, digest in checksums(folder).items())
+    write_whole(folder / CARD_FILE, text + _TABLE + rows)
+
+
 if __name__ == "__main__":
-    print(make_sample(Path(sys.argv[1] if len(sys.argv) > 1 else "datasets/sample")))
+    write_checksums(make_sample(Path(sys.argv[1] if len(sys.argv) > 1 else "datasets/sample")))

@@ -1,46 +1,23 @@
 """All searches on the same trials with the same budget of simulated seconds, over several seeds."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from contextlib import suppress
 
 import numpy as np
 
 from benchmarks.cases import Tell
 from benchmarks.scores import Scores, Table
+from fitting.coefficient_fit import CoefficientFit
 from fitting.coefficients import FULL, Effort
 from fitting.methods import METHODS, search
 from fitting.objective import Comparison, Swims
 from fitting.trial import MeasuredTrial
 from session.errors import SimulationDiverged
-from swimmer import FluidCoefficients, Twin
+from swimmer import Twin
 
 MILLIMETRES = 1000.0
 COMPARISONS: tuple[Comparison, ...] = ("published", "shape")
-
-
-@dataclass(frozen=True)
-class SearchRun:
-    """One search with one seed.
-
-    Attributes:
-        method: a key of `METHODS`.
-        comparison: what it minimised, see `Swims`.
-        seed: of every random draw.
-        coefficients: the best; None where nothing that swims forward was found.
-        best_m: its mean distance, m; nan likewise.
-        evaluations, simulated_s, seconds: points, simulated seconds and wall time it took.
-        trace: (simulated seconds, best mean distance so far in m) at every new best.
-    """
-
-    method: str
-    comparison: Comparison
-    seed: int
-    coefficients: FluidCoefficients | None
-    best_m: float
-    evaluations: int
-    simulated_s: float
-    seconds: float
-    trace: tuple[tuple[float, float], ...]
+_COLUMNS = ("search", "best, mm", "mean", "worst", "points", "simulated s", "wall s")
 
 
 def compare_methods(
@@ -50,8 +27,8 @@ def compare_methods(
     budget_s: float = FULL.budget_s,
     effort: Effort = FULL,
     tell: Tell = lambda _message, _share: None,
-) -> tuple[SearchRun, ...]:
-    """Runs every search on both objectives.
+) -> Scores:
+    """Runs every search on both objectives: a row a search, best, mean and worst over seeds, and what it cost.
 
     Args:
         fitted: the fit trials.
@@ -61,54 +38,27 @@ def compare_methods(
         effort: of the gradient search.
         tell: called with what is going on and the share done.
     """
-    plan = [(c, method, seed) for c in COMPARISONS for method in METHODS for seed in range(seeds)]
-    runs = []
-    for i, (comparison, method, seed) in enumerate(plan):
-        tell(f"{method}, {comparison} objective, seed {seed}", i / len(plan))
-        swims = Swims(twin, tuple(fitted), comparison)
-        try:
-            fit = search(method, swims, effort, seed, budget_s)
-        except SimulationDiverged:
-            runs.append(SearchRun(method, comparison, seed, None, float("nan"), 0, budget_s, float("nan"), ()))
-            continue
-        runs.append(
-            SearchRun(
-                method=method,
-                comparison=comparison,
-                seed=seed,
-                coefficients=fit.coefficients,
-                best_m=fit.mean_distance_m,
-                evaluations=fit.evaluations,
-                simulated_s=fit.spent_s,
-                seconds=fit.seconds,
-                trace=fit.trace,
-            )
-        )
-    return tuple(runs)
-
-
-def search_scores(runs: Sequence[SearchRun], command: str) -> Scores:
-    """A row a search: best, mean and worst over seeds, and what it cost.
-
-    Args:
-        runs: of all searches.
-        command: that made them.
-    """
-    tables = []
+    tables, done, runs = [], 0, seeds * len(METHODS) * len(COMPARISONS)
     for comparison in COMPARISONS:
         rows = []
         for name, label in METHODS.items():
-            chosen = [run for run in runs if run.method == name and run.comparison == comparison]
-            best = MILLIMETRES * np.array([run.best_m for run in chosen])
-            if not len(best) or np.isnan(best).all():
-                rows.append((label, "nothing that swims forward", *[""] * 5))
-                continue
-            distances = (np.nanmin(best), np.nanmean(best), np.nanmax(best))
-            cost = [np.mean([getattr(run, key) for run in chosen]) for key in ("evaluations", "simulated_s", "seconds")]
-            rows.append((label, *(f"{mm:.2f}" for mm in distances), *(f"{each:.0f}" for each in cost)))
-        columns = ("search", "best, mm", "mean", "worst", "points", "simulated s", "wall s")
-        tables.append(
-            Table(f"The {comparison} objective, {len({run.seed for run in runs})} seeds", columns, tuple(rows))
-        )
+            fits = []
+            for seed in range(seeds):
+                tell(f"{name}, {comparison} objective, seed {seed}", done / runs)
+                done += 1
+                with suppress(SimulationDiverged):  # nothing that swims forward was found
+                    fits.append(search(name, Swims(twin, tuple(fitted), comparison), effort, seed, budget_s))
+            rows.append((label, *_over_seeds(fits)))
+        tables.append(Table(f"The {comparison} objective, {seeds} seeds", _COLUMNS, tuple(rows)))
+    command = f"calib benchmark search SESSION --seeds {seeds} --budget {budget_s:g}"
     data = "the fit trials of a session; simulated points, the same budget each"
     return Scores("Searches for the coefficients", data, command, tuple(tables))
+
+
+def _over_seeds(fits: Sequence[CoefficientFit]) -> tuple[str, ...]:
+    """Of those that found something: best, mean and worst; points, simulated seconds and wall time in the mean."""
+    if not fits:
+        return "nothing that swims forward", *[""] * 5
+    mm = MILLIMETRES * np.array([fit.mean_distance_m for fit in fits])
+    costs = [np.mean([getattr(fit, key) for fit in fits]) for key in ("evaluations", "spent_s", "seconds")]
+    return *(f"{each:.2f}" for each in (mm.min(), mm.mean(), mm.max())), *(f"{each:.0f}" for each in costs)

@@ -8,7 +8,6 @@ from typing import Protocol
 import numpy as np
 
 from session import Tracks
-from session.camera import CameraCalibration
 from session.results import write_whole
 from session.tracks import save_tracks
 from synthetic.decays import TrueDecay
@@ -30,9 +29,6 @@ class Filming(Protocol):
 
     def films(self, trial: str) -> bool:
         """Whether a trial is filmed."""
-
-    def calibration(self, plan: SyntheticPlan) -> CameraCalibration | None:
-        """The lens that the session's camera file describes; None where it needs none."""
 
     def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, told: Progress) -> dict[str, str]:
         """Writes the video of the swim of this number; the keys of its ``[[trial]]``, files relative to the folder."""

@@ -8,7 +8,6 @@ import mujoco
 import tomlkit
 
 from session import load_session
-from session.camera import CameraCalibration
 from session.create import new_folder, write_session_toml
 from session.results import write_whole
 from synthetic.decays import simulate_decays
@@ -19,7 +18,7 @@ from synthetic.swims import simulate_dry_runs, simulate_swims
 from synthetic.trials import SyntheticTrial
 from synthetic.truth import Truth, structure_of, write_truth
 
-ROBOT_FILE, CAMERA_FILE = "robot.toml", "camera.toml"
+ROBOT_FILE = "robot.toml"
 
 
 def make_session(
@@ -63,7 +62,7 @@ def make_session(
             dry_runs={true.trial.name: recorder.dry_run(i, true) for i, true in enumerate(simulate_dry_runs(plan))},
             free_decays={true.trial.name: recorder.free_decay(i, true) for i, true in enumerate(simulate_decays(plan))},
         )
-        _write_description(part, plan, recorder.recordings, None if video is None else video.calibration(plan))
+        _write_description(part, plan, recorder.recordings)
         write_truth(part, truth)
         load_session(part)
     return folder
@@ -77,21 +76,13 @@ def _without_tracker(plan: SyntheticPlan, video: Filming) -> SyntheticPlan:
     return plan.model_copy(update={"trials": trials, "noise": plan.noise if tracked else NOISELESS})
 
 
-def _write_description(
-    folder: Path, plan: SyntheticPlan, recordings: Mapping[str, Mapping[str, str]], lens: CameraCalibration | None
-) -> None:
+def _write_description(folder: Path, plan: SyntheticPlan, recordings: Mapping[str, Mapping[str, str]]) -> None:
     if plan.robot is not None:
         write_whole(folder / ROBOT_FILE, tomlkit.dumps(plan.robot.model_dump()))
-    if lens is not None:
-        write_whole(folder / CAMERA_FILE, tomlkit.dumps({"camera": lens.model_dump(exclude_none=True)}))
     write_session_toml(
         folder,
         name=plan.name,
-        camera={
-            "fps": plan.camera.fps,
-            "scale_length_m": round(plan.swimmer.scale_length_m, 9),
-            "calibration": None if lens is None else CAMERA_FILE,
-        },
+        camera={"fps": plan.camera.fps, "scale_length_m": round(plan.swimmer.scale_length_m, 9)},
         markers=plan.markers,
         trials=list(_trial_tables(plan, recordings)),
         fit={"warmup_s": plan.warmup_s},

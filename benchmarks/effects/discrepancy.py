@@ -15,12 +15,12 @@ from scipy.optimize import minimize, nnls
 from scipy.special import logsumexp
 from sklearn.covariance import ledoit_wolf
 
+from benchmarks.cases import Run, run_cases
 from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.rows import SessionRows
 from benchmarks.effects.suite import SessionPlan, recorded_by
 from benchmarks.reality import Nuisances
-from benchmarks.spread import spread
 from diagnosis.discrepancy import Discrepancy, nearness
 from diagnosis.explaining import SCALES
 from fitting.in_pool import tail_markers
@@ -247,10 +247,11 @@ def measure(path: Path, workers: int = 0) -> None:
     asked, others = SEEDS[:WITH_EFFECTS], SEEDS[WITH_EFFECTS:]
     found: list[BaseSession] = []
     for seeds, with_effects in ((asked, True), (others, False)):
-        batches = [list(seeds[first : first + _TOGETHER]) for first in range(0, len(seeds), _TOGETHER)]
-        for done in spread(partial(base_sessions, with_effects=with_effects), batches, workers, None):
-            found += done
-            print(f"{len(found)} of {len(SEEDS)} sessions", file=sys.stderr)
+        batches = {str(first): list(seeds[first : first + _TOGETHER]) for first in range(0, len(seeds), _TOGETHER)}
+        run = Run(workers, tell=lambda said, _: print(f"{_TOGETHER} sessions each: {said}", file=sys.stderr))
+        work = partial(base_sessions, with_effects=with_effects)
+        if failures := run_cases(work, batches, run, lambda _, sessions: found.extend(sessions)):
+            raise RuntimeError(f"{failures[0].name}: {failures[0].message}")
     found.sort(key=lambda session: session.seed)
     discrepancy_of(found).save(path, list(SEEDS))
 

@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.effects.filming import Filming
 from benchmarks.effects.suite import BEATS, WARMUP_S, Recorded, SessionPlan
 from benchmarks.reality import Mechanism, Nuisances, Recording, Trial, World
-from benchmarks.reality.mechanisms.wear import worn
+from benchmarks.reality.mechanism import worn
 from session.create import FISHSIM_MARKERS
 from session.session_file import TrialKind
 from swimmer import load_robot
@@ -33,14 +33,12 @@ class DrawnTrial:
 
     Attributes:
         name: of the trial.
-        kind: of experiment.
         role: "fit" or "holdout".
         trial: as reality makes it.
         logged: whether the motor is logged, even where that of the session's other trials is not.
     """
 
     name: str
-    kind: TrialKind
     role: str
     trial: Trial
     logged: bool = False
@@ -65,17 +63,9 @@ class DrawnWorld:
     world: World
     trials: tuple[DrawnTrial, ...]
 
-    def with_mechanisms(self, mechanisms: tuple[Mechanism, ...]) -> World:
-        """The world with something in it."""
-        return replace(self.world, mechanisms=mechanisms)
-
-    def with_trial(self, more: DrawnTrial) -> "DrawnWorld":
-        """The same with a trial that is made after all others."""
-        return replace(self, trials=(*self.trials, more))
-
     def swims(self, role: str) -> tuple[DrawnTrial, ...]:
         """Those that are fitted, or held out."""
-        return tuple(each for each in self.trials if each.kind == "swim" and each.role == role)
+        return tuple(each for each in self.trials if each.trial.kind == "swim" and each.role == role)
 
     def recorded(
         self, mechanisms: tuple[Mechanism, ...] = (), trials: Sequence[DrawnTrial] | None = None
@@ -90,7 +80,7 @@ class DrawnWorld:
             SimulationDiverged: the mechanisms are too strong.
         """
         trials = self.trials if trials is None else trials
-        worlds = [self.with_mechanisms(worn(mechanisms, self._before_s(each))) for each in trials]
+        worlds = [replace(self.world, mechanisms=worn(mechanisms, self._before_s(each))) for each in trials]
         recordings = yield [(world, each.trial) for world, each in zip(worlds, trials, strict=True)]
         return {each.name: recording for each, recording in zip(trials, recordings, strict=True)}
 
@@ -109,7 +99,7 @@ def draw_world(plan: SessionPlan) -> Filming[DrawnWorld]:
     sunk_m = FLOATS_SD_M * float(np.random.default_rng([plan.seed, 6]).standard_normal())
     for _ in range(_TRIES):
         drawn = DrawnWorld(plan, _world(random, sunk_m), _trials(plan.recorded, random))
-        recordings = yield [(drawn.world, each.trial) for each in drawn.trials if each.kind == "swim"]
+        recordings = yield [(drawn.world, each.trial) for each in drawn.trials if each.trial.kind == "swim"]
         if all(_forward_m_s(recording) > _SLOWEST_M_S for recording in recordings):
             return drawn
     raise ValueError(f"session {plan.name}: found no robot that swims forward in {_TRIES} draws, expected one in two")
@@ -135,16 +125,16 @@ def _world(random: np.random.Generator, sunk_m: float) -> World:
 
 def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial, ...]:
     swims = [
-        DrawnTrial(_name("f", hz), "swim", role, _swim(hz, recorded.seconds, random))
+        DrawnTrial(_name("f", hz), role, _swim(hz, recorded.seconds, random))
         for hz, role in sorted(
             [*((hz, "fit") for hz in recorded.fit_hz), *((hz, "holdout") for hz in recorded.holdout_hz)]
         )
     ]
     others = []
     if recorded.dry_hz is not None:
-        others.append(DrawnTrial(_name("dry", recorded.dry_hz), "dry", "fit", _dry(recorded.dry_hz, random)))
+        others.append(DrawnTrial(_name("dry", recorded.dry_hz), "fit", _dry(recorded.dry_hz, random)))
     if recorded.free_decay:
-        others.append(DrawnTrial("decay", "free_decay", "fit", _decay(random)))
+        others.append(DrawnTrial("decay", "fit", _decay(random)))
     return (*swims, *others)
 
 
@@ -152,11 +142,11 @@ def one_more(plan: SessionPlan, kind: TrialKind, hz: float | None, logged: bool)
     """A fitted trial in the session of a plan, after all that was recorded; a free decay is one without a speed."""
     random = np.random.default_rng([plan.seed, 5])
     if hz is None:
-        return DrawnTrial("more_decay", kind, "fit", _decay(random))
+        return DrawnTrial("more_decay", "fit", _decay(random))
     seconds = max(plan.recorded.seconds, WARMUP_S + BEATS / hz)
     trial = _swim(hz, round(seconds, 1), random) if kind == "swim" else _dry(hz, random)
     name = _name("f" if kind == "swim" else "dry", hz)
-    return DrawnTrial(f"more_{name}", kind, "fit", trial, logged)
+    return DrawnTrial(f"more_{name}", "fit", trial, logged)
 
 
 def _decay(random: np.random.Generator) -> Trial:

@@ -8,15 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.cases import Failure, Run, run_cases
-from benchmarks.effects.answer import Answer
-from benchmarks.effects.diagnosing import diagnose_one
+from benchmarks.effects.diagnosing import Program, diagnose_one
 from benchmarks.effects.drawn import DrawnTrial, one_more
 from benchmarks.effects.filming import film_together
-from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
+from benchmarks.effects.folder import DIAGNOSIS, Answer, SuiteFolder
 from benchmarks.effects.making import clear_away, making_of
-from benchmarks.effects.program import Program
 from benchmarks.effects.suite import SessionPlan, recorded_by
-from benchmarks.effects.told import Recommended, Told, read_told
+from benchmarks.effects.told import Told, Trial, read_told
 from session import load_session
 
 
@@ -32,7 +30,7 @@ class Wanted(NamedTuple):
 
     answer: Answer
     effect: str
-    trial: Recommended
+    trial: Trial
 
     @property
     def plan(self) -> SessionPlan:
@@ -80,9 +78,10 @@ def wanted(suite: SuiteFolder) -> Mapping[str, Wanted]:
 
 def confused(answer: Answer, told: Told) -> Wanted | None:
     """What a diagnosis leaves confused, and what it wants to see for it; None where there is no such thing."""
-    for group in told.groups:
+    for group in told.said:
         present = [name for name in group if answer.present(name)]
-        trials = [each for each in told.recommended if set(each.separates) <= set(group)]
+        wanted = [each.trial for each in told.next_experiments or () if set(each.separates) <= set(group)]
+        trials = [trial for trial in wanted if trial is not None]
         if len(group) > 1 and present and trials:
             return Wanted(answer, present[0], trials[0])
     return None

@@ -4,23 +4,22 @@ import gzip
 import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from benchmarks.effects.answer import Answer
 from benchmarks.effects.drawn import DrawnTrial, DrawnWorld, draw_world
 from benchmarks.effects.filming import Filming
-from benchmarks.effects.folder import SuiteFolder
+from benchmarks.effects.folder import Answer, SuiteFolder
 from benchmarks.effects.oracle import oracle_shrinkage
 from benchmarks.effects.rows import SessionRows, camera_of, tracks_of
 from benchmarks.effects.severity import Strength, Strong, strength_for
 from benchmarks.effects.suite import WARMUP_S, SessionPlan
 from benchmarks.reality import Mechanism, Recording
-from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.reality.mechanisms import EVERY
 from benchmarks.reality.record import Drive
 from diagnosis import Discrepancy
 from fitting.signatures import Signature
@@ -112,7 +111,8 @@ class Making:
             SimulationDiverged: the trial cannot be simulated.
             InputError, ResultsNotWritable, ValueError: as of `make`.
         """
-        drawn = (yield from draw_world(plan)).with_trial(more)
+        drawn = yield from draw_world(plan)
+        drawn = replace(drawn, trials=(*drawn.trials, more))
         random = np.random.default_rng([plan.seed, 3])
         makers = [self.mechanisms[name](random) for name in plan.effects]
         present = tuple(each for make, strength in zip(makers, strengths, strict=True) for each in make(strength))
@@ -133,7 +133,7 @@ class Making:
 
 def making_of(suite: SuiteFolder) -> Making:
     """All that reality can do, beside the discrepancy of a suite."""
-    return Making({**catalogued(), **uncatalogued()}, Discrepancy.load(suite.discrepancy), catalogue())
+    return Making(EVERY, Discrepancy.load(suite.discrepancy), catalogue())
 
 
 def clear_away(folder: Path, name: str) -> None:
@@ -151,7 +151,7 @@ def write_session(
         InputError: the folder is there and not empty.
         ResultsNotWritable: it cannot be written.
     """
-    world = drawn.with_mechanisms(present)
+    world = replace(drawn.world, mechanisms=present)
     with new_folder(folder) as part:
         tables = []
         for number, each in enumerate(drawn.trials):
@@ -191,7 +191,7 @@ def _packed(plain: bytes) -> bytes:
 def _table(each: DrawnTrial) -> dict[str, Any]:
     return {
         "name": each.name,
-        "kind": each.kind,
+        "kind": each.trial.kind,
         "tracks": f"trials/{each.name}.csv.gz",
         "commanded_hz": each.commanded_hz,
         "role": each.role,
@@ -202,7 +202,7 @@ def _logged(
     folder: Path, drawn: DrawnWorld, each: DrawnTrial, recording: Recording, random: np.random.Generator
 ) -> dict[str, Any]:
     """Writes the log of a motor, where there is one; its clock is told by hand."""
-    if not (drawn.plan.recorded.logged or each.logged) or each.kind == "free_decay":
+    if not (drawn.plan.recorded.logged or each.logged) or each.trial.kind == "free_decay":
         return {}
     offset_s = float(np.round(random.uniform(0.0, _CLOCK_S), 3))
     file = f"trials/{each.name}.motor.csv"

@@ -10,8 +10,8 @@ from benchmarks.cases import Failure, Run, run_cases
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.folder import SuiteFolder
 from benchmarks.effects.making import clear_away, making_of
-from benchmarks.effects.suite import WHOLE, SessionPlan, Shard, SuiteSize, plan_suite
-from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.effects.suite import WHOLE, SessionPlan, SuiteSize, plan_suite
+from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
 from diagnosis import shipped_discrepancy
 from session import FaultCollector, SwimcalError
 from session.results import write_whole
@@ -20,7 +20,7 @@ _TOGETHER = 32  # sessions under way at a time: as many are lost when a worker d
 _PIECES = 2  # as many sessions as that a piece of work has: the last of them are made with ever less company
 
 
-def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: Shard = WHOLE) -> tuple[Failure, ...]:
+def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: slice = WHOLE) -> tuple[Failure, ...]:
     """Makes the sessions that are missing; broken off, it goes on where it was.
 
     Args:
@@ -35,11 +35,11 @@ def make_suite(suite: SuiteFolder, seed: int, size: SuiteSize, run: Run, shard: 
     Raises:
         InputError: no scheduler answers, or the folder holds another suite.
     """
-    plans = plan_suite(seed, size, tuple(catalogued()), tuple(uncatalogued()))
+    plans = plan_suite(seed, size, tuple(CATALOGUED), tuple(OUTSIDE))
     _check_same(suite, plans)
     if not suite.discrepancy.exists():
         write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())
-    todo = [plan for plan in shard.of(plans) if not suite.made(plan.name)]
+    todo = [plan for plan in plans[shard] if not suite.made(plan.name)]
     failures: list[Failure] = []
     batches = {batch[0].name: batch for batch in _batches(todo, run.workers)}
     lost = run_cases(partial(_made_together, suite), batches, run, lambda _name, failed: failures.extend(failed))

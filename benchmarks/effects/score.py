@@ -9,9 +9,9 @@ from typing import get_args
 import numpy as np
 from scipy.stats import norm
 
-from benchmarks.effects.answer import Answer, Kind
+from benchmarks.effects.folder import Answer, Kind
 from benchmarks.effects.suite import DETECTABILITIES
-from benchmarks.effects.told import Told
+from benchmarks.effects.told import Gap, Told
 from benchmarks.scores import Estimate, Measure, Share, median, resampled
 
 CONFIDENT = 0.9
@@ -57,7 +57,7 @@ class Case:
     @property
     def in_groups(self) -> bool:
         """Whether at most three groups are told, and each present effect is in another of them."""
-        effects, groups = self.answer.effects, self.told.groups
+        effects, groups = self.answer.effects, self.told.said
         return len(groups) <= _SET and any(
             all(effect in group for effect, group in zip(effects, chosen, strict=True))
             for chosen in permutations(groups, len(effects))
@@ -175,7 +175,7 @@ def measures_followed(followed: Sequence[tuple[str, Told]], missing: int) -> Mea
         followed: each such effect, and what was told with the trial.
         missing: sessions that should have been followed and were not.
     """
-    apart = Share.among(followed, lambda each: (each[0],) in each[1].groups)
+    apart = Share.among(followed, lambda each: (each[0],) in each[1].said)
     lost = Share.among(followed, lambda each: each[0] not in each[1].names)
     return {
         "told_apart": Measure("told apart with one trial more", apart, "≥ 90 %"),
@@ -190,14 +190,17 @@ def measures_together(cases: Sequence[Case]) -> Measures:
     Speeds are those of held-out swims, which no twin was fitted to; they count where all at once are called for.
     """
     found = {
-        f"called_for_{kind}": _share(cases, f"called for, {kind}", lambda c: c.told.together is not None, of_kind(kind))
+        f"called_for_{kind}": _share(
+            cases, f"called for, {kind}", lambda c: c.told.everything is not None, of_kind(kind)
+        )
         for kind in get_args(Kind)
     }
-    forecasts = [(case.told.together, case.told.named) for case in cases if case.told.together is not None]
+    told = [case.told for case in cases]
+    forecasts = [(t.everything.gap or Gap(), (t.gap or Gap()) if t.said else None) for t in told if t.everything]
     errors = {
-        "plain": [both.speed_before for both, _ in forecasts],
-        "names alone": [both.speed_before if named is None else named.speed_after for both, named in forecasts],
-        "all at once": [both.speed_after for both, _ in forecasts],
+        "plain": [both.speed_mae_before for both, _ in forecasts],
+        "names alone": [both.speed_mae_before if named is None else named.speed_mae_after for both, named in forecasts],
+        "all at once": [both.speed_mae_after for both, _ in forecasts],
     }
     for label, others in list(errors.items())[:2]:
         pairs = [(own, other) for own, other in zip(errors["all at once"], others, strict=True)]
@@ -288,7 +291,7 @@ def _share(
 
 def _said_right(cases: Sequence[Case]) -> Share:
     """Of all groups that are said, in any session, those that hold an effect which is present."""
-    groups = [(case.answer, group) for case in cases for group in case.told.groups]
+    groups = [(case.answer, group) for case in cases for group in case.told.said]
     return Share.among(groups, lambda said: any(map(said[0].present, said[1])))
 
 

@@ -10,7 +10,7 @@ from re import fullmatch
 
 import numpy as np
 
-from benchmarks.effects.answer import Kind
+from benchmarks.effects.folder import Kind
 
 DETECTABILITIES = (1.0, 2.0, 3.3, 5.0, 10.0)
 SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.4, 1.4, 0.08
@@ -80,33 +80,19 @@ class SuiteSize:
     asked: float = 0.0
 
 
-@dataclass(frozen=True)
-class Shard:
-    """A part of a suite: as good a sample of it as any other, since its order is drawn.
-
-    Attributes:
-        number: from 1.
-        count: of parts.
-    """
-
-    number: int = 1
-    count: int = 1
-
-    def of(self, plans: Sequence[SessionPlan]) -> tuple[SessionPlan, ...]:
-        """The sessions in it."""
-        return tuple(plans[self.number - 1 :: self.count])
-
-
 SIZES = {
     "small": SuiteSize(24, 8),
     "large": SuiteSize(700, 300),
     "many": SuiteSize(24, 6, 18, 5, 3.3),
 }
-SMALL, LARGE, WHOLE = SIZES["small"], SIZES["large"], Shard()
+SMALL, LARGE = SIZES["small"], SIZES["large"]
+WHOLE = slice(None)
 
 
-def suite_named(text: str) -> tuple[SuiteSize, Shard]:
-    """A size of `SIZES`, and which part of it: all, or of "large:2/10" the second tenth.
+def suite_named(text: str) -> tuple[SuiteSize, slice]:
+    """A size of `SIZES`, and which part of its sessions: all, or of "large:2/10" the second tenth.
+
+    A part is as good a sample as any other, since their order is drawn.
 
     Raises:
         ValueError: there is no such suite.
@@ -115,7 +101,7 @@ def suite_named(text: str) -> tuple[SuiteSize, Shard]:
     number, count = (int(each or 1) for each in found.groups()[1:]) if found else (0, 0)
     if found is None or not 1 <= number <= count:
         raise ValueError(f"found {text!r}, expected {', '.join(SIZES)}, or a part such as large:2/10, its second tenth")
-    return SIZES[found[1]], Shard(number, count)
+    return SIZES[found[1]], slice(number - 1, None, count)
 
 
 def plan_suite(

@@ -12,13 +12,11 @@ class Camera:
     Attributes:
         height_m: of the lens above the plane of the picture's scale.
         focal_px: focal length.
-        tilt_rad: turn of the optical axis from the vertical, towards the pool's +y.
         width_px, height_px: of the picture; the principal point is its centre.
     """
 
     height_m: float = 2.5
     focal_px: float = 2700.0
-    tilt_rad: float = 0.0
     width_px: int = 3840
     height_px: int = 2160
 
@@ -29,12 +27,8 @@ class Camera:
 
     def project(self, place_m: np.ndarray, height_m: np.ndarray) -> np.ndarray:
         """(..., 2) pixels of places (...) in the pool, complex, m, at heights (...) above the plane of the scale, m."""
-        cos, sin = np.cos(self.tilt_rad), np.sin(self.tilt_rad)
         below = self.height_m - height_m
-        depth = below * cos + place_m.imag * sin
-        up = place_m.imag * cos - below * sin
-        ray = np.stack([place_m.real / depth, -up / depth], axis=-1)
-        return self.centre_px + self.focal_px * ray
+        return self.centre_px + self.focal_px * np.stack([place_m.real / below, -place_m.imag / below], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)

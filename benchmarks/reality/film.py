@@ -111,5 +111,5 @@ def _sight(
         time_s=time_s,
         marker_m=origin[:, link] + parameters.marker_m[row] * axis,
         axis=axis,
-        height_m=np.repeat(parameters.marker_height_m[row][None], len(time_s), axis=0),
+        height_m=np.zeros(axis.shape),
     )

@@ -48,6 +48,10 @@ class StripForces:
     across_n: np.ndarray
     torque_n_m: np.ndarray
 
+    def plus(self, along_n: np.ndarray, across_n: np.ndarray, torque_n_m: np.ndarray | float = 0.0) -> "StripForces":
+        """With others on top."""
+        return StripForces(self.along_n + along_n, self.across_n + across_n, self.torque_n_m + torque_n_m)
+
 
 def wet_half_height_m(layout: Layout, parameters: Parameters) -> np.ndarray:
     """(n, s) of each strip, m: of a fish that floats deeper, more of every strip is under water."""

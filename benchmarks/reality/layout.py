@@ -81,6 +81,13 @@ class Layout:
         """(h,) which of the robot's hinges each one belongs to."""
         return np.arange(self.hinges) // self.hinges_per_gap
 
+    def on_links(self, link: np.ndarray, kg: np.ndarray, place_m: np.ndarray) -> np.ndarray:
+        """(3, l) mass, first and second moment of masses that hang on links at places from their origins."""
+        added = np.zeros((3, self.hinges + 1))
+        for order in range(3):
+            np.add.at(added[order], link, kg * place_m**order)
+        return added
+
     def link_of(self, body: str) -> int:
         """Index of the link that stands for one of the robot's rigid bodies."""
         return self.robot.links.index(body) * self.hinges_per_gap

@@ -7,10 +7,11 @@ handled apart.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from numbers import Number
+from typing import dataclass_transform
 
 import numpy as np
 
@@ -22,12 +23,16 @@ from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.tendons import Turn
 
 
+@dataclass_transform(frozen_default=True)
 @dataclass(frozen=True)
 class Mechanism:
-    """Does nothing: the base of all mechanisms. Its own state is an array (n, k), here with k = 0.
+    """Does nothing: the base of all mechanisms, frozen dataclasses by that. Its own state is (n, k), here with k = 0.
 
     What the hooks of a running simulation are shown is that of all: they answer with arrays of their own.
     """
+
+    def __init_subclass__(cls, *, kw_only: bool = False) -> None:
+        dataclass(frozen=True, kw_only=kw_only)(cls)
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """(1) Changes the parameters (one row) of a simulation before it starts."""
@@ -64,6 +69,25 @@ class Mechanism:
     def picture(self, picture: Picture) -> Picture:
         """(5c) Changes what the camera made of them: times and pixels."""
         return picture
+
+
+AtStrength = Callable[[float], tuple[Mechanism, ...]]
+"""Mechanisms at a strength >= 0."""
+
+
+class Wearing(Mechanism, kw_only=True):
+    """Begins where the trials of a session before left it: what slackens, slips or breaks does not mend.
+
+    Attributes:
+        before_s: that the robot has been in use in this session before the first frame.
+    """
+
+    before_s: float = 0.0
+
+
+def worn(mechanisms: Iterable[Mechanism], before_s: float) -> tuple[Mechanism, ...]:
+    """The same after a time in use, s; those that do not wear stay as they are."""
+    return tuple(replace(each, before_s=before_s) if isinstance(each, Wearing) else each for each in mechanisms)
 
 
 @dataclass(frozen=True, eq=False)

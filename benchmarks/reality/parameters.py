@@ -1,6 +1,6 @@
 """The numbers that differ between simulations: one row each, made from the layout, then changed by whoever likes."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Self
 
 import numpy as np
@@ -29,7 +29,6 @@ class Parameters:
         current_m_s: (n, 1) velocity of the water in the pool, complex.
         head_clamped: (n, 1) whether the head is held where it is.
         marker_m: (n, m) places from the origin of their link, in its axes, complex.
-        marker_height_m: (n, m) above the plane of the picture's scale.
         extra_implicit_stiffness_n_m, extra_implicit_damping_n_m_s: (n, h) what a mechanism's own torques add at
             the hinges at most, so that the integrator stays stable; they exert nothing themselves.
     """
@@ -51,21 +50,33 @@ class Parameters:
     current_m_s: np.ndarray
     head_clamped: np.ndarray
     marker_m: np.ndarray
-    marker_height_m: np.ndarray
     extra_implicit_stiffness_n_m: np.ndarray
     extra_implicit_damping_n_m_s: np.ndarray
 
     def __len__(self) -> int:
         return len(self.link_mass_kg)
 
+    def reweighed(self, factor: np.ndarray | float, added: np.ndarray) -> Self:
+        """All masses times a factor (l,), with mass, first and second moment (3, l) of more on the links."""
+        return replace(
+            self,
+            link_mass_kg=self.link_mass_kg * factor + added[0],
+            link_moment_kg_m=self.link_moment_kg_m * factor + added[1],
+            link_inertia_kg_m2=self.link_inertia_kg_m2 * factor + added[2],
+        )
+
+    def taken_implicitly(self, stiffness: np.ndarray | float = 0.0, damping: np.ndarray | float = 0.0) -> Self:
+        """With what more of a mechanism's torques at the hinges the integrator is to take implicitly."""
+        return replace(
+            self,
+            extra_implicit_stiffness_n_m=self.extra_implicit_stiffness_n_m + stiffness,
+            extra_implicit_damping_n_m_s=self.extra_implicit_damping_n_m_s + damping,
+        )
+
     @classmethod
     def stacked(cls, parts: list[Self]) -> Self:
         """All rows of all parts, in order."""
         return cls(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(cls)})
-
-    def rows(self, index: np.ndarray) -> Self:
-        """These rows alone."""
-        return type(self)(**{f.name: getattr(self, f.name)[index] for f in fields(self)})
 
 
 def nominal_parameters(layout: Layout, markers: tuple[str, ...], coefficients: tuple[float, ...]) -> Parameters:
@@ -96,7 +107,6 @@ def nominal_parameters(layout: Layout, markers: tuple[str, ...], coefficients: t
         current_m_s=row(0.0 + 0.0j, 1),
         head_clamped=row(False, 1),
         marker_m=(place[:, 0] - layout.origin_m[link] + 1j * place[:, 1])[None],
-        marker_height_m=row(0.0, len(markers)),
         extra_implicit_stiffness_n_m=row(0.0, hinges),
         extra_implicit_damping_n_m_s=row(0.0, hinges),
     )

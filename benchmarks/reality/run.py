@@ -6,13 +6,14 @@ import numpy as np
 
 from benchmarks.reality.film import Recording, exposed_s, film
 from benchmarks.reality.integrate import step
-from benchmarks.reality.layout import Layout, lay_out
+from benchmarks.reality.layout import HINGES_PER_GAP, Layout, lay_out
 from benchmarks.reality.motion import Motion
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.record import Record, Recorder
 from benchmarks.reality.start import balanced_hinges
 from benchmarks.reality.world import Trial, World, prepared_parameters
 from session.errors import SimulationDiverged
+from swimmer.robot import load_robot
 
 STEP_S = 0.001
 _BATCH = 256
@@ -23,26 +24,25 @@ def simulate(
     trials: Sequence[tuple[World, Trial]],
     markers: tuple[str, ...] | None = None,
     step_s: float = STEP_S,
+    hinges_per_gap: int = HINGES_PER_GAP,
     *,
     allow_divergence: bool = False,
 ) -> list[Recording]:
-    """Recordings of the trials, in their order, each in its world; all worlds have the same robot and hinges.
+    """Recordings of the trials, in their order, each in its world.
 
     Args:
         trials: worlds and what is done in them, in any mix.
         markers: names of the markers wanted; default all of the robot's.
         step_s: of the integrator.
+        hinges_per_gap: hinges for each of the robot's.
         allow_divergence: what blows up becomes nan instead of an error.
 
     Raises:
         SimulationDiverged: a simulation blew up and `allow_divergence` is False.
-        ValueError: worlds of different robots.
     """
     if not trials:
         return []
-    robot, hinges_per_gap = trials[0][0].robot, trials[0][0].hinges_per_gap
-    if any(world.robot != robot or world.hinges_per_gap != hinges_per_gap for world, _ in trials):
-        raise ValueError("trials: found several robots, expected one robot and one number of hinges for all of a batch")
+    robot = load_robot()
     layout, names = lay_out(robot, hinges_per_gap), markers or tuple(robot.markers)
     alike = sorted(range(len(trials)), key=lambda i: _company(*trials[i]))
     recordings: dict[int, Recording] = {}

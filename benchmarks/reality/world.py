@@ -6,11 +6,10 @@ from typing import Literal
 import numpy as np
 
 from benchmarks.reality.camera import Camera
-from benchmarks.reality.layout import HINGES_PER_GAP, Layout
+from benchmarks.reality.layout import Layout
 from benchmarks.reality.mechanism import Mechanism
 from benchmarks.reality.noise import PixelNoise
 from benchmarks.reality.parameters import Parameters, nominal_parameters
-from swimmer.robot import RobotSpec, load_robot
 
 TrialKind = Literal["swim", "dry", "free_decay"]
 
@@ -44,9 +43,6 @@ class World:
         mechanisms: that act; none in the base state.
         camera: above the pool.
         noise: of the tracker.
-        parallax: share of the markers' heights over the nose that the camera sees; 0: all in one plane.
-        robot: its description.
-        hinges_per_gap: hinges for each of the robot's.
     """
 
     coefficients: tuple[float, float, float, float, float]
@@ -54,9 +50,6 @@ class World:
     mechanisms: tuple[Mechanism, ...] = ()
     camera: Camera = field(default_factory=Camera)
     noise: PixelNoise = field(default_factory=PixelNoise)
-    parallax: float = 0.0
-    robot: RobotSpec = field(default_factory=load_robot)
-    hinges_per_gap: int = HINGES_PER_GAP
 
 
 @dataclass(frozen=True)
@@ -114,17 +107,12 @@ def _with_nuisances(nominal: Parameters, world: World, markers: tuple[str, ...])
     mass = np.full(nominal.link_mass_kg.shape[1], its.tail_mass)
     mass[0] = its.head_mass
     shift = np.array([complex(*its.marker_shift_m.get(name, (0.0, 0.0))) for name in markers])
-    height = world.robot.marker_positions_m(markers)[:, 2] - world.robot.markers["nose"].position_m[2]
     return replace(
-        nominal,
-        link_mass_kg=nominal.link_mass_kg * mass,
-        link_moment_kg_m=nominal.link_moment_kg_m * mass,
-        link_inertia_kg_m2=nominal.link_inertia_kg_m2 * mass,
+        nominal.reweighed(mass, np.zeros(3)),
         sunk_m=nominal.sunk_m + its.sunk_m,
         hinge_stiffness_n_m=nominal.hinge_stiffness_n_m * its.hinge_stiffness,
         hinge_damping_n_m_s=nominal.hinge_damping_n_m_s * its.hinge_damping,
         marker_m=nominal.marker_m + shift,
-        marker_height_m=nominal.marker_height_m + world.parallax * height,
     )
 
 

@@ -13,8 +13,9 @@ import tracking
 from benchmarks.cases import Records, Run, Tell, code_of, run_cases
 from benchmarks.scores import Table
 from benchmarks.tracking.nearest_spot import track_nearest
-from benchmarks.video import BENCHMARK_CLIPS, ClipTruth, Encoding, load_truth, truth_file
-from benchmarks.video.render import ENCODINGS, render_encodings
+from benchmarks.video.clips import BENCHMARK_CLIPS
+from benchmarks.video.render import ENCODINGS, Encoding, render_encodings
+from benchmarks.video.truth import ClipTruth, load_truth, truth_file
 from session import InputError
 from session.results import sha256_of
 from swimmer import load_robot

@@ -5,8 +5,7 @@ real water costs nothing here.
 """
 
 import shutil
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,31 +21,9 @@ from synthetic import PLAUSIBLE_COEFFICIENTS, SyntheticCamera, SyntheticPlan, Sy
 from tracking.tracker import TrackerName
 
 SPEEDS_HZ, SECONDS = (0.6, 1.0, 1.4), 5.5
-PERFECT = "perfect tracks"
 
 
-@dataclass(frozen=True)
-class FittedFrom:
-    """A fit of the filmed swimmer.
-
-    Attributes:
-        tracks: where the tracks came from: perfect, or a tracker.
-        coefficients: found.
-        error: of each coefficient, relative to the truth.
-        marker_error_mm: mean marker distance over the fit trials, mm.
-        track_rms_px: error of the tracks an axis, px; 0 for perfect ones.
-    """
-
-    tracks: str
-    coefficients: FluidCoefficients
-    error: FluidCoefficients
-    marker_error_mm: float
-    track_rms_px: float
-
-
-def measure_from_video(
-    folder: Path, crf: float, trackers: tuple[TrackerName, ...], tell: Tell, seed: int = 0
-) -> list[FittedFrom]:
+def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], tell: Tell, seed: int = 0) -> Table:
     """Films a swimmer at three speeds, and fits it from perfect tracks and from each tracker's.
 
     Args:
@@ -61,8 +38,9 @@ def measure_from_video(
         plan, video = _plan(seed), SessionVideo(crf=crf)
         make_session(filmed, plan, video, lambda name, done, of: tell(f"filming {name}", done / of))
     perfect = _with_true_tracks(filmed, folder / f"{filmed.name}-perfect")
-    found = [_fitted(perfect, PERFECT, None, tell)]
-    return found + [_fitted(filmed, tracker, tracker, tell) for tracker in trackers]
+    rows = [_fitted(perfect, None, tell), *(_fitted(filmed, tracker, tell) for tracker in trackers)]
+    caption = f"A known swimmer, filmed at {', '.join(map(str, SPEEDS_HZ))} Hz and fitted: error of each coefficient"
+    return Table(caption, ("fitted from", "rms px", "marker mm", *FluidCoefficients._fields), tuple(rows))
 
 
 def _plan(seed: int) -> SyntheticPlan:
@@ -96,20 +74,19 @@ def _with_true_tracks(filmed: Path, copy: Path) -> Path:
     return copy
 
 
-def _fitted(folder: Path, name: str, tracker: TrackerName | None, tell: Tell) -> FittedFrom:
+def _fitted(folder: Path, tracker: TrackerName | None, tell: Tell) -> tuple[str, ...]:
+    """Where the tracks came from, their error an axis, the mean marker distance, and the error of each coefficient."""
+    name = tracker or "perfect tracks"
+
     def told(message: str, share: float | None) -> None:
         tell(f"{name}: {message}", share)
 
     pipeline = Pipeline(open_session(folder), replace(Options(tracker=tracker), tell=told))
     calibration = pipeline.calibrated()
-    found, true = calibration.coefficients, PLAUSIBLE_COEFFICIENTS
-    return FittedFrom(
-        tracks=name,
-        coefficients=found,
-        error=FluidCoefficients(*(one / other - 1 for one, other in zip(found, true, strict=True))),
-        marker_error_mm=1000 * calibration.fit.mean_distance_m,
-        track_rms_px=_track_rms(pipeline) if tracker else 0.0,
-    )
+    errors = (found / true - 1 for found, true in zip(calibration.coefficients, PLAUSIBLE_COEFFICIENTS, strict=True))
+    marker_mm = 1000 * calibration.fit.mean_distance_m
+    track_px = _track_rms(pipeline) if tracker else 0.0
+    return name, f"{track_px:.3f}", f"{marker_mm:.2f}", *(f"{error:+.1%}" for error in errors)
 
 
 def _track_rms(pipeline: Pipeline) -> float:
@@ -123,13 +100,3 @@ def _track_rms(pipeline: Pipeline) -> float:
         counts = seen.counting.confidence > 0
         squares.append(((seen.counting.position_px - true_px) ** 2)[counts].ravel())
     return float(np.sqrt(np.concatenate(squares).mean()))
-
-
-def cost_table(fits: Sequence[FittedFrom]) -> Table:
-    """The error of each coefficient, by where the tracks came from."""
-    rows = tuple(
-        (fit.tracks, f"{fit.track_rms_px:.3f}", f"{fit.marker_error_mm:.2f}", *(f"{e:+.1%}" for e in fit.error))
-        for fit in fits
-    )
-    caption = f"A known swimmer, filmed at {', '.join(map(str, SPEEDS_HZ))} Hz and fitted: error of each coefficient"
-    return Table(caption, ("fitted from", "rms px", "marker mm", *FluidCoefficients._fields), rows)

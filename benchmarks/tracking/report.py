@@ -6,9 +6,10 @@ from pathlib import Path
 from benchmarks.cases import Tell
 from benchmarks.scores import Scores, Table
 from benchmarks.tracking.accuracy import SPEED_CLIP, Clip, accuracy_tables, clips_of, measure_accuracy, render_clips
-from benchmarks.tracking.from_video import cost_table, measure_from_video
-from benchmarks.tracking.speed import measure_tracking_speed, speed_table
-from benchmarks.video import BENCHMARK_CLIPS, Encoding
+from benchmarks.tracking.from_video import cost_table
+from benchmarks.tracking.speed import speed_table
+from benchmarks.video.clips import BENCHMARK_CLIPS
+from benchmarks.video.render import Encoding
 from session import FaultCollector
 
 SPEED_ENCODINGS = (Encoding("h264", 23), Encoding("hevc", 23))
@@ -40,8 +41,8 @@ def measure_tracking(folder: Path, part: str, clips: Sequence[str], tell: Tell) 
         videos = [Clip(SPEED_CLIP, encoding) for encoding in SPEED_ENCODINGS]
         render_clips(videos, folder, tell)
         tell("timing the tracker at 4K", None)
-        tables.append(speed_table([measure_tracking_speed(clip.file(folder)) for clip in videos]))
+        tables.append(speed_table([clip.file(folder) for clip in videos]))
     if part in ("all", "fit"):
-        tables.append(cost_table(measure_from_video(folder, FIT_CRF, ("hybrid", "csrt"), tell)))
+        tables.append(cost_table(folder, FIT_CRF, ("hybrid", "csrt"), tell))
     command = "calib benchmark tracking" + (f" --part {part}" if part != "all" else "")
     return Scores("Tracking", "synthetic: rendered videos with known truth", command, tuple(tables))

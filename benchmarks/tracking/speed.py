@@ -5,14 +5,13 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 from benchmarks.scores import Table
-from benchmarks.video import load_truth, truth_file
+from benchmarks.video.truth import load_truth, truth_file
 from tracking.boxes import Box, StartBoxes
 from tracking.tracker import TrackerName, follow_video
 from tracking.video import Video
@@ -20,59 +19,35 @@ from tracking.video import Video
 ROUNDS = 5
 
 
-@dataclass(frozen=True)
-class TrackingSpeed:
-    """What a video costs, start-up included, the median of a few rounds that alternate.
+def speed_table(videos: Sequence[Path], csrt_frames: int = 20) -> Table:
+    """Frames a second of rendered clips: reading alone and tracking by turns, each in a fresh process.
 
-    Attributes:
-        codec: and size of the video.
-        frames, markers: how many.
-        decoding_fps: frames a second of reading alone.
-        tracking_fps: the same with tracking.
-        ratio: of the two in one round, which a machine that is slow for a while disturbs less.
-        csrt_fps: with plain CSRT, over the first frames of the same video, opening and starting not included.
-        memory_mb: most memory of a process that tracks it.
-        memory_growth_mb: by how much that rose over the last two thirds of the frames.
-    """
-
-    codec: str
-    frames: int
-    markers: int
-    decoding_fps: float
-    tracking_fps: float
-    ratio: float
-    csrt_fps: float
-    memory_mb: float
-    memory_growth_mb: float
-
-
-def measure_tracking_speed(path: Path, csrt_frames: int = 20) -> TrackingSpeed:
-    """Times a rendered clip: reading alone and tracking by turns, each in a fresh process.
+    Start-up is included, but for plain CSRT, which is slow and given the first frames alone. The ratio is of the two in
+    one round, which a machine that is slow for a while disturbs less. Memory is the most of a process that tracks, and
+    by how much that rose over the last two thirds of the frames.
 
     Args:
-        path: of the clip, with its truth beside it.
-        csrt_frames: how many frames plain CSRT is given: it is slow.
+        videos: with their truth beside them.
+        csrt_frames: how many frames plain CSRT is given.
     """
+    columns = ("frames a second", "reading alone", "tracking", "ratio", "plain CSRT", "memory (growth at the end)")
+    return Table(f"Speed, the median of {ROUNDS} rounds", columns, tuple(_row(path, csrt_frames) for path in videos))
+
+
+def _row(path: Path, csrt_frames: int) -> tuple[str, ...]:
     truth = load_truth(truth_file(path))
-    reading, tracking, memory = [], [], []
-    for _ in range(ROUNDS):
-        reading.append(_alone(_read, path))
-        seconds, most, growth = _alone(_track, path)
-        tracking.append(seconds)
-        memory.append((most, growth))
-    frames = len(truth.time_s)
+    rounds = [(_alone(_read, path), *_alone(_track, path)) for _ in range(ROUNDS)]
+    reading, tracking, most, growth = zip(*rounds, strict=True)
+    frames, markers = len(truth.time_s), len(truth.markers)
     with Video(path) as video:
         info = video.info
-    return TrackingSpeed(
-        codec=f"{info.codec}, {info.width_px} x {info.height_px}",
-        frames=frames,
-        markers=len(truth.markers),
-        decoding_fps=frames / median(reading),
-        tracking_fps=frames / median(tracking),
-        ratio=median(read / tracked for read, tracked in zip(reading, tracking, strict=True)),
-        csrt_fps=_alone(_track_csrt, path, csrt_frames),
-        memory_mb=max(most for most, _ in memory),
-        memory_growth_mb=max(growth for _, growth in memory),
+    return (
+        f"{info.codec}, {info.width_px} x {info.height_px}, {frames} frames, {markers} markers",
+        f"{frames / median(reading):.0f}",
+        f"{frames / median(tracking):.0f}",
+        f"{median(read / tracked for read, tracked in zip(reading, tracking, strict=True)):.2f}",
+        f"{_alone(_track_csrt, path, csrt_frames):.1f}",
+        f"{max(most):.0f} MB ({max(growth):+.0f})",
     )
 
 
@@ -128,20 +103,3 @@ def _boxes(path: Path) -> StartBoxes:
 
 def _most_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-
-
-def speed_table(speeds: Sequence[TrackingSpeed]) -> Table:
-    """Frames a second."""
-    rows = tuple(
-        (
-            f"{speed.codec}, {speed.frames} frames, {speed.markers} markers",
-            f"{speed.decoding_fps:.0f}",
-            f"{speed.tracking_fps:.0f}",
-            f"{speed.ratio:.2f}",
-            f"{speed.csrt_fps:.1f}",
-            f"{speed.memory_mb:.0f} MB ({speed.memory_growth_mb:+.0f})",
-        )
-        for speed in speeds
-    )
-    columns = ("frames a second", "reading alone", "tracking", "ratio", "plain CSRT", "memory (growth at the end)")
-    return Table(f"Speed, the median of {ROUNDS} rounds", columns, rows)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.video.camera import PoolCamera
+from benchmarks.video.camera import Optics
 from benchmarks.video.motion import WATER_LINE_M, Pose, RobotPoints
 from benchmarks.video.picture import Colour, Picture, colour_of
 from swimmer import RobotSpec
@@ -43,7 +43,7 @@ class Body:
         self._solids = sorted(solids_of(robot, tone), key=lambda solid: solid.high_m[2])
         self._points = RobotPoints(robot, [corner for solid in self._solids for corner in _corners(solid)])
 
-    def paint(self, picture: Picture, camera: PoolCamera, pose: Pose) -> None:
+    def paint(self, picture: Picture, camera: Optics, pose: Pose) -> None:
         """Paints the body at the s moments of an exposure, (s, ...) poses: the deepest tops first."""
         corner_m = self._points(pose)  # (s, 12 solids, 3)
         seen_px = camera.project(corner_m).reshape(len(corner_m), len(self._solids), 3, 4, 2)
@@ -55,7 +55,7 @@ class Body:
                 picture.paint_polygons(np.hstack([water, top]), _darker(solid.colour), solid.opacity)
                 picture.paint_polygons(top, solid.colour, solid.opacity)
 
-    def outline_px(self, camera: PoolCamera, pose: Pose) -> np.ndarray:
+    def outline_px(self, camera: Optics, pose: Pose) -> np.ndarray:
         """(solids, 12, 2) px of the corners of all boxes in one pose."""
         return camera.project(self._points(pose)).reshape(len(self._solids), 12, 2)
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.video.camera import PX_PER_M
+from benchmarks.video.camera import PX_PER_M, Optics
 from benchmarks.video.occlusion import Occlusion
-from benchmarks.video.plan import ClipPlan, Look, MarkerLook, Optics, Swim
+from benchmarks.video.plan import ClipPlan, MarkerLook, Swim
 from benchmarks.video.water import WaterLook
 from swimmer import RobotSpec, load_robot
 
@@ -58,7 +58,8 @@ BENCHMARK_CLIPS: dict[str, ClipPlan] = {
         optics=_spaced(18.65),  # 18.0 where the tail bends most
         seed=2,
         marker_look=MarkerLook(diameter_px=14.0),
-        look=Look(glints_per_s=0.0, water=WaterLook(ripple_mm=1.0)),
+        glints_per_s=0.0,
+        water=WaterLook(ripple_mm=1.0),
     ),
     "motion_2x": _clip(swim={"pace": 2.0}, seed=3),
     "motion_3x": _clip(swim={"pace": 3.0}, seed=4),
@@ -66,10 +67,8 @@ BENCHMARK_CLIPS: dict[str, ClipPlan] = {
     "occlusion_15": _clip(occlusions=(Occlusion(marker="tail_2", first=100, frames=15),), seed=6),
     "leaves_picture": _clip(1.0, swim={"drift_m_s": (0.09, 0.0), "off_centre_px": (-370.0, 60.0)}, seed=7),
     "comes_and_goes": _clip(swim={"heading_deg": 188.0, "off_centre_px": (0.0, -270.0)}, seed=16),
-    "glints": _clip(look=Look(glints_per_s=45.0), seed=8),
-    "ripple": _clip(
-        look=Look(water=WaterLook(ripple_mm=5.0, caustics=0.6, sheen=45.0)), marker_look=MarkerLook(glow=0.2), seed=9
-    ),
+    "glints": _clip(glints_per_s=45.0, seed=8),
+    "ripple": _clip(water=WaterLook(ripple_mm=5.0, caustics=0.6, sheen=45.0), marker_look=MarkerLook(glow=0.2), seed=9),
     "blur": _clip(2.25, optics={"exposure_s": 1 / 66}, seed=10),
     "dark_markers": _clip(marker_look=MarkerLook(gray=24, base_gray=225, body_gray=170), seed=11),
     "low_contrast": _clip(marker_look=MarkerLook(gray=118, base_gray=66, body_gray=60), optics={"noise": 4.0}, seed=12),

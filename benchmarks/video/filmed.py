@@ -8,19 +8,17 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from benchmarks.video import ClipPlan, ClipTruth, Encoding, MarkerLook, Optics, PoolScene, RobotPoints
-from benchmarks.video.motion import Motion
-from benchmarks.video.plan import Look
-from benchmarks.video.render import write_scene
+from benchmarks.video.camera import Optics
+from benchmarks.video.motion import Motion, RobotPoints
+from benchmarks.video.plan import ClipPlan
+from benchmarks.video.render import Encoding, write_scene
+from benchmarks.video.scene import PoolScene
 from benchmarks.video.stage import staged
-from benchmarks.video.truth import boxes_file, save_boxes
-from benchmarks.video.writer import Codec
-from session import FaultCollector, Tracks
-from session.camera import CameraCalibration, Distortion
+from benchmarks.video.truth import ClipTruth, boxes_file, save_boxes
+from session import Tracks
 from session.toml_source import Table
 from session.tracks import save_tracks
 from swimmer import RobotSpec
-from swimmer.robot import NonNegative, Positive
 from synthetic.plan import SyntheticPlan
 from synthetic.recorder import Progress
 from synthetic.swims import TrueRun
@@ -32,58 +30,26 @@ class SessionVideo(Table):
     Attributes:
         trials: names of the filmed swims; None for all of them. Dry runs and free decays, in air, are tracked.
         width_px, height_px: of the videos, multiples of 2 and 4, the middle of the camera's image; None for all of it.
-        height_m: of the camera above the water; None for no parallax, as without a camera file.
-        distortion: k1, k2, p1, p2, k3 of OpenCV.
-        readout_s: of the rolling shutter.
-        exposure_s: of each row.
-        noise: standard deviation of the sensor's noise, gray levels.
-        look, marker_look: of the pool and of the markers.
-        codec, crf: of the files.
+        crf: quality of the files, H.264.
     """
 
     trials: tuple[str, ...] | None = None
     width_px: int | None = None
     height_px: int | None = None
-    height_m: Positive | None = None
-    distortion: Distortion = (0.0, 0.0, 0.0, 0.0, 0.0)
-    readout_s: NonNegative = 0.0
-    exposure_s: NonNegative = 1 / 240
-    noise: NonNegative = 2.0
-    look: Look = Look()
-    marker_look: MarkerLook = MarkerLook()
-    codec: Codec = "h264"
     crf: Annotated[float, Field(ge=0, le=51)] = 23.0
-
-    @property
-    def encoding(self) -> Encoding:
-        """Of the files."""
-        return Encoding(self.codec, self.crf)
-
-    @property
-    def calibrated(self) -> bool:
-        """Whether the session needs a camera file: there is a lens or parallax."""
-        return self.height_m is not None or any(self.distortion)
 
     def films(self, trial: str) -> bool:
         """Whether a trial is filmed."""
         return self.trials is None or trial in self.trials
 
-    def calibration(self, plan: SyntheticPlan) -> CameraCalibration | None:
-        """The lens that the session's camera file describes; None where it needs none."""
-        return self.optics(plan).camera.lens if self.calibrated else None
-
     def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, told: Progress) -> dict[str, str]:
-        """Writes ``trials/<name>.mp4``, start boxes beside it, and ``truth/<name>.csv``: what a perfect tracker finds.
-
-        Raises:
-            session.InputError: a marker leaves the picture.
-        """
+        """Writes ``trials/<name>.mp4``, start boxes beside it, and ``truth/<name>.csv``, where the markers are."""
         name, frames = swim.trial.name, len(swim.time_s)
         video = Path("trials") / f"{name}.mp4"
         scene = film_scene(swim, plan, self, number)
         save_tracks(folder / "truth" / f"{name}.csv", true_tracks(scene.truth))
         save_boxes(folder / boxes_file(video), scene.truth)
-        write_scene(scene, {folder / video: self.encoding}, lambda done: told(name, done, frames))
+        write_scene(scene, {folder / video: Encoding(crf=self.crf)}, lambda done: told(name, done, frames))
         return {"video": video.as_posix(), "boxes": boxes_file(video).as_posix()}
 
     def optics(self, plan: SyntheticPlan) -> Optics:
@@ -94,11 +60,7 @@ class SessionVideo(Table):
             height_px=self.height_px or camera.height_px,
             fps=camera.fps,
             px_per_m=camera.px_per_m,
-            height_m=self.height_m,
-            distortion=self.distortion,
-            readout_s=self.readout_s,
-            exposure_s=self.exposure_s,
-            noise=self.noise,
+            height_m=None,
         )
 
 
@@ -110,9 +72,6 @@ def film_scene(swim: TrueRun, plan: SyntheticPlan, video: SessionVideo, number: 
         plan: of its session.
         video: how.
         number: of the trial; with the plan's seed, the seed of waves, glints and noise.
-
-    Raises:
-        session.InputError: a marker leaves the picture.
     """
     optics, robot = video.optics(plan), plan.swimmer
     clip = ClipPlan(
@@ -120,16 +79,12 @@ def film_scene(swim: TrueRun, plan: SyntheticPlan, video: SessionVideo, number: 
         seed=1000 * plan.seed + number,
         markers=plan.markers,
         optics=optics,
-        look=video.look,
-        marker_look=video.marker_look,
         robot=plan.robot,
     )
     inset_px = (np.array([plan.camera.width_px - optics.width_px, plan.camera.height_px - optics.height_px])) / 2
     motion = _placed(swim, robot, plan.markers, optics, swim.position_px[0] - inset_px)
-    stage = staged(motion, robot, plan.markers, optics.camera, swim.time_s, optics.exposure_s)
-    scene = PoolScene(clip, stage)
-    _check_in_picture(scene.truth, swim.trial.name, optics)
-    return scene
+    stage = staged(motion, robot, plan.markers, optics, swim.time_s)
+    return PoolScene(clip, stage)
 
 
 def true_tracks(truth: ClipTruth) -> Tracks:
@@ -148,19 +103,3 @@ def _placed(swim: TrueRun, robot: RobotSpec, markers: tuple[str, ...], optics: O
     angles = [np.arctan2(*(place[nose] - place[neck])[::-1]) for place in (before_m, after_m)]
     turned = raw.moved(angles[1] - angles[0], (0.0, 0.0))
     return turned.moved(0.0, after_m[nose] - points(turned.at(swim.time_s[:1]))[0, nose, :2])
-
-
-def _check_in_picture(truth: ClipTruth, trial: str, optics: Optics) -> None:
-    if truth.visible.all():
-        return
-    frame, marker = np.argwhere(~truth.visible)[0]
-    x, y = truth.shown_px[frame, marker]
-    faults = FaultCollector("video of the synthetic session")
-    faults.add(
-        f"trial {trial}",
-        "a marker leaves the picture",
-        found=f"{truth.markers[marker]} at ({x:.0f}, {y:.0f}) px in frame {frame}",
-        expected=f"markers within {optics.width_px} x {optics.height_px} px",
-        next_step="Shorten the trial, turn its heading_rad, or film a larger picture.",
-    )
-    faults.raise_if_any()

@@ -114,18 +114,3 @@ def twin_motion(robot: RobotSpec, frequency_hz: float, seconds: float, phase_rad
     seen = Twin(robot, scene=Scene(timestep_s=_TIMESTEP_S)).simulate(runs, _RUN_IN_S + time_s)
     head = seen.head[0] - [*seen.head[0, 0, :2], 0.0]
     return Motion(time_s, head, seen.hinges_rad[0])
-
-
-def travelling_wave(robot: RobotSpec, frequency_hz: float, seconds: float, amplitude_rad: float = 0.3) -> Motion:
-    """A wave that runs down the hinges of a robot whose head stays at the origin; needs no simulation.
-
-    Args:
-        robot: the robot.
-        frequency_hz: beats a second.
-        seconds: from the first frame to the last.
-        amplitude_rad: of every hinge.
-    """
-    time_s = np.arange(-_MARGIN_S, seconds + _MARGIN_S + _STEP_S, _STEP_S)
-    lag = np.linspace(0.0, np.pi, len(robot.hinges))
-    hinges = amplitude_rad * np.sin(2 * np.pi * frequency_hz * time_s[:, None] - lag)
-    return Motion(time_s, np.zeros((len(time_s), 3)), hinges)

@@ -9,11 +9,12 @@ from pydantic import Field
 
 from benchmarks.video.picture import Picture, Region, colour_of
 from session.toml_source import Table
-from swimmer.robot import Positive
 
 _COLOUR, _SHINE = colour_of(120, 96, 70), colour_of(182, 156, 122)  # of wood
 _SWEEP_PX = 60.0  # a frame, coming and going
 _LONG_PX = 4000.0
+_RADIUS_PX = 24.0  # neighbours within it are covered too
+_DIRECTION = np.array([np.cos(np.radians(70.0)), -np.sin(np.radians(70.0))])  # from the tip along the pole, y down
 
 
 class Occlusion(Table):
@@ -23,44 +24,34 @@ class Occlusion(Table):
         marker: over which the tip is held, following it.
         first: the first frame in which the marker is wholly covered.
         frames: how many in a row.
-        radius_px: of the pole; neighbours within it are covered too.
-        angle_deg: where the pole comes from, counter-clockwise from the right of the image.
     """
 
     marker: str
     first: Annotated[int, Field(ge=0)]
     frames: Annotated[int, Field(ge=1)]
-    radius_px: Positive = 24.0
-    angle_deg: float = 70.0
 
     def tip_px(self, frame: int, target_px: np.ndarray) -> np.ndarray:
         """(2,) of the tip's middle in a frame, for a marker at (2,): beyond it while it is covered."""
         away = max(self.first - frame, frame - (self.first + self.frames - 1), 0)
-        return target_px + self._direction * (_SWEEP_PX * away - 0.25 * self.radius_px)
+        return target_px + _DIRECTION * (_SWEEP_PX * away - 0.25 * _RADIUS_PX)
 
     def cover(self, region: Region, tip_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(h, w) float32 cover of a region's pixels, and where across the pole each lies, -1 to 1."""
         x, y = region.grid()
         dx, dy = x - tip_px[0], y - tip_px[1]
-        along = np.clip(dx * self._direction[0] + dy * self._direction[1], 0, _LONG_PX)
-        off_x, off_y = dx - along * self._direction[0], dy - along * self._direction[1]
-        cover = np.clip(self.radius_px + 0.5 - np.hypot(off_x, off_y), 0, 1)
-        across = (off_y * self._direction[0] - off_x * self._direction[1]) / self.radius_px
+        along = np.clip(dx * _DIRECTION[0] + dy * _DIRECTION[1], 0, _LONG_PX)
+        off_x, off_y = dx - along * _DIRECTION[0], dy - along * _DIRECTION[1]
+        cover = np.clip(_RADIUS_PX + 0.5 - np.hypot(off_x, off_y), 0, 1)
+        across = (off_y * _DIRECTION[0] - off_x * _DIRECTION[1]) / _RADIUS_PX
         return cover.astype(np.float32), across.astype(np.float32)
 
     def paint(self, picture: Picture, tip_px: np.ndarray) -> None:
         """Paints the pole where its tip is in the picture or near it."""
         size = np.array([picture.width_px, picture.height_px])
-        if (tip_px < -self.radius_px).any() or (tip_px > size + self.radius_px).any():
+        if (tip_px < -_RADIUS_PX).any() or (tip_px > size + _RADIUS_PX).any():
             return
-        end = tip_px + _LONG_PX * self._direction
-        region = picture.region(np.minimum(tip_px, end) - self.radius_px, np.maximum(tip_px, end) + self.radius_px)
+        end = tip_px + _LONG_PX * _DIRECTION
+        region = picture.region(np.minimum(tip_px, end) - _RADIUS_PX, np.maximum(tip_px, end) + _RADIUS_PX)
         cover, across = self.cover(region, tip_px)
         picture.blend(region, cover, _COLOUR)
         picture.blend(region, cover * np.clip(1 - 2.5 * (across - 0.3) ** 2, 0, 1) * np.float32(0.7), _SHINE)
-
-    @property
-    def _direction(self) -> np.ndarray:
-        """(2,) from the tip along the pole, y down."""
-        angle = np.radians(self.angle_deg)
-        return np.array([np.cos(angle), -np.sin(angle)])

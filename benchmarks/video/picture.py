@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import av
 import cv2
 import numpy as np
 from scipy.special import erf
@@ -124,11 +123,6 @@ class Picture:
         region = self.region(centre_px.min(axis=0) - reach, centre_px.max(axis=0) + reach)
         if not region.empty:
             self.blend(region, disc_cover(region, centre_px, radius_px, blur_px), colour)
-
-    def rgb(self) -> np.ndarray:
-        """(h, w, 3) uint8 red, green, blue."""
-        frame = av.VideoFrame.from_ndarray(self.data, format="yuv420p")
-        return frame.reformat(format="rgb24", src_colorspace="itu709").to_ndarray()
 
 
 def disc_cover(region: Region, centre_px: np.ndarray, radius_px: float, blur_px: float) -> np.ndarray:

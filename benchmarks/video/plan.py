@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from benchmarks.video.camera import PX_PER_M, PoolCamera
+from benchmarks.video.camera import Optics
 from benchmarks.video.occlusion import Occlusion
 from benchmarks.video.water import WaterLook
-from session.camera import Distortion
 from session.create import FISHSIM_MARKERS
 from session.toml_source import Table
 from swimmer import RobotSpec, load_robot
@@ -31,43 +29,8 @@ DIAMETER_M = {
     "caudal_fin": 0.022,
 }
 """Of the markers by name, m: 14 to 27 px in the published videos."""
-_OTHER_DIAMETER_M = 0.02
 
 Gray = Annotated[float, Field(ge=0, le=255)]
-
-
-class Optics(Table):
-    """The camera of a clip.
-
-    Attributes:
-        width_px, height_px: of the picture; multiples of 2 and 4.
-        fps: frames a second.
-        px_per_m: scale on the water.
-        height_m: of the camera above the water; None for no parallax.
-        distortion: k1, k2, p1, p2, k3 of OpenCV.
-        readout_s: of the rolling shutter, from the first row to the last.
-        exposure_s: of each row.
-        blur_px: standard deviation of the lens' blur.
-        noise: standard deviation of the sensor's noise, gray levels.
-    """
-
-    width_px: Annotated[int, Field(ge=32, multiple_of=2)] = 1280
-    height_px: Annotated[int, Field(ge=32, multiple_of=4)] = 720
-    fps: Positive = 60.0
-    px_per_m: Positive = PX_PER_M
-    height_m: Positive | None = 2.3
-    distortion: Distortion = (0.0, 0.0, 0.0, 0.0, 0.0)
-    readout_s: NonNegative = 0.0
-    exposure_s: NonNegative = 1 / 240
-    blur_px: Annotated[float, Field(ge=0.5, le=5)] = 0.8
-    noise: NonNegative = 2.0
-
-    @property
-    def camera(self) -> PoolCamera:
-        """The camera above the middle of the picture."""
-        return PoolCamera.above(
-            self.width_px, self.height_px, self.px_per_m, self.height_m, self.distortion, self.readout_s
-        )
 
 
 class Swim(Table):
@@ -106,20 +69,6 @@ class MarkerLook(Table):
     glow: Annotated[float, Field(ge=0, le=0.5)] = 0.04
 
 
-class Look(Table):
-    """How a clip looks beside its markers.
-
-    Attributes:
-        water: the pool.
-        glints_per_s: how many appear in a second.
-        shadow: whether the robot casts one on the floor.
-    """
-
-    water: WaterLook = WaterLook()
-    glints_per_s: NonNegative = 6.0
-    shadow: bool = True
-
-
 class ClipPlan(Table):
     """A clip to be rendered.
 
@@ -130,13 +79,11 @@ class ClipPlan(Table):
         swim: the motion.
         optics: the camera.
         marker_look: of the markers.
-        look: of all else.
+        water: the pool.
+        glints_per_s: how many appear in a second.
         occlusions: poles over markers.
         skipped: frames that the camera dropped: the clock runs on, so the rate varies.
         robot: None for the built-in fish.
-
-    Raises:
-        pydantic.ValidationError: a `ValueError` that names every fault of the plan.
     """
 
     frames: Annotated[int, Field(ge=1)] = 240
@@ -145,7 +92,8 @@ class ClipPlan(Table):
     swim: Swim = Swim()
     optics: Optics = Optics()
     marker_look: MarkerLook = MarkerLook()
-    look: Look = Look()
+    water: WaterLook = WaterLook()
+    glints_per_s: NonNegative = 6.0
     occlusions: tuple[Occlusion, ...] = ()
     skipped: tuple[int, ...] = ()
     robot: RobotSpec | None = None
@@ -166,29 +114,4 @@ class ClipPlan(Table):
         """(m,) diameters of the markers, px on the water."""
         if self.marker_look.diameter_px is not None:
             return np.full(len(self.markers), self.marker_look.diameter_px)
-        return self.optics.px_per_m * np.array([DIAMETER_M.get(name, _OTHER_DIAMETER_M) for name in self.markers])
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> ClipPlan:
-        if faults := [*_faults(self)]:
-            raise ValueError("; ".join(faults))
-        return self
-
-
-def _faults(plan: ClipPlan) -> Iterator[str]:
-    there = tuple(plan.swimmer.markers)
-    for name in plan.markers:
-        if name not in there:
-            yield f"markers: found {name!r}, expected markers of {plan.swimmer.name}: {', '.join(there)}"
-    if len(set(plan.markers)) < len(plan.markers) or not plan.markers:
-        yield f"markers: found {', '.join(plan.markers) or 'none'}, expected at least one, each once"
-    for occlusion in plan.occlusions:
-        if occlusion.marker not in plan.markers:
-            yield f"occlusions: found marker {occlusion.marker!r}, expected one of {', '.join(plan.markers)}"
-        if (end := occlusion.first + occlusion.frames) > plan.frames:
-            yield f"occlusions: found frame {end - 1}, expected frames 0 to {plan.frames - 1}"
-    last = plan.frames + len(plan.skipped) - 1
-    if len(set(plan.skipped)) < len(plan.skipped) or not all(0 < tick < last for tick in plan.skipped):
-        yield f"skipped: found {plan.skipped}, expected numbers from 1 to {last - 1}, each once"
-    if plan.optics.exposure_s > 1 / plan.optics.fps:
-        yield f"optics.exposure_s: found {plan.optics.exposure_s:g} s, expected at most {1 / plan.optics.fps:g} s"
+        return self.optics.px_per_m * np.array([DIAMETER_M[name] for name in self.markers])

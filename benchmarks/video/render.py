@@ -30,28 +30,7 @@ ENCODINGS = (Encoding("ffv1"), Encoding("h264", 18), Encoding("h264", 23), Encod
 """What a tracker is measured at, lossless first."""
 
 
-def _silent(done: int) -> None:
-    """Tells nobody."""
-
-
-def render_clip(plan: ClipPlan, path: Path, codec: Codec = "h264", crf: float = 23) -> ClipTruth:
-    """Renders a clip, with `<name>.truth.npz` and `<name>.boxes.json` beside it.
-
-    Args:
-        plan: of the clip.
-        path: of the video, for instance `clean.mp4`.
-        codec, crf: see `Encoding`.
-
-    Raises:
-        session.ResultsNotWritable: a file cannot be written.
-        session.SimulationDiverged: the planned motion is unstable.
-    """
-    return render_encodings(plan, {path: Encoding(codec, crf)})
-
-
-def render_encodings(
-    plan: ClipPlan, videos: Mapping[Path, Encoding], told: Callable[[int], None] = _silent
-) -> ClipTruth:
+def render_encodings(plan: ClipPlan, videos: Mapping[Path, Encoding], told: Callable[[int], None]) -> ClipTruth:
     """Renders a clip once and packs it in several ways, each with its truth and start boxes beside it.
 
     Args:
@@ -71,17 +50,8 @@ def render_encodings(
     return scene.truth
 
 
-def write_scene(scene: PoolScene, videos: Mapping[Path, Encoding], told: Callable[[int], None] = _silent) -> None:
-    """Paints a scene once and writes its videos, without truth.
-
-    Args:
-        scene: to be painted.
-        videos: how to pack each video, by its file.
-        told: called with the number of frames done.
-
-    Raises:
-        session.ResultsNotWritable: a file cannot be written.
-    """
+def write_scene(scene: PoolScene, videos: Mapping[Path, Encoding], told: Callable[[int], None]) -> None:
+    """Paints a scene once and writes its videos, without truth; arguments as of `render_encodings`."""
     optics = scene.plan.optics
     fps = Fraction(optics.fps).limit_denominator(1001)
     with ExitStack() as files:

@@ -34,12 +34,12 @@ class PoolScene:
     def __init__(self, plan: ClipPlan, stage: Stage | None = None) -> None:
         self.plan = plan
         self.stage = stage_of(plan) if stage is None else stage
-        optics, look, marker = plan.optics, plan.look, plan.marker_look
+        optics, marker = plan.optics, plan.marker_look
         self._size = (optics.width_px, optics.height_px)
-        self._water = Water(look.water, *self._size, optics.px_per_m, plan.seed)
+        self._water = Water(plan.water, *self._size, optics.px_per_m, plan.seed)
         self._body = Body(plan.swimmer, TINT, marker.body_gray)
         random = np.random.default_rng([plan.seed, 2])
-        self._glints = Glints(look.glints_per_s, self.stage.time_s, self.stage.shown_px, self._size, random)
+        self._glints = Glints(plan.glints_per_s, self.stage.time_s, self.stage.shown_px, self._size, random)
         self._glow_phase = 2 * np.pi * random.random(len(plan.markers))
 
     def __len__(self) -> int:
@@ -56,7 +56,6 @@ class PoolScene:
             shown_px=self.stage.shown_px,
             visible_share=share,
             diameter_px=2 * self._radius_px,
-            plan=self.plan.model_dump_json(),
         )
 
     def picture(self, number: int) -> Picture:
@@ -65,7 +64,7 @@ class PoolScene:
         time_s = float(self.stage.time_s[number])
         poses = self._poses(number)
         camera = self.stage.camera
-        self._water.paint(picture, time_s, self._shadow(poses) if self.plan.look.shadow else None)
+        self._water.paint(picture, time_s, self._shadow(poses))
         self._body.paint(picture, camera, poses)
         self._glints.paint(picture, time_s)
         self._paint_markers(picture, number)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.video.camera import PoolCamera
+from benchmarks.video.camera import Optics
 from benchmarks.video.motion import Motion, RobotPoints, twin_motion
 from benchmarks.video.plan import ClipPlan
 from swimmer import RobotSpec
@@ -27,7 +27,7 @@ class Stage:
     """
 
     motion: Motion
-    camera: PoolCamera
+    camera: Optics
     time_s: np.ndarray
     position_px: np.ndarray
     exposed_px: np.ndarray
@@ -42,9 +42,8 @@ def staged(
     motion: Motion,
     robot: RobotSpec,
     markers: tuple[str, ...],
-    camera: PoolCamera,
+    camera: Optics,
     time_s: np.ndarray,
-    exposure_s: float,
 ) -> Stage:
     """Looks at a motion through a camera.
 
@@ -54,13 +53,13 @@ def staged(
         markers: names of the m markers.
         camera: with its shutter.
         time_s: (n,) of the frames.
-        exposure_s: of each row.
     """
     points = RobotPoints(robot, [robot.markers[name] for name in markers])
     position_px = camera.project(points(motion.at(time_s)))  # (n, m, 2)
     pace_px_s = (
         np.linalg.norm(np.diff(position_px, axis=0), axis=2) / np.diff(time_s)[:, None] if len(time_s) > 1 else 0
     )
+    exposure_s = camera.exposure_s
     path_px = exposure_s * float(np.max(pace_px_s))
     moments = int(np.clip(np.ceil(path_px), _FEWEST_MOMENTS, _MOST_MOMENTS)) if exposure_s else 1
     within_s = exposure_s * ((np.arange(moments) + 0.5) / moments - 0.5)
@@ -84,7 +83,7 @@ def stage_of(plan: ClipPlan) -> Stage:
     motion = centred(motion.moved(turn, (0.0, 0.0)), robot, plan.markers, time_s)
     x, y = swim.off_centre_px
     motion = motion.moved(0.0, (x / optics.px_per_m, -y / optics.px_per_m))
-    return staged(motion, robot, plan.markers, optics.camera, time_s, optics.exposure_s)
+    return staged(motion, robot, plan.markers, optics, time_s)
 
 
 def centred(motion: Motion, robot: RobotSpec, markers: tuple[str, ...], time_s: np.ndarray) -> Motion:
@@ -94,9 +93,7 @@ def centred(motion: Motion, robot: RobotSpec, markers: tuple[str, ...], time_s: 
     return motion.moved(0.0, -(low + high) / 2)
 
 
-def _rows_px(
-    motion: Motion, points: RobotPoints, camera: PoolCamera, time_s: np.ndarray, row_px: np.ndarray
-) -> np.ndarray:
+def _rows_px(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray, row_px: np.ndarray) -> np.ndarray:
     """(n, m) row in which a rolling shutter meets each marker: the fixed point of row = y(time + delay(row))."""
     if not camera.readout_s:
         return row_px
@@ -105,7 +102,7 @@ def _rows_px(
     return row_px
 
 
-def _each_at(motion: Motion, points: RobotPoints, camera: PoolCamera, time_s: np.ndarray) -> np.ndarray:
+def _each_at(motion: Motion, points: RobotPoints, camera: Optics, time_s: np.ndarray) -> np.ndarray:
     """(..., m, 2) px of each marker at a time of its own, (..., m) s."""
     if np.ptp(time_s, axis=-1).max() == 0:
         return camera.project(points(motion.at(time_s[..., 0])))

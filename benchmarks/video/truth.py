@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from session import FaultCollector
 from session.results import write_whole, writing_whole
 
 _BOX_MARGIN_PX = 3.0
@@ -31,7 +30,6 @@ class ClipTruth:
         shown_px: (n, m, 2) its mean over the exposure of the marker's own row.
         visible_share: (n, m) of each disc's area that lies in the picture with nothing above it, 0 to 1.
         diameter_px: (m,) of the discs.
-        plan: that the clip was rendered from, as JSON; empty where it was made otherwise.
     """
 
     markers: tuple[str, ...]
@@ -40,30 +38,16 @@ class ClipTruth:
     shown_px: np.ndarray
     visible_share: np.ndarray
     diameter_px: np.ndarray
-    plan: str = ""
 
     @property
     def visible(self) -> np.ndarray:
         """(n, m) bool, True where a disc is seen whole."""
         return self.visible_share > 0.999
 
-    @property
-    def hidden(self) -> np.ndarray:
-        """(n, m) bool, True where nothing of a disc is seen."""
-        return self.visible_share < 0.001
-
-    @property
-    def nearest_px(self) -> float:
-        """The smallest distance between the centres of two markers in one frame."""
-        if len(self.markers) < 2:
-            return float("inf")
-        apart = np.linalg.norm(self.shown_px[:, :, None] - self.shown_px[:, None], axis=3)  # (n, m, m)
-        return float(apart[:, ~np.eye(len(self.markers), dtype=bool)].min())
-
-    def start_boxes(self, frame: int = 0) -> dict[str, tuple[float, float, float, float]]:
-        """x, y, width and height (px, whole numbers) around each marker in a frame, as a person would draw them."""
+    def start_boxes(self) -> dict[str, tuple[float, float, float, float]]:
+        """x, y, width and height (px, whole numbers) around each marker in the first frame, as drawn by hand."""
         boxes = {}
-        for name, centre, diameter in zip(self.markers, self.shown_px[frame], self.diameter_px, strict=True):
+        for name, centre, diameter in zip(self.markers, self.shown_px[0], self.diameter_px, strict=True):
             size = round(float(diameter) + 2 * _BOX_MARGIN_PX)
             left, top = (round(float(c) - (size - 1) / 2) for c in centre)
             boxes[name] = (float(left), float(top), float(size), float(size))
@@ -77,25 +61,14 @@ class ClipTruth:
         """
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         with writing_whole(path) as part, part.open("wb") as stream:
-            np.savez_compressed(stream, markers=np.array(self.markers), plan=np.array(self.plan), **arrays)
+            np.savez_compressed(stream, markers=np.array(self.markers), **arrays)
 
 
 def load_truth(path: Path) -> ClipTruth:
-    """Reads the truth of a clip.
-
-    Raises:
-        session.InputError: there is none, or it is not one.
-    """
-    try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays: dict[str, Any] = {name: stored[name] for name in _ARRAYS}
-            return ClipTruth(markers=tuple(map(str, stored["markers"])), plan=str(stored["plan"]), **arrays)
-    except (OSError, KeyError, ValueError) as error:
-        faults = FaultCollector(str(path))
-        expected = "the .truth.npz beside a rendered clip"
-        faults.add("", "no truth of a clip here", found=str(error), expected=expected, next_step="Render it again.")
-        faults.raise_if_any()
-        raise AssertionError("unreachable") from error
+    """Reads the truth of a clip."""
+    with np.load(path, allow_pickle=False) as stored:
+        arrays: dict[str, Any] = {name: stored[name] for name in _ARRAYS}
+        return ClipTruth(markers=tuple(map(str, stored["markers"])), **arrays)
 
 
 def truth_file(video: Path) -> Path:
@@ -108,10 +81,10 @@ def boxes_file(video: Path) -> Path:
     return video.with_suffix(".boxes.json")
 
 
-def save_boxes(path: Path, truth: ClipTruth, frame: int = 0) -> None:
-    """Writes start boxes in the form of the public contract.
+def save_boxes(path: Path, truth: ClipTruth) -> None:
+    """Writes start boxes in the first frame in the form of the public contract.
 
     Raises:
         session.ResultsNotWritable: the file cannot be written.
     """
-    write_whole(path, json.dumps({"frame": frame, "boxes": truth.start_boxes(frame)}, indent=1) + "\n")
+    write_whole(path, json.dumps({"frame": 0, "boxes": truth.start_boxes()}, indent=1) + "\n")

@@ -12,6 +12,7 @@ from swimmer.robot import NonNegative
 TINT = colour_of(78, 152, 186)
 """The floor's blue under water."""
 
+_WAVES = 48
 _GRAVITY, _TENSION = 9.81, 7.3e-5  # m/s^2; surface tension of water over its density, m^3/s^2
 _DEPTH_M = 0.5
 _REFRACTION = 0.25  # a ray leaves the water's normal by 1 - 1/n of the slope
@@ -23,18 +24,14 @@ class WaterLook(Table):
     """How the water looks.
 
     Attributes:
-        waves: how many plane waves make the surface.
         ripple_mm: standard deviation of the surface.
         caustics: brightness of the light that the waves gather on the floor; 0 for none.
         sheen: brightness of the sky in the waves' slopes.
-        tiles: contrast of the floor's tiles; 0 for a plain floor.
     """
 
-    waves: int = 48
     ripple_mm: NonNegative = 2.0
     caustics: NonNegative = 0.3
     sheen: NonNegative = 30.0
-    tiles: NonNegative = 1.0
 
 
 class Water:
@@ -58,11 +55,11 @@ class Water:
         step_px = _COARSE_PX * self._halved
         self._size = (width_px // self._halved, height_px // self._halved)
         self._make_waves(random, np.arange(0, width_px, step_px), np.arange(0, height_px, step_px))
-        self._floor = _floor(look, *self._size, px_per_m / self._halved, random)
+        self._floor = _floor(*self._size, px_per_m / self._halved, random)
         x, y = np.meshgrid(*(np.arange(n, dtype=np.float32) for n in self._size))
         self._place = np.stack([x, y], axis=-1)
 
-    def paint(self, picture: Picture, time_s: float, shadow: np.ndarray | None = None) -> None:
+    def paint(self, picture: Picture, time_s: float, shadow: np.ndarray) -> None:
         """Fills a picture with the pool.
 
         Args:
@@ -71,8 +68,7 @@ class Water:
             shadow: (k, c, 2) px of convex shapes that keep the light from the floor.
         """
         slope, light, sheen = self._surface(time_s)
-        if shadow is not None:
-            light *= self._shade(shadow, light.shape)
+        light *= self._shade(shadow, light.shape)
         width, height = self._size
         shift_px = slope * np.float32(_DEPTH_M * _REFRACTION * self._px_per_m / self._halved)
         place = self._place + cv2.resize(shift_px, (width, height))
@@ -85,11 +81,10 @@ class Water:
 
     def _make_waves(self, random: np.random.Generator, x_px: np.ndarray, y_px: np.ndarray) -> None:
         """Plane waves of 7 to 60 cm, from all sides, the longer the higher."""
-        count = self._look.waves
-        length_m = np.exp(random.uniform(np.log(0.07), np.log(0.6), count))
-        angle, self._phase = 2 * np.pi * random.random((2, count))
+        length_m = np.exp(random.uniform(np.log(0.07), np.log(0.6), _WAVES))
+        angle, self._phase = 2 * np.pi * random.random((2, _WAVES))
         number = 2 * np.pi / length_m
-        height = length_m**1.5 * random.uniform(0.5, 1.0, count)
+        height = length_m**1.5 * random.uniform(0.5, 1.0, _WAVES)
         self._height = 1e-3 * self._look.ripple_mm * height * np.sqrt(2 / np.sum(height**2))
         self._turn = np.sqrt(_GRAVITY * number + _TENSION * number**3)  # rad/s
         self._kx, self._ky = number * np.cos(angle), number * np.sin(angle)
@@ -126,17 +121,17 @@ class Water:
         return cv2.GaussianBlur(mask, (0, 0), 0.012 * self._px_per_m / step_px)
 
 
-def _floor(look: WaterLook, width: int, height: int, px_per_m: float, random: np.random.Generator) -> np.ndarray:
+def _floor(width: int, height: int, px_per_m: float, random: np.random.Generator) -> np.ndarray:
     """(h, w) float32 luma of the floor: a slow gradient, tiles each a little different, a lane, a vignette."""
     scale = px_per_m * 0.8  # the floor is further away than the water
     turn = 0.12  # of the tiles against the picture, rad
     x, y = np.meshgrid((np.arange(width) - width / 2) / scale, (np.arange(height) - height / 2) / scale)
     along, across = x * np.cos(turn) - y * np.sin(turn) + 10, x * np.sin(turn) + y * np.cos(turn) + 10
     column, row = (along / _TILE_M).astype(int), (across / _TILE_M).astype(int)
-    shade = 1 + 0.03 * look.tiles * random.standard_normal((256, 256))[column % 256, row % 256]
+    shade = 1 + 0.03 * random.standard_normal((256, 256))[column % 256, row % 256]
     to_grout = np.minimum(*(np.minimum(c % _TILE_M, _TILE_M - c % _TILE_M) for c in (along, across)))
-    shade *= 1 + 0.12 * look.tiles * np.clip(1.5 - to_grout / _GROUT_M, 0, 1)
-    shade *= 1 - 0.45 * look.tiles * np.clip((_LANE_M / 2 - np.abs(across - 10.55)) * scale, 0, 1)
+    shade *= 1 + 0.12 * np.clip(1.5 - to_grout / _GROUT_M, 0, 1)
+    shade *= 1 - 0.45 * np.clip((_LANE_M / 2 - np.abs(across - 10.55)) * scale, 0, 1)
     shade *= 1 + 0.05 * x - 0.04 * y
     shade *= 1 - 0.15 * (x * x + y * y) / np.max(x * x + y * y)
     return cv2.GaussianBlur((TINT.luma * shade).astype(np.float32), (0, 0), 0.6)

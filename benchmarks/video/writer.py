@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, Self, cast, get_args
+from typing import Literal, Self, cast
 
 import av
 import numpy as np
@@ -34,11 +34,9 @@ class VideoWriter:
         codec: "h264", "hevc" or "ffv1".
         crf: quality of H.264 and HEVC, 0 (best) to 51; FFV1 takes none.
         preset: speed of H.264 and HEVC, as their encoders name it.
-        threads: of the encoder; 0 lets it choose.
 
     Raises:
         session.ResultsNotWritable: the file cannot be written.
-        ValueError: a setting that the codec does not take.
     """
 
     def __init__(
@@ -50,26 +48,19 @@ class VideoWriter:
         codec: Codec = "h264",
         crf: float = 23,
         preset: str = "veryfast",
-        threads: int = 0,
     ) -> None:
-        if codec not in get_args(Codec):
-            raise ValueError(f"codec: found {codec!r}, expected one of {', '.join(get_args(Codec))}")
-        if not 0 < fps < math.inf:
-            raise ValueError(f"fps: found {fps}, expected a number above 0")
-        if min(width_px, height_px) < 1 or (codec != "ffv1" and (width_px % 2 or height_px % 2)):
-            raise ValueError(f"size: found {width_px} x {height_px} px, expected positive, even numbers for {codec}")
-        self.path, self.codec = path, codec
-        self.width_px, self.height_px = width_px, height_px
-        self.fps = Fraction(fps).limit_denominator(1001)
-        self._options = _encoder_options(codec, crf, preset)
-        self._threads = threads
-        self._tick_s = 1 / Fraction(self.fps.numerator * math.ceil(_TICKS_HZ / self.fps.numerator))
+        self._path, self._codec, self._size = path, codec, (width_px, height_px)
+        self._fps = Fraction(fps).limit_denominator(1001)
+        self._options = {"level": "3"} if codec == "ffv1" else {"crf": str(crf), "preset": preset}
+        if codec == "hevc":
+            self._options["x265-params"] = "log-level=error"
+        self._tick_s = 1 / Fraction(self._fps.numerator * math.ceil(_TICKS_HZ / self._fps.numerator))
         self._undo = ExitStack()
         self._stream: av.VideoStream | None = None  # opened by the first picture, which tells gray from colour
-        self._frames, self._last = 0, -1
+        self._frames = 0
 
     def __enter__(self) -> Self:
-        self._part = self._undo.enter_context(writing_whole(self.path))
+        self._part = self._undo.enter_context(writing_whole(self._path))
         return self
 
     def write(self, image: np.ndarray, time_s: float | None = None) -> None:
@@ -78,16 +69,15 @@ class VideoWriter:
         Args:
             image: (h, w, 3) RGB, (h, w) gray or (3 h / 2, w) planes of yuv420p, uint8; all pictures of one kind.
             time_s: when it is shown, later than the picture before; default: its number over `fps`.
-
-        Raises:
-            ValueError: another size or type, or a time that does not increase.
         """
-        pixels = self._pixels_of(image)
+        w, h = self._size
+        pixels = {(h, w, 3): "rgb24", (h, w): "gray", (3 * h // 2, w): "yuv420p"}[image.shape]
         stream = self._stream or self._open(pixels)
         frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format=pixels)
         if pixels != stream.pix_fmt:
             frame = frame.reformat(format=stream.pix_fmt, dst_colorspace="itu709")
-        frame.pts, frame.time_base = self._tick_of(time_s), self._tick_s
+        shown_s = self._frames / self._fps if time_s is None else Fraction(time_s)
+        frame.pts, frame.time_base = round(shown_s / self._tick_s), self._tick_s
         self._container.mux(stream.encode(frame))
         self._frames += 1
 
@@ -97,45 +87,18 @@ class VideoWriter:
         with self._undo:  # closes the container, then renames the file or, after an error, removes it
             if error is not None:
                 raise error
-            if self._stream is None:
-                raise ValueError(f"{self.path}: found no picture, expected at least one")
+            assert self._stream is not None, f"{self._path}: found no picture, expected at least one"
             self._container.mux(self._stream.encode(None))
 
     def _open(self, pixels: str) -> av.VideoStream:
         self._container = self._undo.enter_context(av.open(str(self._part), "w"))
-        added = self._container.add_stream(_ENCODERS[self.codec], rate=self.fps, options=self._options)
+        added = self._container.add_stream(_ENCODERS[self._codec], rate=self._fps, options=self._options)
         stream = cast(av.VideoStream, added)
-        stream.width, stream.height = self.width_px, self.height_px
-        stream.pix_fmt = _KEPT_AS.get(pixels, pixels) if self.codec == "ffv1" else "yuv420p"
+        stream.width, stream.height = self._size
+        stream.pix_fmt = _KEPT_AS.get(pixels, pixels) if self._codec == "ffv1" else "yuv420p"
         stream.codec_context.time_base = self._tick_s
-        stream.codec_context.thread_count = self._threads
+        stream.codec_context.thread_count = 0  # it chooses
         if stream.pix_fmt == "yuv420p":
             stream.codec_context.colorspace, stream.codec_context.color_range = _BT709, _LIMITED_RANGE
         self._stream = stream
         return stream
-
-    def _pixels_of(self, image: np.ndarray) -> str:
-        """FFmpeg's name for the pixels of a picture."""
-        h, w = self.height_px, self.width_px
-        kinds = {(h, w, 3): "rgb24", (h, w): "gray", (3 * h // 2, w): "yuv420p"}
-        if image.dtype != np.uint8 or image.shape not in kinds:
-            expected = f"uint8 {', '.join(map(str, kinds))}"
-            raise ValueError(f"picture {self._frames}: found {image.dtype} {image.shape}, expected {expected}")
-        return kinds[image.shape]
-
-    def _tick_of(self, time_s: float | None) -> int:
-        tick = round((self._frames / self.fps if time_s is None else Fraction(time_s)) / self._tick_s)
-        if tick <= self._last:
-            before_s = float(self._last * self._tick_s)
-            raise ValueError(f"picture {self._frames}: found time {time_s} s, expected more than {before_s:.6f} s")
-        self._last = tick
-        return tick
-
-
-def _encoder_options(codec: Codec, crf: float, preset: str) -> dict[str, str]:
-    if codec == "ffv1":
-        return {"level": "3"}
-    if not 0 <= crf <= 51:
-        raise ValueError(f"crf: found {crf}, expected 0 (best) to 51")
-    options = {"crf": str(crf), "preset": preset}
-    return options | ({"x265-params": "log-level=error"} if codec == "hevc" else {})

@@ -4,8 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.sample import make_sample, sample_plan
-from benchmarks.sample_card import checksums
+from benchmarks.sample import checksums, make_sample, sample_plan, write_checksums
 from session import Session, load_session
 from session.motor import load_motor
 from session.tracks import load_tracks
@@ -43,9 +42,14 @@ def test_the_checksums_of_the_card_are_those_of_the_files() -> None:
     assert len(checksums(SAMPLE)) == 2 + len(sample_plan().all_trials) + 2 + logs  # 2: boxes and truth of the video
 
 
-@pytest.mark.parametrize("part", ["What", "How made", "Truth", "Seed", "Licence", "Checksums"])
-def test_the_card_tells(part: str) -> None:
-    assert f"**{part}" in (SAMPLE / "CARD.md").read_text()
+def test_the_card_tells_what_it_must_and_keeps_its_text_when_checksums_are_written(tmp_path: Path) -> None:
+    told = (SAMPLE / "CARD.md").read_text()
+    assert all(f"**{part}" in told for part in ("What", "How made", "Truth", "Seed", "Licence", "Checksums"))
+    (tmp_path / "CARD.md").write_text(told)
+    (tmp_path / "truth.json").write_text("{}")
+    write_checksums(tmp_path)
+    assert (tmp_path / "CARD.md").read_text().startswith(told.split("| file | sha256 |")[0])
+    assert listed(tmp_path / "CARD.md") == checksums(tmp_path)
 
 
 def test_the_sample_is_small_and_has_what_a_sample_needs() -> None:

@@ -1,28 +1,20 @@
 """Crank and motor."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from benchmarks.reality.instant import Instant
-from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.tendons import Turn
 
 
-@dataclass(frozen=True)
 class DriveRatioError(Mechanism):
     """Since the start of the run-in the crank turns (1 + relative) times as far as told.
 
     The wheel that is wrong also runs out of true: angles e ahead of and behind the mean, once a turn.
-
-    Attributes:
-        relative: error of the ratio.
-        runout_rad: e.
     """
 
-    relative: float
-    runout_rad: float
+    relative: float  # error of the ratio
+    runout_rad: float  # e
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, 1) the angle from which the crank starts, rad."""
@@ -39,44 +31,41 @@ def drive_ratio_error(random: np.random.Generator) -> AtStrength:
     """Draws faster or slower, and how far the wheel runs out of true."""
     typical = 0.02
     sign, runout = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.1)
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        relative = typical * strength
-        return (DriveRatioError(float(sign * relative), float(runout * relative)),)
-
-    return at
+    return lambda strength: (DriveRatioError(sign * typical * strength, runout * (typical * strength)),)
 
 
 _LOAD_N_M = 0.45  # mean size of the torque that the tendons ask for
 _AVERAGED_S, _WARMED_S = 0.5, 5.0
 
 
-@dataclass(frozen=True)
-class MotorSpeedSag(Mechanism):
+class LateCrank(Mechanism):
+    """Falls behind what is told. Its state begins with the time s, the angle behind rad and the rate of that rad/s."""
+
+    def start(self, now: Instant) -> np.ndarray:
+        """(n, 3) nothing behind."""
+        return np.concatenate([now.time_s, np.zeros((len(now.time_s), 2))], axis=1)
+
+    def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:
+        """Behind, or ahead."""
+        since, behind, rate = np.split(state[:, :3], 3, axis=1)
+        return Turn(turn.angle_rad - behind - rate * (time_s - since), turn.speed_rad_s - rate)
+
+
+class MotorSpeedSag(LateCrank):
     """A speed told approaches the motor's limit: w = told (1 + x^p)^(-1/p), x = told / limit.
 
     The limit falls with the load, a torque averaged over half a second, and with the heat that its square leaves in the
     winding (0.39 % more resistance a kelvin): x^p = p loss f^p load (1 + warmth heat), f in turns a second. The share
     lost at 1 Hz is `loss` where it is small, and grows with f^p.
-
-    Attributes:
-        loss: at 1 Hz under the usual load, cold.
-        exponent: p.
-        warmth: more of it in a warm winding.
     """
 
-    loss: float
-    exponent: float
-    warmth: float
+    loss: float  # at 1 Hz under the usual load, cold
+    exponent: float  # p
+    warmth: float  # more of it in a warm winding
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 5) time s, angle behind rad, its rate rad/s, load and heat, both relative to what is usual; cold."""
-        return np.concatenate([now.time_s, np.zeros((len(now.time_s), 4))], axis=1)
-
-    def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:
-        """Behind."""
-        since, behind, rate = state[:, 0:1], state[:, 1:2], state[:, 2:3]
-        return Turn(turn.angle_rad - behind - rate * (time_s - since), turn.speed_rad_s - rate)
+        """(n, 5) with load and heat, both relative to what is usual; cold."""
+        return np.concatenate([super().start(now), np.zeros((len(now.time_s), 2))], axis=1)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         """Load, heat and speed a step later."""
@@ -95,40 +84,22 @@ def motor_speed_sag(random: np.random.Generator) -> AtStrength:
     """Draws how sharply the limit comes, and how much the winding's heat matters."""
     typical = 0.03  # of the speed, lost at one turn a second
     exponent, warmth = random.uniform(2.0, 3.5), random.uniform(0.2, 0.8)
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        return (MotorSpeedSag(typical * strength, float(exponent), float(warmth)),)
-
-    return at
+    return lambda strength: (MotorSpeedSag(typical * strength, exponent, warmth),)
 
 
 _INERTIA_KG_M2 = 0.01
 _CAUGHT_UP_S = 2.0
 
 
-@dataclass(frozen=True)
-class MotorSpeedRipple(Mechanism):
+class MotorSpeedRipple(LateCrank):
     """A rotor under a soft speed loop, d the angle behind: J d'' = torque - gain (d' + d / 2 s), torque the tendons'.
 
     Its integral keeps the mean speed as told. All harmonics of the torque come through. The gear passes less of a
     torque that drives the motor than of one that holds it.
-
-    Attributes:
-        gain_n_m_s: of the loop.
-        back: share of a driving torque that reaches the motor.
     """
 
-    gain_n_m_s: float
-    back: float
-
-    def start(self, now: Instant) -> np.ndarray:
-        """(n, 3) time s, angle behind rad, its rate rad/s."""
-        return np.concatenate([now.time_s, np.zeros((len(now.time_s), 2))], axis=1)
-
-    def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:
-        """Behind, or ahead."""
-        since, behind, rate = np.split(state, 3, axis=1)
-        return Turn(turn.angle_rad - behind - rate * (time_s - since), turn.speed_rad_s - rate)
+    gain_n_m_s: float  # of the loop
+    back: float  # share of a driving torque that reaches the motor
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         """A step of the rotor, implicit in its rate."""
@@ -146,29 +117,20 @@ def motor_speed_ripple(random: np.random.Generator) -> AtStrength:
     typical_n_m_s = 2.0  # torque per rad/s of speed error, for a ripple of 5 % at one turn a second
     most = 5.0  # times as soft
     back = random.uniform(0.8, 1.0)
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        return (MotorSpeedRipple(typical_n_m_s * (1 / strength + 1 / most), float(back)),)
-
-    return at
+    return lambda strength: (MotorSpeedRipple(typical_n_m_s * (1 / strength + 1 / most), back),)
 
 
 _STOPS_S = 0.1
 
 
-@dataclass(frozen=True)
 class MotorStartDelay(Mechanism):
     """From the first frame the crank rests for a while, then spins up to its speed as a first-order lag.
 
     In the run-in it turns as told and comes to rest just at the first frame, at the angle that it is told for then.
-
-    Attributes:
-        rest_s: for which it does not move.
-        spin_up_s: time constant; in the end it is late by the sum of both.
     """
 
-    rest_s: float
-    spin_up_s: float
+    rest_s: float  # for which it does not move
+    spin_up_s: float  # time constant; in the end it is late by the sum of both
 
     def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:  # noqa: ARG002
         """Late by t - reached(t)."""
@@ -184,9 +146,4 @@ def motor_start_delay(random: np.random.Generator) -> AtStrength:
     """Draws how much of the delay is rest and how much is spin-up."""
     typical_s = 0.05
     rest = random.uniform(0.3, 0.7)
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        delay_s = typical_s * strength
-        return (MotorStartDelay(float(rest * delay_s), float((1 - rest) * delay_s)),)
-
-    return at
+    return lambda strength: (MotorStartDelay(rest * (typical_s * strength), (1 - rest) * (typical_s * strength)),)

@@ -1,6 +1,6 @@
 """Mechanisms of the water."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -8,13 +8,11 @@ from benchmarks.reality.camera import Sight
 from benchmarks.reality.fluid import Flow, StripForces, Water
 from benchmarks.reality.instant import Instant
 from benchmarks.reality.layout import Layout
-from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.parameters import Parameters
 from swimmer.robot import RobotSpec, load_robot
 
 
-@dataclass(frozen=True)
 class MovingWater(Mechanism):
     """The strips' quasi-steady forces are those of their motion relative to the water around them."""
 
@@ -29,28 +27,21 @@ class MovingWater(Mechanism):
         relative = self.velocity(pose.origin_m[:, strips.link] + strips.place_m * direction) * direction.conj()
         flow = Flow(now.flow.along_m_s - relative.real, now.flow.across_m_s - relative.imag, now.flow.rate_rad_s)
         moved, still = Water(now.layout, now.parameters, now.chain).forces(flow), now.water
-        return StripForces(
-            forces.along_n + (moved.along_n - still.along_n),
-            forces.across_n + (moved.across_n - still.across_n),
-            forces.torque_n_m + (moved.torque_n_m - still.torque_n_m),
+        return forces.plus(
+            moved.along_n - still.along_n, moved.across_n - still.across_n, moved.torque_n_m - still.torque_n_m
         )
 
 
-@dataclass(frozen=True)
 class AddedMassReaction(Mechanism):
     """Elongated body theory's reactive force, of strips with pi rho h^2 a length but for the ends of the body.
 
     See `reality.reactive`. The theory takes the body for endless. Around an end water escapes, and less of it is
     accelerated: the loss falls off over a half height (Newman, Marine Hydrodynamics, 1977, on slender bodies: strips
     hold some diameters from the ends).
-
-    Attributes:
-        share: of the theory, 0 to 1.
-        lost: share of that which is lost at the very ends.
     """
 
-    share: float
-    lost: float = 0.0
+    share: float  # of the theory, 0 to 1
+    lost: float = 0.0  # share of that which is lost at the very ends
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Another share, less at the ends."""
@@ -71,14 +62,10 @@ def added_mass_reaction(random: np.random.Generator) -> AtStrength:
     return lambda strength: (AddedMassReaction(1 - (1 - share) ** strength, lost),)
 
 
-@dataclass(frozen=True)
 class SegmentCoefficients(Mechanism):
-    """The five coefficients of keel and fin, each by a factor of its own, as drag and lift depend on shape unequally.
+    """The five coefficients of keel and fin, each by a factor of its own: drag and lift depend on shape unequally."""
 
-    Attributes:
-        ln_head, ln_fin: (5,) ln of the factors on blunt, slender and angular drag, Kutta and Magnus lift.
-    """
-
+    # ln_head, ln_fin: (5,) ln of the factors on blunt, slender and angular drag, Kutta and Magnus lift
     ln_head: tuple[float, ...]
     ln_fin: tuple[float, ...]
 
@@ -106,18 +93,14 @@ _WAGNER = ((0.165, 0.0455), (0.335, 0.3))
 """Share held back and fading per semichord travelled: R. T. Jones, NACA report 681 (1940), of Wagner's function."""
 
 
-@dataclass(frozen=True)
 class FluidMemory(Mechanism):
     """Wagner's indicial response of every strip's forces: half at once, the rest as the wake is left behind.
 
     One wake trails the whole fish: it fades with the way that the surface has travelled on the mean, so a fast fish
     forgets sooner than a slow one.
-
-    Attributes:
-        semichord_m: unit of that way.
     """
 
-    semichord_m: float
+    semichord_m: float  # unit of that way
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, 6 s + 1) forces as each of the two wakes holds them, no motion having changed yet; a step, s."""
@@ -133,8 +116,7 @@ class FluidMemory(Mechanism):
         """Less what the wakes hold back, a step after they were left."""
         late = np.split(self._late(now, state, state[:, -1:]), len(_WAGNER), axis=1)
         held = np.asarray(sum(share * each for (share, _), each in zip(_WAGNER, late, strict=True)))
-        along, across, torque = np.split(held, 3, axis=1)
-        return StripForces(forces.along_n - along, forces.across_n - across, forces.torque_n_m - torque)
+        return forces.plus(*np.split(-held, 3, axis=1))
 
     def _late(self, now: Instant, state: np.ndarray, step_s: float | np.ndarray) -> np.ndarray:
         """(n, 6 s) forces less those in the wakes after a step; exact for forces and speeds that last."""
@@ -157,18 +139,13 @@ def fluid_memory(random: np.random.Generator) -> AtStrength:
     return lambda strength: (FluidMemory(semichord * strength),)
 
 
-@dataclass(frozen=True)
 class BackgroundCurrent(MovingWater):
-    """A steady eddy as wide as the pool, whose middle is far off: velocity i w (z - z_0) at place z.
+    """A steady eddy as wide as the pool, whose middle is far off: velocity i w (z - z_0) at place z."""
 
-    Attributes:
-        right_m_s, up_m_s: velocity at the pool's origin.
-        turning_rad_s: w.
-    """
-
+    # right_m_s, up_m_s: velocity at the pool's origin
     right_m_s: float
     up_m_s: float
-    turning_rad_s: float
+    turning_rad_s: float  # w
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """What is alike everywhere."""
@@ -193,7 +170,6 @@ _COURSE_S = 1.0
 _FENDER_N_M2 = 2000.0  # of a strip that touches, per length and depth of touch
 
 
-@dataclass(frozen=True)
 class WallProximity(Mechanism):
     """The fish's image behind the wall speeds the water up in the gap: suction along it and more drag across.
 
@@ -202,32 +178,25 @@ class WallProximity(Mechanism):
     Smits, J. Fluid Mech. 742, 2014). With (1 + b)^2 - 1 for the pressures, u along and v towards the wall, it draws by
     1/2 rho S (2 b + b^2) (u^2 c / sqrt(c^2 + h^2) - 1.2 |v| v). It runs along the fish's course, its mean heading of
     the last second or so, and is a fender where the fish touches it.
-
-    Attributes:
-        side: +1 left, -1 right.
-        distance_m: from the head's origin at the start.
     """
 
-    side: float
-    distance_m: float
+    side: float  # +1 left, -1 right
+    distance_m: float  # from the head's origin at the start
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 4) where the head is, and which way the wall lies; both as pairs of x and y."""
-        origin, normal = now.pose.origin_m[:, :1], -1j * self.side * now.pose.direction[:, :1]
-        return np.concatenate([origin.real, origin.imag, normal.real, normal.imag], axis=1)
+        """(n, 2) where the head is, and which way the wall lies, complex."""
+        return np.concatenate([now.pose.origin_m[:, :1], -1j * self.side * now.pose.direction[:, :1]], axis=1)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         """The course a step later: the heading, forgotten exponentially."""
         across = -1j * self.side * now.pose.direction[:, :1]
-        normal = state[:, 2:3] + 1j * state[:, 3:4]
-        normal = normal + -np.expm1(-step_s / _COURSE_S) * (across - normal)
-        normal = normal / np.abs(normal)
-        return np.concatenate([state[:, :2], normal.real, normal.imag], axis=1)
+        normal = state[:, 1:] + -np.expm1(-step_s / _COURSE_S) * (across - state[:, 1:])
+        return np.concatenate([state[:, :1], normal / np.abs(normal)], axis=1)
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
         """On every strip by its own clearance."""
         strips = now.layout.strips
-        origin, normal = state[:, 0:1] + 1j * state[:, 1:2], state[:, 2:3] + 1j * state[:, 3:4]
+        origin, normal = np.split(state, 2, axis=1)
         direction = now.pose.direction[:, strips.link]
         place = now.pose.origin_m[:, strips.link] + strips.place_m * direction
         clear = self.distance_m - ((place - origin) * normal.conj()).real
@@ -238,7 +207,7 @@ class WallProximity(Mechanism):
         pressed = now.parameters.density_kg_m3 * height * strips.length_m * (2 * faster + faster**2)
         fender = _FENDER_N_M2 * strips.length_m * np.minimum(clear, 0.0)
         force = (pressed * drawn_in + fender) * normal * direction.conj()
-        return StripForces(forces.along_n + force.real, forces.across_n + force.imag, forces.torque_n_m)
+        return forces.plus(force.real, force.imag)
 
 
 def wall_proximity(random: np.random.Generator) -> AtStrength:
@@ -252,22 +221,16 @@ _GRAVITY_M_S2 = 9.81
 _WATERLINE_M = 0.1  # behind the head's origin, where the hull is widest
 
 
-@dataclass(frozen=True)
 class WaveDrag(Mechanism):
     """Drag 1/2 rho S c(Fr) U^2 on the head, c a bell over the logarithm of the Froude number U / sqrt(g L).
 
     c = c_0 exp(-ln(Fr / Fr_0)^2 / 2 s^2): the envelope of measured hulls, hump and all (Hoerner, Fluid-Dynamic Drag,
     1965, chapter 11), L the length of the keel.
-
-    Attributes:
-        on_hump: c_0.
-        hump_froude: Fr_0.
-        width: s.
     """
 
-    on_hump: float
-    hump_froude: float
-    width: float
+    on_hump: float  # c_0
+    hump_froude: float  # Fr_0
+    width: float  # s
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """Against the head's way through the water."""
@@ -291,29 +254,23 @@ def wave_drag(random: np.random.Generator) -> AtStrength:
 _MOST_RAD = 0.4
 
 
-@dataclass(frozen=True)
 class SurfaceMotion(Mechanism):
     """Roll and pitch are damped oscillators, as of any floating body, driven by the nose's acceleration as it is seen.
 
     roll'' + 2 z w roll' + w^2 roll = g a, a the acceleration across the head; pitch alike with that along it. Before
     the film they are driven by its mirror image. Markers swing about an axis below them, and come nearer to the camera
     where the body pitches up; in a dry run the head stands still, and nothing swings.
-
-    Attributes:
-        roll_per_m, pitch_per_m: g.
-        roll_hz, pitch_hz: w / 2 pi.
-        damping: z.
-        draught_m: of the axis below the nose's marker.
-        robot: whose markers these are.
     """
 
+    # roll_per_m, pitch_per_m: g
     roll_per_m: float
     pitch_per_m: float
+    # roll_hz, pitch_hz: w / 2 pi
     roll_hz: float
     pitch_hz: float
-    damping: float
-    draught_m: float
-    robot: RobotSpec = field(default_factory=load_robot)
+    damping: float  # z
+    draught_m: float  # of the axis below the nose's marker
+    robot: RobotSpec = field(default_factory=load_robot)  # whose markers these are
 
     def place(self, sight: Sight) -> Sight:
         """Swings the markers."""

@@ -1,34 +1,28 @@
 """Camera, markers and tracker."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from benchmarks.reality.camera import Picture, Sight
-from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms import AtStrength
-from benchmarks.reality.mechanisms.wear import Wearing
+from benchmarks.reality.mechanism import AtStrength, Mechanism, Wearing
 from session.create import FISHSIM_MARKERS
 from swimmer.robot import load_robot
 
 
-@dataclass(frozen=True)
 class HeadFrameMisalignment(Mechanism):
     """Either box is placed to one side in the first frame, and its offset turns after the head as the template learns.
 
     A template that is renewed a little in every frame keeps its offset in the picture at first and takes over how the
     head has turned within its memory: slow turns it follows as if it were glued, a fast beat hardly (Bolme et al.
     2010, Visual object tracking using adaptive correlation filters: a running average with a learning rate).
-
-    Attributes:
-        nose_m, neck_m: towards the fish's right side in the first frame.
-        follows_s: memory of the template.
     """
 
+    follows_s: float  # memory of the template
+    # nose_m, neck_m: towards the fish's right side in the first frame
     nose_m: float
     neck_m: float
-    follows_s: float
 
     def place(self, sight: Sight) -> Sight:
         """Two markers, shifted to the side as the head lay a while ago."""
@@ -49,23 +43,15 @@ def head_frame_misalignment(random: np.random.Generator) -> AtStrength:
     typical_m = 0.003
     least_s, most_s = 0.05, 2.0
     angle = random.uniform(0, 2 * np.pi)
+    shares = np.cos(angle), np.sin(angle)
     follows_s = float(np.exp(random.uniform(*np.log((least_s, most_s)))))
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        off_m = typical_m * strength
-        return (HeadFrameMisalignment(float(off_m * np.cos(angle)), float(off_m * np.sin(angle)), follows_s),)
-
-    return at
+    return lambda strength: (HeadFrameMisalignment(follows_s, *(typical_m * strength * share for share in shares)),)
 
 
-@dataclass(frozen=True)
 class ScaleError(Mechanism):
-    """The box of nose or neck, or both, sits too far along the line between them, and stays so in the picture.
+    """The box of nose or neck, or both, sits too far along the line between them, and stays so in the picture."""
 
-    Attributes:
-        nose_m, neck_m: tailwards along the first frame's line from nose to neck.
-    """
-
+    # nose_m, neck_m: tailwards along the first frame's line from nose to neck
     nose_m: float
     neck_m: float
 
@@ -83,28 +69,19 @@ def scale_error(random: np.random.Generator) -> AtStrength:
     typical = 0.02
     nose_to_neck_m = 0.142
     sign, nose_share = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.3)
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        apart_m = float(sign * typical * strength * nose_to_neck_m)
-        return (ScaleError(-float(nose_share) * apart_m, (1 - float(nose_share)) * apart_m),)
-
-    return at
+    shares = np.array([-nose_share, 1 - nose_share])
+    return lambda strength: (ScaleError(*(sign * typical * strength * nose_to_neck_m * shares)),)
 
 
-@dataclass(frozen=True)
 class CameraParallax(Mechanism):
     """Markers stand at their heights above the plane of the scale, times `nearness`; the pinhole does the rest.
 
     Heights n times as large under a camera of height H are seen exactly as the true ones are from H / n, at the same
     scale.
-
-    Attributes:
-        nearness: of the camera; 1 is one at the height that the scale was made for.
-        height_m: by name of marker, above the nose.
     """
 
-    nearness: float
-    height_m: tuple[tuple[str, float], ...]
+    nearness: float  # of the camera; 1 is one at the height that the scale was made for
+    height_m: tuple[tuple[str, float], ...]  # by name of marker, above the nose
 
     def place(self, sight: Sight) -> Sight:
         """Up or down, nowhere else."""
@@ -122,35 +99,21 @@ def camera_parallax(random: np.random.Generator) -> AtStrength:
     markers = load_robot().markers
     nose = markers["nose"].position_m
     trim = trim_rad * random.standard_normal()
-    height = tuple(
-        (
-            name,
-            float(
-                its.position_m[2] - nose[2] + trim * (its.position_m[0] - nose[0]) + glued_m * random.standard_normal()
-            ),
-        )
-        for name, its in markers.items()
-    )
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        return (CameraParallax(float(10 * np.tanh(strength / 10)), height),)
-
-    return at
+    at = [marker.position_m for marker in markers.values()]
+    height = [z - nose[2] + trim * (x - nose[0]) + glued_m * random.standard_normal() for x, _, z in at]
+    return lambda strength: (CameraParallax(10 * np.tanh(strength / 10), tuple(zip(markers, height, strict=True))),)
 
 
-@dataclass(frozen=True)
 class LensDistortion(Mechanism):
     """A radius r about the lens's own centre is drawn at r (1 + k1 r^2 + k2 r^4); r = 1 at the picture's lower edge.
 
     Brown (1966), Photogrammetric Engineering 32: two radial terms, and a centre that is not the picture's.
-
-    Attributes:
-        k1, k2: coefficients.
-        right_px, down_px: from the picture's middle to the centre of distortion.
     """
 
+    # k1, k2: coefficients
     k1: float
     k2: float
+    # right_px, down_px: from the picture's middle to the centre of distortion
     right_px: float
     down_px: float
 
@@ -181,21 +144,15 @@ def lens_distortion(random: np.random.Generator) -> AtStrength:
 _SWAY_S = 3.0
 
 
-@dataclass(frozen=True)
 class TimeBaseError(Mechanism):
     """Frames lie further apart than their stamps say: by the share `relative` in the long run, now more and now less.
 
     The clock's oscillator sways about its mean by the share `sway` of the error, with a period of three seconds.
-
-    Attributes:
-        relative: of a second on the camera's clock, how much longer it lasts; more than -1 / (1 + sway).
-        sway: 0 to 1.
-        phase_rad: of the sway at the first frame.
     """
 
-    relative: float
-    sway: float
-    phase_rad: float
+    relative: float  # of a second on the camera's clock, how much longer it lasts; more than -1 / (1 + sway)
+    sway: float  # 0 to 1
+    phase_rad: float  # of the sway at the first frame
 
     def expose(self, time_s: np.ndarray) -> np.ndarray:
         """True times: the integral of 1 + relative (1 + sway cos(w t + phase))."""
@@ -208,31 +165,21 @@ def time_base_error(random: np.random.Generator) -> AtStrength:
     """Draws a clock that is fast or slow, and how it sways; the error saturates at a half."""
     typical, most = 0.02, 0.5
     sign, sway, phase = random.choice([-1.0, 1.0]), random.uniform(0.0, 0.1), random.uniform(0, 2 * np.pi)
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        relative = sign * most * np.tanh(typical / most * strength)
-        return (TimeBaseError(float(relative), float(sway), float(phase)),)
-
-    return at
+    return lambda strength: (TimeBaseError(sign * most * np.tanh(typical / most * strength), sway, phase),)
 
 
 _ROUNDS = 6
 
 
-@dataclass(frozen=True)
 class RollingShutter(Mechanism):
     """Each marker is drawn where it is when the line it is drawn on is read.
 
     The instant is solved for, not taken to first order. Meingast, Geyer and Sastry (2005), Geometric models of
     rolling-shutter cameras.
-
-    Attributes:
-        readout_s: from the first line to the last.
-        stamped: share of the lines that are read before the instant that the frame is said to be of.
     """
 
-    readout_s: float
-    stamped: float
+    readout_s: float  # from the first line to the last
+    stamped: float  # share of the lines that are read before the instant that the frame is said to be of
 
     def picture(self, picture: Picture) -> Picture:
         """From the paths through all frames; fixed points of x(t + readout (line / lines - stamped))."""
@@ -251,26 +198,18 @@ def rolling_shutter(random: np.random.Generator) -> AtStrength:
     """Draws which line a frame's stamp belongs to; the readout saturates at 40 ms."""
     typical_s, most_s = 0.01, 0.04
     stamped = random.uniform(0.3, 0.7)
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        return (RollingShutter(float(most_s * np.tanh(typical_s / most_s * strength)), float(stamped)),)
-
-    return at
+    return lambda strength: (RollingShutter(most_s * np.tanh(typical_s / most_s * strength), stamped),)
 
 
-@dataclass(frozen=True)
 class MarkerOffset(Mechanism):
     """Markers are glued beside their places, and their boxes placed beside them.
 
     What is glued turns with its link; a box keeps its offset as it was in the first frame.
-
-    Attributes:
-        offset_m: by name of marker, in the axes of its link: along (tailwards) and across.
-        glued: share of it that turns with the link.
     """
 
+    # by name of marker, in the axes of its link: along (tailwards) and across
     offset_m: tuple[tuple[str, complex], ...]
-    glued: float
+    glued: float  # share of it that turns with the link
 
     def place(self, sight: Sight) -> Sight:
         """Shifted by both."""
@@ -298,22 +237,16 @@ def marker_offset(random: np.random.Generator) -> AtStrength:
 _HELD_M = 0.04  # a box that slid this far holds on to something else
 
 
-@dataclass(frozen=True)
 class TrackerDrift(Wearing):
     """Each box slides along the body as a random walk with a trend, bounded by the size of a box.
 
     Matthews, Ishikawa and Baker (2004), The template update problem: small errors of a template that is renewed add up.
     The trend is a matter of the marker, the same in every trial; the walk is another at every time in use.
-
-    Attributes:
-        pace_m_s: by name of marker, tailwards.
-        walk_m: by which the walk spreads in a second.
-        seed: of the walk.
     """
 
-    pace_m_s: tuple[tuple[str, float], ...]
-    walk_m: float
-    seed: int
+    pace_m_s: tuple[tuple[str, float], ...]  # by name of marker, tailwards
+    walk_m: float  # by which the walk spreads in a second
+    seed: int  # of the walk
 
     def place(self, sight: Sight) -> Sight:
         """Further along the link from frame to frame."""
@@ -349,22 +282,17 @@ def tracker_drift(random: np.random.Generator) -> AtStrength:
 _APART_S = 0.7  # mean time from one exchange to the next
 
 
-@dataclass(frozen=True)
 class MarkerSwap(Wearing):
     """Two tracks truly exchange their markers, in bursts that begin at random and are longer the larger their share.
 
     Identity switches: Milan et al. (2016), MOT16. The bursts go on from one trial to the next, by the time in use.
-
-    Attributes:
-        front, rear: names of the two.
-        share: of the time.
-        seed: of when the bursts begin.
     """
 
+    # front, rear: names of the two
     front: str
     rear: str
-    share: float
-    seed: int
+    share: float  # of the time
+    seed: int  # of when the bursts begin
 
     def picture(self, picture: Picture) -> Picture:
         """Exchanged in some frames, untouched in the others."""

@@ -1,36 +1,26 @@
 """Mechanisms that the catalogue of effects does not hold."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from benchmarks.reality.camera import Sight
 from benchmarks.reality.fluid import StripForces
 from benchmarks.reality.instant import Instant
-from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanism import AtStrength, Mechanism, Wearing
+from benchmarks.reality.mechanisms.drive import LateCrank
 from benchmarks.reality.mechanisms.fluid import MovingWater
-from benchmarks.reality.mechanisms.wear import Wearing
-from benchmarks.reality.tendons import Turn
 
 _SLOW_M_S = 0.1
 
 
-@dataclass(frozen=True)
 class LooseningMarker(Wearing):
-    """It slides tailwards out of its socket, ever more slowly, and lags in it when the tail sweeps sideways.
+    """It slides tailwards out of its socket, ever more slowly, and lags in it when the tail sweeps sideways."""
 
-    Attributes:
-        which: 0 to 1, of all markers but nose and neck.
-        slide_m: in the end.
-        slide_s: in which two thirds of it are done.
-        wobble_m: most that it lags.
-    """
-
-    which: float
-    slide_m: float
-    slide_s: float
-    wobble_m: float
+    which: float  # 0 to 1, of all markers but nose and neck
+    slide_m: float  # in the end
+    slide_s: float  # in which two thirds of it are done
+    wobble_m: float  # most that it lags
 
     def place(self, sight: Sight) -> Sight:
         """Moves the one marker."""
@@ -59,17 +49,12 @@ def loosening_marker(random: np.random.Generator) -> AtStrength:
 _RATE_HZ, _MEAN_FRAMES = 0.4, 1.5
 
 
-@dataclass(frozen=True)
 class TimingGlitch(Mechanism):
-    """Now and then the picture freezes for some frames, or skips some; all that follows is late, or early.
+    """Now and then the picture freezes for some frames, or skips some; all that follows is late, or early."""
 
-    Attributes:
-        rate_hz: of glitches.
-        seed: of when they come and how long they last, others in trials of another length; those at a low rate come at
-            a higher one too.
-    """
-
-    rate_hz: float
+    rate_hz: float  # of glitches
+    # of when they come and how long they last, others in trials of another length; those at a low rate come at a higher
+    # one too
     seed: int
 
     def expose(self, time_s: np.ndarray) -> np.ndarray:
@@ -96,36 +81,22 @@ def timing_glitch(random: np.random.Generator) -> AtStrength:
 _LAG_S = 0.02
 
 
-@dataclass(frozen=True)
-class SlippingCoupling(Mechanism):
+class SlippingCoupling(LateCrank):
     """The crank turns back against the motor wherever the torque through the coupling is more than that holds.
 
-    The state is the angle lost, the rate at which it grows, and since when; the rate lags a little behind the torque.
-
-    Attributes:
-        holds_n_m: torque without slip.
-        slip_rad_n_m_s: rate of the slip over the torque beyond.
+    The rate at which it loses angle lags a little behind the torque.
     """
 
-    holds_n_m: float
-    slip_rad_n_m_s: float
-
-    def start(self, now: Instant) -> np.ndarray:
-        """(n, 3) nothing lost."""
-        return np.concatenate([np.zeros((len(now.time_s), 2)), now.time_s], axis=1)
+    holds_n_m: float  # torque without slip
+    slip_rad_n_m_s: float  # rate of the slip over the torque beyond
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         """By the torque of the moment."""
-        lost = state[:, :1] + state[:, 1:2] * step_s
+        _, lost, slip = np.split(state, 3, axis=1)
         torque = now.pull.crank_torque_n_m
         told = self.slip_rad_n_m_s * np.sign(torque) * np.maximum(np.abs(torque) - self.holds_n_m, 0.0)
-        slip = told + np.exp(-step_s / _LAG_S) * (state[:, 1:2] - told)
-        return np.concatenate([lost, slip, now.time_s + step_s], axis=1)
-
-    def turn(self, time_s: np.ndarray, turn: Turn, state: np.ndarray) -> Turn:
-        """Behind the motor by what is lost."""
-        lost, slip, since_s = state[:, 0:1], state[:, 1:2], state[:, 2:3]
-        return Turn(turn.angle_rad - lost - slip * (time_s - since_s), turn.speed_rad_s - slip)
+        slower = told + np.exp(-step_s / _LAG_S) * (slip - told)
+        return np.concatenate([now.time_s + step_s, lost + slip * step_s, slower], axis=1)
 
 
 def slipping_coupling(random: np.random.Generator) -> AtStrength:
@@ -135,18 +106,13 @@ def slipping_coupling(random: np.random.Generator) -> AtStrength:
     return lambda strength: (SlippingCoupling(holds, slip_rad_n_m_s * strength),)
 
 
-@dataclass(frozen=True)
 class CreepingTendon(Wearing):
-    """Knots that settle: after t in use the free length of one tendon has grown by g t / (t + t_half).
+    """Knots that settle: after t in use the free length of one tendon has grown by g t / (t + t_half)."""
 
-    Attributes:
-        left_m, right_m: g.
-        half_s: t_half.
-    """
-
+    half_s: float  # t_half
+    # left_m, right_m: g
     left_m: float
     right_m: float
-    half_s: float
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """Less tension."""
@@ -160,29 +126,17 @@ def creeping_tendon(random: np.random.Generator) -> AtStrength:
     """Left or right; 1 mm in the end at strength 1, half of it in the first 3 to 10 s; saturates at 8 mm."""
     creep_m, most_m = 0.001, 0.008
     left, half_s = random.random() < 0.5, random.uniform(3.0, 10.0)
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        creep = most_m * float(np.tanh(creep_m * strength / most_m))
-        return (CreepingTendon(creep * left, creep * (not left), half_s),)
-
-    return at
+    shares = np.array([left, not left])
+    return lambda strength: (CreepingTendon(half_s, *(most_m * np.tanh(creep_m * strength / most_m) * shares)),)
 
 
-@dataclass(frozen=True)
 class CrackedSegment(Wearing):
-    """From one moment on a gap loses a share of its stiffness, within a few beats, as a crack runs through it.
+    """From one moment on a gap loses a share of its stiffness, within a few beats, as a crack runs through it."""
 
-    Attributes:
-        gap: index of the robot's hinge.
-        lost: share of its stiffness.
-        cracks_s: when half of that is lost; in use, counted from the session's beginning.
-        runs_s: how long the crack takes to run, over 4.
-    """
-
-    gap: float
-    lost: float
-    cracks_s: float
-    runs_s: float
+    gap: float  # index of the robot's hinge
+    lost: float  # share of its stiffness
+    cracks_s: float  # when half of that is lost; in use, counted from the session's beginning
+    runs_s: float  # how long the crack takes to run, over 4
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """Takes back what the spring no longer exerts."""
@@ -199,34 +153,25 @@ def cracked_segment(random: np.random.Generator) -> AtStrength:
     return lambda strength: ((CrackedSegment(gap, float(-np.expm1(-ln * strength)), cracks_s, runs_s),))
 
 
-@dataclass(frozen=True)
 class WaterInHull(Mechanism):
     """A mass on a spring and a damper, as sloshing is modelled (Dodge, NASA SP-106, 2000, chapter 3), in the head.
 
-    The state is where it is in the pool and how fast; so its weight comes on top of the robot's.
-
-    Attributes:
-        mass_kg: that takes part.
-        slosh_hz: in a hull at rest.
-        damping: ratio.
-        place_m: of the hull's middle in the head's axes.
+    Its weight comes on top of the robot's.
     """
 
-    mass_kg: float
-    slosh_hz: float
-    damping: float
-    place_m: float
+    mass_kg: float  # that takes part
+    slosh_hz: float  # in a hull at rest
+    damping: float  # ratio
+    place_m: float  # of the hull's middle in the head's axes
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 4) x, y, and their rates: it moves with the hull."""
-        place, velocity = self._hull(now)
-        return np.concatenate([place.real, place.imag, velocity.real, velocity.imag], axis=1)
+        """(n, 2) place and velocity, complex: it moves with the hull."""
+        return np.concatenate(self._hull(now), axis=1)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:
         """Leapfrog."""
-        pull = self._pull(now, state) / self.mass_kg * step_s
-        faster = state[:, 2:] + np.concatenate([pull.real, pull.imag], axis=1)
-        return np.concatenate([state[:, :2] + faster * step_s, faster], axis=1)
+        faster = state[:, 1:] + self._pull(now, state) / self.mass_kg * step_s
+        return np.concatenate([state[:, :1] + faster * step_s, faster], axis=1)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
         """On the hull."""
@@ -240,7 +185,7 @@ class WaterInHull(Mechanism):
         """(n, 1) force on the water, complex."""
         place, velocity = self._hull(now)
         rate = 2 * np.pi * self.slosh_hz
-        off, faster = state[:, 0:1] + 1j * state[:, 1:2] - place, state[:, 2:3] + 1j * state[:, 3:4] - velocity
+        off, faster = state[:, :1] - place, state[:, 1:] - velocity
         return np.asarray(-self.mass_kg * (rate**2 * off + 2 * self.damping * rate * faster))
 
 
@@ -251,15 +196,11 @@ def water_in_hull(random: np.random.Generator) -> AtStrength:
     return lambda strength: (WaterInHull(kg * strength, slosh_hz, damping, place),)
 
 
-@dataclass(frozen=True)
 class CamberedFin(Mechanism):
-    """Lift 1/2 rho S C |v|^2 across the fin's way through the water, at any angle of attack: a thin aerofoil's camber.
+    """Lift 1/2 rho S C |v|^2 across the fin's way through water, at any angle of attack: a thin aerofoil's camber."""
 
-    Attributes:
-        lift: C, 4 pi times the camber over the chord (Anderson, Fundamentals of Aerodynamics, section 4.8); positive
-            pushes to the right a fin that moves ahead.
-    """
-
+    # C, 4 pi times the camber over the chord (Anderson, Fundamentals of Aerodynamics, section 4.8); positive pushes to
+    # the right a fin that moves ahead
     lift: float
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:  # noqa: ARG002
@@ -267,9 +208,7 @@ class CamberedFin(Mechanism):
         strips, flow = now.layout.strips, now.flow
         area = np.where(strips.plate == strips.plate[-1], 2 * strips.half_height_m * strips.length_m, 0.0)
         pressed = 0.5 * now.parameters.density_kg_m3 * area * self.lift * np.hypot(flow.along_m_s, flow.across_m_s)
-        return StripForces(
-            forces.along_n + pressed * flow.across_m_s, forces.across_n - pressed * flow.along_m_s, forces.torque_n_m
-        )
+        return forces.plus(pressed * flow.across_m_s, -pressed * flow.along_m_s)
 
 
 def cambered_fin(random: np.random.Generator) -> AtStrength:
@@ -285,19 +224,12 @@ _SPREAD = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0])  # turns one drawn number in
 _LEAST_M_S = 0.02
 
 
-@dataclass(frozen=True)
 class VortexBuffeting(Mechanism):
-    """A side force on the fin with lines about f = 0.2 U / D, so that it beats irregularly; no two trials alike.
+    """A side force on the fin with lines about f = 0.2 U / D, so that it beats irregularly; no two trials alike."""
 
-    Attributes:
-        lift: its root mean square over 1/2 rho S U^2, S the fin's area.
-        width_m: D, of what sheds.
-        luck: 0 to 1, tells the phases of the lines.
-    """
-
-    lift: float
-    width_m: float
-    luck: float
+    lift: float  # its root mean square over 1/2 rho S U^2, S the fin's area
+    width_m: float  # D, of what sheds
+    luck: float  # 0 to 1, tells the phases of the lines
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, 1) widths travelled, from a beginning that another place or crank changes."""
@@ -332,23 +264,14 @@ def vortex_buffeting(random: np.random.Generator) -> AtStrength:
 _SOFT = 8.0  # how sharply it comes and goes
 
 
-@dataclass(frozen=True)
 class TrappedBubble(Mechanism):
-    """Drag k |v| v at one place on the keel for part of every stretch of a swim: it grows, tears off, grows again.
+    """Drag k |v| v at one place on the keel for part of every stretch of a swim: it grows, tears off, grows again."""
 
-    Attributes:
-        drag_kg_m: k.
-        period_s: between two bubbles.
-        part: of the period in which there is one.
-        begins: 0 to 1, of the first period.
-        place_m: on the keel, in the head's axes.
-    """
-
-    drag_kg_m: float
-    period_s: float
-    part: float
-    begins: float
-    place_m: float
+    drag_kg_m: float  # k
+    period_s: float  # between two bubbles
+    part: float  # of the period in which there is one
+    begins: float  # 0 to 1, of the first period
+    place_m: float  # on the keel, in the head's axes
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """On the head, in water."""
@@ -368,23 +291,16 @@ def trapped_bubble(random: np.random.Generator) -> AtStrength:
     return lambda strength: (TrappedBubble(drag_kg_m * strength, period, part, begins, place),)
 
 
-@dataclass(frozen=True)
 class Propwash(MovingWater):
     """A plane jet that lasts: velocity U exp(-(d / b)^2) along its line, d the distance from that.
 
     The Gaussian profile of Rajaratnam, Turbulent Jets (1976), chapter 1, without the slow widening.
-
-    Attributes:
-        speed_m_s: U, on the line.
-        heading_rad: of the jet in the pool.
-        offset_m: of its line from the pool's origin, to its left.
-        width_m: b.
     """
 
-    speed_m_s: float
-    heading_rad: float
-    offset_m: float
-    width_m: float
+    speed_m_s: float  # U, on the line
+    heading_rad: float  # of the jet in the pool
+    offset_m: float  # of its line from the pool's origin, to its left
+    width_m: float  # b
 
     def velocity(self, place_m: np.ndarray) -> np.ndarray:
         """Of the jet."""
@@ -404,25 +320,19 @@ def propwash(random: np.random.Generator) -> AtStrength:
 _STRAIGHT = 0.05  # sag over span of a cable that is all paid out
 
 
-@dataclass(frozen=True)
 class Tether(Mechanism):
     """A sagging cable pulls harder the further off its post is, and is dragged along sideways through the water.
 
     A parabola of span d and length l sags by f^2 = 3 d (l - d) / 8 and pulls by w d^2 / 8 f (Irvine, Cable Structures,
     1981, section 2.2), with w its weight in water per length.
-
-    Attributes:
-        post_x_m, post_y_m: in the pool.
-        length_m: l.
-        weight_n_m: w.
-        drag_kg_m: force over the head's speed squared.
     """
 
+    # post_x_m, post_y_m: in the pool
     post_x_m: float
     post_y_m: float
-    length_m: float
-    weight_n_m: float
-    drag_kg_m: float
+    length_m: float  # l
+    weight_n_m: float  # w
+    drag_kg_m: float  # force over the head's speed squared
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """On the head's origin."""

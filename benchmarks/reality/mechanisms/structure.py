@@ -1,26 +1,20 @@
 """Hinges and masses of the tail."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from benchmarks.reality.instant import Instant
 from benchmarks.reality.layout import Layout
-from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.parameters import Parameters
 from swimmer.robot import load_robot
 
 
-@dataclass(frozen=True)
 class StiffnessError(Mechanism):
-    """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly alike everywhere.
+    """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly alike everywhere."""
 
-    Attributes:
-        ln_factor: (gaps,) of each gap of the robot, from the head on.
-    """
-
-    ln_factor: tuple[float, ...]
+    ln_factor: tuple[float, ...]  # (gaps,) of each gap of the robot, from the head on
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Other springs."""
@@ -35,17 +29,11 @@ def stiffness_error(random: np.random.Generator, gaps: int = 5) -> AtStrength:
     return lambda strength: (StiffnessError(tuple(strength * ln_factor)),)
 
 
-@dataclass(frozen=True)
 class StiffnessGradient(Mechanism):
-    """Stiffness grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays.
+    """Stiffness grows, or falls, exponentially along the tail, as with a taper of thickness; its mean stays."""
 
-    Attributes:
-        ln_ratio: of the rearmost hinge to one half-way.
-        power: 1 for an even taper; more where the ends differ most, less where the middle does.
-    """
-
-    ln_ratio: float
-    power: float
+    ln_ratio: float  # of the rearmost hinge to one half-way
+    power: float  # 1 for an even taper; more where the ends differ most, less where the middle does
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Other springs."""
@@ -62,25 +50,19 @@ def stiffness_gradient(random: np.random.Generator) -> AtStrength:
     return lambda strength: ((StiffnessGradient(sign * most_ln * float(np.tanh(ln * strength / most_ln)), power),))
 
 
-@dataclass(frozen=True)
 class StiffnessHardening(Mechanism):
     """A toe and then a steeper line: torque k (q + r (q - a arctan(q / a))) of a gap at bend q.
 
     Slopes k where straight and k (1 + r) where far bent, as of a gap whose edges come to bear; k (1 + r q^2 / 3 a^2) q
     between.
-
-    Attributes:
-        ratio: r.
-        toe_rad: a.
     """
 
-    ratio: float
-    toe_rad: float
+    ratio: float  # r
+    toe_rad: float  # a
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """The steepest slope is taken implicitly."""
-        extra = parameters.extra_implicit_stiffness_n_m + self.ratio * parameters.hinge_stiffness_n_m
-        return replace(parameters, extra_implicit_stiffness_n_m=extra)
+        return parameters.taken_implicitly(self.ratio * parameters.hinge_stiffness_n_m)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """What comes on top of Hooke's law; hinges in series share the bend of their gap."""
@@ -96,22 +78,15 @@ def stiffness_hardening(random: np.random.Generator) -> AtStrength:
     return lambda strength: (StiffnessHardening(3 * toe**2 * cubic * strength, toe),)
 
 
-@dataclass(frozen=True)
 class JointDamping(Mechanism):
-    """A damper beside the hinge's own whose fluid thins with shear: torque c r w / (1 + |w| / w_0), w the bend's rate.
+    """A damper beside the hinge's own whose fluid thins with shear: torque c r w / (1 + |w| / w_0), w the rate."""
 
-    Attributes:
-        share: r, of the damping c that the robot is said to have; negative: some of that is missing.
-        thinning_rad_s: w_0, of a gap.
-    """
-
-    share: float
-    thinning_rad_s: float
+    share: float  # r, of the damping c that the robot is said to have; negative: some of that is missing
+    thinning_rad_s: float  # w_0, of a gap
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """Its slope where slow is taken implicitly."""
-        own = max(self.share, 0.0) * parameters.hinge_damping_n_m_s
-        return replace(parameters, extra_implicit_damping_n_m_s=parameters.extra_implicit_damping_n_m_s + own)
+        return parameters.taken_implicitly(damping=max(self.share, 0.0) * parameters.hinge_damping_n_m_s)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """What comes on top of the hinge's own damper."""
@@ -135,28 +110,21 @@ def joint_damping(random: np.random.Generator) -> AtStrength:
 _BRISTLE_RAD = 0.005  # bend of the bristles of a hinge where they slip
 
 
-@dataclass(frozen=True)
 class JointFriction(Mechanism):
     """The LuGre model: bristles bend before they slip, with a higher torque to break away than to keep sliding.
 
     Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40 (1995): z' = w - |w| z s_0 / g(w),
     torque s_0 z, g(w) = T (1 + e exp(-(w / w_s)^2)); the hinge's own damper stands for that of the bristles. The state
     is where the bristles' roots are, q - z, so that within a step they are a spring.
-
-    Attributes:
-        torque_n_m: T, when sliding.
-        excess: e, of the break-away torque.
-        stribeck_rad_s: w_s.
     """
 
-    torque_n_m: float
-    excess: float
-    stribeck_rad_s: float
+    torque_n_m: float  # T, when sliding
+    excess: float  # e, of the break-away torque
+    stribeck_rad_s: float  # w_s
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """The bristles are taken implicitly."""
-        extra = parameters.extra_implicit_stiffness_n_m + self.torque_n_m / _BRISTLE_RAD
-        return replace(parameters, extra_implicit_stiffness_n_m=extra)
+        return parameters.taken_implicitly(self.torque_n_m / _BRISTLE_RAD)
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, h) roots, the bristles upright."""
@@ -183,19 +151,14 @@ def joint_friction(random: np.random.Generator) -> AtStrength:
     )
 
 
-@dataclass(frozen=True)
 class BendOffset(Mechanism):
     """Curved where it is flexible: each gap rests at an angle in proportion to its length, and more towards one end.
 
     The tendons keep the lengths at which they hold the tail straight.
-
-    Attributes:
-        mean_rad: over the gaps.
-        rearward: 0 for an even curvature; 1 if it grows from nothing at the first gap.
     """
 
-    mean_rad: float
-    rearward: float
+    mean_rad: float  # over the gaps
+    rearward: float  # 0 for an even curvature; 1 if it grows from nothing at the first gap
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Another rest."""
@@ -212,31 +175,17 @@ def bend_offset(random: np.random.Generator) -> AtStrength:
     return lambda strength: ((BendOffset(sign * most_rad * float(np.tanh(mean_rad * strength / most_rad)), rearward),))
 
 
-@dataclass(frozen=True)
 class MassDistribution(Mechanism):
-    """Lumps at the tendon guides, of glue and markers, that were weighed with the head; the total stays.
+    """Lumps at the tendon guides, of glue and markers, that were weighed with the head; the total stays."""
 
-    Attributes:
-        share: of the head's mass.
-        at_guide: (g,) how the lumps share it, from the first guide to the last; they add up to 1.
-    """
-
-    share: float
-    at_guide: tuple[float, ...]
+    share: float  # of the head's mass
+    at_guide: tuple[float, ...]  # (g,) how the lumps share it, from the first guide to the last; they add up to 1
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Masses and their moments."""
         head = np.where(np.arange(layout.hinges + 1) == 0, 1 - self.share, 1.0)
         lump = self.share * parameters.link_mass_kg[0, 0] * np.array(self.at_guide)
-        added = np.zeros((3, layout.hinges + 1))
-        for order in (0, 1, 2):
-            np.add.at(added[order], layout.guide_link, lump * layout.guide_place_m**order)
-        return replace(
-            parameters,
-            link_mass_kg=parameters.link_mass_kg * head + added[0],
-            link_moment_kg_m=parameters.link_moment_kg_m * head + added[1],
-            link_inertia_kg_m2=parameters.link_inertia_kg_m2 * head + added[2],
-        )
+        return parameters.reweighed(head, layout.on_links(layout.guide_link, lump, layout.guide_place_m))
 
 
 def mass_distribution(random: np.random.Generator) -> AtStrength:
@@ -253,19 +202,14 @@ def mass_distribution(random: np.random.Generator) -> AtStrength:
     return lambda strength: ((MassDistribution(most * float(np.tanh(share * strength / most)), at_guide),))
 
 
-@dataclass(frozen=True)
 class EntrainedWater(Mechanism):
     """A layer on both sides of tail and fin that deepens rearwards, as boundary layers do; none in air.
 
     With s the place between the first hinge (0) and the rear edge (1), the layer is t (1 + p) s^p deep.
-
-    Attributes:
-        mean_m: t, mean depth over the tail's length.
-        power: p.
     """
 
-    mean_m: float
-    power: float
+    mean_m: float  # t, mean depth over the tail's length
+    power: float  # p
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """Heavier links behind the head, the water on either side hanging on their surface."""
@@ -275,16 +219,9 @@ class EntrainedWater(Mechanism):
         depth = self.mean_m * (1 + self.power) * along**self.power
         density = parameters.density_kg_m3[0, 0]
         kg = np.where(strips.link > 0, 2 * depth * 2 * strips.half_height_m * strips.length_m * density, 0.0)
-        added = np.zeros((3, layout.hinges + 1))
-        for order in (0, 1, 2):
-            np.add.at(added[order], strips.link, kg * strips.place_m**order)
+        added = layout.on_links(strips.link, kg, strips.place_m)
         np.add.at(added[2], strips.link, kg * (strips.length_m**2 / 12 + depth**2 / 3))
-        return replace(
-            parameters,
-            link_mass_kg=parameters.link_mass_kg + added[0],
-            link_moment_kg_m=parameters.link_moment_kg_m + added[1],
-            link_inertia_kg_m2=parameters.link_inertia_kg_m2 + added[2],
-        )
+        return parameters.reweighed(1.0, added)
 
 
 def entrained_water(random: np.random.Generator) -> AtStrength:

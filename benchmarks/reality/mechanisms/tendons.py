@@ -1,19 +1,17 @@
 """Crank arms and tendons."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from benchmarks.reality.instant import Instant
 from benchmarks.reality.layout import Layout
-from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms import AtStrength
+from benchmarks.reality.mechanism import AtStrength, Mechanism
 from benchmarks.reality.parameters import Parameters
 
 
-@dataclass(frozen=True)
 class CrankArmError(Mechanism):
-    """Attributes: left, right, by which share either tendon's anchor is further from the shaft than described."""
+    """Either tendon's anchor is further from the shaft than described, by a share."""
 
     left: float
     right: float
@@ -32,33 +30,23 @@ def crank_arm_error(random: np.random.Generator) -> AtStrength:
     typical, shortest, longest = 0.05, 0.5, 0.018
     most = random.choice([-shortest, longest])
     shares = random.permutation([1.0, random.uniform(0.4, 1.0)])
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        relative = most * np.tanh(typical / abs(most) * strength)
-        left, right = relative * shares
-        return (CrankArmError(float(left), float(right)),)
-
-    return at
+    return lambda strength: (CrankArmError(*(most * np.tanh(typical / abs(most) * strength) * shares)),)
 
 
 _YIELDS_M = 0.001  # stretch over which the knots give
 
 
-@dataclass(frozen=True)
 class TendonCompliance(Mechanism):
     """Fittings are springs in series with the lines, and their knots rub as they stretch.
 
     The friction is a bristle of Dahl's in parallel: z' = s' - |s'| z / 1 mm, tension `loss` k z, with k the spring of
     the whole and s its stretch; a loop of force over stretch that does not depend on speed.
-
-    Attributes:
-        left, right: compliance of either line's fittings over that of the line.
-        loss: height of the loop, in a millimetre of stretch.
     """
 
+    # left, right: compliance of either line's fittings over that of the line
     left: float
     right: float
-    loss: float
+    loss: float  # height of the loop, in a millimetre of stretch
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         """Softer springs with the same time constant."""
@@ -100,22 +88,18 @@ def tendon_compliance(random: np.random.Generator) -> AtStrength:
 _KNEE = 0.15  # of the slack: over how much of its length a line comes tight
 
 
-@dataclass(frozen=True)
 class TendonSlack(Mechanism):
     """Line and rod ends have play: a tendon pulls when stretched by more than its slack, and pushes beyond its play.
 
     The tendons of the base state push more than they pull, so both ends of the play matter. Each end comes tight over a
     smooth knee of width w: T = k (soft(s - slack) - soft(-s - play)), soft(u) = w log(1 + exp(u / w)), and the damper
     with the slope of it.
-
-    Attributes:
-        pull_left_m, pull_right_m: slack.
-        push_m: play.
     """
 
+    # pull_left_m, pull_right_m: slack
     pull_left_m: float
     pull_right_m: float
-    push_m: float
+    push_m: float  # play
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         """What the tension is more than that of tight tendons."""
@@ -133,12 +117,8 @@ def tendon_slack(random: np.random.Generator) -> AtStrength:
     """Draws how differently long the two lines are, and how much play there is to the slack. Saturates at 12 mm."""
     typical_m, most_m = 0.002, 0.012
     uneven, play = random.uniform(-0.05, 0.05), random.uniform(0.9, 1.1)
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        slack_m = most_m * np.tanh(typical_m / most_m * strength)
-        return (TendonSlack(float(slack_m * (1 + uneven)), float(slack_m * (1 - uneven)), float(slack_m * play)),)
-
-    return at
+    shares = np.array([1 + uneven, 1 - uneven, play])
+    return lambda strength: (TendonSlack(*(most_m * np.tanh(typical_m / most_m * strength) * shares)),)
 
 
 _TENSION_N = 50.0  # of tendons in use
@@ -148,7 +128,6 @@ _STICKING = 1.1  # of the friction at rest over that in sliding
 _MARGIN = 2.0  # by which the implicit stiffness exceeds that of the bristles, for stability
 
 
-@dataclass(frozen=True)
 class TendonFriction(Mechanism):
     """Each line rubs at each guide it slides through, by LuGre's bristles (Canudas de Wit et al. 1995).
 
@@ -156,14 +135,10 @@ class TendonFriction(Mechanism):
     with the line's tension (Euler's capstan), the rest is there always; at rest it is a tenth more. A line slides
     through a guide as its way behind it gets longer, so friction there resists all hinges behind with the line's arm at
     each.
-
-    Attributes:
-        level_n: in sliding, at 50 N of tension.
-        loaded: share of it that is in proportion to the tension.
     """
 
-    level_n: float
-    loaded: float
+    level_n: float  # in sliding, at 50 N of tension
+    loaded: float  # share of it that is in proportion to the tension
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         """What the integrator takes implicitly: more than the bristles' stiffness at each hinge (Gershgorin's rows)."""
@@ -171,8 +146,7 @@ class TendonFriction(Mechanism):
         stiffness = np.zeros(layout.hinges)
         for behind in _behind(layout):
             stiffness += 2 * arms * behind * (arms @ behind)
-        extra = _MARGIN * self.level_n / _BRISTLE_M * stiffness * _strung(parameters)
-        return replace(parameters, extra_implicit_stiffness_n_m=parameters.extra_implicit_stiffness_n_m + extra)
+        return parameters.taken_implicitly(_MARGIN * self.level_n / _BRISTLE_M * stiffness * _strung(parameters))
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, 2 g) bristles, unbent, m."""
@@ -222,16 +196,11 @@ def tendon_friction(random: np.random.Generator) -> AtStrength:
     """Draws how much of the friction is by the lines' own tension. The level saturates at 5 N."""
     typical_n, most_n = 0.5, 5.0
     loaded = random.uniform(0.0, 0.1)
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        return (TendonFriction(float(most_n * np.tanh(typical_n / most_n * strength)), float(loaded)),)
-
-    return at
+    return lambda strength: (TendonFriction(most_n * np.tanh(typical_n / most_n * strength), loaded),)
 
 
-@dataclass(frozen=True)
 class TendonAsymmetry(Mechanism):
-    """Attributes: left_m, right_m, by which either tendon's free length is more than that of the straight tail."""
+    """Either tendon's free length is more than that of the straight tail."""
 
     left_m: float
     right_m: float
@@ -249,9 +218,5 @@ def tendon_asymmetry(random: np.random.Generator) -> AtStrength:
     """
     typical_m, most_m = 0.001, 0.012
     sign, shares = random.choice([-1.0, 1.0]), random.permutation([1.0, random.uniform(0.25, 1.0)])
-
-    def at(strength: float) -> tuple[Mechanism, ...]:
-        left_m, right_m = sign * most_m * np.tanh(typical_m / most_m * strength) * shares
-        return (TendonAsymmetry(float(-left_m), float(right_m)),)
-
-    return at
+    signed = [-1.0, 1.0] * shares
+    return lambda strength: (TendonAsymmetry(*(sign * most_m * np.tanh(typical_m / most_m * strength) * signed)),)

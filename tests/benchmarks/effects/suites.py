@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.effects.answer import Answer
-from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
+from benchmarks.effects.folder import DIAGNOSIS, Answer, SuiteFolder
 from benchmarks.effects.suite import SessionPlan
 from diagnosis import Discrepancy
 

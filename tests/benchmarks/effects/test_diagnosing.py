@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.cases import Run
-from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without
+from benchmarks.effects.diagnosing import CommandLine, diagnose, diagnose_suite, diagnose_without, program_of
 from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
 from benchmarks.effects.following import follow_suite
-from benchmarks.effects.program import CommandLine, diagnose, program_of
 from benchmarks.effects.score import measures_without
 from benchmarks.effects.scoring import score_all, score_rules, score_suite, score_without
 from benchmarks.scores import Scores
@@ -133,8 +132,8 @@ def test_the_toolkit_s_own_program_is_told_what_to_leave_out(
         def diagnosis(self, without: frozenset[str], discrepancy: Discrepancy) -> None:
             asked.append((self.session, self.effort, without, discrepancy))
 
-    monkeypatch.setattr("benchmarks.effects.program.open_session", lambda folder: folder)
-    monkeypatch.setattr("benchmarks.effects.program.Pipeline", Recorded)
+    monkeypatch.setattr("benchmarks.effects.diagnosing.open_session", lambda folder: folder)
+    monkeypatch.setattr("benchmarks.effects.diagnosing.Pipeline", Recorded)
     diagnose(suite.sessions / NAMES[0], told := Discrepancy.independent(np.eye(127)), frozenset({"wave_drag"}))
     assert asked[0][:3] == (suite.sessions / NAMES[0], "quick", frozenset({"wave_drag"}))
     assert asked[0][3] is told

@@ -16,14 +16,14 @@ from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.making import write_session
 from benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite
-from benchmarks.reality.mechanisms import CATALOGUED, catalogued, uncatalogued
+from benchmarks.reality.mechanisms import CATALOGUED, EVERY, FAMILIES, OUTSIDE
 from session import load_session
 from tests.benchmarks.effects.suites import shortened
 
 SIZE = SuiteSize(90, 45)
 TOGETHER = 16  # sessions under way at a time, in the company of others as in a suite
 STRENGTH = 2.0  # twice what is typical: what an effect gives away, it gives away more of
-FAMILY = {name: family for family, names in CATALOGUED.items() for name in names}
+FAMILY = {name: family for family, names in FAMILIES.items() for name in names}
 
 pytestmark = pytest.mark.long
 
@@ -31,14 +31,14 @@ pytestmark = pytest.mark.long
 @pytest.fixture(scope="module")
 def plans() -> tuple[SessionPlan, ...]:
     """Of unequal lengths, as those of a suite."""
-    every = plan_suite(5, SIZE, tuple(catalogued()), tuple(uncatalogued()))
+    every = plan_suite(5, SIZE, tuple(CATALOGUED), tuple(OUTSIDE))
     return tuple(shortened(plan, seconds=1.6 + 0.1 * (plan.seed % 8)) for plan in every)
 
 
 @pytest.fixture(scope="module")
 def folder(plans: tuple[SessionPlan, ...], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Written as a suite is, but for the search of the severity, which leaves no trace in the files."""
-    folder, mechanisms = tmp_path_factory.mktemp("suite"), {**catalogued(), **uncatalogued()}
+    folder, mechanisms = tmp_path_factory.mktemp("suite"), EVERY
 
     def made(plan: SessionPlan) -> Filming[None]:
         drawn, random = (yield from draw_world(plan)), np.random.default_rng([plan.seed, 3])

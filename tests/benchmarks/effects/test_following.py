@@ -13,17 +13,16 @@ import pytest
 from benchmarks.cases import Run
 from benchmarks.effects import following
 from benchmarks.effects import making as making_module
-from benchmarks.effects.answer import Answer
 from benchmarks.effects.drawn import one_more
 from benchmarks.effects.filming import Filming, film_together
-from benchmarks.effects.folder import DIAGNOSIS
+from benchmarks.effects.folder import DIAGNOSIS, Answer
 from benchmarks.effects.following import confused, follow_suite, wanted
 from benchmarks.effects.making import Making
 from benchmarks.effects.scoring import score_all, score_followed
 from benchmarks.effects.severity import Strength, Strong
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.effects.told import Told, read_told
-from benchmarks.reality.mechanisms import catalogued
+from benchmarks.reality.mechanisms import CATALOGUED
 from diagnosis import Discrepancy
 from session import load_session
 from tests.benchmarks.effects.suites import suite_in
@@ -112,7 +111,7 @@ def test_all_that_was_recorded_before_stays_as_it_was(tmp_path: Path, monkeypatc
     """The world and what is in it, both effects with draws of their own, are made again from seed and strengths."""
     plan = SessionPlan("w00000001", 3, SHORT, "double", ("drive_ratio_error", "bend_offset"))
     monkeypatch.setattr(making_module, "strength_for", as_strong_as_told)
-    making = Making(catalogued(), Discrepancy.independent(np.eye(127)), {})
+    making = Making(CATALOGUED, Discrepancy.independent(np.eye(127)), {})
     (answer,) = film_together([making.make(plan, tmp_path / "before")])
     assert (answer.seed, answer.strengths) == (3, (STRENGTH, STRENGTH))
     for kind, hz, file in (("dry", 1.0, "more_dry1_00.csv.gz"), ("free_decay", None, "more_decay.csv.gz")):

@@ -19,7 +19,7 @@ from benchmarks.effects.filming import Filming, film_together
 from benchmarks.effects.rows import Change, SessionRows, told_by
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Mechanism, Recording
-from benchmarks.reality.mechanisms import CATALOGUED, catalogued
+from benchmarks.reality.mechanisms import CATALOGUED, FAMILIES
 from diagnosis import discrepancy_for
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
@@ -57,7 +57,7 @@ def rows() -> SessionRows:
 @lru_cache(maxsize=1)
 def in_its_own_form() -> Mapping[str, Seen]:
     """Every effect of the catalogue as reality has it."""
-    made = {name: drawn(np.random.default_rng(DRAW))(STRENGTHS.get(name, 1.0)) for name, drawn in catalogued().items()}
+    made = {name: drawn(np.random.default_rng(DRAW))(STRENGTHS.get(name, 1.0)) for name, drawn in CATALOGUED.items()}
     return dict(zip(made, seen(list(made.values())), strict=True))
 
 
@@ -107,13 +107,13 @@ def followed(columns: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def test_the_twin_s_formula_is_known_of_every_effect() -> None:
-    elsewhere = CATALOGUED["measurement"]
-    assert set(TWINS_FORMS) == set(catalogued()) - set(elsewhere)
-    assert set(catalogued()) == set(catalogue())
+    elsewhere = FAMILIES["measurement"]
+    assert set(TWINS_FORMS) == set(CATALOGUED) - set(elsewhere)
+    assert set(CATALOGUED) == set(catalogue())
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", catalogued())
+@pytest.mark.parametrize("name", CATALOGUED)
 def test_the_refitted_twin_leaves_something_of_a_session(name: str) -> None:
     assert left_by_the_twin(name) > LEFT
 

@@ -12,15 +12,14 @@ import pytest
 
 from benchmarks.cases import Run
 from benchmarks.effects import rules
-from benchmarks.effects.answer import Answer
-from benchmarks.effects.evidence import evidence_of
 from benchmarks.effects.filming import film_together
+from benchmarks.effects.folder import Answer
 from benchmarks.effects.making import Making
-from benchmarks.effects.rules import judge_suite
+from benchmarks.effects.rules import evidence_of, judge_suite
 from benchmarks.effects.score import measures
 from benchmarks.effects.scoring import score_rules
 from benchmarks.effects.suite import Recorded, SessionPlan
-from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.reality.mechanisms import EVERY
 from benchmarks.scores import Share
 from diagnosis import Discrepancy
 from session import load_session
@@ -37,7 +36,7 @@ DISCREPANCY = Discrepancy.independent((2e-4) ** 2 * np.eye(127))
 @pytest.fixture(scope="module")
 def making() -> Making:
     effects = {name: catalogue()[name] for name in TRIED}
-    return Making({**catalogued(), **uncatalogued()}, DISCREPANCY, effects)
+    return Making(EVERY, DISCREPANCY, effects)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from benchmarks.effects.oracle import oracle_shrinkage
 from benchmarks.effects.rows import SessionRows
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording
-from benchmarks.reality.mechanisms import catalogued
+from benchmarks.reality.mechanisms import CATALOGUED
 from diagnosis import discrepancy_for
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
@@ -26,7 +26,7 @@ Seen = dict[str, Recording]
 
 def filming(name: str, strength: float) -> Filming[tuple[DrawnWorld, Seen, Seen]]:
     drawn = yield from draw_world(PLAN)
-    mechanisms = catalogued()[name](np.random.default_rng(4))(strength)
+    mechanisms = CATALOGUED[name](np.random.default_rng(4))(strength)
     return drawn, (yield from drawn.recorded()), (yield from drawn.recorded(mechanisms))
 
 

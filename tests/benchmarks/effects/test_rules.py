@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.effects.evidence import Evidence, _noise_of
-from benchmarks.effects.rules import RULES
+from benchmarks.effects.rules import RULES, Evidence, _noise_of
 from fitting.posterior.session_model import SessionModel
 from fitting.signatures import Whitened
 from session.create import FISHSIM_MARKERS
@@ -35,7 +34,7 @@ def noise(seed: int = 0) -> np.ndarray:
 
 
 def named(rule: str, left: np.ndarray) -> str:
-    told = RULES[rule](evidence(left), np.random.default_rng(0))
+    told = RULES[rule](evidence(left))
     return told.groups[0][0] if told.groups else told.verdict
 
 

@@ -10,11 +10,10 @@ from distributed import LocalCluster
 
 from benchmarks.cases import Failure, Run
 from benchmarks.effects import run
-from benchmarks.effects.answer import Answer
-from benchmarks.effects.folder import SuiteFolder
+from benchmarks.effects.folder import Answer, SuiteFolder
 from benchmarks.effects.run import make_suite
-from benchmarks.effects.suite import SessionPlan, Shard, SuiteSize, plan_suite, suite_named
-from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.effects.suite import SessionPlan, SuiteSize, plan_suite, suite_named
+from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
 from diagnosis import Discrepancy, shipped_discrepancy
 from session import InputError
 from session.results import write_whole
@@ -22,7 +21,7 @@ from tests.benchmarks.effects.suites import shortened
 
 ALONE = Run(workers=1)
 SIZE = SuiteSize(5, 5)  # nothing in them: no severity is sought, which takes a minute each
-PLANS = plan_suite(4, SIZE, tuple(catalogued()), tuple(uncatalogued()))
+PLANS = plan_suite(4, SIZE, tuple(CATALOGUED), tuple(OUTSIDE))
 NAMES = [plan.name for plan in PLANS]
 
 
@@ -108,9 +107,9 @@ def test_a_suite_may_be_made_in_shards(monkeypatch: pytest.MonkeyPatch, tmp_path
     monkeypatch.setattr(run, "_made_together", made)
     suite = empty_suite(tmp_path)
     suite.answers.mkdir()
-    assert make_suite(suite, 4, SIZE, ALONE, Shard(2, 5)) == ()
+    assert make_suite(suite, 4, SIZE, ALONE, slice(1, None, 5)) == ()
     assert suite.names == tuple(tried) == (NAMES[1],)
-    assert make_suite(suite, 4, SIZE, ALONE, Shard(1, 2)) == ()
+    assert make_suite(suite, 4, SIZE, ALONE, slice(0, None, 2)) == ()
     assert sorted(tried) == sorted([NAMES[1], *NAMES[::2]])
     assert make_suite(suite, 4, SIZE, ALONE) == ()
     assert sorted(tried) == NAMES

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.effects.answer import Answer
+from benchmarks.effects.folder import Answer
 from benchmarks.effects.score import (
     Case,
     Measures,
@@ -20,7 +20,7 @@ from benchmarks.effects.score import (
     of_kind,
     reachable,
 )
-from benchmarks.effects.told import Forecast, Told
+from benchmarks.effects.told import AllAtOnce, Gap, Told, Where
 from benchmarks.scores import Estimate, Share
 
 NULL = Answer("n", "null")
@@ -31,10 +31,10 @@ TETHER = Answer("t", "outside", outside="tether", detectability=10.0, stage="bod
 
 
 def told(
-    verdict: str, *groups: tuple[str, ...], shrinkage: float | None = None, stage: str = "tail", **p: float
+    verdict: Any, *groups: tuple[str, ...], shrinkage: float | None = None, stage: str = "tail", **p: float
 ) -> Told:
-    interval = None if shrinkage is None else (shrinkage - 0.1, shrinkage + 0.1)
-    return Told(verdict, groups, {"none_of_these": 0.0, **p}, {stage: 0.6, "floor": 0.4}, shrinkage, interval, 10.0)
+    gap = None if shrinkage is None else Gap(shrinkage, (shrinkage - 0.1, shrinkage + 0.1))
+    return Told(verdict, groups, {"none_of_these": 0.0, **p}, Where({stage: 0.6, "floor": 0.4}), gap, seconds=10.0)
 
 
 def measured(*cases: tuple[Answer, Told]) -> Measures:
@@ -104,7 +104,7 @@ def test_intervals_and_stages_count_where_they_can_be_right() -> None:
     off = told("named", ("tendon_slack",), tendon_slack=0.99, shrinkage=0.5, stage="camera")
     found = measured((SLACK, right), (SLACK, off), (WEAK, told("unexplained", shrinkage=0.4)), (NULL, told("no_gap")))
     assert counted(found, "stage_right", "interval_holds") == [(1, 3), (1, 2)]
-    elsewhere = replace(off, by_stage={"tail": 0.1, "body": 0.8})
+    elsewhere = replace(off, where=Where({"tail": 0.1, "body": 0.8}))
     assert counted(measured((SLACK, elsewhere)), "stage_right") == [(0, 1)]
 
 
@@ -146,7 +146,7 @@ def test_small_probabilities_do_not_water_the_error_down() -> None:
     half = told("named", ("tendon_slack",), tendon_slack=0.5, **{f"e{i}": 0.001 for i in range(30)})
     assert value(measured((SLACK, half)), "calibration") == pytest.approx(0.5)
     small = {f"e{i}": 0.015 for i in range(30)}
-    quiet, loud = (Told("no_gap", probabilities=small | more) for more in ({}, {"e0": 0.8}))
+    quiet, loud = (Told("no_gap", (), small | more) for more in ({}, {"e0": 0.8}))
     found = measured(*[(SLACK, quiet)] * 5, (SLACK, loud))
     error = found["calibration"].found
     assert isinstance(error, Estimate)
@@ -157,15 +157,15 @@ def test_small_probabilities_do_not_water_the_error_down() -> None:
 
 @pytest.mark.parametrize(("groups", "apart", "lost"), [([["a"]], 1, 0), ([["a", "b"]], 0, 0), ([["b"]], 0, 1)])
 def test_told_apart_is_an_effect_alone_in_its_group(groups: list[list[str]], apart: int, lost: int) -> None:
-    found = measures_followed([("a", Told("named", tuple(map(tuple, groups))))], missing=2)
+    found = measures_followed([("a", Told("named", tuple(map(tuple, groups)), {}))], missing=2)
     assert counted(found, "told_apart", "lost", "not_followed") == [(apart, 1), (lost, 1), (2, 3)]
 
 
 def together(named: float | None, every: float | None, plain: float = 0.010) -> Told:
     """With these errors of held-out speeds, m/s."""
-    with_names: dict[str, Any] = {} if named is None else {"named": Forecast(0.1, plain, named)}
-    with_all: dict[str, Any] = {} if every is None else {"together": Forecast(0.3, plain, every)}
-    return Told("named", **with_names, **with_all)
+    gap = Gap(0.1, None, plain, named)
+    everything = None if every is None else AllAtOnce(Gap(0.3, None, plain, every))
+    return Told("named", () if named is None else (("tendon_slack",),), {}, gap=gap, everything=everything)
 
 
 def test_all_at_once_counts_where_called_for_against_what_there_is_without() -> None:
@@ -176,13 +176,13 @@ def test_all_at_once_counts_where_called_for_against_what_there_is_without() -> 
         together(0.011, 0.002),
         together(0.003, None),
     )
-    found = measures_together([Case(NULL, Told("no_gap")), *(Case(many, each) for each in diagnoses)])
+    found = measures_together([Case(NULL, Told("no_gap", (), {})), *(Case(many, each) for each in diagnoses)])
     assert counted(found, "called_for_null", "called_for_many") == [(0, 1), (3, 4)]
     assert counted(found, "nearer_than_plain", "nearer_than_names alone") == [(2, 3), (1, 3)]
     errors = [value(found, f"error_{label}") for label in ("plain", "names alone", "all at once")]
     assert errors == pytest.approx([10.0, 10.0, 6.0])
     assert value(found, "shrinkage") == pytest.approx(0.3)
-    blank = measures_together([Case(many, Told("unexplained", together=Forecast()))])
+    blank = measures_together([Case(many, Told("unexplained", (), {}, everything=AllAtOnce()))])
     assert "nearer_than_plain" not in blank  # no held-out swim counts: no comparison
 
 

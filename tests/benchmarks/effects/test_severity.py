@@ -16,7 +16,7 @@ from benchmarks.effects.rows import SessionRows, camera_of, told_by
 from benchmarks.effects.severity import Strength, strength_for
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Recording
-from benchmarks.reality.mechanisms import catalogued
+from benchmarks.reality.mechanisms import CATALOGUED
 from diagnosis import discrepancy_for
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import AffectedSession
@@ -34,7 +34,7 @@ STEP, ROUNDS = 1e-3, 6  # relative, of differences; of least squares
 def filming() -> Filming[tuple[SessionRows, Strength, Mapping[str, Recording]]]:
     drawn = yield from draw_world(PLAN)
     rows = SessionRows.of(drawn, (yield from drawn.recorded()), discrepancy_for(FISHSIM_MARKERS, load_robot()))
-    made = catalogued()[TRUE](np.random.default_rng(4))
+    made = CATALOGUED[TRUE](np.random.default_rng(4))
     found = yield from strength_for(ASKED, made, TRUE, drawn, rows, rows.signatures(catalogue()))
     return rows, found, (yield from drawn.recorded(found.mechanisms, drawn.swims("fit")))
 

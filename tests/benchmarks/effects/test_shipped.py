@@ -6,14 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.effects.answer import Answer
 from benchmarks.effects.drawn import draw_world
 from benchmarks.effects.filming import film_together
-from benchmarks.effects.folder import SuiteFolder
+from benchmarks.effects.folder import Answer, SuiteFolder
 from benchmarks.effects.making import making_of, write_session
 from benchmarks.effects.shipped import SEED, checksum_of_sessions
 from benchmarks.effects.suite import SMALL, plan_suite
-from benchmarks.reality.mechanisms import catalogued, uncatalogued
+from benchmarks.reality.mechanisms import CATALOGUED, OUTSIDE
 from diagnosis import shipped_discrepancy
 from session import load_session
 from session.tracks import load_tracks
@@ -21,7 +20,7 @@ from swimmer.effects import catalogue
 
 FOLDER = Path(__file__).parents[3] / "datasets" / "withheld"
 SUITE = SuiteFolder(FOLDER / "small")
-PLANS = {plan.name: plan for plan in plan_suite(SEED, SMALL, tuple(catalogued()), tuple(uncatalogued()))}
+PLANS = {plan.name: plan for plan in plan_suite(SEED, SMALL, tuple(CATALOGUED), tuple(OUTSIDE))}
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +118,7 @@ def test_its_discrepancy_is_that_of_this_reality() -> None:
 
 def test_nothing_in_it_says_what_is_present() -> None:
     """By name; and all tracks are of one length."""
-    names = {*catalogue(), *uncatalogued()}
+    names = {*catalogue(), *OUTSIDE}
     for path in files():
         said = gzip.decompress(path.read_bytes()).decode() if path.suffix == ".gz" else path.read_text()
         assert not [name for name in names if name in said or name in path.name]

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.effects.told import Told, read_told
+from benchmarks.effects.told import Told, Trial, read_told
 from session import InputError
 from session.records import from_plain, to_plain
 
@@ -38,9 +38,8 @@ def test_it_is_read(tmp_path: Path) -> None:
 def test_trials_that_are_recommended_are_read(tmp_path: Path) -> None:
     trials = (None, {"kind": "swim", "commanded_hz": 0.8, "logged": True}, {"kind": "free_decay", "commanded_hz": None})
     wanted = [{"separates": ["a", "b"], "trial": trial} for trial in trials]
-    swim, decay = read_told(written(tmp_path, next_experiments=wanted)).recommended
-    assert swim == (("a", "b"), "swim", 0.8, True)
-    assert decay == (("a", "b"), "free_decay", None, False)
+    found = read_told(written(tmp_path, next_experiments=wanted)).next_experiments
+    assert [each.trial for each in found or ()] == [None, Trial("swim", 0.8, logged=True), Trial("free_decay")]
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ effect that is new in the catalogue needs an entry here: what its form in `swimm
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from benchmarks.reality.mechanisms.fluid import (
     SegmentCoefficients,
     SurfaceMotion,
     WallProximity,
+    _stacked,
 )
 from benchmarks.reality.mechanisms.structure import EntrainedWater, StiffnessError
 from benchmarks.reality.mechanisms.tendons import (
@@ -54,7 +55,6 @@ class TwinsForm(NamedTuple):
     typical: tuple[float, ...]
 
 
-@dataclass(frozen=True)
 class Sag(Mechanism):
     """f / (1 + load f^2), and falling as the winding warms."""
 
@@ -69,7 +69,6 @@ class Sag(Mechanism):
         return Turn(angle, turn.speed_rad_s * kept * pace.rate(running))
 
 
-@dataclass(frozen=True)
 class Ripple(Mechanism):
     """Twice a turn, by as many turns a second at any speed."""
 
@@ -83,7 +82,6 @@ class Ripple(Mechanism):
         return Turn(turn.angle_rad + ahead, turn.speed_rad_s * (1 + faster))
 
 
-@dataclass(frozen=True)
 class LateStart(Mechanism):
     """Up to speed by a smooth step; before the film as reality's own, which has a run-in and the twin has none."""
 
@@ -99,7 +97,6 @@ class LateStart(Mechanism):
         )
 
 
-@dataclass(frozen=True)
 class Slack(Mechanism):
     """A dead band with sharp edges, without damping within it."""
 
@@ -112,7 +109,6 @@ class Slack(Mechanism):
         return now.tighten(p.tendon_stiffness_n_m * held + damping * now.pull.rate_m_s - now.pull.tension_n)
 
 
-@dataclass(frozen=True)
 class GuideFriction(Mechanism):
     """F u / sqrt(u^2 + creep^2) of both lines at every guide."""
 
@@ -122,7 +118,7 @@ class GuideFriction(Mechanism):
         arms = np.abs(_straight_arms_m(layout))
         bound = sum(2 * arms * behind * (arms @ behind) for behind in _behind(layout))
         more = self.force_n / CREEP_M_S * bound * _strung(parameters)
-        return replace(parameters, extra_implicit_damping_n_m_s=parameters.extra_implicit_damping_n_m_s + more)
+        return parameters.taken_implicitly(damping=more)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         arms, behind = _arms_m(now), _behind(now.layout)
@@ -131,7 +127,6 @@ class GuideFriction(Mechanism):
         return now.bend(-((friction @ behind) * arms).sum(axis=1))
 
 
-@dataclass(frozen=True)
 class HingeFriction(Mechanism):
     """T w / sqrt(w^2 + creep^2) of each gap; its hinges, in series, share its rate."""
 
@@ -139,14 +134,13 @@ class HingeFriction(Mechanism):
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:
         more = self.torque_n_m * layout.hinges_per_gap / CREEP_RAD_S
-        return replace(parameters, extra_implicit_damping_n_m_s=parameters.extra_implicit_damping_n_m_s + more)
+        return parameters.taken_implicitly(damping=more)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         rate = now.pose.hinge_rate_rad_s
         return now.bend(-self.torque_n_m * rate / np.hypot(rate, CREEP_RAD_S / now.layout.hinges_per_gap))
 
 
-@dataclass(frozen=True)
 class Cubic(Mechanism):
     """k q (1 + cubic q^2) of each gap."""
 
@@ -154,7 +148,7 @@ class Cubic(Mechanism):
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
         more = 3 * self.cubic * _BENT_RAD**2 * parameters.hinge_stiffness_n_m
-        return replace(parameters, extra_implicit_stiffness_n_m=parameters.extra_implicit_stiffness_n_m + more)
+        return parameters.taken_implicitly(more)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
         bent = now.pose.hinge_rad - now.parameters.hinge_rest_rad
@@ -162,7 +156,6 @@ class Cubic(Mechanism):
         return now.bend(-steeper * now.parameters.hinge_stiffness_n_m * bent**3)
 
 
-@dataclass(frozen=True)
 class Damping(Mechanism):
     """All hinges alike."""
 
@@ -172,7 +165,6 @@ class Damping(Mechanism):
         return replace(parameters, hinge_damping_n_m_s=parameters.hinge_damping_n_m_s * (1 + self.relative))
 
 
-@dataclass(frozen=True)
 class Bend(Mechanism):
     """All hinges at one angle."""
 
@@ -183,7 +175,6 @@ class Bend(Mechanism):
         return replace(parameters, hinge_rest_rad=rest)
 
 
-@dataclass(frozen=True)
 class TailMass(Mechanism):
     """Spread as the tail's own."""
 
@@ -193,15 +184,9 @@ class TailMass(Mechanism):
         kg = parameters.link_mass_kg[0]
         heavier = np.full(len(kg), 1 + self.share * kg[0] / kg[1:].sum())
         heavier[0] = 1 - self.share
-        return replace(
-            parameters,
-            link_mass_kg=parameters.link_mass_kg * heavier,
-            link_moment_kg_m=parameters.link_moment_kg_m * heavier,
-            link_inertia_kg_m2=parameters.link_inertia_kg_m2 * heavier,
-        )
+        return parameters.reweighed(heavier, np.zeros(3))
 
 
-@dataclass(frozen=True)
 class OneWake(Mechanism):
     """Half of the forces comes late, by one exponential of the way."""
 
@@ -218,21 +203,15 @@ class OneWake(Mechanism):
         return np.asarray(water + left * (state - water))
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
-        along, across, torque = np.split((1 - AT_ONCE) * (_stacked(now.water) - state), 3, axis=1)
-        return StripForces(forces.along_n - along, forces.across_n - across, forces.torque_n_m - torque)
+        return forces.plus(*np.split((AT_ONCE - 1) * (_stacked(now.water) - state), 3, axis=1))
 
 
-def _stacked(forces: StripForces) -> np.ndarray:
-    return np.concatenate([forces.along_n, forces.across_n, forces.torque_n_m], axis=1)
-
-
-@dataclass(frozen=True)
 class Wall(WallProximity):
     """Drag and lift in the share (h / c)^2, levelled off where a plate touches."""
 
     def water(self, now: Instant, forces: StripForces, state: np.ndarray) -> StripForces:
         strips = now.layout.strips
-        origin, normal = state[:, 0:1] + 1j * state[:, 1:2], state[:, 2:3] + 1j * state[:, 3:4]
+        origin, normal = np.split(state, 2, axis=1)
         direction = now.pose.direction[:, strips.link]
         place = now.pose.origin_m[:, strips.link] + strips.place_m * direction
         clear = self.distance_m - ((place - origin) * normal.conj()).real
@@ -242,10 +221,9 @@ class Wall(WallProximity):
         push = LIFT * moving.imag**2 * clear / far - DRAG * np.abs(moving.real) * moving.real
         pressed = now.parameters.density_kg_m3 * strips.half_height_m * strips.length_m
         force = pressed * share * push * normal * direction.conj()
-        return StripForces(forces.along_n + force.real, forces.across_n + force.imag, forces.torque_n_m)
+        return forces.plus(force.real, force.imag)
 
 
-@dataclass(frozen=True)
 class Waves(Mechanism):
     """The hump as a fraction of powers of the Froude number."""
 

@@ -22,29 +22,6 @@ def test_what_is_higher_is_seen_further_out():
     assert high[0] / low[0] == pytest.approx(2.0 / 1.9)
 
 
-def test_a_tilted_camera_keeps_straight_lines_straight_and_narrows_what_is_far():
-    camera = Camera(tilt_rad=0.2)
-    place = np.add.outer(np.linspace(-0.5, 0.5, 5), 1j * np.linspace(-0.4, 0.4, 3))
-    picture = camera.project(place, np.zeros_like(place, float))
-    rows = np.diff(picture, axis=0)
-    turned = rows[1:, :, 0] * rows[:-1, :, 1] - rows[1:, :, 1] * rows[:-1, :, 0]
-    assert np.abs(turned).max() < 1e-6
-    near, far = picture[-1, 0, 0] - picture[0, 0, 0], picture[-1, -1, 0] - picture[0, -1, 0]
-    assert far < near
-    on_axis = camera.project(np.array([1j * camera.height_m * np.tan(0.2)]), np.zeros(1))
-    assert on_axis[0] == pytest.approx(camera.centre_px)
-
-
-def test_parallax_is_off_unless_asked_for():
-    trial = Trial("dry", 0.1, 1.0, run_in_s=0.0, place_m=0.4 + 0.3j)
-    flat, high = simulate([(World(COEFFICIENTS, parallax=share), trial) for share in (0.0, 1.0)])
-    nose, fin = flat.markers.index("nose"), flat.markers.index("caudal_fin")
-    assert high.position_px[:, nose] == pytest.approx(flat.position_px[:, nose])
-    camera = Camera()
-    out = (high.position_px[:, fin] - camera.centre_px) / (flat.position_px[:, fin] - camera.centre_px)
-    assert out == pytest.approx(camera.height_m / (camera.height_m - 0.05))
-
-
 @pytest.mark.parametrize("correlation_s", [0.0, 0.05])
 def test_noise_has_the_spread_and_memory_asked_for(correlation_s):
     time_s = np.arange(4000) / 60

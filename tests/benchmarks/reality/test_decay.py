@@ -41,9 +41,9 @@ def test_a_free_decay_swings_as_the_linearised_chain(per_gap):
     value = linearised_chain(
         robot, hinges, per_gap * robot.tail.hinge_stiffness_n_m, factor * per_gap * robot.tail.hinge_damping_n_m_s
     )
-    world = World(COEFFICIENTS, Nuisances(hinge_damping=factor), hinges_per_gap=per_gap)
+    world = World(COEFFICIENTS, Nuisances(hinge_damping=factor))
     small = tuple(0.01 * np.array([1.0, 0.85, 0.65, 0.45, 0.3]))
-    (decay,) = simulate([(world, Trial("free_decay", 1.5, bent_rad=small))])
+    (decay,) = simulate([(world, Trial("free_decay", 1.5, bent_rad=small))], hinges_per_gap=per_gap)
     tip = decay.hinges_rad.sum(axis=1)
     crossings = np.flatnonzero(np.diff(np.sign(tip)))
     at = decay.time_s[crossings] - tip[crossings] * np.diff(decay.time_s)[crossings] / np.diff(tip)[crossings]

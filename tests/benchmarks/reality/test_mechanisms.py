@@ -1,40 +1,29 @@
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
 from benchmarks.reality import Mechanism, Trial, World, simulate
-from tests.benchmarks.reality.examples import Barrel, GluedElsewhere, LateLift, SaggingMotor, StickyHinges
+from benchmarks.reality.mechanisms.drive import MotorSpeedSag
+from benchmarks.reality.mechanisms.fluid import FluidMemory
 from tests.benchmarks.reality.motions import COEFFICIENTS
 
-SWIM = Trial("swim", 1.0, 1.0, phase_rad=0.4, run_in_s=0.2)
 DRY = Trial("dry", 1.0, 1.0, phase_rad=0.4, run_in_s=0.2)
-OFF = (StickyHinges(0.0), LateLift(0.0), SaggingMotor(0.0), GluedElsewhere(0.0), Barrel(0.0))
-ON = (StickyHinges(0.05), LateLift(0.5), SaggingMotor(0.1), GluedElsewhere(0.01), Barrel(-0.05))
 
 
-@pytest.fixture(scope="module")
-def recordings():
-    """The base state; all mechanisms at strength 0; each alone: one batch."""
-    worlds = [World(COEFFICIENTS, mechanisms=m) for m in [(), OFF, *((one,) for one in ON)]]
-    return simulate([(world, SWIM) for world in worlds] + [(world, DRY) for world in worlds])
+def test_the_water_matters_in_water_alone():
+    plain, late = simulate([(World(COEFFICIENTS, mechanisms=m), DRY) for m in ((), (FluidMemory(0.01),))])
+    assert np.abs(late.marker_m - plain.marker_m).max() < 1e-9
 
 
-def test_the_water_matters_in_water_alone(recordings):
-    assert np.abs(recordings[10].marker_m - recordings[7].marker_m).max() < 1e-9
-
-
-def test_the_drive_tells_the_crank_between_the_frames(recordings):
-    for recording in (recordings[0], recordings[4]):
+def test_the_drive_tells_the_crank_between_the_frames():
+    plain, sagging = simulate([(World(COEFFICIENTS, mechanisms=m), DRY) for m in ((), (MotorSpeedSag(0.1, 2.0, 0.5),))])
+    for recording in (plain, sagging):
         at_frames = np.interp(recording.time_s, recording.drive.time_s, recording.drive.angle_rad)
         assert at_frames == pytest.approx(recording.crank_rad, abs=1e-9)
-    drive = recordings[7].drive
-    work = np.trapezoid(drive.torque_n_m, drive.angle_rad)  # two tendons' damping at the least
-    assert drive.time_s[0] == pytest.approx(-0.2)
+    work = np.trapezoid(plain.drive.torque_n_m, plain.drive.angle_rad)  # two tendons' damping at the least
+    assert plain.drive.time_s[0] == pytest.approx(-0.2)
     assert work > 0
 
 
-@dataclass(frozen=True)
 class Push(Mechanism):
     """A force on the head, along or across it."""
 

@@ -6,6 +6,8 @@ import pytest
 
 from benchmarks.reality import Nuisances, Trial, World, simulate
 from benchmarks.reality.layout import lay_out
+from benchmarks.reality.mechanisms.fluid import BackgroundCurrent
+from benchmarks.reality.mechanisms.structure import JointFriction
 from benchmarks.reality.parameters import Parameters, nominal_parameters
 from benchmarks.reality.start import balanced_hinges
 from benchmarks.reality.tendons import Turn
@@ -13,7 +15,6 @@ from benchmarks.reality.world import prepared_parameters
 from session.errors import SimulationDiverged
 from swimmer import Runs, Twin, load_robot
 from swimmer.mjcf import DRY
-from tests.benchmarks.reality.examples import StickyHinges
 from tests.benchmarks.reality.motions import COEFFICIENTS
 
 BASE = World(COEFFICIENTS)
@@ -34,10 +35,10 @@ def test_the_crank_is_told_for_as_long_as_the_trial_whatever_its_company():
 def test_recordings_do_not_depend_on_their_company():
     trials = [
         (BASE, SWIM),
-        (replace(BASE, mechanisms=(StickyHinges(0.05),)), replace(SWIM, frequency_hz=0.7)),
+        (replace(BASE, mechanisms=(JointFriction(0.05, 0.1, 0.05),)), replace(SWIM, frequency_hz=0.7)),
         (replace(BASE, nuisances=Nuisances(head_mass=1.1)), Trial("dry", 0.4, 0.8)),
         (BASE, Trial("free_decay", 0.3, bent_rad=(0.1, 0.1, 0.1, 0.0, 0.0))),
-        (replace(BASE, mechanisms=(StickyHinges(0.01),)), replace(SWIM, duration_s=0.5)),
+        (replace(BASE, mechanisms=(JointFriction(0.01, 0.1, 0.05),)), replace(SWIM, duration_s=0.5)),
     ]
     together, order = simulate(trials), [3, 0, 4, 2, 1]
     shuffled = simulate([trials[i] for i in order])
@@ -59,7 +60,7 @@ def test_the_step_converges_with_second_order():
 
 @pytest.mark.long
 def test_more_hinges_converge():
-    ends = [simulate([(replace(BASE, hinges_per_gap=n), SWIM)])[0].marker_m[-1] for n in (1, 2, 4)]
+    ends = [simulate([(BASE, SWIM)], hinges_per_gap=n)[0].marker_m[-1] for n in (1, 2, 4)]
     first, second = (np.abs(a - b).max() for a, b in pairwise(ends))
     assert first < 5e-3
     assert second < 0.4 * first  # errors fall with the square of their number
@@ -68,7 +69,7 @@ def test_more_hinges_converge():
 def test_one_hinge_a_gap_moves_in_air_as_the_twin_does():
     """Two programs, one mechanism: chain, springs, tendons and crank are those of the description."""
     time_s = np.arange(0, 0.8, 1 / 60)
-    (dry,) = simulate([(replace(BASE, hinges_per_gap=1), Trial("dry", time_s[-1], 0.9, phase_rad=0.3))])
+    (dry,) = simulate([(BASE, Trial("dry", time_s[-1], 0.9, phase_rad=0.3))], hinges_per_gap=1)
     runs = Runs(np.array([COEFFICIENTS]), np.array([0.9]), np.array([0.3]))
     twin = Twin(load_robot(), scene=replace(DRY, timestep_s=5e-4), workers=1).simulate(runs, time_s)
     assert np.abs(dry.hinges_rad).max() > 0.3
@@ -96,11 +97,7 @@ def test_a_swim_starts_where_and_as_asked_and_goes_forward():
 
 def test_a_current_carries_the_fish_along():
     def drifted(current):
-        class Current(StickyHinges):
-            def prepare(self, parameters, layout):  # noqa: ARG002
-                return replace(parameters, current_m_s=parameters.current_m_s + current)
-
-        world = replace(BASE, mechanisms=(Current(0.0),))
+        world = replace(BASE, mechanisms=(BackgroundCurrent(current, 0.0, 0.0),))
         at_rest = Trial("swim", 0.5, 1.0, run_in_s=0.0, start_speed_m_s=0.0)
         moving = replace(at_rest, start_speed_m_s=-0.1)  # seen from water that flows to +x, as the fish heads for -x
         return simulate([(world, moving if current else at_rest)])[0]
@@ -132,16 +129,10 @@ def test_nuisances_move_what_they_name():
     assert moved[:, neck] == pytest.approx(np.tile([0.004, -0.002], (len(moved), 1)), abs=1e-9)
     assert np.abs(np.delete(moved, neck, axis=1)).max() < 1e-12
     assert alike.hinges_rad == pytest.approx(base.hinges_rad, abs=1e-9)
-    sunk = prepared_parameters(replace(BASE, nuisances=Nuisances(sunk_m=0.003)), SWIM, lay_out(BASE.robot), ("nose",))
+    sunk = prepared_parameters(replace(BASE, nuisances=Nuisances(sunk_m=0.003)), SWIM, lay_out(load_robot()), ("nose",))
     assert sunk.sunk_m == pytest.approx(np.full((1, 1), 0.003))
     soft = replace(BASE, nuisances=Nuisances(hinge_stiffness=0.8))
     assert np.abs(simulate([(soft, decay)])[0].hinges_rad - base.hinges_rad).max() > 5e-3
-
-
-def test_one_batch_is_of_one_robot():
-    with pytest.raises(ValueError, match="several robots"):
-        simulate([(BASE, SWIM), (replace(BASE, hinges_per_gap=3), SWIM)])
-    assert simulate([]) == []
 
 
 def test_a_tail_that_snaps_where_it_starts_is_not_thrown():

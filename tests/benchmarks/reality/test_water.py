@@ -1,6 +1,6 @@
 """The water against formulas written out here."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +13,6 @@ from swimmer.ebt import TailMotion, mean_thrust
 from tests.benchmarks.reality.motions import COEFFICIENTS, fish, moving, roll, without_tendons
 
 
-@dataclass(frozen=True)
 class Tow(Mechanism):
     """A steady force on the head, straight ahead."""
 

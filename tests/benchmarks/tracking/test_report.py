@@ -7,8 +7,9 @@ import pytest
 from benchmarks.tracking import accuracy
 from benchmarks.tracking.accuracy import clips_of, measure_accuracy, score_clip
 from benchmarks.tracking.report import measure_tracking
-from benchmarks.video import ClipPlan, Encoding, Optics
-from benchmarks.video.plan import Swim
+from benchmarks.video.camera import Optics
+from benchmarks.video.plan import ClipPlan, Swim
+from benchmarks.video.render import Encoding
 from session import InputError
 
 SHORT = ClipPlan(

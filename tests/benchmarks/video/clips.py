@@ -6,16 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.video import ClipPlan, MarkerLook, Optics, PoolScene
-from benchmarks.video.motion import travelling_wave
-from benchmarks.video.plan import Look
+from benchmarks.video.camera import Optics
+from benchmarks.video.motion import Motion
+from benchmarks.video.plan import ClipPlan, MarkerLook
+from benchmarks.video.scene import PoolScene
 from benchmarks.video.stage import centred, staged
 from benchmarks.video.water import WaterLook
-from swimmer import load_robot
 
-PLAIN = Look(
-    water=WaterLook(waves=1, ripple_mm=0.0, caustics=0.0, sheen=0.0, tiles=0.0), glints_per_s=0.0, shadow=False
-)
 HEAD = ("nose", "neck", "tail_3")
 
 
@@ -28,14 +25,21 @@ def small_scene(
         "frames": 6,
         "markers": HEAD,
         "marker_look": MarkerLook(diameter_px=16.0, glow=0.0),
-        "look": PLAIN,
+        "water": WaterLook(ripple_mm=0.0, caustics=0.0, sheen=0.0),
+        "glints_per_s": 0.0,
         "optics": Optics(**optics | changes.pop("optics", {})),
     }
     plan = ClipPlan(**settings | changes)
-    motion = travelling_wave(load_robot(), frequency_hz, plan.time_s[-1]).moved(turn_rad, (0.0, 0.0))
+    motion = waving(len(plan.swimmer.hinges), frequency_hz, float(plan.time_s[-1])).moved(turn_rad, (0.0, 0.0))
     motion = centred(motion, plan.swimmer, plan.markers, plan.time_s).moved(0.0, shift_m)
-    stage = staged(motion, plan.swimmer, plan.markers, plan.optics.camera, plan.time_s, plan.optics.exposure_s)
-    return PoolScene(plan, stage)
+    return PoolScene(plan, staged(motion, plan.swimmer, plan.markers, plan.optics, plan.time_s))
+
+
+def waving(hinges: int, frequency_hz: float, seconds: float) -> Motion:
+    """A wave that runs down the hinges of a robot whose head stays at the origin."""
+    time_s = np.arange(-0.1, seconds + 0.11, 1 / 240)
+    lag = np.linspace(0.0, np.pi, hinges)
+    return Motion(time_s, np.zeros((len(time_s), 3)), 0.3 * np.sin(2 * np.pi * frequency_hz * time_s[:, None] - lag))
 
 
 def centroid_px(weights: np.ndarray, near_px: np.ndarray, reach: int = 20) -> np.ndarray:

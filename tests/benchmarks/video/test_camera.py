@@ -1,27 +1,14 @@
-import cv2
 import numpy as np
 import pytest
 
-from benchmarks.video.camera import PoolCamera
+from benchmarks.video.camera import Optics
+from session.camera import CameraCalibration
 from tracking.lens.parallax import true_over_apparent
 from tracking.lens.undistort import to_rays
 
-DISTORTION = (-0.2, 0.05, 0.001, -0.002, 0.01)
-
-
-def test_it_projects_as_opencv_does() -> None:
-    camera = PoolCamera.above(1280, 720, px_per_m=900, height_m=1.5, distortion=DISTORTION)
-    point_m = np.random.default_rng(0).uniform(-0.5, 0.5, (50, 3)) * [1, 1, 0.2]
-
-    lens = camera.lens
-    matrix = np.array([[lens.fx_px, 0, lens.cx_px], [0, lens.fy_px, lens.cy_px], [0, 0, 1]])
-    seen_m = point_m * [1, -1, -1] + [0, 0, 1.5]  # the camera's axes: y down, z away from it
-    expected, _ = cv2.projectPoints(seen_m, np.zeros(3), np.zeros(3), matrix, np.array(DISTORTION))
-    np.testing.assert_allclose(camera.project(point_m), expected[:, 0], atol=1e-9)
-
 
 def test_higher_points_move_away_from_the_middle_by_height_over_distance() -> None:
-    camera = PoolCamera.above(640, 480, px_per_m=500, height_m=2.0)
+    camera = Optics(width_px=640, height_px=480, px_per_m=500, height_m=2.0)
     middle = np.array([319.5, 239.5])
     on_water, above = camera.project(np.array([[0.3, 0.2, 0.0], [0.3, 0.2, 0.1]]))
 
@@ -31,15 +18,20 @@ def test_higher_points_move_away_from_the_middle_by_height_over_distance() -> No
 
 
 def test_the_last_row_is_read_the_readout_after_the_first() -> None:
-    camera = PoolCamera.above(640, 480, readout_s=0.01)
+    camera = Optics(width_px=640, height_px=480, readout_s=0.01)
 
     np.testing.assert_allclose(camera.delay_s(np.array([0, 239.5, 479])), [-0.005, 0, 0.005])
 
 
 def test_the_program_undoes_the_lens_and_the_parallax_it_is_filmed_with() -> None:
-    camera = PoolCamera.above(1280, 720, px_per_m=900, height_m=1.5, distortion=DISTORTION)
+    """It undoes them with OpenCV, so the lens is OpenCV's."""
+    distortion = (-0.2, 0.05, 0.001, -0.002, 0.01)
+    camera = Optics(px_per_m=900, height_m=1.5, distortion=distortion)
     point_m = np.random.default_rng(1).uniform(-0.3, 0.3, (20, 3)) * [1, 1, 0] + [0, 0, 0.05]
+    lens = CameraCalibration(
+        width_px=1280, height_px=720, fx_px=1350.0, fy_px=1350.0, cx_px=639.5, cy_px=359.5, distortion=distortion
+    )
 
-    ray = to_rays(camera.project(point_m), camera.lens)
+    ray = to_rays(camera.project(point_m), lens)
     found_m = 1.5 * ray * true_over_apparent(ray, point_m[:, 2], 1.5)[:, None] * [1, -1]
     np.testing.assert_allclose(found_m, point_m[:, :2], atol=1e-6)

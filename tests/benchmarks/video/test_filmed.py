@@ -5,11 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
 from benchmarks.video.filmed import SessionVideo
-from session import InputError, load_session
-from session.camera import load_camera
+from session import load_session
 from session.tracks import load_tracks
 from synthetic import SyntheticCamera, make_session, read_truth
 from synthetic.noise import NOISELESS
@@ -58,15 +56,6 @@ def test_the_errors_of_a_tracker_are_left_out_of_what_is_filmed(tmp_path: Path) 
     assert files_of(tmp_path / "some")["trials/fast.csv.gz"] == files_of(tracked)["trials/fast.csv.gz"]
 
 
-def test_a_camera_with_a_lens_comes_with_its_calibration(tmp_path: Path) -> None:
-    video = SessionVideo(trials=("slow",), height_m=1.5, distortion=(-0.1, 0.0, 0.0, 0.0, 0.0))
-    session = load_session(film(tmp_path / "s", video))
-
-    lens = session.camera.calibration
-    assert lens == load_camera(tmp_path / "s" / "camera.toml")
-    assert (lens.height_above_water_m, lens.distortion[0], lens.fx_px) == (1.5, -0.1, 1.5 * 480)
-
-
 def test_a_cropped_video_shows_the_middle_of_the_image(tmp_path: Path) -> None:
     folders = [
         film(tmp_path / str(width), SessionVideo(trials=("slow",), width_px=width, height_px=height))
@@ -77,9 +66,3 @@ def test_a_cropped_video_shows_the_middle_of_the_image(tmp_path: Path) -> None:
     )
 
     np.testing.assert_allclose(whole.position_px - cropped.position_px, np.full(whole.position_px.shape, 40), atol=0.02)
-
-
-def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="a marker leaves the picture"):
-        film(tmp_path / "s", SessionVideo(trials=("slow",), width_px=320, height_px=240))
-    assert list(tmp_path.iterdir()) == []

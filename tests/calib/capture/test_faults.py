@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
 from calib.capture import CaptureError, TrialResult, main
 from calib.motor import PseudoTerminal
 from session import load_session
 from session.motor import load_motor
 from tests.calib.capture.virtual import Bench, bench
+from tests.calib.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
 from tests.cases import later
 
 

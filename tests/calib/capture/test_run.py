@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.motor.faults import Fault, Faults, FaultyEmulator
 from calib.capture import MotorFault, UserError
 from calib.capture import run as run_module
 from calib.capture.errors import Interrupted
@@ -18,6 +17,7 @@ from session import load_session
 from session.motor import load_motor
 from swimmer import load_robot
 from tests.calib.capture.virtual import bench
+from tests.calib.motor.faults import Fault, Faults, FaultyEmulator
 
 
 def logged(out: Path, name: str = "f0_60") -> Path:

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from benchmarks.motor.faults import Faults, FaultyEmulator
 from calib.capture import CaptureSettings, TrialResult, capture
 from calib.capture.host import Clock
 from calib.motor import Emulator, VirtualClock, VirtualPort
+from tests.calib.motor.faults import Faults, FaultyEmulator
 
 SILENCE_S = 0.4
 

@@ -7,8 +7,8 @@ import time
 import dynamixel_sdk as sdk
 import pytest
 
-from benchmarks.motor.faults import Fault, Faults, FaultyEmulator
 from calib.motor import Emulator, PseudoTerminal
+from tests.calib.motor.faults import Fault, Faults, FaultyEmulator
 from tests.calib.motor.terminal import open_port
 
 PACKETS = sdk.Protocol2PacketHandler()

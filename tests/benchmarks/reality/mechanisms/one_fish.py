@@ -1,15 +1,12 @@
 """One fish with some mechanisms, at an instant or for a moment."""
 
-from collections.abc import Iterable
 from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.reality import Trial, World, simulate
+from benchmarks.reality import Trial, World
 from benchmarks.reality.layout import lay_out
 from benchmarks.reality.mechanism import Mechanism
-from benchmarks.reality.mechanisms import drawn_of
-from benchmarks.reality.mechanisms.wear import worn
 from benchmarks.reality.motion import Equations, Motion
 from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.world import TrialKind, prepared_parameters
@@ -65,13 +62,3 @@ def hinge_torque(force: np.ndarray) -> np.ndarray:
 def of_one(mechanism: type[_M], *values: float) -> _M:
     """As it is in a running simulation: each number an array (1, 1)."""
     return mechanism(*(np.array([[value]]) for value in values))
-
-
-def moved(family: str, names: Iterable[str], strengths: tuple[float, ...], seed: int = 1) -> dict[str, np.ndarray]:
-    """Root mean square way (strengths,) by which markers are elsewhere in a moment's swim, by name, m."""
-    swim = Trial("swim", 0.3, 1.0, phase_rad=0.7, run_in_s=0.0, start_speed_m_s=0.25)
-    drawn = {name: drawn_of(family, name)(np.random.default_rng(seed)) for name in names}
-    worlds = [World(COEFFICIENTS, mechanisms=worn(at(s), 50.0)) for at in drawn.values() for s in strengths]
-    base, *others = simulate([(World(COEFFICIENTS), swim), *((world, swim) for world in worlds)])
-    way = np.array([np.sqrt(((other.marker_m - base.marker_m) ** 2).mean()) for other in others])
-    return dict(zip(drawn, way.reshape(len(drawn), -1), strict=True))

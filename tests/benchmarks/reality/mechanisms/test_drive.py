@@ -3,11 +3,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.reality import Trial, World, simulate
-from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
 from benchmarks.reality.mechanisms.drive import DriveRatioError, MotorSpeedRipple, MotorSpeedSag, MotorStartDelay
 from benchmarks.reality.tendons import Turn
-from tests.benchmarks.reality.motions import COEFFICIENTS
 
 STEP_S = 0.001
 TOLD = 2 * np.pi
@@ -33,20 +30,6 @@ def turned(mechanism, torque, seconds, hz=1.0):
         speed.append(now.turn.speed_rad_s[0, 0])
         state = mechanism.advance(now, state, STEP_S)
     return np.array(angle), np.array(speed)
-
-
-@pytest.mark.parametrize("name", CATALOGUED["drive"])
-def test_errors_of_the_drive_are_nothing_at_zero_and_grow(name):
-    """In a dry run, in which nothing but the crank decides where the tail is."""
-    dry = Trial("dry", 0.4, 1.0, phase_rad=0.7, run_in_s=0.1)
-    at = drawn_of("drive", name)(np.random.default_rng(1))
-    assert at(0.0) == ()
-    base, *others = simulate([(World(COEFFICIENTS, mechanisms=at(s)), dry) for s in (0.0, 0.3, 1.0, 3.0, 10.0, 20.0)])
-    off = [np.sqrt(((each.crank_rad - base.crank_rad) ** 2).mean()) for each in others]
-    assert off[0] > 1e-4
-    assert (np.diff(off) > 0).all()
-    seen = [np.sqrt(((each.position_px - base.position_px) ** 2).mean()) for each in others]
-    assert 0.05 < seen[1] < 60
 
 
 def test_a_wrong_ratio_turns_further_in_proportion():

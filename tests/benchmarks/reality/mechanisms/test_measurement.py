@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from benchmarks.reality.camera import Camera, Picture, Sight
-from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
+from benchmarks.reality.mechanism import worn
+from benchmarks.reality.mechanisms import EVERY
 from benchmarks.reality.mechanisms.measurement import (
     CameraParallax,
     HeadFrameMisalignment,
@@ -14,7 +15,6 @@ from benchmarks.reality.mechanisms.measurement import (
     TimeBaseError,
     TrackerDrift,
 )
-from benchmarks.reality.mechanisms.wear import worn
 from session.create import FISHSIM_MARKERS
 from swimmer import load_robot
 
@@ -41,25 +41,6 @@ def pictured(mechanism, sight, camera=CAMERA):
 
 def plain_px(sight, camera=CAMERA):
     return camera.project(sight.marker_m, sight.height_m)
-
-
-@pytest.mark.parametrize("name", CATALOGUED["measurement"])
-def test_errors_of_measurement_are_nothing_at_zero_and_grow(name, sight):
-    for seed in range(4):
-        at = drawn_of("measurement", name)(np.random.default_rng(seed))
-        assert at(0.0) == ()
-        sizes = []
-        for strength in (0.3, 1.0, 3.0, 10.0, 20.0):
-            moved = plain_px(sight)
-            for mechanism in at(strength):
-                exposed = mechanism.expose(TIME_S)
-                assert (np.diff(exposed) > 0).all()
-                late = 60.0 * np.abs(exposed - TIME_S)[:, None, None]  # as pixels, for the clock
-                moved = moved + late + pictured(mechanism, sight) - plain_px(sight)
-            assert np.isfinite(moved).all()
-            sizes.append(np.sqrt(((moved - plain_px(sight)) ** 2).mean()))
-        assert sizes[1] > 0.05
-        assert (np.diff(sizes) > 0).all()
 
 
 def test_boxes_of_nose_and_neck_turn_the_head_frame(sight):
@@ -89,7 +70,7 @@ def test_such_a_box_follows_the_head_after_a_while_which_the_twin_s_form_cannot(
 
 
 def test_the_scale_is_wrong_by_its_share(sight):
-    (mechanism,) = drawn_of("measurement", "scale_error")(np.random.default_rng(3))(5.0)
+    (mechanism,) = EVERY["scale_error"](np.random.default_rng(3))(5.0)
     assert isinstance(mechanism, ScaleError)
     moved = mechanism.place(sight).marker_m
     apart = np.abs(moved[:, NECK] - moved[:, NOSE]) / 0.142

@@ -1,11 +1,11 @@
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from benchmarks.reality import Mechanism, Trial, World, simulate
 from benchmarks.reality.instant import Instant
-from benchmarks.reality.mechanisms import CATALOGUED, drawn_of
+from benchmarks.reality.mechanisms import EVERY, FAMILIES
 from benchmarks.reality.mechanisms.tendons import (
     CrankArmError,
     TendonAsymmetry,
@@ -19,10 +19,10 @@ from tests.cases import later
 
 ROBOT = load_robot()
 STIFFNESS = ROBOT.tendons.stiffness_n_m
+TENDONS = tuple(FAMILIES["tendons"])
 SEEN: list[Instant] = []
 
 
-@dataclass(frozen=True)
 class Look(Mechanism):
     """Keeps every instant."""
 
@@ -44,22 +44,10 @@ def grown(mechanism):
     return replace(mechanism, **{name: np.array([[value]]) for name, value in vars(mechanism).items()})
 
 
-@pytest.mark.parametrize("name", CATALOGUED["tendons"])
-def test_errors_of_the_tendons_are_nothing_at_zero_and_grow(name):
-    dry = Trial("dry", 0.4, 1.0, phase_rad=0.7, run_in_s=0.1)
-    at = drawn_of("tendons", name)(np.random.default_rng(4))
-    assert at(0.0) == ()
-    base, *others = simulate([(World(COEFFICIENTS, mechanisms=at(s)), dry) for s in (0.0, 0.3, 1.0, 3.0, 10.0, 20.0)])
-    seen = [np.sqrt(((each.position_px - base.position_px) ** 2).mean()) for each in others]
-    assert (np.diff(seen) > -1e-6).all()  # some saturate
-    assert seen[0] < seen[1]
-    assert 0.05 < seen[1] < 60
-
-
-@pytest.mark.parametrize("name", [*CATALOGUED["tendons"][:2], *later(*CATALOGUED["tendons"][2:])])
+@pytest.mark.parametrize("name", [*TENDONS[:2], *later(*TENDONS[2:])])
 def test_a_tail_without_tendons_does_not_feel_them(name):
     decay = Trial("free_decay", 0.3, bent_rad=(0.2,) * 5, release_s=0.05)
-    mechanisms = drawn_of("tendons", name)(np.random.default_rng(2))(3.0)
+    mechanisms = EVERY[name](np.random.default_rng(2))(3.0)
     base, on = simulate([(World(COEFFICIENTS, mechanisms=m), decay) for m in ((), mechanisms)])
     assert np.abs(on.position_px - base.position_px).max() < 1e-9
 

@@ -6,8 +6,8 @@ import termios
 import dynamixel_sdk as sdk
 import pytest
 
-from benchmarks.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
 from calib.motor import HardwareError, VirtualClock, VirtualPort
+from tests.calib.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
 
 PACKETS = sdk.Protocol2PacketHandler()
 

@@ -1,1 +1,0 @@
-"""What goes wrong between host and motor, for the tests of `calib capture`."""
