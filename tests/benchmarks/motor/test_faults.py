@@ -7,7 +7,8 @@ import dynamixel_sdk as sdk
 import pytest
 
 from benchmarks.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
-from calib.motor import HardwareError, VirtualClock, VirtualPort
+from calib.motor import HardwareError
+from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
 
 PACKETS = sdk.Protocol2PacketHandler()
 

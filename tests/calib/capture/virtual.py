@@ -9,7 +9,8 @@ from pathlib import Path
 from benchmarks.motor.faults import Faults, FaultyEmulator
 from calib.capture import CaptureSettings, TrialResult, capture
 from calib.capture.host import Clock
-from calib.motor import Emulator, VirtualClock, VirtualPort
+from calib.motor import Emulator
+from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
 
 SILENCE_S = 0.4
 
@@ -46,7 +47,7 @@ class Bench:
 def bench(faults: Faults | None = None, load: float = 0.3, latency_s: float = 1e-3, seed: int = 0) -> Bench:
     """A motor with factory settings at 1 Mbaud."""
     clock = VirtualClock()
-    settings = {"clock": clock, "load": load, "seed": seed}
+    settings = {"clock": clock, "load_nm": load, "seed": seed}
     motor = FaultyEmulator(faults, **settings) if faults else Emulator(**settings)
     port = VirtualPort(motor, latency_s)
     port.openPort()
