@@ -20,11 +20,11 @@ import pandas as pd
 from calib.batch import report_batch
 from calib.options import EffortName, Options
 from calib.pipeline import open_session as _open_session
-from calib.results.export import Export
 from calib.results.fit import FitResult
 from calib.results.gap import EffectTest, GapResult
 from calib.results.made import fit_result, gap_result, posterior_result, structure_result, test_result, track_result
 from calib.results.posterior import PosteriorResult
+from calib.results.result import Export
 from calib.results.structure import StructureResult
 from calib.results.tracks import TrackResult
 from calib.results.twin import SwimTwin

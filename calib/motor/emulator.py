@@ -1,7 +1,7 @@
 """An emulated XW540-T140-R: bytes in, bytes out, with a motor behind them and a clock of the caller's choice.
 
 Sources: ROBOTIS e-manual, "Protocol 2.0" and "XW540-T140-R". It knows the instructions that `calib capture` sends:
-ping, read and write. Not emulated: the position, current and PWM modes (the motor holds), profiles of time, a secondary id.
+ping, read and write. Not emulated: other modes than that of velocity (the motor holds), profiles of time, another id.
 """
 
 from __future__ import annotations
