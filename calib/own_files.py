@@ -51,11 +51,8 @@ def new_from_files(
     fps: float | None = None,
     commands_hz: Sequence[float] = (),
     fit: Sequence[str] = (),
-) -> tuple[str, ...]:
+) -> None:
     """Makes a session folder of videos and tracks; the arguments are those of `calib.new_session`.
-
-    Returns:
-        What is left to fill in, a sentence each; the same stands in the file.
 
     Raises:
         InputError: every fault of the files at once; then there is no folder.
@@ -75,7 +72,6 @@ def new_from_files(
     rate = fps or (float(np.median(rates)) if rates else None)
     markers = next((trial.tracks.markers for trial in trials.values() if trial.tracks), _markers(spec))
     ordered = sorted(trials.values(), key=lambda trial: (trial.kind, trial.commanded_hz or 0.0, trial.name))
-    left = _left(ordered, rate, robot)
     with new_folder(folder) as part:
         (part / "trials").mkdir()
         for trial in ordered:
@@ -85,8 +81,7 @@ def new_from_files(
                 _put(trial.video, part / "trials" / f"{trial.name}{trial.video.suffix.lower()}")
         if robot is not None:
             shutil.copyfile(robot, part / "robot.toml")
-        write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, left, fit))
-    return left
+        write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit))
 
 
 def _trials(
@@ -195,10 +190,10 @@ def _text(
     markers: Sequence[str],
     robot: RobotSpec,
     robot_file: str | Path | None,
-    left: Sequence[str],
     fit: Sequence[str],
 ) -> str:
-    """`session.toml` with comments."""
+    """`session.toml` with comments, and first what is left to fill in."""
+    left = _left(trials, rate, robot_file)
     lines = [*(f"# {TODO} {each}" for each in left), *([""] if left else [])]
     lines += ["[session]", f"name = {json.dumps(name)}", ""]
     if robot_file is not None:

@@ -12,7 +12,7 @@ from pathlib import Path
 from calib.capture.bus import BAUD_RATES, open_port
 from calib.capture.errors import CaptureError, Interrupted, UserError
 from calib.capture.guard import Limits
-from calib.capture.lost_terminal import INTERRUPTED
+from calib.capture.host import INTERRUPTED
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
 from calib.capture.run import CaptureSettings, capture
 from calib.capture.scan import BAUD_ORDER, PORT_PATTERNS, ports, scan

@@ -23,8 +23,7 @@ class UserError(CaptureError):
     """Faults the user can mend, all of them at once."""
 
     def __init__(self, faults: str | Sequence[str]) -> None:
-        self.faults = (faults,) if isinstance(faults, str) else tuple(faults)
-        super().__init__("\n".join(self.faults))
+        super().__init__(faults if isinstance(faults, str) else "\n".join(faults))
 
 
 class MotorFault(CaptureError):

@@ -86,15 +86,9 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("trial")
 
     def _row(self, name: str, found: TrackedTrial) -> dict[str, object]:
-        since = slice(found.first_frame, None)
-        seen, missing = found.seen[since], found.state[since] == SampleState.MISSING
-        row: dict[str, object] = {
-            "frames": len(found.state),
-            "seen": float(seen.mean()),
-            "filled": float((~missing & ~seen).mean()),
-            "missing": float(missing.mean()),
-            "flags": len(self.flags[name]),
-        }
+        shares = shares_of(found)
+        row: dict[str, object] = {column: shares[column] for column in ("frames", "seen", "filled", "missing")}
+        row["flags"] = len(self.flags[name])
         row["commanded_hz"] = self.session.trial(name).commanded_hz
         swim = self.measured.get(name)
         if swim is None:
@@ -102,6 +96,22 @@ class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
         frequency = swim.frequency
         row |= {"frequency_hz": frequency.hz, "frequency_se_hz": frequency.se_hz}
         return row | {"speed": swim.speed, "used": swim.used_fraction}
+
+
+def shares_of(found: TrackedTrial) -> dict[str, float]:
+    """Frames of a trial, and of its samples from that of the boxes on the shares that were seen, count, are filled and
+    missing, with the mean confidence of those seen.
+
+    Not all that is seen counts in a fit: see `docs/tracking.md`, "What it says of each sample".
+    """
+    since = slice(found.first_frame, None)
+    seen, missing = found.seen[since], found.state[since] == SampleState.MISSING
+    shares = {"seen": seen, "filled": ~missing & ~seen, "missing": missing}
+    if found.weight is not None:
+        shares["counts"] = found.weight[since] > 0
+    confidence = np.average(found.tracks.confidence[since], weights=seen) if seen.any() else 0.0
+    told = {"frames": len(found.state), "confidence": float(confidence)}
+    return told | {name: float(share.mean()) for name, share in shares.items()}
 
 
 def _measured(trial: MeasuredTrial, frames: int) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
