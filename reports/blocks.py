@@ -116,6 +116,12 @@ class Column:
     numeric: bool = True
 
 
+def table_head(heads: str) -> tuple[Column, ...]:
+    """Columns as the head of a table has them: "trial | speed [mm/s] | ratio []"; what has brackets holds numbers."""
+    parts = (head.partition(" [") for head in heads.split(" | "))
+    return tuple(Column(title, unit.removesuffix("]"), bool(bracket)) for title, bracket, unit in parts)
+
+
 @dataclass(frozen=True)
 class Table:
     """Rows of printed cells.

@@ -7,7 +7,7 @@ from fitting.coefficient_fit import equals_of, is_polished
 from fitting.evidence import Evidence
 from fitting.methods import METHODS
 from fitting.objective import COEFFICIENT_BOUNDS
-from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import coefficient_profiles_figure, coefficients_figure, convergence_figure
 from reports.figures.search_convergence import search_convergence_figure
@@ -16,14 +16,7 @@ from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
 NEARLY = 1.1  # distance within this factor of the best: a value that the data hardly refuse
 
-COLUMNS = (
-    Column("coefficient", numeric=False),
-    Column("value"),
-    Column("published"),
-    Column("95 % interval"),
-    Column("range of equals"),
-    Column("mind", numeric=False),
-)
+COLUMNS = table_head("coefficient | value [] | published [] | 95 % interval [] | range of equals [] | mind")
 
 
 def build(context: ReportContext) -> Section:

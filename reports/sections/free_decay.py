@@ -2,7 +2,7 @@
 
 from fitting import Structure
 from fitting.free_decay import DecayFit, HingeEstimate
-from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.decay import decay_curve_figure, decay_spectrum_figure
 from reports.numbers import counted, in_mm, percent, sentence, shown, significant, with_error
@@ -15,18 +15,9 @@ METHOD = (
     "of the zero crossings and that of the same tail without damping are three numbers, farther apart the stronger the "
     f"damping; published for this kind of robot: {PUBLISHED_HZ:g} Hz."
 )
-COLUMNS = (
-    Column("free decay", numeric=False),
-    Column("rings at", "Hz"),
-    Column("peak", "Hz"),
-    Column("undamped", "Hz"),
-    Column("ratio"),
-    Column("stiffness", "N m/rad"),
-    Column("damping", "mN m s/rad"),
-    Column("first match", "N m/rad"),
-    Column("distance", "mm, rms"),
-    Column("explained"),
-    Column("counts", numeric=False),
+COLUMNS = table_head(
+    "free decay | rings at [Hz] | peak [Hz] | undamped [Hz] | ratio [] | stiffness [N m/rad] | damping [mN m s/rad] | "
+    "first match [N m/rad] | distance [mm, rms] | explained [] | counts"
 )
 MILLI = 1000.0
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from diagnosis.result import FittedParameter, FreeDecay, Place, parameters_of
-from reports.blocks import Block, Column, Prose, Table
+from reports.blocks import Block, Prose, Table, table_head
 from reports.context import ReportContext
 from reports.diagnosed import Diagnosed
 from reports.figures.gap_forces import MILLI
@@ -11,31 +11,14 @@ from reports.missing_forces import FORCES, LEAST_CLEAR, LEAST_LIKE, Likeness, Mi
 from reports.numbers import MISSING, in_words, of_its_size, shown, significant, whole_percent
 from swimmer.effects import catalogue
 
-FORCE = (
-    Column("missing", numeric=False),
-    Column("root mean square"),
-    Column("clear of zero", "% of beat"),
-    Column("goes with", numeric=False),
-    Column("correlation"),
-)
-SET = (Column("explanation", numeric=False), Column("probability"))
-PLACE = (Column("place", numeric=False), Column("in all trials", numeric=False), Column("probability"))
-DECAY = (
-    Column("free decay", numeric=False),
-    Column("stiffness over mass", "%"),
-    Column("damping over mass", "%"),
-    Column("used", numeric=False),
-)
+FORCE = table_head("missing | root mean square [] | clear of zero [% of beat] | goes with | correlation []")
+SET = table_head("explanation | probability []")
+PLACE = table_head("place | in all trials | probability []")
+DECAY = table_head("free decay | stiffness over mass [%] | damping over mass [%] | used")
 _PLACES = 5  # that are shown, the likeliest
 _LEAST_BESIDE = 0.01  # probability
-PARAMETER = (
-    Column("effect", numeric=False),
-    Column("parameter", numeric=False),
-    Column("value"),
-    Column("95 % interval"),
-    Column("unit", numeric=False),
-)
-NEXT = (Column("what to do", numeric=False), Column("tells apart", numeric=False), Column("error left", "%"))
+PARAMETER = table_head("effect | parameter | value [] | 95 % interval [] | unit")
+NEXT = table_head("what to do | tells apart | error left [%]")
 
 
 def missing(found: Diagnosed, context: ReportContext) -> tuple[Prose, Table]:

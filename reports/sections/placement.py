@@ -6,7 +6,7 @@ from fitting import CalibratedTrial, Calibration, CoefficientFit
 from fitting.course import course_of
 from fitting.evidence import YawFit
 from fitting.placed_fit import PlacedFit
-from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import NAMES
 from reports.figures.mean_shapes import mean_shapes_figure
@@ -14,32 +14,14 @@ from reports.numbers import counted, in_mm, in_words, listed, sentence, shown, s
 
 CLEAR, LEAST_DEG = 3.0, 0.2  # standard errors, and degrees a beat, from which a trial turns
 LARGE_DEG = 10.0
-BOXES = (
-    Column("trial", numeric=False),
-    Column("nose along", "mm"),
-    Column("across", "mm"),
-    Column("neck along", "mm"),
-    Column("across", "mm"),
-    Column("turned by", "°"),
-    Column("scaled by"),
-    Column("one turn alone", "°"),
+BOXES = table_head(
+    "trial | nose along [mm] | across [mm] | neck along [mm] | across [mm] | turned by [°] | scaled by [] | "
+    "one turn alone [°]"
 )
-DISTANCES = (
-    Column("trial", numeric=False),
-    Column("distance, plain", "mm"),
-    Column("put right", "mm"),
-    Column("shape alone, plain", "mm"),
-    Column("put right", "mm"),
-)
-MARKERS = (Column("marker", numeric=False), Column("along", "mm"), Column("across", "mm"))
-COURSE = (
-    Column("trial", numeric=False),
-    Column("forward", "mm/s"),
-    Column("twin", "mm/s"),
-    Column("to the left", "mm/s"),
-    Column("twin", "mm/s"),
-    Column("turns", "° a beat"),
-    Column("twin", "° a beat"),
+DISTANCES = table_head("trial | distance, plain [mm] | put right [mm] | shape alone, plain [mm] | put right [mm]")
+MARKERS = table_head("marker | along [mm] | across [mm]")
+COURSE = table_head(
+    "trial | forward [mm/s] | twin [mm/s] | to the left [mm/s] | twin [mm/s] | turns [° a beat] | twin [° a beat]"
 )
 
 
@@ -91,7 +73,7 @@ def _text(placed: PlacedFit, yaw: YawFit) -> str:
 
 
 def _fits(calibration: Calibration, placed: PlacedFit, yaw: YawFit) -> Table:
-    columns = (Column("fit", numeric=False), Column("mean distance", "mm"), *map(Column, NAMES))
+    columns = (*table_head("fit | mean distance [mm]"), *map(Column, NAMES))
     fits: dict[str, CoefficientFit | YawFit | PlacedFit] = {
         "plain": calibration.fit,
         "one turn a trial": yaw,

@@ -1,7 +1,7 @@
 """Where the numbers come from: inputs, versions, the robot, and what was assumed rather than measured."""
 
 from fitting.methods import METHODS
-from reports.blocks import Column, Points, Section, Table, Terms
+from reports.blocks import Points, Section, Table, Terms, table_head
 from reports.context import ReportContext
 from reports.numbers import MISSING, listed, sentence, shown, significant
 from reports.objectives import OBJECTIVES
@@ -10,7 +10,7 @@ from reports.objectives import OBJECTIVES
 def build(context: ReportContext) -> Section:
     """Everything it takes to make the report again."""
     inputs = tuple(sorted(context.provenance.inputs.items()))
-    columns = (Column("input", numeric=False), Column("sha256", numeric=False))
+    columns = table_head("input | sha256")
     return Section(
         "Provenance",
         "provenance",

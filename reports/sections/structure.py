@@ -1,18 +1,13 @@
 """What the twin is built from: what the experiments out of the water measured, and what had to be assumed."""
 
 from fitting.structure import Source
-from reports.blocks import Column, Prose, Section, Table
+from reports.blocks import Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.numbers import MM, listed, sentence, significant, with_error
 
 WORDS = {"hinge_stiffness": "hinge stiffness", "hinge_damping": "hinge damping", "crank_arm": "crank arm"}
 SHOWN_UNITS = {"m": ("mm", MM), "N m s/rad": ("mN m s/rad", 1000.0)}
-COLUMNS = (
-    Column("number", numeric=False),
-    Column("value", "± standard error"),
-    Column("unit", numeric=False),
-    Column("taken from", numeric=False),
-)
+COLUMNS = table_head("number | value [± standard error] | unit | taken from")
 
 
 def build(context: ReportContext) -> Section:
