@@ -9,8 +9,6 @@ Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once
 `SimulationDiverged`, `ModelMismatch`, `SessionLocked`, `ResultsNotWritable`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any

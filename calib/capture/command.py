@@ -1,7 +1,5 @@
 """``calib capture scan | run | emulate``, also ``python -m calib.capture``."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import math

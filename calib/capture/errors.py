@@ -7,8 +7,6 @@ CaptureError          one message for the user; the command ends with `exit_code
 └── Interrupted       128 + signal: Ctrl-C 130, SIGTERM 143, SIGHUP 129
 """
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """The motor: made ready, driven, read and, above all, stopped."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from calib.capture import registers

@@ -3,8 +3,6 @@
 Source: ROBOTIS e-Manual, XW540-T140-R. Everything below address 64 is EEPROM, writable with torque off only.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """One capture: every speed driven, logged and added to the session; the motor stopped on every way out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Which motors answer, on which port, at which baud rate, under which id."""
 
-from __future__ import annotations
-
 import glob
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple

@@ -5,8 +5,6 @@ initial values, ranges). It has what `calib capture` reads and writes, and what 
 elsewhere (gains, homing, indirect addresses, the backup) is an access error.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from calib.motor.protocol import ErrorNumber

@@ -4,8 +4,6 @@ Sources: ROBOTIS e-manual, "Protocol 2.0" and "XW540-T140-R". It knows the instr
 ping, read and write. Not emulated: other modes than that of velocity (the motor holds), profiles of time, another id.
 """
 
-from __future__ import annotations
-
 import math
 import threading
 import time

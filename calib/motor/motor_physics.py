@@ -7,8 +7,6 @@ thermal mass. 72 rpm, 6.9 N m and 4.9 A at 12 V are ROBOTIS' numbers; inertia, f
 not published and are assumed at plausible size.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

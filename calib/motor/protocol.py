@@ -4,8 +4,6 @@ Source: ROBOTIS e-manual, "Protocol 2.0" (packet fields, processing order, error
 Written from that text, without ROBOTIS' SDK, so that the two can be tested against each other.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Source: ROBOTIS e-manual, "XW540-T140-R". Where the manual is silent the servo d
 the docstring says so. It turns in velocity mode (1) only; in the other modes it holds.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

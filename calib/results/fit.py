@@ -1,7 +1,5 @@
 """What a fit found: `results/calibration.json` as attributes, frames, figures and sentences."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field

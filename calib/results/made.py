@@ -1,7 +1,5 @@
 """Results of a pipeline whose stages are up to date."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict

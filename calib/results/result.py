@@ -1,7 +1,5 @@
 """What all results have in common: tables by name, the view in a notebook, and what was said and made on the way."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field

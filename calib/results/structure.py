@@ -1,7 +1,5 @@
 """What the dry experiments say of a robot that does not swim: `results/structure.json`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """The fish with its gap painted on it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The forces that are missing on the head and in every hinge, over the beat."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """The held-out swims before and after the effects were added."""
 
-from __future__ import annotations
-
 from math import isnan
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where the gap lies and shows by numbers, and how markers slide along the fish."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

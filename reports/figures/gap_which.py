@@ -1,7 +1,5 @@
 """How likely each effect is, and which of them these swims can tell apart."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """A layer: one entity of a recording, with its look and its rows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

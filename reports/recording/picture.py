@@ -1,7 +1,5 @@
 """The layers of the picture: video, boxes, markers and their trails, the twin and the residuals to it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, NamedTuple
 

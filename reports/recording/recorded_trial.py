@@ -1,7 +1,5 @@
 """What a recording shows of one trial."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The recording that `calib view` opens: everything of a session's trials over frames and over time."""
 
-from __future__ import annotations
-
 import warnings
 from collections import Counter
 from collections.abc import Collection, Sequence

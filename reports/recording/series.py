@@ -1,7 +1,5 @@
 """The layers beside the picture: confidence and residual over time, states, flags, and the trial's numbers."""
 
-from __future__ import annotations
-
 import numpy as np
 import rerun as rr
 

@@ -1,7 +1,5 @@
 """`calib diagnose`: what it writes, when it is made again, what it refuses."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """A diagnosis on the terminal: what is doubtful is said, and each experiment once."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

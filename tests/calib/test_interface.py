@@ -1,7 +1,5 @@
 """`import calib`: what its functions return, and that it covers what the command line does."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 import subprocess

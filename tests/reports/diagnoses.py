@@ -1,7 +1,5 @@
 """Diagnoses made by hand, one for each verdict."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The section on the sim-to-real gap says what its diagnosis says, for every verdict, and how to get one."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Captures in virtual time against the emulated motor."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path

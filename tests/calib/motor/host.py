@@ -1,7 +1,5 @@
 """A host of the tests' own: instructions in, error byte and parameters out, on an emulated motor."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from calib.motor import Emulator

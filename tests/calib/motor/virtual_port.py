@@ -1,7 +1,5 @@
 """A serial port in virtual time, with what `dynamixel_sdk` asks of its `PortHandler`: hours of driving in seconds."""
 
-from __future__ import annotations
-
 import errno
 import termios
 from collections import deque

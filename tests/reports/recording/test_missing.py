@@ -1,7 +1,5 @@
 """Missing forces in a recording: an arrow that turns with the head, and a line for every joint."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A recording holds what it was given, frame by frame, and one that does not fails its check."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The viewer itself, without a window: it draws the video and what lies over it, and complains of nothing."""
 
-from __future__ import annotations
-
 import io
 import shutil
 import socket
