@@ -5,7 +5,6 @@ from math import isnan
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from diagnosis.result import GapSize
 from reports.colours import EBT_SMOOTHED, FAINT, GAP, INK, MUTED, SURFACE, TWIN, WARN
@@ -66,14 +65,13 @@ def gap_held_out_figure(gap: GapSize, added: bool) -> Figure:
     figure, (left, right) = panels(2, grid, HALF_WIDTH_IN, Margins(left=0.85, right=0.2, top=0.5, bottom=0.42))
     _rows(left, _with_mean(before_mm), _with_mean(after_mm), added)
     _rows(right, _with_mean(errors[0]), _with_mean(errors[1]), added)
-    left.axvline(gap.noise_floor_mm, color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)))
+    left.axvline(gap.noise_floor_mm, color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), label="noise")
     left.set(xlabel="marker distance (mm)")
     right.set(xlabel="speed error (mm/s)")
     left.set_yticks([-row for row in range(len(names))], [shortened(name, 12) for name in names])
     left.get_yticklabels()[-1].set_fontweight("bold")
     right.set_yticks([])
-    worse = bool((after_mm > before_mm).any() or (errors[1] > errors[0]).any())
-    _legend(figure, added, worse)
+    legend_on_top(figure, 2)
     return figure
 
 
@@ -87,10 +85,14 @@ def _rows(axes: Axes, before: np.ndarray, after: np.ndarray, changed: bool) -> N
         last = row == len(before) - 1
         axes.plot([0, reach], [-row, -row], color=FAINT, linewidth=0.6, zorder=0.5)
         colour = EBT_SMOOTHED if end <= start else WARN
+        size = 6 if last else 4.5
+        axes.plot(
+            start, -row, "o", color=MUTED, markerfacecolor=SURFACE, markersize=size, label="plain twin", zorder=2.1
+        )
         if changed:
+            label = "with effects" if end <= start else "worse with them"
             axes.plot([start, end], [-row, -row], color=colour, linewidth=2.4 if last else 1.6)
-            axes.plot(end, -row, "o", color=colour, markersize=6 if last else 4.5)
-        axes.plot(start, -row, "o", color=MUTED, markerfacecolor=SURFACE, markersize=6 if last else 4.5)
+            axes.plot(end, -row, "o", color=colour, markersize=size, label=label)
         axes.text(
             max(start, end) + 0.05 * reach,
             -row,
@@ -108,15 +110,3 @@ def _rows(axes: Axes, before: np.ndarray, after: np.ndarray, changed: bool) -> N
 
 def _change(before: float, after: float) -> str:
     return f"{shown(before, 1)} → {shown(after, 1)}"
-
-
-def _legend(figure: Figure, changed: bool, worse: bool) -> None:
-    dot = {"marker": "o", "markersize": 5}
-    plain = Line2D([], [], color=MUTED, markerfacecolor=SURFACE, linestyle="none", label="plain twin", **dot)  # type: ignore[arg-type]
-    handles = [plain]
-    if changed:
-        handles.append(Line2D([], [], color=EBT_SMOOTHED, label="with effects", **dot))  # type: ignore[arg-type]
-        if worse:
-            handles.append(Line2D([], [], color=WARN, label="worse with them", **dot))  # type: ignore[arg-type]
-    handles.append(Line2D([], [], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), label="noise"))
-    legend_on_top(figure, 2, handles)

@@ -1,7 +1,6 @@
 """Where the gap lies and shows by numbers, and how markers slide along the fish."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +11,7 @@ from matplotlib.patches import Patch
 from reports.colours import FAINT, GAP, INK, MUTED, SURFACE, TWIN
 from reports.diagnosed import Diagnosed
 from reports.numbers import MM, in_words, shortened, whole_percent
-from reports.style import FULL_WIDTH_IN, Margins, add_panel, legend_on_top, panel, styled
+from reports.style import FULL_WIDTH_IN, Look, Margins, add_panel, legend_on_top, panel, styled
 
 _ROW_IN, _LEFT_IN, _TOP_IN, _BOTTOM_IN, _LABEL_IN, _GAP_IN = 0.2, 0.62, 0.52, 0.34, 0.82, 0.3
 _NAMES = {"floor": "noise"}
@@ -88,21 +87,18 @@ def gap_slides_figure(found: Diagnosed) -> Figure:
     beside = np.linspace(-0.24, 0.24, len(trials)) if len(trials) > 1 else np.zeros(1)
     at = np.arange(len(markers))
     for number, (shift, plain) in enumerate(zip(beside, told.beside_plain, strict=False)):
-        mark: dict[str, Any] = {"marker": _MARKS[number], "linestyle": "none", "markersize": 5}
-        after = None if told.beside_effects is None else MM * told.beside_effects[number]
-        if after is not None:
+        mark: Look = {"marker": _MARKS[number], "linestyle": "none", "markersize": 5}
+        name = shortened(trials[number], 14)
+        axes.plot(at + shift, MM * plain, color=INK, markerfacecolor=SURFACE, label=name, zorder=2.1, **mark)
+        if told.beside_effects is not None:
+            after = MM * told.beside_effects[number]
             axes.vlines(at + shift, MM * plain, after, color=FAINT, linewidth=1.6, zorder=1)
             axes.plot(at + shift, after, color=TWIN, **mark)
-        axes.plot(at + shift, MM * plain, color=INK, markerfacecolor=SURFACE, **mark)
+    if told.beside_effects is not None:
+        axes.plot([], [], "o", color=TWIN, markersize=5, label="left with effects")
     axes.set(ylabel="slides forward (mm/s)", xlim=(-0.6, len(markers) - 0.4))
     axes.set_xticks(at, [in_words(name).replace(" ", "\n") for name in markers])
     axes.tick_params(axis="x", length=0)
     axes.grid(visible=False, axis="x")
-    handles = [
-        Line2D([], [], color=INK, markerfacecolor=SURFACE, marker=mark, linestyle="none", label=shortened(name, 14))
-        for mark, name in zip(_MARKS, trials, strict=False)
-    ]
-    if told.beside_effects is not None:
-        handles.append(Line2D([], [], color=TWIN, marker="o", linestyle="none", label="left with effects"))
-    legend_on_top(figure, len(handles), handles)
+    legend_on_top(figure, len(trials) + 1)
     return figure

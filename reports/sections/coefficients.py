@@ -9,8 +9,12 @@ from fitting.methods import METHODS
 from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
-from reports.figures.coefficients import coefficient_profiles_figure, coefficients_figure, convergence_figure
-from reports.figures.search_convergence import search_convergence_figure
+from reports.figures.coefficients import (
+    coefficient_profiles_figure,
+    coefficients_figure,
+    convergence_figure,
+    search_trace_figure,
+)
 from reports.numbers import MISSING, counted, in_mm, listed, sentence, shown, significant
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
@@ -67,9 +71,8 @@ def _ways(fit: CoefficientFit) -> tuple[Plot, ...]:
     )
     if not fit.trace:
         return (restarts,)
-    searches, label = {fit.method: [(fit.trace, fit.spent_s)]}, {fit.method: "best so far"}
     trace = Plot(
-        search_convergence_figure(searches, label),
+        search_trace_figure(fit),
         "trace",
         "Best mean marker distance so far over the simulated time that the whole search had spent. A long flat end "
         "says that more of the same search would hardly help.",
