@@ -14,7 +14,7 @@ from calib.results.tracks import TrackResult
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.evidence import EvidenceStage
 from diagnosis.result import SUPPOSITION, SuppositionResult
-from reports import Diagnosed, ReportContext, gallery
+from reports import ReportContext, gallery
 from reports.numbers import in_words, listed
 from reports.sections import SECTIONS, gap, posterior
 from reports.sections.gap_plots import gap_plots
@@ -57,7 +57,7 @@ def posterior_result(pipeline: Pipeline) -> PosteriorResult:
 def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
     """A diagnosis."""
     found, robot, markers = stage.read(), pipeline.robot, pipeline.session.markers
-    figures = GapFigures(stage, lambda: gap_plots(Diagnosed(found, stage.effort), robot, markers))
+    figures = GapFigures(stage, lambda: gap_plots(found, robot, markers))
     name = f"diagnosis of {stage.effort} effort"
     return GapResult(name=name, file=stage.file, data=found, plot=figures, **_common(pipeline))
 

@@ -6,9 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from diagnosis.result import GapSize
+from diagnosis.result import DiagnosisResult, GapSize
 from reports.colours import EBT_SMOOTHED, FAINT, GAP, INK, MUTED, SURFACE, TWIN, WARN
-from reports.diagnosed import Diagnosed
 from reports.numbers import MM, in_words, of_its_size, shortened, shown, whole_percent
 from reports.style import HALF_WIDTH_IN, Grid, Margins, legend_on_top, panel, panels, styled
 
@@ -16,16 +15,16 @@ _FLOOR = 1.0  # mean squared whitened residual of noise alone
 
 
 @styled
-def gap_waterfall_figure(found: Diagnosed) -> Figure:
+def gap_waterfall_figure(found: DiagnosisResult) -> Figure:
     """Mean squared whitened residual of the held-out swims; needs at least one."""
-    gap = found.data.gap
+    gap = found.gap
     before, after = gap.squares_before, gap.squares_after
     highest = max(before, after, _FLOOR)
     figure, axes = panel(HALF_WIDTH_IN, 2.6, Margins(left=0.52, right=0.08, bottom=0.62, top=0.28))
     names = {"plain twin": of_its_size(before)}
     ends, colours = [(0.0, before)], [MUTED]
-    if found.refitted:
-        name = "with\n" + "\nand ".join(shortened(in_words(effect), 22) for effect in found.refitted)
+    if found.effect_parameters:
+        name = "with\n" + "\nand ".join(shortened(in_words(effect), 22) for effect in found.effect_parameters)
         names[name] = of_its_size(after - before, signed=True)
         ends.append((before, after))
         colours.append(EBT_SMOOTHED if after <= before else WARN)

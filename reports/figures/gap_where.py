@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from diagnosis.result import DiagnosisResult
 from reports.colours import FAINT, GAP, INK, MUTED, SURFACE, TWIN
-from reports.diagnosed import Diagnosed
 from reports.numbers import MM, in_words, shortened, whole_percent
 from reports.style import FULL_WIDTH_IN, Look, Margins, add_panel, legend_on_top, panel, styled
 
@@ -20,9 +20,9 @@ _MARKS = ("o", "s", "^", "D", "v", "P")  # of as many trials
 
 
 @styled
-def gap_shares_figure(found: Diagnosed) -> Figure:
+def gap_shares_figure(found: DiagnosisResult) -> Figure:
     """Four panels, all from 0 to 100 %."""
-    splits = {split: found.shares(split) for split in ("stage", "trial", "band", "axis")}
+    splits = {split: getattr(found.where, f"by_{split}") for split in ("stage", "trial", "band", "axis")}
     rows = max(len(shares) for shares in splits.values())
     height = _TOP_IN + rows * _ROW_IN + _BOTTOM_IN
     figure = Figure(figsize=(FULL_WIDTH_IN, height))
@@ -31,7 +31,7 @@ def gap_shares_figure(found: Diagnosed) -> Figure:
     for split, shares in splits.items():
         size = width * (1.6 if split == "stage" else 1.0), len(shares) * _ROW_IN
         axes = add_panel(figure, (left, height - _TOP_IN - size[1]), size)
-        _bars(axes, shares, found.data.stage_alone if split == "stage" else {}, split)
+        _bars(axes, shares, found.stage_alone if split == "stage" else {}, split)
         left += size[0] + _GAP_IN + _LABEL_IN
     handles = [
         Patch(facecolor=GAP, alpha=0.8, label="share, all stages together"),
@@ -72,15 +72,15 @@ def _range(share: float, alone: float) -> str:
     return told[0] if told[0] == told[1] else f"{told[0][:-2]} to {told[1]}"
 
 
-def slides(found: Diagnosed) -> bool:
+def slides(found: DiagnosisResult) -> bool:
     """Whether that is so much of the gap that it is worth a figure."""
-    return found.shares("band").get("drift", 0.0) >= _WORTH
+    return found.where.by_band.get("drift", 0.0) >= _WORTH
 
 
 @styled
-def gap_slides_figure(found: Diagnosed) -> Figure:
+def gap_slides_figure(found: DiagnosisResult) -> Figure:
     """A place for each marker, a mark for each fitted trial; forward is up, in mm/s."""
-    told = found.data.evidence.sliding
+    told = found.evidence.sliding
     trials, markers = told.trials[: len(_MARKS)], told.markers
     figure, axes = panel(FULL_WIDTH_IN, 2.3, Margins(left=0.62, right=0.15, top=0.38, bottom=0.46))
     axes.axhline(0.0, color=MUTED, linewidth=0.9)

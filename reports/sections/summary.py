@@ -85,7 +85,7 @@ def _what_is_missing(context: ReportContext) -> str:
         return "Not known: the gap was not diagnosed."
     from diagnosis.sentences import sentences  # its package loads the twin
 
-    _, which, how_far = sentences(found.data)
+    _, which, how_far = sentences(found)
     return f"{which.partition(': ')[2].capitalize()} {how_far.partition(': ')[2].capitalize()}"
 
 
@@ -97,7 +97,7 @@ def _next_step(context: ReportContext) -> str:
         return f"Run calib posterior {folder}."
     if context.diagnosed is None:
         return f"Run calib diagnose {folder}."
-    experiments = context.diagnosed.data.next_experiments
+    experiments = context.diagnosed.next_experiments
     return f"{experiments[0].describe}." if experiments else "Film further trials at other speeds."
 
 
