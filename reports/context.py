@@ -59,3 +59,9 @@ class ReportContext:
     def logged(self) -> tuple[LoggedTrial, ...]:
         """Those that have a motor log."""
         return tuple(LoggedTrial(trial.name, kind, trial.motor) for trial, kind in self.driven if trial.motor)
+
+    @property
+    def even(self) -> list[str]:
+        """Those whose crank is taken to turn evenly, for want of a log to follow."""
+        followed = [trial.name for trial in self.logged if trial.motor.usable]
+        return [trial.name for trial, _ in self.driven if trial.name not in followed]

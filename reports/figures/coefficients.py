@@ -1,5 +1,7 @@
 """The coefficients between their bounds: where searches ended, how the objective rises, how it came down."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -7,6 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from fitting import CoefficientFit
 from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.pairs import PairFit
 from fitting.profile import CoefficientProfiles
 from reports.colours import INK, MUTED, SHADE, TWIN, WARN
 from reports.numbers import MM, in_words
@@ -138,3 +141,20 @@ def search_trace_figure(fit: CoefficientFit) -> Figure:
     axes.set_ylabel("best mean marker distance (mm)")
     legend_above(axes, 2)
     return figure
+
+
+@styled
+def pair_coefficients_figure(pairs: Sequence[PairFit], best: FluidCoefficients) -> Figure:
+    """Dots are pairs, the diamond is the session's own fit; crosses swim backward from rest."""
+    figure, axes, rows = bounded_panel(2.76)
+    axes.plot(np.sqrt(best), rows, "D", color=TWIN, markersize=6, label="this session’s fit", zorder=3)
+    for pair, below in zip(pairs, spread_of(len(pairs), 0.4), strict=True):
+        mark, label = ("o", "a pair") if pair.swims_forward else ("x", "backward")
+        axes.plot(np.sqrt(pair.coefficients), rows + below, mark, color=MUTED, markersize=3.5, label=label)
+    legend_above(axes, 3)
+    return figure
+
+
+def spread_of(count: int, width: float) -> np.ndarray:
+    """(count,) places of dots in a row, evenly over a part of its height."""
+    return np.linspace(-width / 2, width / 2, count) if count > 1 else np.zeros(1)

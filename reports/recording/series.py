@@ -3,8 +3,7 @@
 import numpy as np
 import rerun as rr
 
-from reports.recording.layer import Layer, entity_of, lines
-from reports.recording.palette import STATE_COLOURS, WARN
+from reports.recording.layer import STATE_COLOURS, WARN, Layer, entity_of, lines
 from reports.recording.recorded_trial import RecordedTrial
 from session import Flag
 from tracking.records import SampleState

@@ -6,8 +6,8 @@ from fitting.ebt import EBT_RATIO_ONLY
 from reports.blocks import Block, Points, Section
 from reports.caveats import whole_trial_flags
 from reports.context import ReportContext
+from reports.models import OBJECTIVES
 from reports.numbers import in_words, listed, sentence, shown
-from reports.objectives import OBJECTIVES
 from session.flags import FLAG_KINDS
 
 

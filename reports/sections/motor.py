@@ -73,15 +73,10 @@ def _turning_row(trial: LoggedTrial) -> tuple[str, ...]:
         shown(motor.measured_hz, 4),
         shown(100 * trial.off_command, 2, signed=True),
         shown(100 * motor.ripple, 2),
-        _known(clock.offset_s, clock.offset_se_s, 3) if motor.laid else MISSING,
-        _known(MILLION * (clock.rate - 1), MILLION * clock.rate_se, 0) if motor.laid else MISSING,
+        with_error(clock.offset_s, clock.offset_se_s, 3) if motor.laid else MISSING,
+        with_error(MILLION * (clock.rate - 1), MILLION * clock.rate_se, 0) if motor.laid else MISSING,
         clock.found_by if motor.usable else f"{clock.found_by}, not used",
     )
-
-
-def _known(value: float, se: float, decimals: int) -> str:
-    """With its standard error where it has one: a clock that was given has none."""
-    return with_error(value, se) if se > 0 else shown(value, decimals)
 
 
 def _supply(trials: tuple[LoggedTrial, ...]) -> Table:

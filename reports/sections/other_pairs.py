@@ -6,8 +6,8 @@ from fitting.ebt import FORMS
 from fitting.pairs import PairFit
 from reports.blocks import Column, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
-from reports.figures.coefficients import NAMES
-from reports.figures.pairs import pair_coefficients_figure, pair_errors_figure
+from reports.figures.coefficients import NAMES, pair_coefficients_figure
+from reports.figures.speed import pair_errors_figure
 from reports.models import model_label
 from reports.numbers import MISSING, counted, in_mm, listed, shown, significant
 

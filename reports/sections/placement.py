@@ -104,7 +104,7 @@ def _boxes(placed: PlacedFit, yaw: YawFit) -> Table:
     rows = tuple(
         (
             each.name,
-            *(_told(1000 * off, 1000 * error) for off, error in zip(each.boxes, each.boxes_sd, strict=True)),
+            *(with_error(1000 * off, 1000 * error) for off, error in zip(each.boxes, each.boxes_sd, strict=True)),
             shown(np.degrees(each.boxes.turn_rad), signed=True),
             shown(each.boxes.scale, 3),
             shown(float(np.degrees(yaw.yaw_rad.get(each.name, np.nan))), signed=True),
@@ -119,13 +119,9 @@ def _boxes(placed: PlacedFit, yaw: YawFit) -> Table:
     return Table(caption, BOXES, rows)
 
 
-def _told(value: float, sd: float) -> str:
-    return with_error(float(value), float(sd)) if np.isfinite(sd) and sd > 0 else shown(float(value))
-
-
 def _markers(placed: PlacedFit) -> Table:
     rows = tuple(
-        (in_words(name), *(_told(1000 * value, 1000 * error) for value, error in zip(off, sd, strict=True)))
+        (in_words(name), *(with_error(1000 * value, 1000 * error) for value, error in zip(off, sd, strict=True)))
         for name, off, sd in zip(placed.markers, placed.marker_m, placed.marker_sd_m, strict=True)
         if name not in ("nose", "neck")
     )

@@ -3,8 +3,8 @@
 from fitting.methods import METHODS
 from reports.blocks import Points, Section, Table, Terms, table_head
 from reports.context import ReportContext
+from reports.models import OBJECTIVES
 from reports.numbers import MISSING, listed, sentence, shown, significant
-from reports.objectives import OBJECTIVES
 
 
 def build(context: ReportContext) -> Section:
@@ -38,8 +38,7 @@ def _assumptions(context: ReportContext) -> tuple[str, ...]:
 
 
 def _turns(context: ReportContext) -> tuple[str, ...]:
-    logged = [trial.name for trial in context.logged if trial.motor.usable]
-    even = [trial.name for trial, _ in context.driven if trial.name not in logged]
+    even = context.even
     where = "" if len(even) == len(context.driven) else f" of {listed(even)}"
     return (f"The crank{where} turns at a constant speed: the beat of the tail, not the command.",) if even else ()
 

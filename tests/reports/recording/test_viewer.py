@@ -15,7 +15,7 @@ import pytest
 from rerun.experimental import View, ViewerClient
 
 from reports.recording import write_recording
-from reports.recording.palette import TWIN
+from reports.recording.layer import TWIN
 from tests.reports.recording.trials import BODY, HEIGHT_PX, MARKERS, SIDE_PX, WATER, WIDTH_PX, trial_with_video
 
 pytestmark = pytest.mark.long
