@@ -67,9 +67,10 @@ def version(
 ) -> None:
     """Options that stand before a command."""
     if show:
-        from calib.pipeline import program
+        from session.results import program_version
+        from swimmer.engine import ENGINE
 
-        print(program())
+        print(f"{program_version()}, MuJoCo {ENGINE}")
         raise typer.Exit
 
 

@@ -422,14 +422,13 @@ def view(session: AnySession, *, open_viewer: bool = False) -> Export:
     Example:
         >>> view("datasets/sample")                             # doctest: +SKIP
     """
-    from calib.stages.recording import make_recording
-    from calib.viewer import open_viewer as show
+    from calib.stages import recording
 
     with _working(session, Options(), True) as pipeline:
-        recording = make_recording(pipeline)
+        file = recording.make_recording(pipeline)
     if open_viewer:
-        show(recording)
-    return Export((recording,), tuple(pipeline.said))
+        recording.open_viewer(file)
+    return Export((file,), tuple(pipeline.said))
 
 
 def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml") -> Export:

@@ -54,8 +54,8 @@ def view(
 ) -> None:
     """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin beside them."""
     from calib import interface
+    from calib.stages.recording import open_viewer
     from calib.terminal import tell_export
-    from calib.viewer import open_viewer
 
     made = interface.view(session)
     tell_export(made)

@@ -12,7 +12,7 @@ from calib.results.posterior import PosteriorResult
 from calib.results.structure import StructureResult
 from calib.results.tracks import TrackResult
 from calib.stages.diagnosis import DiagnosisStage
-from calib.stages.evidence import EvidenceStage
+from calib.stages.fit import EvidenceStage
 from diagnosis.result import SUPPOSITION, SuppositionResult
 from reports import ReportContext, gallery
 from reports.numbers import in_words, listed

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 from calib.job import Job
 from calib.stages.diagnosis import DiagnosisStage
-from calib.stages.evidence import EvidenceStage
-from calib.stages.fit import FitStage
+from calib.stages.fit import EvidenceStage, FitStage
 from calib.stages.posterior import PosteriorStage
 from fitting import Calibration
 from reports import ReportContext, write_report

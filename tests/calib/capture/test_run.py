@@ -149,7 +149,7 @@ def test_an_exception_in_the_middle_of_an_answer_still_sends_the_torque_off(tmp_
 def test_a_full_disk_stops_the_motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one = bench()
 
-    def full(*_: object) -> None:
+    def full(*_: object, **__: object) -> None:
         raise UserError("x.motor.csv: cannot be written; found: No space left on device")
 
     monkeypatch.setattr(run_module.TrialLog, "measured", full)
