@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from calib.text import filled
 from session import FaultCollector, Tracks
 from session.create import FISHSIM_MARKERS, new_folder
 from session.folder import SESSION_FILE
@@ -21,7 +22,6 @@ from swimmer import RobotSpec, load_robot
 from tracking.records import import_tracks
 from tracking.video import Video
 
-TODO = "TODO"
 _FPS = 60.0  # where no file tells
 _HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # in names: f1_25, 1.25hz
 
@@ -193,38 +193,16 @@ def _text(
     fit: Sequence[str],
 ) -> str:
     """`session.toml` with comments, and first what is left to fill in."""
-    left = _left(trials, rate, robot_file)
-    lines = [*(f"# {TODO} {each}" for each in left), *([""] if left else [])]
-    lines += ["[session]", f"name = {json.dumps(name)}", ""]
-    if robot_file is not None:
-        lines += ["[robot]", 'file = "robot.toml"', ""]
-    lines += [
-        "[camera]",
-        f"fps = {rate or _FPS:.6g}{'' if rate else f'   # {TODO}: a guess'}",
-        f"scale_length_m = {robot.scale_length_m:.6g}   # nose to neck, as {robot.name} has it",
-        '# calibration = "camera.toml"   # of `calib camera lens`',
-        "",
-        "[markers]",
-        f"names = {json.dumps(list(markers))}",
-        "",
-        "[fit]",
-        "warmup_s = 1.0   # at the start of each trial, left out of every comparison",
-        "seed = 0",
-    ]
     swims = [trial.name for trial in trials if trial.kind == "swim"]
-    held = set() if fit or len(swims) < 2 else set(swims[1::2])
-    for trial in trials:
-        role = "holdout" if trial.name in held or (fit and trial.kind == "swim" and trial.name not in fit) else "fit"
-        lines += ["", *(f"# {comment}" for comment in trial.comments), "[[trial]]", f'name = "{trial.name}"']
-        lines.append(
-            f'kind = "{trial.kind}"   # "swim", "dry" (head clamped, in air) or "free_decay" (bent tail let go)'
-        )
-        if trial.tracks is not None:
-            lines.append(f'tracks = "trials/{trial.name}.csv"')
-        if trial.video is not None:
-            lines.append(f'video = "trials/{trial.name}{trial.video.suffix.lower()}"')
-        if trial.kind != "free_decay":
-            told = f"commanded_hz = {trial.commanded_hz}"
-            lines.append(told if trial.commanded_hz else f"# commanded_hz = 1.0   # {TODO}: crank turns a second")
-        lines.append(f'role = "{role}"   # or "{"fit" if role == "holdout" else "holdout"}"')
-    return "\n".join([*lines, ""])
+    return filled(
+        "session.toml.j2",
+        left=_left(trials, rate, robot_file),
+        name=json.dumps(name),
+        trials=trials,
+        rate=rate,
+        guess_fps=_FPS,
+        markers=json.dumps(list(markers)),
+        robot=robot,
+        robot_file=robot_file,
+        held_out=[swim for swim in swims if swim not in fit] if fit else swims[1::2],
+    )

@@ -18,7 +18,9 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 PACKAGES = PROJECT["tool"]["setuptools"]["packages"]
 LOCK = ROOT / "requirements.lock"
 PAGES = ("README.md", "CONTRIBUTING.md")
-DATA = re.compile(r"swimmer/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|(reports|tracking/boxes)/templates/[^/]+$")
+DATA = re.compile(
+    r"swimmer/robots/[^/]+\.toml$|diagnosis/discrepancy\.npz$|(reports|calib|tracking/boxes)/templates/[^/]+$"
+)
 NOT_SHIPPED = {"tests", "benchmarks"}
 
 HOST_OR_INDEX = re.compile(r"https?://|file:|git\+|^\s*--(?!hash=)|pypi\.org|pythonhosted\.org", re.MULTILINE)

@@ -46,14 +46,14 @@ def calibrated_mjcf(calibration: Calibration) -> str:
         if trial.measured.role == "fit":
             start = (trial.simulated_hz, trial.phase_rad, trial.measured.start_velocity)
             _add_keyframe(spec, robot, trial.measured.name, *start)
-    return _text(spec)
+    return mjcf_text(spec)
 
 
 def nominal_mjcf(robot: RobotSpec) -> str:
     """The text of the MJCF of a robot with the published coefficients; its keyframe `swim` turns the crank at 1 Hz."""
     spec = add_scenery(build_mjcf(robot), robot)
     _add_keyframe(spec, robot, "swim", 1.0, 0.0, np.zeros(3))
-    return _text(spec)
+    return mjcf_text(spec)
 
 
 def _add_keyframe(
@@ -65,7 +65,8 @@ def _add_keyframe(
     spec.add_key(name=name, qpos=qpos[0], qvel=qvel[0], ctrl=[2 * np.pi * hz])
 
 
-def _text(spec: mujoco.MjSpec) -> str:
+def mjcf_text(spec: mujoco.MjSpec) -> str:
+    """The text of a model that loads."""
     spec.compile()
     text: str = spec.to_xml()
     mujoco.MjModel.from_xml_string(text)  # what is written must load
