@@ -21,33 +21,6 @@ NOTEBOOK_DOTS_PER_INCH = 110.0
 
 
 @dataclass(frozen=True)
-class Tile:
-    """A key number.
-
-    Attributes:
-        label: what it is.
-        value: as printed.
-        unit: of the value.
-        detail: what to compare it with.
-        warning: why it is doubtful; empty if it is not.
-    """
-
-    label: str
-    value: str
-    unit: str = ""
-    detail: str = ""
-    warning: str = ""
-
-
-@dataclass(frozen=True)
-class Tiles:
-    """Key numbers side by side."""
-
-    kind: ClassVar[str] = "tiles"
-    tiles: tuple[Tile, ...]
-
-
-@dataclass(frozen=True)
 class Prose:
     """A paragraph; a `lead` is printed large."""
 
@@ -160,7 +133,7 @@ class Terms:
     items: tuple[tuple[str, str], ...]
 
 
-Block = Tiles | Prose | Plots | Table | Points | Terms
+Block = Prose | Plots | Table | Points | Terms
 
 
 @dataclass(frozen=True)
