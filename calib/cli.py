@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from calib.capture.lost_terminal import INTERRUPTED, let_go_of_a_lost_terminal
-from calib.commands import benchmarks, cameras, hardware, results, sessions, tracks, videos
+from calib.capture.host import INTERRUPTED, let_go_of_a_lost_terminal
+from calib.commands import benchmarks, cameras, results, sessions, videos
 from session import SwimcalError
 
 app = typer.Typer(
@@ -26,14 +26,24 @@ app.command()(results.posterior)
 app.command()(results.diagnose)
 app.command()(results.report)
 app.command()(videos.view)
-app.command()(tracks.convert)
+app.command()(videos.convert)
 app.command()(results.mjcf)
-app.command(context_settings=hardware.FREE_ARGUMENTS, add_help_option=False)(hardware.capture)
 app.add_typer(camera, name="camera")
 camera.command()(cameras.board)
 camera.command()(cameras.lens)
 camera.command()(cameras.scale)
 app.add_typer(benchmarks.benchmark, name="benchmark")
+
+
+@app.command(
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
+    add_help_option=False,  # what follows is read by the program itself, which runs on a robot without any of this
+)
+def capture(context: typer.Context) -> None:
+    """Drives and logs the motor: scan, run, emulate (`calib capture --help`)."""
+    from calib.capture import main as drive
+
+    raise typer.Exit(drive(context.args))
 
 
 def main() -> None:
@@ -57,9 +67,10 @@ def version(
 ) -> None:
     """Options that stand before a command."""
     if show:
-        from calib.pipeline import program
+        from session.results import program_version
+        from swimmer.engine import ENGINE
 
-        print(program())
+        print(f"{program_version()}, MuJoCo {ENGINE}")
         raise typer.Exit
 
 

@@ -9,32 +9,30 @@ Errors are a `SwimcalError`: `InputError` (all faults of what was given, at once
 `SimulationDiverged`, `ModelMismatch`, `SessionLocked`, `ResultsNotWritable`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from calib.batch import report_batch
 from calib.options import EffortName, Options
 from calib.pipeline import open_session as _open_session
-from calib.results.export import Export
 from calib.results.fit import FitResult
 from calib.results.gap import EffectTest, GapResult
 from calib.results.made import fit_result, gap_result, posterior_result, structure_result, test_result, track_result
 from calib.results.posterior import PosteriorResult
+from calib.results.result import Export
 from calib.results.structure import StructureResult
 from calib.results.tracks import TrackResult
 from calib.results.twin import SwimTwin
 from calib.stages.diagnosis import check_names
 from calib.stages.fit import nominal_mjcf
-from calib.tracked_videos import correct_track, track_videos
+from calib.tracked_videos import check_form, correct_track, track_videos
 from calib.working import progress_bar, working
 from fitting import Comparison, MethodName
-from session import InputError, NotEnoughData, Session, SwimcalError
-from session.create import new_from_fishsim
+from reports import write_index
+from session import FaultCollector, InputError, NotEnoughData, Session, SwimcalError
+from session.create import FISHSIM_MARKERS, new_from_fishsim
 from session.errors import ModelMismatch, NotConverged, ResultsNotWritable, SessionLocked, SimulationDiverged
 from session.folder import SESSION_FILE
 from session.results import write_whole
@@ -332,11 +330,18 @@ def convert_tracks(
     Example:
         >>> convert_tracks("f1_30.h5", "f1_30.csv", markers=["nose", "neck", "tail_1"])  # doctest: +SKIP
     """
-    from session.create import FISHSIM_MARKERS
     from tracking.records import TrackedTrial, export_tracks, import_tracks
 
-    tracks = import_tracks(Path(path), tuple(markers) or FISHSIM_MARKERS, fps)
-    export_tracks(TrackedTrial.of(tracks), Path(out), to)
+    check_form(to, "--to")
+    names, faults = tuple(markers) or FISHSIM_MARKERS, FaultCollector("the options")
+    if not 0 < fps < float("inf"):
+        faults.add("--fps", "not a frame rate", found=f"{fps:g}", expected="a number above 0")
+    if not all(names) or len(set(names)) < len(names):
+        faults.add("--markers", "not a list of markers", found=", ".join(names), expected="each marker once")
+    if Path(out).suffix == ".gz":
+        faults.add("--out", "packed files are read, not written", found=str(out), expected="a name without .gz")
+    faults.raise_if_any()
+    export_tracks(TrackedTrial.of(import_tracks(Path(path), names, fps)), Path(out), to)
     return Path(out)
 
 
@@ -387,7 +392,19 @@ def report(sessions: AnySession | Sequence[AnySession], index: str | Path | None
     """
     several = [sessions] if isinstance(sessions, Session | str | Path) else sessions
     folders = [_folder(each) for each in several]
-    return Export(*report_batch(folders, Options(), None if index is None else Path(index)))
+    entries, files, notes = [], [], []
+    for folder in folders:
+        open_session(folder)  # all faults of all sessions first
+    for folder in folders:
+        with _working(folder, Options(), True) as pipeline:
+            files.append(pipeline.report())
+        fit = pipeline.the_fit()
+        entries.append((pipeline.session.name, files[-1], fit.result()))
+        notes += [f"{pipeline.session.name}: {fit.name}", *pipeline.said]
+    if len(entries) > 1 or index is not None:
+        files.append(Path(index) if index is not None else folders[0].resolve().parent / "index.html")
+        write_index(files[-1], entries)
+    return Export(tuple(files), tuple(notes))
 
 
 def view(session: AnySession, *, open_viewer: bool = False) -> Export:
@@ -404,14 +421,13 @@ def view(session: AnySession, *, open_viewer: bool = False) -> Export:
     Example:
         >>> view("datasets/sample")                             # doctest: +SKIP
     """
-    from calib.stages.recording import make_recording
-    from calib.viewer import open_viewer as show
+    from calib.stages import recording
 
     with _working(session, Options(), True) as pipeline:
-        recording = make_recording(pipeline)
+        file = recording.make_recording(pipeline)
     if open_viewer:
-        show(recording)
-    return Export((recording,), tuple(pipeline.said))
+        recording.open_viewer(file)
+    return Export((file,), tuple(pipeline.said))
 
 
 def export_mjcf(source: AnySession | None = None, out: str | Path = "robot.xml") -> Export:

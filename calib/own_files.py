@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from calib.text import filled
 from session import FaultCollector, Tracks
 from session.create import FISHSIM_MARKERS, new_folder
 from session.folder import SESSION_FILE
@@ -21,7 +22,6 @@ from swimmer import RobotSpec, load_robot
 from tracking.records import import_tracks
 from tracking.video import Video
 
-TODO = "TODO"
 _FPS = 60.0  # where no file tells
 _HZ = (r"(?:^|_)f(\d+)[_.p](\d+)(?:_|$)", r"(\d+)[_.p](\d+) ?_?hz")  # in names: f1_25, 1.25hz
 
@@ -51,11 +51,8 @@ def new_from_files(
     fps: float | None = None,
     commands_hz: Sequence[float] = (),
     fit: Sequence[str] = (),
-) -> tuple[str, ...]:
+) -> None:
     """Makes a session folder of videos and tracks; the arguments are those of `calib.new_session`.
-
-    Returns:
-        What is left to fill in, a sentence each; the same stands in the file.
 
     Raises:
         InputError: every fault of the files at once; then there is no folder.
@@ -75,7 +72,6 @@ def new_from_files(
     rate = fps or (float(np.median(rates)) if rates else None)
     markers = next((trial.tracks.markers for trial in trials.values() if trial.tracks), _markers(spec))
     ordered = sorted(trials.values(), key=lambda trial: (trial.kind, trial.commanded_hz or 0.0, trial.name))
-    left = _left(ordered, rate, robot)
     with new_folder(folder) as part:
         (part / "trials").mkdir()
         for trial in ordered:
@@ -85,8 +81,7 @@ def new_from_files(
                 _put(trial.video, part / "trials" / f"{trial.name}{trial.video.suffix.lower()}")
         if robot is not None:
             shutil.copyfile(robot, part / "robot.toml")
-        write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, left, fit))
-    return left
+        write_whole(part / SESSION_FILE, _text(folder.absolute().name, ordered, rate, markers, spec, robot, fit))
 
 
 def _trials(
@@ -195,41 +190,19 @@ def _text(
     markers: Sequence[str],
     robot: RobotSpec,
     robot_file: str | Path | None,
-    left: Sequence[str],
     fit: Sequence[str],
 ) -> str:
-    """`session.toml` with comments."""
-    lines = [*(f"# {TODO} {each}" for each in left), *([""] if left else [])]
-    lines += ["[session]", f"name = {json.dumps(name)}", ""]
-    if robot_file is not None:
-        lines += ["[robot]", 'file = "robot.toml"', ""]
-    lines += [
-        "[camera]",
-        f"fps = {rate or _FPS:.6g}{'' if rate else f'   # {TODO}: a guess'}",
-        f"scale_length_m = {robot.scale_length_m:.6g}   # nose to neck, as {robot.name} has it",
-        '# calibration = "camera.toml"   # of `calib camera lens`',
-        "",
-        "[markers]",
-        f"names = {json.dumps(list(markers))}",
-        "",
-        "[fit]",
-        "warmup_s = 1.0   # at the start of each trial, left out of every comparison",
-        "seed = 0",
-    ]
+    """`session.toml` with comments, and first what is left to fill in."""
     swims = [trial.name for trial in trials if trial.kind == "swim"]
-    held = set() if fit or len(swims) < 2 else set(swims[1::2])
-    for trial in trials:
-        role = "holdout" if trial.name in held or (fit and trial.kind == "swim" and trial.name not in fit) else "fit"
-        lines += ["", *(f"# {comment}" for comment in trial.comments), "[[trial]]", f'name = "{trial.name}"']
-        lines.append(
-            f'kind = "{trial.kind}"   # "swim", "dry" (head clamped, in air) or "free_decay" (bent tail let go)'
-        )
-        if trial.tracks is not None:
-            lines.append(f'tracks = "trials/{trial.name}.csv"')
-        if trial.video is not None:
-            lines.append(f'video = "trials/{trial.name}{trial.video.suffix.lower()}"')
-        if trial.kind != "free_decay":
-            told = f"commanded_hz = {trial.commanded_hz}"
-            lines.append(told if trial.commanded_hz else f"# commanded_hz = 1.0   # {TODO}: crank turns a second")
-        lines.append(f'role = "{role}"   # or "{"fit" if role == "holdout" else "holdout"}"')
-    return "\n".join([*lines, ""])
+    return filled(
+        "session.toml.j2",
+        left=_left(trials, rate, robot_file),
+        name=json.dumps(name),
+        trials=trials,
+        rate=rate,
+        guess_fps=_FPS,
+        markers=json.dumps(list(markers)),
+        robot=robot,
+        robot_file=robot_file,
+        held_out=[swim for swim in swims if swim not in fit] if fit else swims[1::2],
+    )

@@ -8,19 +8,16 @@ from typing import TYPE_CHECKING, get_args
 
 from calib.job import Job
 from calib.options import EffortName, Options
-from calib.stages.diagnosis import DiagnosisStage
-from calib.stages.evidence import EvidenceStage
-from calib.stages.fit import FitStage
+from calib.stages.diagnosis import DiagnosisStage, check_names
+from calib.stages.fit import EvidenceStage, FitStage
 from calib.stages.posterior import PosteriorStage
 from calib.stages.recordings import Recordings
 from calib.stages.report import ReportStage
 from calib.stages.structure import StructureStage
 from fitting import Calibration, Comparison, MeasuredTrial, MethodName, Structure
 from session import FaultCollector, Session, load_session
-from session.results import program_version
 from swimmer import RobotSpec, Twin, load_robot
 from swimmer.effects import Effect
-from swimmer.engine import ENGINE
 
 if TYPE_CHECKING:
     from diagnosis import Discrepancy
@@ -210,7 +207,7 @@ class Pipeline:
     def supposition(self, names: Sequence[str]) -> "SuppositionResult":
         """What the swims say of effects that a user names; also in `results/supposed.json`."""
         stage = self.diagnoses()
-        stage.check_supposed(names)
+        check_names("--test", names, stage.effects)
         self.recordings.tracks()
         return stage.suppose(names)
 
@@ -242,8 +239,3 @@ class Pipeline:
     def _twin(self) -> Twin:
         """Of the robot with its structure."""
         return Twin(self.structure.robot, self.trials[0].markers, workers=self.options.workers)
-
-
-def program() -> str:
-    """Name and versions, for `calib --version`."""
-    return f"{program_version()}, MuJoCo {ENGINE}"

@@ -2,22 +2,22 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Self, TypeVar
-
-import numpy as np
+from typing import Any
 
 from calib.options import Options
 from calib.pipeline import Pipeline
+from calib.results.tracks import shares_of
+from calib.stages.videos import of_each
 from calib.working import working
 from session import CameraSpec, FaultCollector, Flag, InputError, NotEnoughData, Session, TrialSpec
 from session.results import plain_json
 from swimmer import RobotSpec
 from tracking import to_pool
 from tracking.lens import lens_flags
-from tracking.records import EditLog, SampleState, TrackedTrial, export_tracks
+from tracking.records import EditLog, TrackedTrial, export_tracks
+from tracking.records.formats import FORMATS
 from tracking.tracker import TrackerName
 from tracking.video import Video
 
@@ -48,9 +48,19 @@ def _metres_per_px(found: TrackedTrial, camera: CameraSpec, robot: RobotSpec) ->
         return None
 
 
-T = TypeVar("T")
-
 _SUFFIX = {"swimcal": ".csv", "deeplabcut": ".dlc.csv", "fishsim": ".fishsim.csv"}
+
+
+def check_form(form: str, option: str) -> None:
+    """That tracks can be written in this form.
+
+    Raises:
+        InputError: they cannot; lists the forms.
+    """
+    faults = FaultCollector(option)
+    if form not in FORMATS:
+        faults.add("", "no such form of tracks", found=repr(form), choices=FORMATS)
+    faults.raise_if_any()
 
 
 def write_click_pages(folder: Path, as_json: bool) -> None:
@@ -60,7 +70,7 @@ def write_click_pages(folder: Path, as_json: bool) -> None:
         InputError: no video, or one that cannot be read.
     """
     with working(folder, as_json) as pipeline:
-        pages = _each(_filmed(pipeline.session), pipeline.recordings.videos.click_page)
+        pages = of_each(_filmed(pipeline.session), pipeline.recordings.videos.click_page)
     files = {name: str(page) for name, page in pages.items()}
     print(json.dumps(files, indent=1) if as_json else "\n".join(files.values()))
 
@@ -73,11 +83,13 @@ def track_videos(pipeline: Pipeline, export: str) -> tuple[dict[str, TrackedTria
         export: a form of `tracking.records.FORMATS` to write beside them; empty for none.
 
     Raises:
-        InputError: no video; or faults of videos, boxes or edits, after all other videos are tracked.
+        InputError: no video, or no such form; or faults of videos, boxes or edits, after all other videos are tracked.
     """
+    if export:
+        check_form(export, "--export")
     filmed, videos, exported = _filmed(pipeline.session), pipeline.recordings.videos, []
-    videos.all_boxes(filmed)
-    tracks = _each(filmed, videos.tracks)
+    of_each(filmed, videos.boxes)
+    tracks = of_each(filmed, videos.tracks)
     if export:
         for name, found in tracks.items():
             exported.append(videos.folder / f"{name}{_SUFFIX.get(export, '.nc')}")
@@ -90,20 +102,23 @@ def tell_tracks(session: Path, method: TrackerName | None, export: str, workers:
     with working(session, as_json, Options(workers=workers, tracker=method)) as pipeline:
         tracks, exported = track_videos(pipeline, export)
         videos = pipeline.recordings.videos
-        boxes = videos.all_boxes(_filmed(pipeline.session))
+        boxes = of_each(_filmed(pipeline.session), videos.boxes)
     doubts = camera_doubts(tracks.values(), pipeline.session.camera, pipeline.robot)
-    lines = {name: TrackLine.of(found, videos.folder / f"{name}.csv") for name, found in tracks.items()}
     if as_json:
-        camera = {"camera": [flag.to_json() for flag in doubts]}
-        flags = {name: [flag.to_json() for flag in found.flags] for name, found in tracks.items()}
-        more = {name: {"boxes": boxes[name].to_json(), "flags": flags[name]} | camera for name in lines}
-        told = {name: line.to_json() | more[name] for name, line in lines.items()}
+        told = {
+            name: shares_of(found)
+            | {"tracks": str(videos.folder / f"{name}.csv"), "boxes": boxes[name].to_json()}
+            | {"flags": [flag.to_json() for flag in found.flags], "camera": [flag.to_json() for flag in doubts]}
+            for name, found in tracks.items()
+        }
         print(json.dumps(plain_json(told), indent=1))
         return
     shares = f"{'seen':>7} {'counts':>7} {'filled':>7} {'missing':>8}"
     print(f"{'trial':12} {'frames':>7} {shares} {'confidence':>11}  flags")
-    for name, line in lines.items():
-        print(f"{name:12} {line.text()}")
+    for name, found in tracks.items():
+        flags = ", ".join(f"{count} {kind}" for kind, count in Counter(flag.kind for flag in found.flags).items())
+        row = "{frames:7d} {seen:7.2%} {counts:7.2%} {filled:7.2%} {missing:8.2%} {confidence:11.2f}"
+        print(f"{name:12} {row.format(**shares_of(found))}  {flags or 'none'}")
     for name, found in tracks.items():
         whole = [flag for flag in found.flags if flag.frames is None and flag.message]
         print("".join(f"! {name}: {flag.message}\n" for flag in whole), end="")
@@ -139,20 +154,6 @@ def _filmed(session: Session) -> list[TrialSpec]:
     return filmed
 
 
-def _each(specs: Sequence[TrialSpec], make: Callable[[TrialSpec], T]) -> dict[str, T]:
-    """What is made of each trial; one that is faulty does not keep the others from it.
-
-    Raises:
-        InputError: at the end, with the faults of all.
-    """
-    made, faults = {}, FaultCollector()
-    for spec in specs:
-        with faults.nested():
-            made[spec.name] = make(spec)
-    faults.raise_if_any()
-    return made
-
-
 def _log(session: Session, spec: TrialSpec) -> EditLog:
     """The edit log of a trial, and its number of frames, for edits to be held against.
 
@@ -168,47 +169,3 @@ def _log(session: Session, spec: TrialSpec) -> EditLog:
         raise InputError(faults.faults)
     with Video(spec.video) as video:
         return EditLog.load(spec.edits, session.markers, video.info.frames)
-
-
-@dataclass(frozen=True)
-class TrackLine:
-    """What is said of one tracked video: shares of its samples from the frame of the boxes on.
-
-    Not all that is seen counts in a fit: see `docs/tracking.md`, "What it says of each sample".
-    """
-
-    frames: int
-    seen: float
-    counts: float
-    filled: float
-    missing: float
-    confidence: float
-    flags: dict[str, int]
-    tracks: str
-
-    @classmethod
-    def of(cls, tracked: TrackedTrial, file: Path) -> Self:
-        """What is said of these tracks, which stand in `file`."""
-        assert tracked.weight is not None
-        since = slice(tracked.first_frame, None)
-        seen, present = tracked.seen[since], tracked.state[since] != SampleState.MISSING
-        return cls(
-            frames=len(tracked.state),
-            seen=float(seen.mean()),
-            counts=float((tracked.weight[since] > 0).mean()),
-            filled=float((present & ~seen).mean()),
-            missing=float((~present).mean()),
-            confidence=float(np.average(tracked.tracks.confidence[since], weights=seen)) if seen.any() else 0.0,
-            flags=dict(Counter(flag.kind for flag in tracked.flags)),
-            tracks=str(file),
-        )
-
-    def text(self) -> str:
-        """For a terminal."""
-        flags = ", ".join(f"{count} {kind}" for kind, count in self.flags.items()) or "none"
-        shares = f"{self.seen:7.2%} {self.counts:7.2%} {self.filled:7.2%} {self.missing:8.2%}"
-        return f"{self.frames:7d} {shares} {self.confidence:11.2f}  {flags}"
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain numbers."""
-        return asdict(self)

@@ -21,33 +21,6 @@ NOTEBOOK_DOTS_PER_INCH = 110.0
 
 
 @dataclass(frozen=True)
-class Tile:
-    """A key number.
-
-    Attributes:
-        label: what it is.
-        value: as printed.
-        unit: of the value.
-        detail: what to compare it with.
-        warning: why it is doubtful; empty if it is not.
-    """
-
-    label: str
-    value: str
-    unit: str = ""
-    detail: str = ""
-    warning: str = ""
-
-
-@dataclass(frozen=True)
-class Tiles:
-    """Key numbers side by side."""
-
-    kind: ClassVar[str] = "tiles"
-    tiles: tuple[Tile, ...]
-
-
-@dataclass(frozen=True)
 class Prose:
     """A paragraph; a `lead` is printed large."""
 
@@ -116,6 +89,12 @@ class Column:
     numeric: bool = True
 
 
+def table_head(heads: str) -> tuple[Column, ...]:
+    """Columns as the head of a table has them: "trial | speed [mm/s] | ratio []"; what has brackets holds numbers."""
+    parts = (head.partition(" [") for head in heads.split(" | "))
+    return tuple(Column(title, unit.removesuffix("]"), bool(bracket)) for title, bracket, unit in parts)
+
+
 @dataclass(frozen=True)
 class Table:
     """Rows of printed cells.
@@ -154,7 +133,7 @@ class Terms:
     items: tuple[tuple[str, str], ...]
 
 
-Block = Tiles | Prose | Plots | Table | Points | Terms
+Block = Prose | Plots | Table | Points | Terms
 
 
 @dataclass(frozen=True)

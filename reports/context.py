@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from diagnosis.result import DiagnosisResult
 from fitting import CalibratedTrial, Calibration, MeasuredTrial
 from fitting.dry_run import DryTrial
 from fitting.evidence import Evidence
-from reports.diagnosed import Diagnosed
 from reports.logged_trial import LoggedTrial
 from session import Session
 from session.results import Provenance
@@ -29,6 +29,7 @@ class ReportContext:
         evidence: what stands beside the fit; None where it was not worked out.
         posterior: how sure the coefficients are; None where it was not sampled.
         diagnosed: where the sim-to-real gap lies and what makes it; None where it was not diagnosed.
+        diagnosis_effort: that it was made with.
     """
 
     session: Session
@@ -37,7 +38,8 @@ class ReportContext:
     notes: tuple[str, ...] = ()
     evidence: Evidence | None = None
     posterior: Findings | None = None
-    diagnosed: Diagnosed | None = None
+    diagnosed: DiagnosisResult | None = None
+    diagnosis_effort: str = "full"
 
     def trials(self, role: str) -> tuple[CalibratedTrial, ...]:
         """The fit or the held-out trials, in the order of the session."""
@@ -57,3 +59,9 @@ class ReportContext:
     def logged(self) -> tuple[LoggedTrial, ...]:
         """Those that have a motor log."""
         return tuple(LoggedTrial(trial.name, kind, trial.motor) for trial, kind in self.driven if trial.motor)
+
+    @property
+    def even(self) -> list[str]:
+        """Those whose crank is taken to turn evenly, for want of a log to follow."""
+        followed = [trial.name for trial in self.logged if trial.motor.usable]
+        return [trial.name for trial, _ in self.driven if trial.name not in followed]

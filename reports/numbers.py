@@ -27,8 +27,10 @@ def in_mm(value_m: float | None, decimals: int = 1, *, signed: bool = False) -> 
     return shown(None if value_m is None else value_m * MM, decimals, signed=signed)
 
 
-def with_error(value: float, se: float) -> str:
-    """`0.650 ± 0.004`: as many decimals for both as the error needs."""
+def with_error(value: float, se: float, decimals: int = 1) -> str:
+    """`0.650 ± 0.004`: as many decimals for both as the error needs; the value alone where the error is not known."""
+    if not (math.isfinite(se) and se > 0):
+        return shown(value, decimals)
     decimals = next((d for d in range(6) if se * 10**d >= 0.95), 6)
     return f"{shown(value, decimals)} ± {shown(se, decimals)}"
 

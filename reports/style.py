@@ -3,9 +3,10 @@
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from functools import wraps
+from pathlib import Path
 from typing import Any, NamedTuple, ParamSpec
 
-import matplotlib
+import matplotlib.style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -17,44 +18,16 @@ HALF_WIDTH_IN, FULL_WIDTH_IN = 4.2, 8.7  # of figures that share a row, and of t
 Look = dict[str, Any]
 """Options of something that is drawn."""
 
-_SETTINGS: dict[str, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.labelsize": 8.0,
+_SHEET = Path(__file__).parent / "templates" / "figures.mplstyle"
+_COLOURS = {
     "axes.edgecolor": MUTED,
     "axes.labelcolor": INK,
-    "axes.facecolor": "none",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.7,
-    "axes.axisbelow": True,
-    "axes.grid": True,
     "grid.color": FAINT,
-    "grid.linewidth": 0.5,
-    "axes.unicode_minus": True,
-    "figure.facecolor": "none",
     "text.color": INK,
-    "text.parse_math": False,
     "xtick.color": MUTED,
     "ytick.color": MUTED,
     "xtick.labelcolor": INK,
     "ytick.labelcolor": INK,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "xtick.major.width": 0.7,
-    "ytick.major.width": 0.7,
-    "legend.frameon": False,
-    "legend.fontsize": 7.5,
-    "legend.handlelength": 1.6,
-    "legend.columnspacing": 1.4,
-    "legend.borderaxespad": 0.0,
-    "lines.linewidth": 1.4,
-    "hatch.linewidth": 0.5,
-    "path.simplify_threshold": 0.3,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "swimcal",
-    "savefig.facecolor": "none",
 }
 
 P = ParamSpec("P")
@@ -62,7 +35,7 @@ P = ParamSpec("P")
 
 def applied() -> AbstractContextManager[None]:
     """The settings, for as long as the block lasts."""
-    return matplotlib.rc_context(rc=_SETTINGS)  # type: ignore[arg-type]
+    return matplotlib.style.context([_SHEET, _COLOURS])
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:

@@ -3,7 +3,7 @@
 import sys
 
 from calib.capture.command import main
-from calib.capture.lost_terminal import let_go_of_a_lost_terminal
+from calib.capture.host import let_go_of_a_lost_terminal
 
 code = main(program="python -m calib.capture")
 let_go_of_a_lost_terminal()

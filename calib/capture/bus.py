@@ -10,8 +10,6 @@
 - It busy-waits for an answer: the port is given a time-out of its own.
 """
 
-from __future__ import annotations
-
 import contextlib
 from typing import Any, NamedTuple
 

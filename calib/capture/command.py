@@ -1,7 +1,5 @@
 """``calib capture scan | run | emulate``, also ``python -m calib.capture``."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import math
@@ -12,11 +10,12 @@ from pathlib import Path
 from calib.capture.bus import BAUD_RATES, open_port
 from calib.capture.errors import CaptureError, Interrupted, UserError
 from calib.capture.guard import Limits
-from calib.capture.lost_terminal import INTERRUPTED
+from calib.capture.host import INTERRUPTED
 from calib.capture.registers import RATED_TURNS_PER_S, reach_turns_per_s
 from calib.capture.run import CaptureSettings, capture
 from calib.capture.scan import BAUD_ORDER, PORT_PATTERNS, ports, scan
-from calib.motor import MotorConstants, run_emulator
+from calib.motor import Emulator
+from calib.motor.motor_physics import MotorConstants
 
 HIGHEST_SUPPLY_V = 14.8
 STALL_N_M = MotorConstants().stall_torque_nm
@@ -123,7 +122,12 @@ def _emulate(options: argparse.Namespace) -> int:
         faults.append(f"--load: found {options.load:g}; expected: 0 to {STALL_N_M:g} N m, the motor's stall torque")
     if faults:
         raise UserError(faults)
-    run_emulator(id=options.id, baud=options.baud, load_nm=options.load, seed=options.seed, tell=_say)
+    try:
+        from calib.motor.pseudo_terminal import run_emulator
+    except ImportError as error:
+        raise UserError("the emulator needs pseudo-terminals, which this system does not have: use Linux") from error
+    motor = Emulator(id=options.id, load_nm=options.load, seed=options.seed, baud=options.baud)
+    run_emulator(motor, _say)
     return 0
 
 

@@ -7,8 +7,6 @@ CaptureError          one message for the user; the command ends with `exit_code
 └── Interrupted       128 + signal: Ctrl-C 130, SIGTERM 143, SIGHUP 129
 """
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Sequence
 
@@ -23,8 +21,7 @@ class UserError(CaptureError):
     """Faults the user can mend, all of them at once."""
 
     def __init__(self, faults: str | Sequence[str]) -> None:
-        self.faults = (faults,) if isinstance(faults, str) else tuple(faults)
-        super().__init__("\n".join(self.faults))
+        super().__init__(faults if isinstance(faults, str) else "\n".join(faults))
 
 
 class MotorFault(CaptureError):

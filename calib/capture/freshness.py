@@ -1,7 +1,5 @@
 """Whether it is known when an answer was measured, told by the motor's own clock."""
 
-from __future__ import annotations
-
 import math
 
 from calib.capture import registers

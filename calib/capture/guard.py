@@ -1,7 +1,5 @@
 """What the motor measures, watched: it is stopped before it harms itself, the robot or the measurement."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from calib.capture import registers

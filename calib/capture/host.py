@@ -1,8 +1,10 @@
-"""The time and the signals of the computer that drives the motor."""
+"""The time, the signals and the terminal of the computer that drives the motor."""
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -10,6 +12,9 @@ from types import FrameType, TracebackType
 from typing import Any, NamedTuple
 
 from calib.capture.errors import Interrupted
+
+INTERRUPTED = 130
+"""The exit code after Ctrl-C, 128 + SIGINT as shells have it; what typer makes of it too."""
 
 
 class Clock(NamedTuple):
@@ -56,3 +61,12 @@ class Signals:
     def _note(self, number: int, _frame: FrameType | None) -> None:
         if self.caught is None:
             self.caught = number
+
+
+def let_go_of_a_lost_terminal() -> None:
+    """Python ends with 120, whatever happened, where it cannot write what it still holds for a lost terminal."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -36,6 +36,7 @@ class TrialLog:
         self.rows = 0
         self.first_s = math.nan
         self.last_s = -math.inf
+        self._steady: list[tuple[float, int]] = []  # first and last time and position, s and pulses
         self._commands_path = folder / f"{name}.commands.csv"
         self._position = Unwrapped(2**32)
         self._motor: TextIO | None = None
@@ -59,8 +60,11 @@ class TrialLog:
                 if self.rows < FEWEST_ROWS:
                     Path(file.name).unlink(missing_ok=True)
 
-    def measured(self, reading: Reading) -> None:
-        """Adds a row of what was measured; one whose time is unsure, or not later than the last, is left out."""
+    def measured(self, reading: Reading, steady: bool) -> None:
+        """Adds a row of what was measured; one whose time is unsure, or not later than the last, is left out.
+
+        The mean speed is that of the `steady` rows.
+        """
         time_s = round(reading.time_s, 6)
         value = reading.measured
         position = self._position.follow(value.position)
@@ -76,11 +80,21 @@ class TrialLog:
         self.first_s = time_s if self.rows == 0 else self.first_s
         self.last_s = time_s
         self.rows += 1
+        if steady:
+            self._steady = [*self._steady[:1], (reading.time_s, position)]
 
     def commanded(self, time_s: float, part: str, units: int) -> None:
         """Adds a row of what was commanded."""
         assert self._commands is not None
         _append(self._commands, f"{time_s:.6f},{part},{registers.rad_per_s(units):.5f}")
+
+    @property
+    def mean_hz(self) -> float:
+        """Turns a second between the first and the last steady row; nan with fewer than two."""
+        if len(self._steady) < 2:
+            return math.nan
+        (first_s, first), (last_s, last) = self._steady
+        return (last - first) / registers.PULSES / (last_s - first_s)
 
     @property
     def rate_hz(self) -> float:

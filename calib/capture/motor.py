@@ -1,7 +1,6 @@
 """The motor: made ready, driven, read and, above all, stopped."""
 
-from __future__ import annotations
-
+import struct
 from typing import NamedTuple
 
 from calib.capture import registers
@@ -27,7 +26,6 @@ from calib.capture.registers import (
     VELOCITY_MODE,
     WATCHDOG_S,
     Measured,
-    Register,
 )
 
 WATCHDOG = 20
@@ -189,15 +187,13 @@ class Motor:
 
     def _settings(self) -> tuple[int, int, int]:
         """Drive mode, operating mode and velocity limit."""
-        modes = self.bus.read(MODES).data
-        limit = _part(self.bus.read(LIMITS).data, LIMITS, VELOCITY_LIMIT)
-        return _part(modes, MODES, DRIVE_MODE), _part(modes, MODES, OPERATING_MODE), limit
+        drive_mode, operating_mode = self.bus.read(MODES).data[:2]
+        return drive_mode, operating_mode, int.from_bytes(self.bus.read(LIMITS).data[:4], "little")
 
     def _goals(self) -> tuple[int, int, int]:
         """Watchdog, goal velocity and profile acceleration."""
-        goals = self.bus.read(GOALS).data
-        watchdog = self.bus.read(BUS_WATCHDOG).data[0]
-        return watchdog, _part(goals, GOALS, GOAL_VELOCITY), _part(goals, GOALS, PROFILE_ACCELERATION)
+        goal_velocity, acceleration = struct.unpack("<4xii4x", self.bus.read(GOALS).data)
+        return self.bus.read(BUS_WATCHDOG).data[0], goal_velocity, acceleration
 
     def _torque(self) -> bool:
         return bool(self.bus.read(TORQUE_ENABLE, tries=2).data[0])
@@ -221,9 +217,3 @@ class Motor:
             f"the motor's bus watchdog has stopped it: it heard nothing for {SILENCE_S:g} s. "
             "Was this program suspended, or the computer too busy? Start again."
         )
-
-
-def _part(block: bytes, whole: Register, part: Register) -> int:
-    """The value of one register within the bytes of a block."""
-    start = part.address - whole.address
-    return int.from_bytes(block[start : start + part.size], "little")

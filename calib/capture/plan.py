@@ -1,7 +1,5 @@
 """What the motor does in one trial: a list of steps, each a speed held for a time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -3,9 +3,8 @@
 Source: ROBOTIS e-Manual, XW540-T140-R. Everything below address 64 is EEPROM, writable with torque off only.
 """
 
-from __future__ import annotations
-
 import math
+import struct
 from typing import NamedTuple
 
 MODEL = 1180
@@ -84,19 +83,7 @@ class Measured(NamedTuple):
 
 def decode_measured(data: bytes) -> Measured:
     """The values of the 27 bytes from address 120 on."""
-
-    def value(address: int, size: int, *, signed: bool) -> int:
-        start = address - MEASURED.address
-        return int.from_bytes(data[start : start + size], "little", signed=signed)
-
-    return Measured(
-        tick=value(120, 2, signed=False),
-        current=value(126, 2, signed=True),
-        velocity=value(128, 4, signed=True),
-        position=value(132, 4, signed=True),
-        voltage=value(144, 2, signed=False),
-        temperature=value(146, 1, signed=False),
-    )
+    return Measured(*struct.unpack("<H4xhii8xHB", data))
 
 
 def velocity_units(turns_per_s: float) -> int:

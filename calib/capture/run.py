@@ -1,7 +1,5 @@
 """One capture: every speed driven, logged and added to the session; the motor stopped on every way out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,7 +15,6 @@ from calib.capture.host import Clock, Signals
 from calib.capture.logs import FEWEST_ROWS, TrialLog
 from calib.capture.motor import SILENCE_S, Motor, Reading
 from calib.capture.plan import TrialPlan, trial_name
-from calib.capture.registers import Unwrapped
 from calib.capture.session_text import SessionText
 
 PERIOD_S = 0.01
@@ -127,7 +124,6 @@ class _Trial:
         self._guard = guard
         self._signals = signals
         self._clock = clock
-        self._speed = _MeanSpeed()
 
     def run(self, folder: Path, tell: Tell) -> TrialResult:
         """Drives the trial into new files of the folder; whatever happens, the motor is stopped."""
@@ -143,7 +139,7 @@ class _Trial:
         return TrialResult(
             name=self._plan.name,
             commanded_hz=self._plan.hz,
-            measured_hz=self._speed.mean_hz,
+            measured_hz=log.mean_hz,
             rows=log.rows,
             rate_hz=log.rate_hz,
             damaged=self._motor.bus.damaged - damaged,
@@ -167,32 +163,11 @@ class _Trial:
             if next_s - renewed_s >= RENEWAL_S:
                 renewed_s = self._motor.set_speed(units)
             reading = self._motor.read()
-            log.measured(reading)
+            log.measured(reading, steady=reading.time_s >= settled_s)
             self._guard.check(reading)
-            if reading.timely and reading.time_s >= settled_s:
-                self._speed.add(reading)
             now = self._clock.now()
             next_s = max(next_s + PERIOD_S, now)
             self._clock.sleep(max(0.0, min(next_s, end_s) - now))
-
-
-class _MeanSpeed:
-    """The mean speed between the first and the last reading it got."""
-
-    def __init__(self) -> None:
-        self._position = Unwrapped(2**32)
-        self._first: tuple[float, int] | None = None
-        self._last: tuple[float, int] | None = None
-
-    def add(self, reading: Reading) -> None:
-        self._last = (reading.time_s, self._position.follow(reading.measured.position))
-        self._first = self._first or self._last
-
-    @property
-    def mean_hz(self) -> float:
-        if self._first is None or self._last is None or self._first == self._last:
-            return math.nan
-        return (self._last[1] - self._first[1]) / registers.PULSES / (self._last[0] - self._first[0])
 
 
 @contextmanager

@@ -1,7 +1,5 @@
 """Which motors answer, on which port, at which baud rate, under which id."""
 
-from __future__ import annotations
-
 import glob
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
@@ -49,19 +47,14 @@ def ports() -> list[str]:
     return sorted(port for pattern in PORT_PATTERNS for port in glob.glob(pattern))  # noqa: PTH207  device names
 
 
-def scan(
-    names: Sequence[str],
-    bauds: Sequence[int],
-    tell: Callable[[str], None],
-    opened: Callable[[str, int], Any] = open_port,
-) -> list[Found]:
+def scan(names: Sequence[str], bauds: Sequence[int], tell: Callable[[str], None]) -> list[Found]:
     """Asks on every port at every baud rate who is there; a port that cannot be opened is told and left out."""
     found: list[Found] = []
     for name in names:
         for baud in bauds:
             tell(f"{name} at {baud} baud")
             try:
-                port = opened(name, baud)
+                port = open_port(name, baud)
             except UserError as error:
                 tell(f"warning: {error}")
                 break

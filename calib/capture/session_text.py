@@ -1,7 +1,5 @@
 """`session.toml` as text: made where there is none, and trials appended to it, all else left as the user wrote it."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -100,25 +100,22 @@ def _effects_named(option: str, told: str | None) -> tuple[str, ...]:
     """The names in a comma-separated list.
 
     Raises:
-        InputError: the option was given and holds none, or one that the catalogue does not have.
+        InputError: the option was given and holds none.
     """
     names = tuple(name.strip() for name in (told or "").split(",") if name.strip())
-    if told is not None:
-        from calib.stages.diagnosis import check_names
+    if told is not None and not names:
         from session import FaultCollector
         from swimmer.effects import catalogue
 
-        check_names(option, names, catalogue())
         faults = FaultCollector(option)
-        if not names:
-            faults.add(
-                "",
-                "names no effect",
-                found=repr(told),
-                expected="names of the catalogue, comma-separated",
-                choices=tuple(catalogue()),
-                next_step="Name some, or leave the option out; docs/effects.md has the table.",
-            )
+        faults.add(
+            "",
+            "names no effect",
+            found=repr(told),
+            expected="names of the catalogue, comma-separated",
+            choices=tuple(catalogue()),
+            next_step="Name some, or leave the option out; docs/effects.md has the table.",
+        )
         faults.raise_if_any()
     return names
 

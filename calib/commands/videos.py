@@ -1,11 +1,11 @@
-"""Commands that work on a session's videos: `track`, `edit`, `view`."""
+"""Commands about videos and tracks: `track`, `edit`, `view`, `convert`."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from calib.commands.arguments import FORMS, AsJson, SessionFolder, TrackerOption, Workers
-from calib.commands.tracks import check_form
 
 TRACKER_HELP = "hybrid: spots, and CSRT where none answers; spots: without CSRT; csrt: plain CSRT, the baseline"
 
@@ -25,8 +25,6 @@ def track(
     """Tracks the markers in a session's videos, with the state and confidence of each sample, and flags."""
     from calib.tracked_videos import tell_tracks, write_click_pages
 
-    if export:
-        check_form(export, "--export")
     if click:
         write_click_pages(session, as_json)
     else:
@@ -45,9 +43,9 @@ def edit(
     ],
 ) -> None:
     """Adds a correction to the edit log of a trial; `calib track` replays it. Nothing is ever removed from the log."""
-    from calib.tracked_videos import correct_track
+    from calib import interface
 
-    print(correct_track(session, trial, correction))
+    print(interface.correct(session, trial, correction))
 
 
 def view(
@@ -56,10 +54,29 @@ def view(
 ) -> None:
     """Writes the rerun recording: video, tracks, states, confidence and, once there is a fit, the twin beside them."""
     from calib import interface
+    from calib.stages.recording import open_viewer
     from calib.terminal import tell_export
-    from calib.viewer import open_viewer
 
     made = interface.view(session)
     tell_export(made)
     if show:
         open_viewer(made.file)
+
+
+def convert(
+    tracks: Annotated[Path, typer.Argument(help="tracks in any of the forms; which one is told from the content")],
+    out: Annotated[Path, typer.Option(help="the file to write")],
+    to: Annotated[str, typer.Option(help=f"the form to write: {', '.join(FORMS)}")] = "swimcal",
+    markers: Annotated[
+        str | None,
+        typer.Option(
+            help="markers to take, comma-separated; in files without a header, their order; default: the published nine"
+        ),
+    ] = None,
+    fps: Annotated[float, typer.Option(help="frames a second, for forms without time")] = 60.0,
+) -> None:
+    """Converts tracks between this program, DeepLabCut, movement and the authors' CSV."""
+    from calib import interface
+
+    names = () if markers is None else tuple(name.strip() for name in markers.split(","))
+    print(interface.convert_tracks(tracks, out, to, markers=names, fps=fps))

@@ -1,11 +1,9 @@
 """The XW540-T140-R's control table: what can be read and written where.
 
 Source: ROBOTIS e-manual, "XW540-T140-R", control tables of the EEPROM and the RAM area (addresses, sizes, access,
-initial values, ranges). Not emulated: indirect addresses and data (168 to 251, 578 to 661) and the backup; reading
-or writing there is an access error.
+initial values, ranges). It has what `calib capture` reads and writes, and what bears on that; reading or writing
+elsewhere (gains, homing, indirect addresses, the backup) is an access error.
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 
@@ -13,7 +11,7 @@ from calib.motor.protocol import ErrorNumber
 
 MODEL_NUMBER = 1180
 EEPROM_END = 64
-SIZE = 148
+SIZE = 147
 
 
 class Item(NamedTuple):
@@ -38,9 +36,6 @@ def _read_only(name: str, address: int, size: int, initial: int = 0, signed: boo
     return Item(name, address, size, initial, low=-1 if signed else 0, writable=False)
 
 
-_GAIN = 16_383
-_TURNS = 256 * 4096
-
 ITEMS = (
     _read_only("model_number", 0, 2, MODEL_NUMBER),
     _read_only("model_information", 2, 4),
@@ -52,8 +47,6 @@ ITEMS = (
     Item("operating_mode", 11, 1, 3, choices=(0, 1, 3, 4, 5, 16)),
     Item("secondary_id", 12, 1, 255, 0, 255),
     Item("protocol_type", 13, 1, 2, choices=(2,)),
-    Item("homing_offset", 20, 4, 0, -1_044_479, 1_044_479),
-    Item("moving_threshold", 24, 4, 10, 0, 1_023),
     Item("temperature_limit", 31, 1, 80, 0, 100),
     Item("max_voltage_limit", 32, 2, 160, 95, 160),
     Item("min_voltage_limit", 34, 2, 95, 95, 160),
@@ -62,26 +55,16 @@ ITEMS = (
     Item("velocity_limit", 44, 4, 304, 0, 1_023),
     Item("max_position_limit", 48, 4, 4_095, 0, 4_095),
     Item("min_position_limit", 52, 4, 0, 0, 4_095),
-    Item("startup_configuration", 60, 1, 0, 0, 3),
     Item("shutdown", 63, 1, 52, 0, 0x3D),
     Item("torque_enable", 64, 1, 0, 0, 1),
-    Item("status_return_level", 68, 1, 2, 0, 2),
     _read_only("registered_instruction", 69, 1),
     _read_only("hardware_error_status", 70, 1),
-    Item("velocity_i_gain", 76, 2, 1_920, 0, _GAIN),
-    Item("velocity_p_gain", 78, 2, 100, 0, _GAIN),
-    Item("position_d_gain", 80, 2, 0, 0, _GAIN),
-    Item("position_i_gain", 82, 2, 0, 0, _GAIN),
-    Item("position_p_gain", 84, 2, 800, 0, _GAIN),
-    Item("feedforward_2nd_gain", 88, 2, 0, 0, _GAIN),
-    Item("feedforward_1st_gain", 90, 2, 0, 0, _GAIN),
     Item("bus_watchdog", 98, 1, 0, -1, 127),
     Item("goal_pwm", 100, 2, 885, -885, 885, limit="pwm_limit"),
     Item("goal_current", 102, 2, 2_047, -2_047, 2_047, limit="current_limit"),
     Item("goal_velocity", 104, 4, 0, -1_023, 1_023, limit="velocity_limit"),
     Item("profile_acceleration", 108, 4, 0, 0, 32_767),
     Item("profile_velocity", 112, 4, 0, 0, 32_767),
-    Item("goal_position", 116, 4, 0, -_TURNS, _TURNS),
     _read_only("realtime_tick", 120, 2),
     _read_only("moving", 122, 1),
     _read_only("moving_status", 123, 1),
@@ -93,12 +76,11 @@ ITEMS = (
     _read_only("position_trajectory", 140, 4, signed=True),
     _read_only("present_input_voltage", 144, 2),
     _read_only("present_temperature", 146, 1),
-    _read_only("backup_ready", 147, 1),
 )
 BY_NAME = {item.name: item for item in ITEMS}
 BY_ADDRESS = {item.address: item for item in ITEMS}
 DEFINED = frozenset(address for item in ITEMS for address in range(item.address, item.address + item.size))
-GOALS = frozenset({"goal_pwm", "goal_current", "goal_velocity", "goal_position"})
+GOALS = frozenset({"goal_pwm", "goal_current", "goal_velocity"})
 """Entries that a tripped bus watchdog makes read-only."""
 
 
@@ -115,17 +97,17 @@ class ControlTable:
 
     def __init__(self) -> None:
         self._memory = bytearray(SIZE)
-        self.reset(ITEMS)
-
-    def reset(self, items: tuple[Item, ...]) -> None:
-        """Puts these entries back to their initial values."""
-        for item in items:
-            self[item.name] = item.initial
+        self._reset(since=0)
 
     def restart(self) -> None:
         """What a loss of power does: the RAM area goes back to its initial values, the limits to those in EEPROM."""
-        self.reset(tuple(item for item in ITEMS if item.address >= EEPROM_END))
+        self._reset(since=EEPROM_END)
         self["goal_pwm"], self["goal_current"] = self["pwm_limit"], self["current_limit"]
+
+    def _reset(self, since: int) -> None:
+        for item in ITEMS:
+            if item.address >= since:
+                self[item.name] = item.initial
 
     def __getitem__(self, name: str) -> int:
         item = BY_NAME[name]
@@ -190,7 +172,4 @@ class ControlTable:
         if not allowed or (tripped and item.name in GOALS):
             raise Refused(ErrorNumber.DATA_RANGE)
         if item.limit and abs(value) > together.get(item.limit, self[item.limit]):
-            raise Refused(ErrorNumber.DATA_LIMIT)
-        inside = self["min_position_limit"] <= value <= self["max_position_limit"]
-        if item.name == "goal_position" and self["operating_mode"] == 3 and not inside:
             raise Refused(ErrorNumber.DATA_LIMIT)

@@ -1,10 +1,8 @@
 """An emulated XW540-T140-R: bytes in, bytes out, with a motor behind them and a clock of the caller's choice.
 
-Sources: ROBOTIS e-manual, "Protocol 2.0" and "XW540-T140-R". Not emulated: the position, current and PWM modes (the
-motor holds), indirect addresses, backup, fast and bulk instructions, torque on by goal update.
+Sources: ROBOTIS e-manual, "Protocol 2.0" and "XW540-T140-R". It knows the instructions that `calib capture` sends:
+ping, read and write. Not emulated: other modes than that of velocity (the motor holds), profiles of time, another id.
 """
-
-from __future__ import annotations
 
 import math
 import threading
@@ -12,9 +10,8 @@ import time
 from collections.abc import Callable
 from random import Random
 
-from calib.motor.baud import BAUD_RATES, baud_setting, heard
 from calib.motor.control_table import Refused
-from calib.motor.motor_physics import Load, MotorConstants, MotorPhysics
+from calib.motor.motor_physics import MotorConstants, MotorPhysics
 from calib.motor.protocol import (
     ALERT,
     BROADCAST_ID,
@@ -23,68 +20,48 @@ from calib.motor.protocol import (
     Instruction,
     Packet,
     PacketReader,
-    encode_status,
+    encode,
 )
 from calib.motor.servo import HardwareError, MotorState, Servo
 
+BAUD_RATES = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
+"""By the value of Baud Rate (8); ROBOTIS e-manual, XW540-T140-R. 57,600 is the factory setting."""
+BAUD_TOLERANCE = 0.03
+"""Share by which two ends may differ and still understand each other (e-manual, Baud Rate)."""
 PACKET_TIMEOUT_S = 0.1
 """A packet that stays unfinished for so long is forgotten (assumed)."""
-LEAST_LEVEL: dict[int, int] = {Instruction.PING: 0, Instruction.READ: 1, Instruction.SYNC_READ: 1}
-"""The Status Return Level (68) from which an instruction is answered; 2 for the others."""
 
 
 class Emulator:
     """One motor on a bus of its own.
 
-    `clock` gives seconds and never runs backwards: `time.monotonic`, or a `VirtualClock` to run hours in seconds.
-    `load` is friction in N m or a function (angle_rad, velocity_rad_s) -> torque against positive turning.
-    `seed` draws the angle it starts at, its tick, and the ripple of the current. It starts as from the factory, but at
-    `baud`; 57,600 is the factory's. `table` is there to look into. Safe to ask from several threads.
+    `clock` gives seconds and never runs backwards. `load_nm` is friction on the shaft. `seed` draws the angle it starts
+    at, its tick, and the ripple of the current. It starts as from the factory, but at `baud`; 57,600 is the factory's.
+    `table` is there to look into. Safe to ask from several threads.
     """
 
     def __init__(
         self,
         id: int = 1,  # noqa: A002
         clock: Callable[[], float] = time.monotonic,
-        load: Load = 0.0,
+        load_nm: float = 0.0,
         seed: int = 0,
         baud: int = 1_000_000,
-        constants: MotorConstants | None = None,
     ) -> None:
         if not 0 <= id <= MAX_ID:
             raise ValueError(f"motor id {id}: expected a number from 0 to {MAX_ID}")
-        self.connected = True
+        if baud not in BAUD_RATES:
+            choices = ", ".join(f"{rate:_}" for rate in BAUD_RATES)
+            raise ValueError(f"baud rate {baud!r}: the motor knows {choices}; choose one of them")
+        self.connected, self.clock = True, clock
         self._random = Random(seed)
-        physics = MotorPhysics(constants or MotorConstants(), load, self._random.uniform(0, 2 * math.pi))
+        physics = MotorPhysics(MotorConstants(), load_nm, self._random.uniform(0, 2 * math.pi))
         self._servo = Servo(physics, clock, self._random)
         self.table = self._servo.table
-        self.table["id"], self.table["baud_rate"] = id, baud_setting(baud)
+        self.table["id"], self.table["baud_rate"] = id, BAUD_RATES.index(baud)
         self._reader = PacketReader()
         self._bytes_at = clock()
-        self._registered: bytes | None = None
         self._lock = threading.RLock()
-        self._answers: dict[int, Callable[[bytes], bytes | None]] = {
-            Instruction.PING: self._ping,
-            Instruction.READ: self._read,
-            Instruction.WRITE: self._write,
-            Instruction.REG_WRITE: self._register,
-            Instruction.ACTION: self._action,
-            Instruction.FACTORY_RESET: self._factory_reset,
-            Instruction.REBOOT: self._reboot,
-            Instruction.CLEAR: self._clear,
-            Instruction.SYNC_READ: self._sync_read,
-            Instruction.SYNC_WRITE: self._sync_write,
-        }
-
-    @property
-    def clock(self) -> Callable[[], float]:
-        """Where its time comes from."""
-        return self._servo.clock
-
-    @property
-    def id(self) -> int:
-        """Its address on the bus."""
-        return self.table["id"]
 
     @property
     def baud(self) -> int:
@@ -124,7 +101,8 @@ class Emulator:
         """Takes its power away for a moment: RAM is lost, torque is off, errors and whole turns are forgotten."""
         with self._lock:
             self._servo.advance()
-            self._restart()
+            self._servo.restart()
+            self._reader.clear()
 
     def feed(self, data: bytes, baud: int | None = None) -> bytes:
         """Hears bytes and answers: the status packets they ask for, in order; often none.
@@ -138,103 +116,56 @@ class Emulator:
             if now - self._bytes_at > PACKET_TIMEOUT_S:
                 self._reader.clear()
             self._bytes_at = now
-            packets = self._reader.push(heard(data, host, own, self._random))
-            return heard(b"".join(map(self._hear, packets)), own, host, self._random)
+            packets = self._reader.push(self._heard(data, host, own))
+            return self._heard(b"".join(map(self._hear, packets)), own, host)
+
+    def _heard(self, data: bytes, sent_baud: int, read_baud: int) -> bytes:
+        """What arrives of bytes sent at another rate: themselves, or about as much noise as time allows."""
+        if abs(sent_baud - read_baud) <= BAUD_TOLERANCE * read_baud:
+            return data
+        return self._random.randbytes(round(len(data) * read_baud / sent_baud)) if len(data) < 4096 else b""
 
     def _hear(self, packet: Packet) -> bytes:
         """Obeys one packet; its answer, or no bytes."""
-        own = self.id
         if not self._servo.ready or packet.instruction == Instruction.STATUS:
             return b""
+        own = packet.id == self.table["id"]
         if not packet.intact:
-            return self._status(packet, ErrorNumber.CRC) if packet.id == own else b""
+            return self._status(ErrorNumber.CRC) if own else b""
         self._servo.heard_at = self._servo.now
-        if packet.id not in (own, BROADCAST_ID, self.table["secondary_id"]):
+        if not (own or packet.id == BROADCAST_ID):
             return b""
-        answer = self._answers.get(packet.instruction, self._unknown)
         try:
-            params = answer(packet.params)
+            answer = self._status(ErrorNumber.NONE, self._obey(packet))
         except Refused as refusal:
-            return self._status(packet, refusal.number)
-        return b"" if params is None else self._status(packet, ErrorNumber.NONE, params)
+            answer = self._status(refusal.number)
+        return answer if own or packet.instruction == Instruction.PING else b""
 
-    def _status(self, packet: Packet, number: ErrorNumber, params: bytes = b"") -> bytes:
-        """The answer, where Status Return Level (68) and the packet's id let it out."""
-        level = LEAST_LEVEL.get(packet.instruction, 2)
-        if packet.id == BROADCAST_ID:
-            answered = packet.instruction in (Instruction.PING, Instruction.SYNC_READ)
-        else:
-            answered = packet.id != self.table["secondary_id"]
-        if not answered or level > self.table["status_return_level"]:
-            return b""
+    def _obey(self, packet: Packet) -> bytes:
+        """The parameters of the answer.
+
+        Raises:
+            Refused: the motor does not know the instruction, or does not do it.
+        """
+        params = packet.params
+        match packet.instruction:
+            case Instruction.PING:
+                return self.table.read(0, 2) + self.table.read(6, 1)
+            case Instruction.READ if len(params) == 4:
+                self._servo.publish()
+                return self.table.read(_number(params[:2]), _number(params[2:]))
+            case Instruction.WRITE if len(params) > 2:
+                self._servo.write(self.table.check_write(_number(params[:2]), params[2:]))
+                return b""
+            case Instruction.READ | Instruction.WRITE:
+                raise Refused(ErrorNumber.DATA_LENGTH)
+            case _:
+                raise Refused(ErrorNumber.INSTRUCTION)
+
+    def _status(self, number: ErrorNumber, params: bytes = b"") -> bytes:
+        """A status packet: the error byte, with the alert where there is a hardware error, then the parameters."""
         alert = ALERT if self.table["hardware_error_status"] else 0
-        return encode_status(self.id, alert | number, params)
-
-    def _unknown(self, _: bytes) -> bytes:
-        raise Refused(ErrorNumber.INSTRUCTION)
-
-    def _ping(self, _: bytes) -> bytes:
-        return self.table.read(0, 2) + self.table.read(6, 1)
-
-    def _read(self, params: bytes) -> bytes:
-        if len(params) != 4:
-            raise Refused(ErrorNumber.DATA_LENGTH)
-        self._servo.publish()
-        return self.table.read(_number(params[:2]), _number(params[2:]))
-
-    def _sync_read(self, params: bytes) -> bytes | None:
-        """Answers only as the first of the list: on its bus no other motor speaks before it."""
-        return self._read(params[:4]) if params[4:5] == bytes([self.id]) else None
-
-    def _checked(self, params: bytes) -> dict[str, int]:
-        if len(params) < 3:
-            raise Refused(ErrorNumber.DATA_LENGTH)
-        return self.table.check_write(_number(params[:2]), params[2:])
-
-    def _write(self, params: bytes) -> bytes:
-        self._servo.write(self._checked(params))
-        return b""
-
-    def _sync_write(self, params: bytes) -> None:
-        length = _number(params[2:4])
-        for start in range(4, len(params) - length, length + 1):
-            if params[start] == self.id:
-                self._write(params[:2] + params[start + 1 : start + 1 + length])
-
-    def _register(self, params: bytes) -> bytes:
-        self._checked(params)
-        self._registered = params
-        self.table["registered_instruction"] = 1
-        return b""
-
-    def _action(self, _: bytes) -> bytes:
-        registered, self._registered = self._registered, None
-        self.table["registered_instruction"] = 0
-        if registered is None:
-            raise Refused(ErrorNumber.INSTRUCTION)
-        return self._write(registered)
-
-    def _factory_reset(self, _: bytes) -> bytes:
-        """Refused: nothing that runs a fish has a reason to ask for it."""
-        raise Refused(ErrorNumber.RESULT_FAIL)
-
-    def _reboot(self, _: bytes) -> bytes:
-        self._restart()
-        return b""
-
-    def _restart(self) -> None:
-        self._servo.restart()
-        self._registered = None
-        self._reader.clear()
-
-    def _clear(self, params: bytes) -> bytes:
-        """Forgets whole turns; only at rest."""
-        if params != b"\x01\x44\x58\x4c\x22":
-            raise Refused(ErrorNumber.DATA_RANGE)
-        if self._servo.physics.velocity_rad_s:
-            raise Refused(ErrorNumber.RESULT_FAIL)
-        self._servo.forget_turns()
-        return b""
+        return encode(Packet(self.table["id"], Instruction.STATUS, bytes([alert | number]) + params))
 
 
 def _number(raw: bytes) -> int:

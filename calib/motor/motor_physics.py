@@ -7,18 +7,11 @@ thermal mass. 72 rpm, 6.9 N m and 4.9 A at 12 V are ROBOTIS' numbers; inertia, f
 not published and are assumed at plausible size.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
-Load = float | Callable[[float, float], float]
-"""Friction in N m that opposes motion, or a function (angle_rad, velocity_rad_s) -> torque against positive turning."""
-
 RPM = 2 * math.pi / 60
-FINE_STEP_S = 1e-3
-COARSE_STEP_S = 2e-3
+STEP_S = 2e-3
 
 
 @dataclass(frozen=True)
@@ -43,22 +36,23 @@ class MotorConstants:
 
 @dataclass
 class Drive:
-    """What the control table asks of the motor: speed to reach, acceleration (inf: at once), share of the voltage."""
+    """What the control table asks of the motor: speed to reach, acceleration (inf: at once)."""
 
     enabled: bool = False
     goal_rad_s: float = 0.0
     acceleration_rad_s2: float = math.inf
-    duty_limit: float = 1.0
-    current_limit_a: float = math.inf
 
 
 class MotorPhysics:
-    """State of the shaft and the winding, moved on by `advance`. Angles in rad, not wrapped; positive is CCW."""
+    """State of the shaft and the winding, moved on by `advance`. Angles in rad, not wrapped; positive is CCW.
 
-    def __init__(self, constants: MotorConstants, load: Load, angle_rad: float, supply_v: float = 12.0) -> None:
+    `load_nm` is friction that opposes motion.
+    """
+
+    def __init__(self, constants: MotorConstants, load_nm: float, angle_rad: float) -> None:
         self.constants = constants
-        self.load = load
-        self.supply_v = supply_v
+        self.load_nm = load_nm
+        self.supply_v = constants.nominal_v
         self.drive = Drive()
         self.angle_rad = angle_rad
         self.velocity_rad_s = 0.0
@@ -73,78 +67,48 @@ class MotorPhysics:
         return self.torque_nm / self.constants.stall_torque_nm * self.constants.stall_current_a
 
     def advance(self, duration_s: float) -> None:
-        """Moves on by a time, in steps of at most 2 ms while anything changes."""
+        """Moves on by a time, in steps of at most 2 ms unless it rests without torque."""
         left = duration_s
         while left > 0:
-            step = left if self._steady() else min(left, self._step_s())
-            self._move(step)
+            resting = not self.drive.enabled and self.velocity_rad_s == 0.0
+            step = left if resting else min(left, STEP_S)
+            before = self.velocity_rad_s
+            if self.drive.enabled:
+                self._drive(step)
+            else:
+                self._coast(step)
+            self.angle_rad += 0.5 * (before + self.velocity_rad_s) * step
             self._heat(step)
             left -= step
 
     def available_nm(self, direction: float) -> float:
         """Largest torque towards `direction` (its sign) at the present speed, from the speed-torque line."""
         own = self.constants
-        voltage = self.drive.duty_limit * self.supply_v / own.nominal_v
+        voltage = self.supply_v / own.nominal_v
         speed = math.copysign(self.velocity_rad_s, self.velocity_rad_s * direction) / own.no_load_rad_s
-        by_current = self.drive.current_limit_a / own.stall_current_a
-        return own.stall_torque_nm * max(0.0, min(voltage - speed, voltage, by_current))
-
-    def _steady(self) -> bool:
-        """True where nothing changes: at rest without torque, or turning at the goal against a constant load."""
-        if not self.drive.enabled:
-            return self.velocity_rad_s == 0.0
-        if callable(self.load) or self.overloaded_s > 0:
-            return False
-        held = self.torque_nm == self._resisting_nm()
-        return held and self._follows() and self.available_nm(self.velocity_rad_s) >= abs(self.load)
-
-    def _follows(self) -> bool:
-        return self.velocity_rad_s == self.reference_rad_s == self.drive.goal_rad_s
-
-    def _step_s(self) -> float:
-        return COARSE_STEP_S if self.drive.enabled and self._follows() else FINE_STEP_S
-
-    def _move(self, step_s: float) -> None:
-        before = self.velocity_rad_s
-        if self.drive.enabled:
-            self._drive(step_s)
-        else:
-            self._coast(step_s)
-        self.angle_rad += 0.5 * (before + self.velocity_rad_s) * step_s
+        return own.stall_torque_nm * max(0.0, min(voltage - speed, voltage))
 
     def _drive(self, step_s: float) -> None:
         """Ramps the reference and follows it as far as the torque goes."""
         drive, inertia = self.drive, self.constants.inertia_kg_m2
         reach = drive.acceleration_rad_s2 * step_s
         self.reference_rad_s += min(max(drive.goal_rad_s - self.reference_rad_s, -reach), reach)
-        resisting = self._resisting_nm()
+        towards = self.velocity_rad_s or self.reference_rad_s
+        resisting = math.copysign(self.load_nm, towards) if towards else 0.0
         wanted = resisting + inertia * (self.reference_rad_s - self.velocity_rad_s) / step_s
         self.torque_nm = math.copysign(min(abs(wanted), self.available_nm(wanted)), wanted)
         if self.torque_nm == wanted:
             self.velocity_rad_s = self.reference_rad_s
         else:
-            self._accelerate((self.torque_nm - resisting) / inertia * step_s)
+            after = self.velocity_rad_s + (self.torque_nm - resisting) / inertia * step_s
+            stops = self.torque_nm * towards >= 0 and after * towards < 0  # friction does not turn the shaft back
+            self.velocity_rad_s = 0.0 if stops else after
         overloaded = abs(self.torque_nm) > 0.8 * self.constants.stall_torque_nm
         self.overloaded_s = self.overloaded_s + step_s if overloaded else 0.0
 
-    def _resisting_nm(self) -> float:
-        if callable(self.load):
-            return self.load(self.angle_rad, self.velocity_rad_s)
-        direction = self.velocity_rad_s or self.reference_rad_s
-        return math.copysign(self.load, direction) if direction else 0.0
-
-    def _accelerate(self, change_rad_s: float) -> None:
-        """Changes the speed; friction (a constant load) stops the shaft but does not turn it back."""
-        after = self.velocity_rad_s + change_rad_s
-        towards = self.velocity_rad_s or self.reference_rad_s
-        if not callable(self.load) and self.torque_nm * towards >= 0 and after * towards < 0:
-            after = 0.0
-        self.velocity_rad_s = after
-
     def _coast(self, step_s: float) -> None:
         """Torque off: gear friction and load brake to rest; the gear (about 150:1) is not driven backwards."""
-        load = self.load(self.angle_rad, self.velocity_rad_s) if callable(self.load) else self.load
-        braking = (self.constants.gear_friction_nm + abs(load)) / self.constants.inertia_kg_m2 * step_s
+        braking = (self.constants.gear_friction_nm + self.load_nm) / self.constants.inertia_kg_m2 * step_s
         self.velocity_rad_s = math.copysign(max(0.0, abs(self.velocity_rad_s) - braking), self.velocity_rad_s)
         self.reference_rad_s = self.torque_nm = self.overloaded_s = 0.0
 

@@ -4,8 +4,6 @@ Source: ROBOTIS e-manual, "Protocol 2.0" (packet fields, processing order, error
 Written from that text, without ROBOTIS' SDK, so that the two can be tested against each other.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -26,16 +24,7 @@ class Instruction(IntEnum):
     PING = 0x01
     READ = 0x02
     WRITE = 0x03
-    REG_WRITE = 0x04
-    ACTION = 0x05
-    FACTORY_RESET = 0x06
-    REBOOT = 0x08
-    CLEAR = 0x10
     STATUS = 0x55
-    SYNC_READ = 0x82
-    SYNC_WRITE = 0x83
-    BULK_READ = 0x92
-    BULK_WRITE = 0x93
 
 
 class ErrorNumber(IntEnum):
@@ -88,11 +77,6 @@ def encode(packet: Packet) -> bytes:
     return head + body + crc16(head + body).to_bytes(2, "little")
 
 
-def encode_status(motor_id: int, error: int, params: bytes = b"") -> bytes:
-    """The bytes of a status packet: instruction 0x55, the error byte, the parameters."""
-    return encode(Packet(motor_id, Instruction.STATUS, bytes([error]) + params))
-
-
 class PacketReader:
     """Finds packets in a stream of bytes that may hold anything else as well.
 
@@ -102,11 +86,6 @@ class PacketReader:
 
     def __init__(self) -> None:
         self._buffer = bytearray()
-
-    @property
-    def waiting(self) -> bool:
-        """True while bytes are kept that may become a packet."""
-        return bool(self._buffer)
 
     def clear(self) -> None:
         """Forgets the bytes kept."""

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import os
 import select
+import signal
 import termios
 import threading
 import time
 import tty
 from collections import deque
+from collections.abc import Callable
 from types import TracebackType
 
-from calib.motor.baud import BAUD_RATES
-from calib.motor.emulator import Emulator
+from calib.motor.emulator import BAUD_RATES, Emulator
 
 TICK_S = 0.05
 """How often the server looks up without being called: the motor's own clock then acts."""
@@ -26,14 +28,9 @@ class PseudoTerminal:
 
     The client's speed must be the motor's, as on a cable: another one gives noise. A motor that loses its connection
     closes the terminal under its client. The motor's clock should be a real one.
-
-    Raises:
-        ValueError: if `baud` is given and is not the motor's.
     """
 
-    def __init__(self, device: Emulator, baud: int | None = None) -> None:
-        if baud is not None and baud != device.baud:
-            raise ValueError(f"the terminal is to run at {baud}, the motor at {device.baud}: make them the same")
+    def __init__(self, device: Emulator) -> None:
         self.device = device
         self.path = ""
         self._answers: deque[tuple[float, bytes]] = deque()
@@ -100,3 +97,23 @@ class PseudoTerminal:
 
     def _client_baud(self) -> int:
         return SPEEDS.get(termios.tcgetattr(self._slave)[5], UNKNOWN_BAUD)
+
+
+def run_emulator(motor: Emulator, tell: Callable[[str], None]) -> None:
+    """Serves an emulated motor on a pseudo-terminal until Ctrl-C or SIGTERM.
+
+    The first line told is the terminal's path alone, so that a program can read it; at the end it tells how the motor
+    was left.
+    """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with PseudoTerminal(motor) as terminal:
+        try:
+            tell(terminal.path)
+            tell(f"An emulated XW540-T140-R, id {motor.table['id']}, at {motor.baud} baud. Ctrl-C ends it.")
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            tell("")
+        state = motor.state
+    turns_s = state.velocity_rad_s / (2 * math.pi)
+    left = "not driven" if motor.stopped else "STILL DRIVEN"
+    tell(f"Ended. The motor is {left}, at {turns_s:.2f} turns/s, {state.temperature_c:.0f} degrees C.")

@@ -4,8 +4,6 @@ Source: ROBOTIS e-manual, "XW540-T140-R". Where the manual is silent the servo d
 the docstring says so. It turns in velocity mode (1) only; in the other modes it holds.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +15,6 @@ from calib.motor.motor_physics import RPM, MotorPhysics
 from calib.motor.protocol import ErrorNumber
 
 VELOCITY_MODE = 1
-POSITION_MODE = 3
 VELOCITY_UNIT = 0.229 * RPM
 """rad/s a unit of Goal, Present and Limit Velocity."""
 ACCELERATION_UNIT = 214.577 * 2 * math.pi / 3600
@@ -26,7 +23,6 @@ CURRENT_UNIT = 2.69e-3
 """A a unit of Present Current and Current Limit."""
 PULSES = 4096
 """Pulses a turn."""
-DUTY_FULL = 885
 TICK_WRAP = 32_768
 WATCHDOG_UNIT_S = 0.02
 BOOT_S = 0.3
@@ -53,9 +49,6 @@ class MotorState:
     position_rad: float
     velocity_rad_s: float
     goal_velocity_rad_s: float
-    torque_nm: float
-    current_a: float
-    voltage_v: float
     temperature_c: float
     torque_enabled: bool
     watchdog_tripped: bool
@@ -86,9 +79,6 @@ class Servo:
             position_rad=physics.angle_rad,
             velocity_rad_s=physics.velocity_rad_s,
             goal_velocity_rad_s=drive.goal_rad_s if drive.enabled else 0.0,
-            torque_nm=physics.torque_nm,
-            current_a=physics.current_a,
-            voltage_v=physics.supply_v,
             temperature_c=physics.temperature_c,
             torque_enabled=drive.enabled,
             watchdog_tripped=self.table["bus_watchdog"] < 0,
@@ -123,9 +113,6 @@ class Servo:
         if "operating_mode" in values:
             table["profile_velocity"] = table["profile_acceleration"] = table["goal_velocity"] = 0
             table["goal_pwm"], table["goal_current"] = table["pwm_limit"], table["current_limit"]
-        into_position = {"operating_mode", "torque_enable"} & {name for name, value in values.items() if value}
-        if into_position and table["operating_mode"] == POSITION_MODE:
-            self.forget_turns()
         self._command()
 
     def raise_error(self, error: HardwareError) -> None:
@@ -136,29 +123,20 @@ class Servo:
             self._command()
 
     def restart(self) -> None:
-        """Reboots: RAM back to its initial values, torque off, errors gone, whole turns forgotten."""
+        """Boots anew: RAM back to its initial values, torque off, errors gone, whole turns forgotten."""
         self.table.restart()
-        self.forget_turns()
+        self.physics.angle_rad %= 2 * math.pi
         self._command()
         self._ready_at = self.now + BOOT_S
-
-    def forget_turns(self) -> None:
-        """Brings the present position back into one turn."""
-        self.physics.angle_rad %= 2 * math.pi
 
     def publish(self) -> None:
         """Puts what is measured now into the table, in its units; the current ripples by one unit (sd)."""
         table, physics, sign = self.table, self.physics, self._sign
-        speed = round(sign * physics.velocity_rad_s / VELOCITY_UNIT)
-        pulses = math.floor(sign * physics.angle_rad / (2 * math.pi) * PULSES) + table["homing_offset"]
         ripple = self._random.gauss(0, 1) if physics.torque_nm else 0.0
         table["realtime_tick"] = int((self.now - self._ready_at) * 1000) % TICK_WRAP
-        table["moving"] = int(abs(speed) > table["moving_threshold"])
-        table["present_pwm"] = self._present_pwm()
         table["present_current"] = round(sign * physics.current_a / CURRENT_UNIT + ripple)
-        table["present_velocity"] = speed
-        table["present_position"] = table["position_trajectory"] = pulses
-        table["velocity_trajectory"] = round(sign * physics.reference_rad_s / VELOCITY_UNIT)
+        table["present_velocity"] = round(sign * physics.velocity_rad_s / VELOCITY_UNIT)
+        table["present_position"] = math.floor(sign * physics.angle_rad / (2 * math.pi) * PULSES)
         table["present_input_voltage"] = round(physics.supply_v * 10)
         table["present_temperature"] = round(physics.temperature_c)
 
@@ -168,18 +146,7 @@ class Servo:
         drive.enabled = bool(table["torque_enable"])
         turning = table["operating_mode"] == VELOCITY_MODE
         drive.goal_rad_s = self._sign * table["goal_velocity"] * VELOCITY_UNIT if turning else 0.0
-        drive.acceleration_rad_s2 = self._acceleration(drive.goal_rad_s)
-        drive.duty_limit = min(abs(table["goal_pwm"]), table["pwm_limit"]) / DUTY_FULL
-        drive.current_limit_a = table["current_limit"] * CURRENT_UNIT
-
-    def _acceleration(self, goal_rad_s: float) -> float:
-        """Profile Acceleration (108) as rad/s^2: 214.577 rev/min^2 a unit, or a time in ms (bit 2 of Drive Mode)."""
-        profile = self.table["profile_acceleration"]
-        if profile == 0:
-            return math.inf
-        if self.table["drive_mode"] & 4:
-            return abs(goal_rad_s - self.physics.reference_rad_s) / (profile * 1e-3) or math.inf
-        return profile * ACCELERATION_UNIT
+        drive.acceleration_rad_s2 = table["profile_acceleration"] * ACCELERATION_UNIT or math.inf
 
     @property
     def _sign(self) -> int:
@@ -210,12 +177,3 @@ class Servo:
             found |= HardwareError.OVERLOAD
         if found:
             self.raise_error(found)
-
-    def _present_pwm(self) -> int:
-        """Share of the supply that speed and torque together take, in units of 1/885."""
-        physics, own = self.physics, self.physics.constants
-        if not physics.drive.enabled:
-            return 0
-        share = physics.velocity_rad_s / own.no_load_rad_s + physics.torque_nm / own.stall_torque_nm
-        duty = self._sign * share * own.nominal_v / max(physics.supply_v, 0.1) * DUTY_FULL
-        return round(max(-DUTY_FULL, min(DUTY_FULL, duty)))

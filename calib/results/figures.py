@@ -5,6 +5,7 @@ from functools import cached_property
 
 from reports.blocks import Plot
 from session import FaultCollector
+from session.stage import Stage
 
 
 class Figures:
@@ -13,14 +14,20 @@ class Figures:
     `names` tells all that there are. A figure has a matplotlib `figure` that may be changed and saved, and a `caption`.
 
     Args:
+        stage: whose result is drawn; it must still stand when the figures are drawn.
         draw: all of them, by the name they have in the report.
     """
 
-    def __init__(self, draw: Callable[[], Mapping[str, Plot]]) -> None:
-        self._draw = draw
+    def __init__(self, stage: Stage, draw: Callable[[], Mapping[str, Plot]]) -> None:
+        self._stage, self._draw = stage, draw
 
     @cached_property
     def _plots(self) -> dict[str, Plot]:
+        if not self._stage.is_current:
+            faults = FaultCollector(str(self._stage.file))
+            next_step = "Ask for the result again, then for its figures."
+            faults.add("", "another result stands there now", next_step=next_step)
+            faults.raise_if_any()
         return dict(self._draw())
 
     @property
@@ -41,185 +48,89 @@ class Figures:
         return self._plots[name]
 
 
+def _figure(name: str, about: str) -> Callable[[Figures], Plot]:
+    """A method that fetches the figure of this name in the report."""
+
+    def fetch(self: Figures) -> Plot:
+        return self[name]
+
+    fetch.__doc__ = about
+    return fetch
+
+
+def _of_trial(name: str, about: str) -> Callable[[Figures, str], Plot]:
+    """A method that fetches the figure of a trial."""
+
+    def fetch(self: Figures, trial: str) -> Plot:
+        return self[f"{trial}-{name}"]
+
+    fetch.__doc__ = about
+    return fetch
+
+
+def _numbered(name: str, about: str) -> Callable[..., Plot]:
+    """A method that fetches one of several figures, the first by default."""
+
+    def fetch(self: Figures, number: int = 1) -> Plot:
+        return self[f"{name}-{number}"]
+
+    fetch.__doc__ = about
+    return fetch
+
+
 class FitFigures(Figures):
     """Figures of a fit."""
 
-    def robot(self) -> Plot:
-        """The robot with its markers, hinges and tendons."""
-        return self["robot"]
-
-    def envelope(self, trial: str) -> Plot:
-        """The tail's envelope in a trial, measured and simulated, in the frame of the head."""
-        return self[f"{trial}-envelope"]
-
-    def path(self, trial: str) -> Plot:
-        """The distance swum in a trial over time, measured and simulated."""
-        return self[f"{trial}-path"]
-
-    def lateral(self, trial: str) -> Plot:
-        """The lateral motion of tail markers in a trial over time, measured and simulated."""
-        return self[f"{trial}-lateral"]
-
-    def flagged(self, trial: str) -> Plot:
-        """The samples of a trial that are flagged, over time."""
-        return self[f"{trial}-flags"]
-
-    def speeds(self) -> Plot:
-        """Speed over frequency: measured, of the twin and by elongated body theory."""
-        return self["sweep"]
-
-    def speed_errors(self) -> Plot:
-        """Speed errors of the twin and of elongated body theory, by trial."""
-        return self["speed-errors"]
-
-    def speed_error_size(self) -> Plot:
-        """Mean absolute speed error of every model with its 90 % interval."""
-        return self["speed-error-size"]
-
-    def speed_error_bias(self) -> Plot:
-        """Mean signed speed error of every model with its 90 % interval."""
-        return self["speed-error-bias"]
-
-    def residual_markers(self) -> Plot:
-        """Distance between measured and simulated markers, by marker."""
-        return self["residual-markers"]
-
-    def residual_time(self) -> Plot:
-        """Distance between measured and simulated markers, over time."""
-        return self["residual-time"]
-
-    def phase_portrait(self) -> Plot:
-        """Angle and angular rate of the tail, measured and simulated."""
-        return self["phase-portrait"]
-
-    def body_wave(self) -> Plot:
-        """Amplitude and phase of the wave along the fish, measured and simulated."""
-        return self["body-wave"]
-
-    def coefficients(self) -> Plot:
-        """Where every restart of the search ended."""
-        return self["coefficient-values"]
-
-    def profiles(self) -> Plot:
-        """How the objective rises as one coefficient is moved and the others are fitted again."""
-        return self["coefficient-profiles"]
-
-    def trace(self) -> Plot:
-        """The course of the search."""
-        return self["trace"]
-
-    def convergence(self) -> Plot:
-        """The objective over the number of simulations."""
-        return self["convergence"]
-
-    def mean_shapes(self) -> Plot:
-        """The mean shape of the fish in each trial, as measured and with corrected boxes."""
-        return self["mean-shapes"]
-
-    def pair_errors(self) -> Plot:
-        """Forecast errors of fits to every other pair of trials."""
-        return self["pair-errors"]
-
-    def pair_coefficients(self) -> Plot:
-        """Coefficients fitted to every other pair of trials."""
-        return self["pair-coefficients"]
-
-    def decay(self, number: int = 1) -> Plot:
-        """A free decay, measured and fitted."""
-        return self[f"decay-{number}"]
-
-    def decay_spectrum(self, number: int = 1) -> Plot:
-        """The spectrum of a free decay."""
-        return self[f"decay-spectrum-{number}"]
-
-    def crank(self) -> Plot:
-        """The error surface of the crank grid search."""
-        return self["crank-surface"]
-
-    def motor_speed(self) -> Plot:
-        """How fast the motor turned in logged trials."""
-        return self["motor-speed"]
-
-    def motor_turn(self) -> Plot:
-        """How unevenly the motor turned within a turn."""
-        return self["motor-turn"]
+    robot = _figure("robot", "The robot with its markers, hinges and tendons.")
+    envelope = _of_trial("envelope", "The tail's envelope in the frame of the head, measured and simulated.")
+    path = _of_trial("path", "The distance swum in a trial over time, measured and simulated.")
+    lateral = _of_trial("lateral", "The lateral motion of tail markers in a trial over time, measured and simulated.")
+    flagged = _of_trial("flags", "The samples of a trial that are flagged, over time.")
+    speeds = _figure("sweep", "Speed over frequency: measured, of the twin and by elongated body theory.")
+    speed_errors = _figure("speed-errors", "Speed errors of the twin and of elongated body theory, by trial.")
+    speed_error_size = _figure("speed-error-size", "Mean absolute speed error of every model with its 90 % interval.")
+    speed_error_bias = _figure("speed-error-bias", "Mean signed speed error of every model with its 90 % interval.")
+    residual_markers = _figure("residual-markers", "Distance between measured and simulated markers, by marker.")
+    residual_time = _figure("residual-time", "Distance between measured and simulated markers, over time.")
+    phase_portrait = _figure("phase-portrait", "Angle and angular rate of the tail, measured and simulated.")
+    body_wave = _figure("body-wave", "Amplitude and phase of the wave along the fish, measured and simulated.")
+    coefficients = _figure("coefficient-values", "Where every restart of the search ended.")
+    profiles = _figure("coefficient-profiles", "How the objective rises along each coefficient.")
+    trace = _figure("trace", "The course of the search.")
+    convergence = _figure("convergence", "The objective over the number of simulations.")
+    mean_shapes = _figure("mean-shapes", "The mean shape in each trial, as measured and with corrected boxes.")
+    pair_errors = _figure("pair-errors", "Forecast errors of fits to every other pair of trials.")
+    pair_coefficients = _figure("pair-coefficients", "Coefficients fitted to every other pair of trials.")
+    decay = _numbered("decay", "A free decay, measured and fitted.")
+    decay_spectrum = _numbered("decay-spectrum", "The spectrum of a free decay.")
+    crank = _figure("crank-surface", "The error surface of the crank grid search.")
+    motor_speed = _figure("motor-speed", "How fast the motor turned in logged trials.")
+    motor_turn = _figure("motor-turn", "How unevenly the motor turned within a turn.")
 
 
 class PosteriorFigures(Figures):
     """Figures of a posterior."""
 
-    def intervals(self) -> Plot:
-        """The 90 % interval of every coefficient beside its prior."""
-        return self["posterior-intervals"]
-
-    def corner(self) -> Plot:
-        """The joint posterior of every pair of coefficients."""
-        return self["posterior-corner"]
-
-    def speeds(self) -> Plot:
-        """Speed over frequency with its predictive band."""
-        return self["posterior-sweep"]
-
-    def trials(self) -> Plot:
-        """The speed of every trial with its predictive interval."""
-        return self["posterior-trials"]
-
-    def further_trial(self) -> Plot:
-        """What one more trial would tell, over its frequency."""
-        return self["posterior-further-plot"]
-
-    def left_out(self) -> Plot:
-        """Effects that the trials ask for and the twin leaves out."""
-        return self["posterior-left-out-plot"]
-
-    def whiteness(self) -> Plot:
-        """Autocorrelation of the residuals of every trial."""
-        return self["posterior-whiteness"]
-
-    def trace(self) -> Plot:
-        """The chains over their draws."""
-        return self["posterior-trace"]
-
-    def ranks(self) -> Plot:
-        """Rank histograms of the chains."""
-        return self["posterior-ranks"]
+    intervals = _figure("posterior-intervals", "The 90 % interval of every coefficient beside its prior.")
+    corner = _figure("posterior-corner", "The joint posterior of every pair of coefficients.")
+    speeds = _figure("posterior-sweep", "Speed over frequency with its predictive band.")
+    trials = _figure("posterior-trials", "The speed of every trial with its predictive interval.")
+    further_trial = _figure("posterior-further-plot", "What one more trial would tell, over its frequency.")
+    left_out = _figure("posterior-left-out-plot", "Effects that the trials ask for and the twin leaves out.")
+    whiteness = _figure("posterior-whiteness", "Autocorrelation of the residuals of every trial.")
+    trace = _figure("posterior-trace", "The chains over their draws.")
+    ranks = _figure("posterior-ranks", "Rank histograms of the chains.")
 
 
 class GapFigures(Figures):
     """Figures of a diagnosis."""
 
-    def fish(self) -> Plot:
-        """Where the gap comes from and where it shows, drawn on the robot."""
-        return self["gap-fish"]
-
-    def where(self) -> Plot:
-        """Shares of the gap by stage, trial, marker, axis and band."""
-        return self["gap-shares"]
-
-    def marker_drift(self) -> Plot:
-        """How fast each marker slides forward along the fish."""
-        return self["gap-slides"]
-
-    def effects(self) -> Plot:
-        """The probability of every effect."""
-        return self["gap-effects"]
-
-    def separation(self) -> Plot:
-        """How well these trials tell each pair of effects apart."""
-        return self["gap-separation"]
-
-    def waterfall(self) -> Plot:
-        """What of the held-out gap the effects remove, and what they leave."""
-        return self["gap-waterfall"]
-
-    def held_out(self) -> Plot:
-        """Marker and speed errors of held-out trials without and with the effects."""
-        return self["gap-held-out"]
-
-    def all_effects(self) -> Plot:
-        """The same with all effects at once."""
-        return self["gap-everything"]
-
-    def forces(self) -> Plot:
-        """The forces and torques that the plain twin lacks, over a turn of the crank."""
-        return self["gap-forces"]
+    fish = _figure("gap-fish", "Where the gap comes from and where it shows, drawn on the robot.")
+    where = _figure("gap-shares", "Shares of the gap by stage, trial, marker, axis and band.")
+    marker_drift = _figure("gap-slides", "How fast each marker slides forward along the fish.")
+    effects = _figure("gap-effects", "The probability of every effect.")
+    separation = _figure("gap-separation", "How well these trials tell each pair of effects apart.")
+    waterfall = _figure("gap-waterfall", "What of the held-out gap the effects remove, and what they leave.")
+    held_out = _figure("gap-held-out", "Marker and speed errors of held-out trials without and with the effects.")
+    all_effects = _figure("gap-everything", "The same with all effects at once.")
+    forces = _figure("gap-forces", "The forces and torques that the plain twin lacks, over a turn of the crank.")

@@ -1,9 +1,7 @@
 """What a fit found: `results/calibration.json` as attributes, frames, figures and sentences."""
 
-from __future__ import annotations
-
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from math import nan
@@ -13,12 +11,13 @@ import numpy as np
 import pandas as pd
 
 from calib.results.figures import FitFigures
-from calib.results.tables import chosen, flag_frame, page_of
+from calib.results.posterior import interval_lines
+from calib.results.result import Result, flag_frame, flag_lines
 from fitting import CalibrationResult
 from fitting.calibration_file import TrialResult
 from fitting.speed_line import speed_line
 from reports.numbers import in_words, listed, of_its_size, shown
-from session import Flag, Session
+from session import Flag
 from swimmer import FluidCoefficients
 
 _LINE, _MM = "straight_line", 1000.0
@@ -27,31 +26,25 @@ _HIDDEN = ("flags", "from_command", "speed_ebt_of_twin")  # of a trial, no colum
 _SAID_ELSEWHERE = ("ebt_ratio_only",)  # kinds of flags that are true of every fit
 
 
-@dataclass(frozen=True, eq=False)
-class FitResult:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FitResult(Result):
     """A calibrated twin beside every swim trial; what `calibration.json` holds, read from there.
 
-    Speeds in m/s, forward positive. Frames have the keys of the file as columns.
+    Speeds in m/s, forward positive. Tables of `to_frame`: "trials" (a row a swim trial), "coefficients" (value, and
+    posterior interval where there is one), "speed_errors" (mean absolute error by model and role, m/s, beside a
+    straight line in frequency) and "flags". Frames have the keys of the file as columns.
 
     Attributes:
-        session: that was fitted.
-        name: effort, search and objective, in words.
-        file: `results/calibration.json`.
         mjcf_file: `results/calibrated.xml`.
         data: all that the file holds.
-        notes: what was said while it was made: what was left out, what was kept aside.
         plot: its figures.
-        made: files that were made anew.
     """
 
-    session: Session = field(repr=False)
-    name: str
-    file: Path
+    key = "calibration"
+
     mjcf_file: Path
     data: CalibrationResult = field(repr=False)
     plot: FitFigures = field(repr=False)
-    notes: tuple[str, ...] = ()
-    made: tuple[Path, ...] = ()
 
     @property
     def coefficients(self) -> FluidCoefficients:
@@ -67,26 +60,6 @@ class FitResult:
     def flags(self) -> tuple[Flag, ...]:
         """What is doubtful about the fit as a whole; flags of a trial stand in `trials`."""
         return self.data.flags
-
-    def to_frame(self, table: str = "trials") -> pd.DataFrame:
-        """One of the tables.
-
-        Args:
-            table: "trials" (a row a swim trial), "coefficients" (value, and posterior interval where there is one),
-                "speed_errors" (mean absolute error by model and role, m/s, beside a straight line in frequency) or
-                "flags".
-
-        Raises:
-            InputError: no such table.
-        """
-        tables = {
-            "trials": self._trials,
-            "coefficients": self._coefficients,
-            "speed_errors": self._speed_errors,
-            "flags": lambda: flag_frame(self._all_flags()),
-        }
-        frame: pd.DataFrame = chosen(tables, table)()
-        return frame
 
     @cached_property
     def line_speeds(self) -> dict[str, float]:
@@ -125,9 +98,39 @@ class FitResult:
             ]
         )
 
-    def _repr_html_(self) -> str:
+    def details(self) -> list[str]:
+        """A line a trial, then structure, coefficients, means, and every flag, each once."""
+        found = self.data
+        lines = [f"{'trial':12} {'role':8} {'Hz':>6} {'marker mm':>10} {'speed m/s':>10} {'twin':>8} {'EBT':>8}"]
+        for name, trial in found.trials.items():
+            errors = f"{shown(trial.frequency_hz, 3):>6} {shown(trial.marker_error_mm, 1):>10}"
+            speeds = (
+                f"{shown(trial.speed_measured, 4):>10} {shown(trial.speed_twin, 4):>8} {shown(trial.speed_ebt, 4):>8}"
+            )
+            lines.append(f"{name:12} {trial.role:8} {errors} {speeds}")
+        lines += [source.sentence for source in found.structure.values()]
+        coefficients = found.coefficients._asdict().items()
+        lines.append("coefficients " + ", ".join(f"{name} {value:.3g}" for name, value in coefficients))
+        lines += interval_lines(found.posterior)
+        for role, label in (("fit", "fit trials"), ("holdout", "held out")):
+            if (summary := found.summary[role]) is not None:
+                lines.append(
+                    f"{label}: markers {shown(summary.marker_error_mm, 1)} mm, mean speed error "
+                    f"{shown(summary.speed_mae_twin, 4)} m/s (EBT {shown(summary.speed_mae_ebt, 4)})"
+                )
+        return [*lines, *flag_lines(self._all_flags())]
+
+    def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
+        return {
+            "trials": self._trials,
+            "coefficients": self._coefficients,
+            "speed_errors": self._speed_errors,
+            "flags": lambda: flag_frame(self._all_flags()),
+        }
+
+    def _shown(self) -> pd.DataFrame:
         columns = ["role", "frequency_hz", "marker_error_mm", "speed_measured", "speed_twin", "speed_ebt", "flags"]
-        return page_of(self.summary(), self.to_frame()[columns])
+        return self.to_frame()[columns]
 
     def _trials(self) -> pd.DataFrame:
         rows = {}

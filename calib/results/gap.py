@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
-from typing import overload
 
 import pandas as pd
 
-from calib.diagnosis_summary import biggest_doubt, next_experiment
+from calib.diagnosis_summary import biggest_doubt, diagnosis_lines, next_experiment, supposition_lines
 from calib.results.figures import GapFigures
-from calib.results.tables import chosen, page_of
+from calib.results.result import Result
 from diagnosis.result import (
     NONE,
     DiagnosisResult,
@@ -24,29 +22,22 @@ from diagnosis.result import (
 )
 from diagnosis.sentences import sentences
 from reports.numbers import in_words
-from session import Session
 
 
-@dataclass(frozen=True, eq=False)
-class Effects(Sequence[str]):
-    """Names of the effects that a diagnosis names, with what it says of all others in `to_frame`.
+class Effects(tuple[str, ...]):
+    """Names of the effects that a diagnosis names, with what it says of all others in `to_frame`."""
 
-    Attributes:
-        names: of those that are named; also its items.
-    """
+    _data: DiagnosisResult
 
-    names: tuple[str, ...]
-    _data: DiagnosisResult = field(repr=False)
+    def __new__(cls, data: DiagnosisResult) -> Effects:  # noqa: D102
+        made = super().__new__(cls, data.effects)
+        made._data = data
+        return made
 
-    @overload
-    def __getitem__(self, index: int) -> str: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[str, ...]: ...
-    def __getitem__(self, index: int | slice) -> str | tuple[str, ...]:
-        return self.names[index]
-
-    def __len__(self) -> int:
-        return len(self.names)
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its items."""
+        return tuple(self)
 
     def to_frame(self) -> pd.DataFrame:
         """A row an effect of the catalogue and parameter: probability, whether it is named, value, 95 % interval.
@@ -56,7 +47,7 @@ class Effects(Sequence[str]):
         """
         rows = []
         for name, probability in self._data.chances.items():
-            of_effect = {"effect": name, "probability": probability, "named": name in self.names}
+            of_effect = {"effect": name, "probability": probability, "named": name in self}
             rows += [of_effect | parameter for parameter in _parameters(self._data.effect_parameters, name)]
         rows.append({"effect": NONE, "probability": self._data.none_of_these, "named": False})
         return pd.DataFrame(rows).set_index("effect")
@@ -65,27 +56,22 @@ class Effects(Sequence[str]):
         return str(self.to_frame().to_html(float_format=lambda value: f"{value:.4g}", na_rep=""))
 
 
-@dataclass(frozen=True, eq=False)
-class GapResult:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class GapResult(Result):
     """Where the gap between twin and robot lies, which effect makes it, and how far it shrinks with that effect.
 
+    Tables of `to_frame`: "effects" (see `Effects.to_frame`), "where" (share of the gap by split and part), "trials"
+    (held-out trials without and with the effects: mm and m/s) and "next_experiments".
+
     Attributes:
-        session: that was diagnosed.
-        name: its effort, in words.
-        file: `results/diagnosis.json`.
         data: all that the file holds.
-        notes: what was said while it was made.
         plot: its figures.
-        made: files that were made anew.
     """
 
-    session: Session = field(repr=False)
-    name: str
-    file: Path
+    key = "diagnosis"
+
     data: DiagnosisResult = field(repr=False)
     plot: GapFigures = field(repr=False)
-    notes: tuple[str, ...] = ()
-    made: tuple[Path, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -95,7 +81,7 @@ class GapResult:
     @property
     def effects(self) -> Effects:
         """The effects that are named; `effects.to_frame()` has those that are not, too."""
-        return Effects(self.data.effects, self.data)
+        return Effects(self.data)
 
     @property
     def groups(self) -> tuple[tuple[str, ...], ...]:
@@ -122,25 +108,6 @@ class GapResult:
         """Forces (N) and torques (N m) that the plain twin lacks, by joint, trial and harmonic of the crank."""
         return self.data.missing_forces
 
-    def to_frame(self, table: str = "effects") -> pd.DataFrame:
-        """One of the tables.
-
-        Args:
-            table: "effects" (see `Effects.to_frame`), "where" (share of the gap by split and part), "trials" (held-out
-                trials without and with the effects: mm and m/s) or "next_experiments".
-
-        Raises:
-            InputError: no such table.
-        """
-        tables = {
-            "effects": self.effects.to_frame,
-            "where": self._where,
-            "trials": self._trials,
-            "next_experiments": self._next,
-        }
-        frame: pd.DataFrame = chosen(tables, table)()
-        return frame
-
     def summary(self) -> str:
         """Where, which, how far, the biggest doubt, the next experiment and the verdict, in six lines."""
         return "\n".join(
@@ -152,8 +119,20 @@ class GapResult:
             ]
         )
 
-    def _repr_html_(self) -> str:
-        return page_of(self.summary(), self.to_frame().head(8))
+    def details(self) -> list[str]:
+        """Where, which and how far; then the likeliest effects, what to check, and what to measure next."""
+        return diagnosis_lines(self.data)
+
+    def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
+        return {
+            "effects": self.effects.to_frame,
+            "where": self._where,
+            "trials": self._trials,
+            "next_experiments": self._next,
+        }
+
+    def _shown(self) -> pd.DataFrame:
+        return self.to_frame().head(8)
 
     def _where(self) -> pd.DataFrame:
         splits = asdict(self.where).items()
@@ -169,45 +148,42 @@ class GapResult:
         return pd.DataFrame(rows, columns=["experiment", "effect", "other_effect", "expected_error"])
 
 
-@dataclass(frozen=True, eq=False)
-class EffectTest:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class EffectTest(Result):
     """What the swim trials say of effects that a user names; what `supposed.json` holds.
 
+    Its table has a row an effect and parameter: its own log Bayes factor, value and 95 % interval.
+
     Attributes:
-        session: that was asked.
-        file: `results/supposed.json`.
         data: all that the file holds.
-        notes: what was said while it was made.
-        made: files that were made anew.
     """
 
-    session: Session = field(repr=False)
-    file: Path
+    key = "test"
+
     data: SuppositionResult = field(repr=False)
-    notes: tuple[str, ...] = ()
-    made: tuple[Path, ...] = ()
 
     @property
     def log_bayes_factor(self) -> float:
         """Of all named effects together over the plain twin, natural logarithm."""
         return self.data.log_bayes_factor
 
-    def to_frame(self) -> pd.DataFrame:
-        """A row an effect and parameter: its own log Bayes factor, value and 95 % interval."""
+    def summary(self) -> str:
+        """What the trials say of the effects, and the gap without and with them."""
+        return "\n".join(line for line in self.details() if line)
+
+    def details(self) -> list[str]:
+        """The same with blank lines between its parts."""
+        return supposition_lines(self.data)
+
+    def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
+        return {"effects": self._effects}
+
+    def _effects(self) -> pd.DataFrame:
         rows = []
         for name, own in self.data.log_bayes_factor_of_each.items():
             for parameter in _parameters(self.data.effect_parameters, name):
                 rows.append({"effect": name, "log_bayes_factor": own} | parameter)
         return pd.DataFrame(rows).set_index("effect")
-
-    def summary(self) -> str:
-        """What the trials say of the effects, and the gap without and with them."""
-        from calib.diagnosis_summary import supposition_lines
-
-        return "\n".join(line for line in supposition_lines(self.data) if line)
-
-    def _repr_html_(self) -> str:
-        return page_of(self.summary().splitlines()[1], self.to_frame())
 
 
 def _parameters(found: EffectParameters, effect: str) -> Iterator[dict[str, object]]:

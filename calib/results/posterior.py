@@ -2,45 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from calib.results.figures import PosteriorFigures
-from calib.results.tables import chosen, flag_frame, page_of
+from calib.results.result import Result, flag_frame, flag_lines
 from fitting.marginal import Marginal
-from reports.numbers import in_words, listed, of_its_size
-from session import Flag, Session
+from reports.numbers import in_words, listed, of_its_size, shown
+from session import Flag
 
 if TYPE_CHECKING:
     from fitting.posterior.findings import Findings
 
 
-@dataclass(frozen=True, eq=False)
-class PosteriorResult:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PosteriorResult(Result):
     """Draws from the posterior of the five coefficients given the fit trials, and what they say.
 
+    Tables of `to_frame`: "coefficients" (a row each: mean, sd, ends of the 90 % interval, effective draws, R-hat),
+    "trials" (speed of each swim trial with its predictive interval, m/s) and "flags".
+
     Attributes:
-        session: that it belongs to.
-        name: its effort, and the fit that it belongs to, in words.
-        file: `results/posterior.nc`.
         data: all that `posterior.json` holds.
-        notes: what was said while it was made.
         plot: its figures.
-        made: files that were made anew.
     """
 
-    session: Session = field(repr=False)
-    name: str
-    file: Path
+    key = "posterior"
+
     data: Findings = field(repr=False)
     plot: PosteriorFigures = field(repr=False)
-    notes: tuple[str, ...] = ()
-    made: tuple[Path, ...] = ()
 
     @cached_property
     def idata(self) -> Any:
@@ -58,24 +52,6 @@ class PosteriorResult:
     def flags(self) -> tuple[Flag, ...]:
         """When not to believe it."""
         return self.data.flags
-
-    def to_frame(self, table: str = "coefficients") -> pd.DataFrame:
-        """One of the tables.
-
-        Args:
-            table: "coefficients" (a row each: mean, sd, ends of the 90 % interval, effective draws, R-hat), "trials"
-                (speed of each swim trial with its predictive interval, m/s) or "flags".
-
-        Raises:
-            InputError: no such table.
-        """
-        tables = {
-            "coefficients": self._coefficients,
-            "trials": self._trials,
-            "flags": lambda: flag_frame(("", flag) for flag in self.flags),
-        }
-        frame: pd.DataFrame = chosen(tables, table)()
-        return frame
 
     @property
     def verdict(self) -> str:
@@ -108,8 +84,16 @@ class PosteriorResult:
             ]
         )
 
-    def _repr_html_(self) -> str:
-        return page_of(self.summary(), self.to_frame())
+    def details(self) -> list[str]:
+        """A line a coefficient, and every flag."""
+        return [*interval_lines(self.coefficients), *flag_lines(("", flag) for flag in self.flags)]
+
+    def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
+        return {
+            "coefficients": self._coefficients,
+            "trials": self._trials,
+            "flags": lambda: flag_frame(("", flag) for flag in self.flags),
+        }
 
     def _coefficients(self) -> pd.DataFrame:
         rows = {name: one._asdict() for name, one in self.coefficients.items()}
@@ -128,3 +112,12 @@ class PosteriorResult:
             for trial in self.data.trials
         }
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("trial")
+
+
+def interval_lines(marginals: Mapping[str, Marginal]) -> list[str]:
+    """A line a coefficient: its 90 % interval, and whether the trials determine it."""
+    return [
+        f"  {name:13} {shown(one.mean, 3):>6} ± {one.sd:.2g}, 90 % interval {one.q05:.3g} to {one.q95:.3g}"
+        f"{'' if one.determined else ': not determined by these trials'}"
+        for name, one in marginals.items()
+    ]

@@ -1,52 +1,28 @@
 """What the dry experiments say of a robot that does not swim: `results/structure.json`."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import pandas as pd
 
-from calib.results.tables import chosen, flag_frame, page_of
+from calib.results.result import Result, flag_frame, flag_lines
 from fitting import Structure
-from session import Session
+from session import Flag
 
 
-@dataclass(frozen=True, eq=False)
-class StructureResult:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StructureResult(Result):
     """Hinges and crank of a session that has no swim trial.
 
+    Tables of `to_frame`: "structure" (a row a quantity: value, standard error, unit, whether assumed) and "flags".
+
     Attributes:
-        session: that was fitted.
-        name: what it is, in words.
-        file: `results/structure.json`.
         data: all that the file holds.
-        notes: what was said while it was made.
-        made: files that were made anew.
     """
 
-    session: Session = field(repr=False)
-    name: str
-    file: Path
+    key = "structure"
+
     data: Structure = field(repr=False)
-    notes: tuple[str, ...] = ()
-    made: tuple[Path, ...] = ()
-
-    def to_frame(self, table: str = "structure") -> pd.DataFrame:
-        """One of the tables.
-
-        Args:
-            table: "structure" (a row a quantity: value, standard error, unit, whether it is assumed) or "flags".
-
-        Raises:
-            InputError: no such table.
-        """
-        flags = [("", flag) for flag in self.data.flags]
-        flags += [(decay.name, flag) for decay in self.data.decays for flag in decay.flags]
-        flags += [(run.name, flag) for run in (self.data.crank.trials if self.data.crank else ()) for flag in run.flags]
-        tables = {"structure": self._structure, "flags": lambda: flag_frame(flags)}
-        frame: pd.DataFrame = chosen(tables, table)()
-        return frame
 
     def summary(self) -> str:
         """Where each number of the structure comes from, the biggest doubt, and what to do next."""
@@ -56,8 +32,18 @@ class StructureResult:
         add = f"Next: film a swim, add it to {self.session.folder / 'session.toml'}"
         return "\n".join([f"{self.session.name}: {self.name}.", *sources, doubt, add])
 
-    def _repr_html_(self) -> str:
-        return page_of(self.summary(), self.to_frame())
+    def details(self) -> list[str]:
+        """A line a number of the structure, and every flag: of the experiments, each once, then of the whole."""
+        return [*(source.sentence for source in self.data.sources), *flag_lines(self._flags())]
+
+    def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
+        return {"structure": self._structure, "flags": lambda: flag_frame(self._flags())}
+
+    def _flags(self) -> Iterator[tuple[str, Flag]]:
+        yield from (("", flag) for flag in self.data.flags)
+        yield from ((decay.name, flag) for decay in self.data.decays for flag in decay.flags)
+        crank = self.data.crank
+        yield from ((run.name, flag) for run in (crank.trials if crank else ()) for flag in run.flags)
 
     def _structure(self) -> pd.DataFrame:
         rows = [

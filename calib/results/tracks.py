@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from calib.results.tables import chosen, flag_frame, page_of
+from calib.results.result import Tables, flag_frame
 from fitting import MeasuredTrial
 from reports.numbers import counted
 from session import Flag, Session
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class TrackResult(Mapping[str, "xr.Dataset"]):
+class TrackResult(Tables, Mapping[str, "xr.Dataset"]):
     """The tracks of every trial: a mapping from the trial's name to an `xarray.Dataset`.
 
     A dataset has the dimensions `time` (s), `space` (x to the right, y down) and `keypoint`, and the variables
@@ -32,6 +32,9 @@ class TrackResult(Mapping[str, "xr.Dataset"]):
       the pool's surface, right-handed seen from above; `position_head`, m, in the frame of the head (published
       normaliser: x from nose to neck, y to the right); `heading` (time), rad; `forward` (time), distance swum, m.
       Outside the frames that are measured they are nan, `weight` 0.
+
+    Tables of `to_frame`: "trials" (frames, shares of samples seen, filled and missing, and of a swim trial beat and
+    speed) and "flags".
 
     Attributes:
         session: that was tracked.
@@ -60,21 +63,6 @@ class TrackResult(Mapping[str, "xr.Dataset"]):
     def __len__(self) -> int:
         return len(self.tracked)
 
-    def to_frame(self, table: str = "trials") -> pd.DataFrame:
-        """One of the tables.
-
-        Args:
-            table: "trials" (frames, shares of samples seen, filled and missing, and of a swim trial beat and speed) or
-                "flags".
-
-        Raises:
-            InputError: no such table.
-        """
-        flags = ((name, flag) for name, own in self.flags.items() for flag in own)
-        tables = {"trials": self._trials, "flags": lambda: flag_frame(flags)}
-        frame: pd.DataFrame = chosen(tables, table)()
-        return frame
-
     def summary(self) -> str:
         """How much was seen, and what is doubtful, in three lines."""
         frame = self.to_frame()
@@ -89,23 +77,18 @@ class TrackResult(Mapping[str, "xr.Dataset"]):
             ]
         )
 
-    def _repr_html_(self) -> str:
-        return page_of(self.summary(), self.to_frame())
+    def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
+        flags = ((name, flag) for name, own in self.flags.items() for flag in own)
+        return {"trials": self._trials, "flags": lambda: flag_frame(flags)}
 
     def _trials(self) -> pd.DataFrame:
         rows = {name: self._row(name, found) for name, found in self.tracked.items()}
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("trial")
 
     def _row(self, name: str, found: TrackedTrial) -> dict[str, object]:
-        since = slice(found.first_frame, None)
-        seen, missing = found.seen[since], found.state[since] == SampleState.MISSING
-        row: dict[str, object] = {
-            "frames": len(found.state),
-            "seen": float(seen.mean()),
-            "filled": float((~missing & ~seen).mean()),
-            "missing": float(missing.mean()),
-            "flags": len(self.flags[name]),
-        }
+        shares = shares_of(found)
+        row: dict[str, object] = {column: shares[column] for column in ("frames", "seen", "filled", "missing")}
+        row["flags"] = len(self.flags[name])
         row["commanded_hz"] = self.session.trial(name).commanded_hz
         swim = self.measured.get(name)
         if swim is None:
@@ -113,6 +96,22 @@ class TrackResult(Mapping[str, "xr.Dataset"]):
         frequency = swim.frequency
         row |= {"frequency_hz": frequency.hz, "frequency_se_hz": frequency.se_hz}
         return row | {"speed": swim.speed, "used": swim.used_fraction}
+
+
+def shares_of(found: TrackedTrial) -> dict[str, float]:
+    """Frames of a trial, and of its samples from that of the boxes on the shares that were seen, count, are filled and
+    missing, with the mean confidence of those seen.
+
+    Not all that is seen counts in a fit: see `docs/tracking.md`, "What it says of each sample".
+    """
+    since = slice(found.first_frame, None)
+    seen, missing = found.seen[since], found.state[since] == SampleState.MISSING
+    shares = {"seen": seen, "filled": ~missing & ~seen, "missing": missing}
+    if found.weight is not None:
+        shares["counts"] = found.weight[since] > 0
+    confidence = np.average(found.tracks.confidence[since], weights=seen) if seen.any() else 0.0
+    told = {"frames": len(found.state), "confidence": float(confidence)}
+    return told | {name: float(share.mean()) for name, share in shares.items()}
 
 
 def _measured(trial: MeasuredTrial, frames: int) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:

@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
+from calib.stages.fit import mjcf_text
+from calib.text import filled
 from diagnosis.affected_swims import SettledTwin
 from diagnosis.ground import Ground
 from diagnosis.refit import Refit
@@ -15,39 +16,6 @@ from swimmer import FluidCoefficients
 from swimmer.effects import AffectedRuns, AffectedTwin
 from swimmer.engine import ENGINE
 from swimmer.scenery import add_scenery
-
-_SCRIPT = '''"""Runs the twin with {names}, which plain MJCF cannot hold all of. Needs swimcal ({program}).
-
-As the camera of trial {trial} would see it, at a command of 1 Hz. Parameters: {parameters}.
-"""
-
-from pathlib import Path
-
-import numpy as np
-
-from swimmer import Twin, load_robot
-from swimmer.effects import AffectedRuns, AffectedTwin, View, catalogue
-
-ROBOT = {robot}
-MARKERS = {markers!r}
-EFFECTS = {names!r}
-VALUES = np.array({values!r})  # of all parameters of the effects, one after the other, in the frame of that trial
-COEFFICIENTS = {coefficients!r}  # blunt, slender and angular drag, Kutta and Magnus lift
-VIEW = View(np.array({axis!r}), np.array({down!r}), {half!r})
-
-twin = AffectedTwin(Twin(load_robot(ROBOT), MARKERS), [catalogue()[name] for name in EFFECTS])
-runs = AffectedRuns(
-    coefficients=np.array([COEFFICIENTS]),
-    frequency_hz=np.array([twin.measured_hz(1.0, VALUES)]),  # what the command leads to
-    phase_rad=np.zeros(1),
-    velocity=np.array([[-0.1, 0.0, 0.0]]),
-    values=VALUES[None],
-)
-trajectories = twin.simulate(runs, np.arange(0.0, 6.0, 1 / 60))
-seen = twin.observed(runs, trajectories, [VIEW])  # (1, frames, markers, 2) where camera and tracker find them, m
-start, end = seen[0, [60, -1], MARKERS.index("nose")]
-print(f"{{np.linalg.norm(end - start) / (trajectories.time_s[-1] - trajectories.time_s[60]):.4f}} m/s as seen")
-'''
 
 
 def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, robot_file: Path | None) -> list[Path]:
@@ -84,13 +52,11 @@ def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, r
         )
         position, velocity = affected.start(runs)
         spec.add_key(name=trial.name, qpos=position[0], qvel=velocity[0], ctrl=[2 * np.pi * hz])
-    spec.compile()
-    text: str = spec.to_xml()
-    mujoco.MjModel.from_xml_string(text)  # what is written must load
     paths = [results / f"calibrated+{name}.xml"]
-    write_whole(paths[0], text)
+    write_whole(paths[0], mjcf_text(spec))
     if not all(effect.in_mjcf() for effect in best.effects):
-        script = _SCRIPT.format(
+        script = filled(
+            "affected_twin.py.j2",
             names=names,
             program=program_version(),
             trial=ground.swims[0].name,

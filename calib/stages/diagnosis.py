@@ -105,14 +105,6 @@ class DiagnosisStage(Stage):
         self.mark(written)
         job.made.extend(written)
 
-    def check_supposed(self, names: Sequence[str]) -> None:
-        """That the catalogue has these effects.
-
-        Raises:
-            InputError: it has not.
-        """
-        check_names("--test", names, self.effects)
-
     def suppose(self, names: Sequence[str]) -> SuppositionResult:
         """Asks what the swims say of effects that a user names; ``results/supposed.json``, made anew every time.
 

@@ -1,4 +1,4 @@
-"""From measured swims to a calibrated twin: ``results/calibration.json`` and ``calibrated.xml``."""
+"""From measured swims to a calibrated twin (``calibration.json``, ``calibrated.xml``) and the evidence beside it."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from calib.job import Job
 from calib.options import EFFORTS, EffortName
 from calib.stages.recordings import Recordings
 from calib.stages.structure import StructureStage
-from fitting import Calibration, CalibrationResult, Comparison, MethodName, calibrate
+from fitting import Calibration, CalibrationResult, Comparison, MeasuredTrial, MethodName, calibrate
 from fitting.calibration import assemble
 from fitting.calibration_file import CALIBRATION, calibration_result
+from fitting.evidence import EVIDENCE, Evidence, gather_evidence
 from session import SwimcalError
 from session.results import Provenance, program_version, read_provenance, write_whole
 from session.stage import Stage
@@ -45,14 +46,14 @@ def calibrated_mjcf(calibration: Calibration) -> str:
         if trial.measured.role == "fit":
             start = (trial.simulated_hz, trial.phase_rad, trial.measured.start_velocity)
             _add_keyframe(spec, robot, trial.measured.name, *start)
-    return _text(spec)
+    return mjcf_text(spec)
 
 
 def nominal_mjcf(robot: RobotSpec) -> str:
     """The text of the MJCF of a robot with the published coefficients; its keyframe `swim` turns the crank at 1 Hz."""
     spec = add_scenery(build_mjcf(robot), robot)
     _add_keyframe(spec, robot, "swim", 1.0, 0.0, np.zeros(3))
-    return _text(spec)
+    return mjcf_text(spec)
 
 
 def _add_keyframe(
@@ -64,7 +65,8 @@ def _add_keyframe(
     spec.add_key(name=name, qpos=qpos[0], qvel=qvel[0], ctrl=[2 * np.pi * hz])
 
 
-def _text(spec: mujoco.MjSpec) -> str:
+def mjcf_text(spec: mujoco.MjSpec) -> str:
+    """The text of a model that loads."""
     spec.compile()
     text: str = spec.to_xml()
     mujoco.MjModel.from_xml_string(text)  # what is written must load
@@ -183,6 +185,31 @@ class FitStage(Stage):
         differ = [f"{key} {_short(then[key])} -> {_short(now[key])}" for key in now if then[key] != now[key]]
         if differ:
             job.said.append(f"{self.file} was made otherwise ({'; '.join(differ)}) and is made again.")
+
+
+class EvidenceStage(Stage):
+    """``results/evidence.json``: a free yaw, boxes put right, profiles, and with full effort other pairs of fit trials.
+
+    Args:
+        job: the work on the session.
+        fit: that it stands beside.
+    """
+
+    def __init__(self, job: Job, fit: FitStage) -> None:
+        self._job, self._fit = job, fit
+        super().__init__(job.results / EVIDENCE.name, {}, {}, [fit])
+
+    def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> None:
+        """Gathers and writes it."""
+        job, pairs = self._job, self._fit.effort == "full"
+        evidence = gather_evidence(trials, twin, calibration.fit, pairs, job.session.seed, job.tell)
+        written = EVIDENCE.write(job.results, replace(job.provenance, effort=self._fit.effort), evidence)
+        self.mark(written)
+        job.made.extend(written)
+
+    def read(self) -> Evidence | None:
+        """The evidence that stands beside this fit; None where there is none."""
+        return EVIDENCE.read(self._job.results) if self.is_current else None
 
 
 def _short(value: object) -> str:

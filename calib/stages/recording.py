@@ -1,5 +1,8 @@
 """What `calib view` shows: videos, tracks, and once there is a fit, the twin beside them, and what it misses."""
 
+import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +13,7 @@ from diagnosis.result import MissingForces
 from fitting import CalibratedTrial
 from fitting.scoring import residuals
 from reports.recording import MissingOverTime, RecordedTrial, make_proxy, write_recording
-from session import NotEnoughData, TrialSpec
+from session import NotEnoughData, SwimcalError, TrialSpec
 from session.stage import Stage
 from session.tracks import load_tracks
 from tracking import check_tracks
@@ -120,3 +123,26 @@ def _metrics(fitted: CalibratedTrial) -> dict[str, float | str]:
         "speed_measured_m_s": fitted.measured.speed,
         "speed_twin_m_s": fitted.speed_twin,
     }
+
+
+def open_viewer(recording: Path) -> None:
+    """Starts the viewer that was installed with this program, else the one on the path, and does not wait for it.
+
+    Raises:
+        SwimcalError: there is none, or it cannot be started.
+    """
+    beside = str(Path(sys.executable).parent)
+    viewer = shutil.which("rerun", path=beside) or shutil.which("rerun")
+    if viewer is None:
+        raise _not_opened(recording, f"no command `rerun` in {beside} or on the path")
+    try:
+        subprocess.Popen([viewer, str(recording)], start_new_session=True)
+    except OSError as error:
+        raise _not_opened(recording, f"{viewer}: {error.strerror or error}") from error
+
+
+def _not_opened(recording: Path, found: str) -> SwimcalError:
+    return SwimcalError(
+        f"the viewer cannot be opened; found: {found}; expected: the viewer of the package rerun-sdk. "
+        f"Install it with `pip install rerun-sdk`, or open {recording} on another machine."
+    )

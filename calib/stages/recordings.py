@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from calib.job import Job
-from calib.stages.videos import Videos
+from calib.stages.videos import Videos, of_each
 from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import DryTrial, measure_dry_run
 from fitting.free_decay import DecayTrial, measure_decay_trial
@@ -52,7 +52,7 @@ class Recordings:
         """
         stamp = self._job.provenance
         filmed = [spec for spec in self._usable if spec.tracks is None]
-        self.videos.all_boxes(filmed)
+        of_each(filmed, self.videos.boxes)
         trackers = {spec.name: self.videos.tracker_of(spec) for spec in filmed}
         model = {"mujoco": stamp.mujoco, "model": stamp.model_sha256}
         settings = model | ({"trackers": trackers} if trackers else {})
@@ -146,7 +146,7 @@ class Recordings:
         """``results/tracks/<trial>.csv`` of every usable trial, up to date."""
         files = {spec.name: self._file(spec.name) for spec in self._usable}
         filmed = [spec for spec in self._usable if spec.tracks is None]
-        self.videos.all_boxes(filmed)  # what is wrong with any of them, before the first is tracked
+        of_each(filmed, self.videos.boxes)  # what is wrong with any of them, before the first is tracked
         for spec in filmed:
             self.videos.tracks(spec)
         if not all(self._stage(spec).is_current for spec in self._usable if spec.tracks is not None):

@@ -4,11 +4,10 @@ from dataclasses import replace
 
 from calib.job import Job
 from calib.stages.diagnosis import DiagnosisStage
-from calib.stages.evidence import EvidenceStage
-from calib.stages.fit import FitStage
+from calib.stages.fit import EvidenceStage, FitStage
 from calib.stages.posterior import PosteriorStage
 from fitting import Calibration
-from reports import ReportContext, read_diagnosed, write_report
+from reports import ReportContext, write_report
 from session.results import sha256_of
 from session.stage import Stage
 
@@ -62,7 +61,8 @@ class ReportStage(Stage):
             notes,
             evidence=self._evidence.read(),
             posterior=None if self._posterior is None else self._posterior.read(),
-            diagnosed=None if self._diagnosis is None else read_diagnosed(job.results),
+            diagnosed=None if self._diagnosis is None else self._diagnosis.read(),
+            diagnosis_effort="" if self._diagnosis is None else self._diagnosis.effort,
         )
         write_report(self.file, context)
         self.mark()

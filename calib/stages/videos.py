@@ -1,10 +1,10 @@
 """From the videos of a session to tracks, with start boxes, a person's edits, filled gaps and flags."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -28,6 +28,8 @@ from tracking.records.storage import TrackedFiles
 from tracking.tracker import TRACKERS, TrackerName, doubtful_boxes, follow_video, retracker, trusted
 from tracking.tracker.partial import Partial
 from tracking.video import Video
+
+T = TypeVar("T")
 
 _SEARCHED = (0, 10, 30, 60)  # frames in which the boxes are sought until they are found
 
@@ -90,20 +92,6 @@ class Videos:
         picture = self._stage(f"{spec.name}.boxes.png", spec, {"boxes": boxes.to_json()})
         if picture.ensure(lambda: write_preview(picture.file, video.frame(boxes.frame).rgb(), boxes)):
             self._job.made.append(picture.file)
-        return boxes
-
-    def all_boxes(self, specs: Sequence[TrialSpec]) -> dict[str, StartBoxes]:
-        """The start boxes of several trials.
-
-        Raises:
-            InputError: what is wrong with the videos and boxes of all of them.
-        """
-        boxes: dict[str, StartBoxes] = {}
-        faults = FaultCollector()
-        for spec in specs:
-            with faults.nested():
-                boxes[spec.name] = self.boxes(spec)
-        faults.raise_if_any()
         return boxes
 
     def _given(self, spec: TrialSpec, video: Video) -> StartBoxes | None:
@@ -258,3 +246,17 @@ class Videos:
     def _video(spec: TrialSpec) -> Path:
         assert spec.video is not None
         return spec.video
+
+
+def of_each(specs: Iterable[TrialSpec], make: Callable[[TrialSpec], T]) -> dict[str, T]:
+    """What is made of each trial; one that is faulty does not keep the others from it.
+
+    Raises:
+        InputError: at the end, with the faults of all.
+    """
+    made, faults = {}, FaultCollector()
+    for spec in specs:
+        with faults.nested():
+            made[spec.name] = make(spec)
+    faults.raise_if_any()
+    return made

@@ -203,9 +203,7 @@ class _Descent:
             root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(covariance.at(sizes), jacobian)))
             converged = bool(np.linalg.norm(root.T @ (at - before)) < _STILL) and round_ >= _RENEWED[1]
         end = End(self.start, at, -deviance, converged, True)
-        return Mode(
-            self.model, at, sizes, covariance, blocks, residual, jacobian, shift, (end,), self.simulated
-        )
+        return Mode(self.model, at, sizes, covariance, blocks, residual, jacobian, shift, (end,), self.simulated)
 
     def _residual(self, at: np.ndarray, shift: np.ndarray) -> np.ndarray:
         return self.model.measured - self.model.simulated(at[None])[0] - shift
@@ -240,9 +238,7 @@ def _screened(seed: int) -> np.ndarray:
     return np.vstack([PUBLISHED_COEFFICIENTS, box[: _SCREENED - 1]])
 
 
-def _promising(
-    model: SessionModel, points: np.ndarray, simulated: np.ndarray, starts: int
-) -> Sequence[np.ndarray]:
+def _promising(model: SessionModel, points: np.ndarray, simulated: np.ndarray, starts: int) -> Sequence[np.ndarray]:
     """The likeliest of the points (s, 5) by what they simulate (s, K), relative to how fast and wide each beat is."""
     measured = model.measured.reshape(len(model.trials), -1)
     rows = simulated.reshape(len(points), *measured.shape)

@@ -7,7 +7,6 @@ Lognormal priors let two trials suffice: where these say nothing of a component,
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np

@@ -1,13 +1,15 @@
 """The coefficients between their bounds: where searches ended, how the objective rises, how it came down."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from fitting import CoefficientFit
 from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.pairs import PairFit
 from fitting.profile import CoefficientProfiles
 from reports.colours import INK, MUTED, SHADE, TWIN, WARN
 from reports.numbers import MM, in_words
@@ -29,6 +31,8 @@ NAMES = tuple(map(in_words, FluidCoefficients._fields))
 _LOW, _HIGH = (float(root) for root in np.sqrt(COEFFICIENT_BOUNDS))
 _TICKS = (0.0, 0.1, 0.5, 1.0, 2.0, 4.0, 7.0, 10.0)
 _HIGHEST = 2.0  # times the best distance, where the panel of a profile ends
+_WORST = 1.5  # times the best distance, where the panel of a search ends
+_DECADES = 1.5  # of simulated time from which ticks are one a decade
 
 
 @styled
@@ -83,23 +87,19 @@ def coefficient_profiles_figure(profiles: CoefficientProfiles, best: FluidCoeffi
         root = np.sqrt(np.insert(profiles.value[i], at, best[i]))
         held = np.insert(profiles.slice_m[i], at, profiles.best_m)
         value, follows = profiles.curve(i, best[i])
-        axes.plot(root, held * MM, color=MUTED, linewidth=0.9, linestyle=(0, (3, 2)))
-        axes.plot(np.sqrt(value), follows * MM, color=TWIN, linewidth=1.4)
-        axes.plot(np.sqrt(profiles.restart[:, i]), profiles.restart_m * MM, "o", color=MUTED, markersize=3)
-        axes.plot(np.sqrt(best[i]), profiles.best_m * MM, "D", color=TWIN, markersize=4.5)
+        axes.plot(np.sqrt(value), follows * MM, color=TWIN, linewidth=1.4, label="all else follows", zorder=2.1)
+        axes.plot(root, held * MM, color=MUTED, linewidth=0.9, linestyle=(0, (3, 2)), label="all else held")
+        fitted: Look = {"color": TWIN, "markersize": 4.5, "label": "fit", "zorder": 2.3}
+        axes.plot(np.sqrt(best[i]), profiles.best_m * MM, "D", **fitted)
+        starts: Look = {"color": MUTED, "markersize": 3, "label": "other starts", "zorder": 2.2}
+        axes.plot(np.sqrt(profiles.restart[:, i]), profiles.restart_m * MM, "o", **starts)
         _scale_by_root(axes, (0.0, 0.5, 2.0, 5.0, 10.0))
         axes.set_ylim(0.95 * lowest, _HIGHEST * profiles.best_m * MM)
         axes.locator_params(axis="y", nbins=4)
     name_panels(drawn, NAMES, 2)
     drawn[2].set_ylabel("mean marker distance (mm)")
     drawn[-1].set_xlabel("coefficient (square-root scale)")
-    handles = [
-        Line2D([], [], color=TWIN, label="all else follows"),
-        Line2D([], [], color=MUTED, linewidth=0.9, linestyle=(0, (3, 2)), label="all else held"),
-        Line2D([], [], color=TWIN, marker="D", markersize=4.5, linestyle="none", label="fit"),
-        Line2D([], [], color=MUTED, marker="o", markersize=3, linestyle="none", label="other starts"),
-    ]
-    legend_on_top(figure, 2, handles)
+    legend_on_top(figure, 2)
     return figure
 
 
@@ -119,3 +119,42 @@ def convergence_figure(fit: CoefficientFit) -> Figure:
     axes.set_ylabel("objective (mm)")
     legend_above(axes, 2)
     return figure
+
+
+@styled
+def search_trace_figure(fit: CoefficientFit) -> Figure:
+    """Steps down to the end of the search, over the time that it had simulated; the marker is where it ended."""
+    figure, axes = panel(HALF_WIDTH_IN, 3.3, Margins(top=0.5))
+    trace = np.array(fit.trace)  # (k, 2) simulated seconds, best mean distance so far in m
+    time_s = np.append(trace[:, 0], max(fit.spent_s, trace[-1, 0]))
+    value = np.append(trace[:, 1], trace[-1, 1]) * MM
+    axes.plot(time_s, value, color=TWIN, drawstyle="steps-post", linewidth=1.3, label="best so far")
+    axes.plot(time_s[-1], value[-1], "o", color=TWIN, markersize=3.5)
+    axes.set_xscale("log")
+    axes.set_ylim(0.96 * value[-1], min(1.02 * axes.get_ylim()[1], _WORST * value[-1]))
+    first, last = axes.get_xlim()
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0,) if last > 10**_DECADES * first else (1.0, 2.0, 5.0)))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _position: f"{value:,.0f}".replace(",", " ")))
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.set_xlabel("simulated time (s)")
+    axes.set_ylabel("best mean marker distance (mm)")
+    legend_above(axes, 2)
+    return figure
+
+
+@styled
+def pair_coefficients_figure(pairs: Sequence[PairFit], best: FluidCoefficients) -> Figure:
+    """Dots are pairs, the diamond is the session's own fit; crosses swim backward from rest."""
+    figure, axes, rows = bounded_panel(2.76)
+    axes.plot(np.sqrt(best), rows, "D", color=TWIN, markersize=6, label="this session’s fit", zorder=3)
+    for pair, below in zip(pairs, spread_of(len(pairs), 0.4), strict=True):
+        mark, label = ("o", "a pair") if pair.swims_forward else ("x", "backward")
+        axes.plot(np.sqrt(pair.coefficients), rows + below, mark, color=MUTED, markersize=3.5, label=label)
+    legend_above(axes, 3)
+    return figure
+
+
+def spread_of(count: int, width: float) -> np.ndarray:
+    """(count,) places of dots in a row, evenly over a part of its height."""
+    return np.linspace(-width / 2, width / 2, count) if count > 1 else np.zeros(1)

@@ -3,13 +3,12 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from fitting.dry_run import CrankFit, CrankTrial
 from reports.colours import EBT, INK, MUTED, TWIN
 from reports.numbers import MM, shortened
-from reports.style import FULL_WIDTH_IN, Grid, Margins, legend_on_top, panels, styled
+from reports.style import FULL_WIDTH_IN, Grid, Look, Margins, legend_on_top, panels, styled
 
 ABOVE_MM = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # the lowest point: contours
 _SHADE = 0.11  # of each level; they lie on one another
@@ -34,7 +33,7 @@ def crank_surface_figure(fit: CrankFit) -> Figure:
         left.set_title(f"{shortened(trial.name)}: {lowest}", loc="left", pad=3)
     for axes in drawn[-2:]:
         axes.set_xlabel("crank arm (mm)")
-    legend_on_top(figure, 5, _handles(fit))
+    legend_on_top(figure, 5)
     return figure
 
 
@@ -54,13 +53,13 @@ def _draw(axes: Axes, arm_m: np.ndarray, other: np.ndarray, distance_m: np.ndarr
 
 def _mark(axes: Axes, fit: CrankFit, published: tuple[float, float], joint: float) -> None:
     """The run's own lowest point, the joint fit with its 95 % interval, and where the tail snaps."""
-    axes.plot(published[0] * MM, published[1], "D", color=EBT, markersize=5.0, markerfacecolor="none")
-    axes.errorbar(
-        fit.arm_m * MM, joint, xerr=1.96 * fit.arm_se_m * MM, fmt="o", color=INK, markersize=4.0, linewidth=1.2
-    )
+    ring: Look = {"color": EBT, "markersize": 5.0, "markerfacecolor": "none", "label": "lowest of this run (published)"}
+    axes.plot(published[0] * MM, published[1], "D", **ring)
+    axes.plot(fit.arm_m * MM, joint, "o", color=INK, markersize=4.0, label="joint fit, 95 %")
+    axes.errorbar(fit.arm_m * MM, joint, xerr=1.96 * fit.arm_se_m * MM, fmt="none", ecolor=INK, elinewidth=1.2)
     for end in fit.smooth_m:
         if axes.get_xlim()[0] + 1e-6 < end * MM < axes.get_xlim()[1] - 1e-6:
-            axes.axvline(end * MM, color=INK, linewidth=0.8, linestyle=(0, (1, 2)))
+            axes.axvline(end * MM, color=INK, linewidth=0.8, linestyle=(0, (1, 2)), label="the tail snaps over")
 
 
 def _centred(trial: CrankTrial) -> tuple[np.ndarray, np.ndarray]:
@@ -74,15 +73,3 @@ def _centred(trial: CrankTrial) -> tuple[np.ndarray, np.ndarray]:
 def _near(phase_rad: float, phase_deg: np.ndarray) -> float:
     """The phase in degrees within the axis."""
     return float((np.degrees(phase_rad) - phase_deg[0]) % 360.0 + phase_deg[0])
-
-
-def _handles(fit: CrankFit) -> list[Line2D]:
-    mark = {"linestyle": "none", "marker": "D", "markerfacecolor": "none", "markersize": 5.0}
-    handles = [
-        Line2D([], [], color=EBT, label="lowest of this run (published)", **mark),  # type: ignore[arg-type]
-        Line2D([], [], color=INK, marker="o", markersize=4.0, label="joint fit, 95 %"),
-    ]
-    arms = fit.trials[0].surface.arm_m
-    if fit.smooth_m[0] > arms[0] or fit.smooth_m[1] < arms[-1]:
-        handles.append(Line2D([], [], color=INK, linewidth=0.8, linestyle=(0, (1, 2)), label="the tail snaps over"))
-    return handles

@@ -1,7 +1,5 @@
 """The fish with its gap painted on it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
@@ -9,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 
+from diagnosis.result import DiagnosisResult
 from reports.colours import FAINT, GAP, INK, MUTED, SURFACE, TWIN
-from reports.diagnosed import Diagnosed
 from reports.figures.planform import draw_head, draw_tail
 from reports.numbers import MM, whole_percent
 from reports.style import FULL_WIDTH_IN, Margins, panel, styled
@@ -32,7 +30,7 @@ _STAGES = {
 
 
 @styled
-def gap_fish_figure(found: Diagnosed, robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
+def gap_fish_figure(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]) -> Figure:
     """Parts in the colour of their stage's share, a disc on each marker as large as its share."""
     nose = robot.markers["nose"].position_m[0] * MM
     left, right = nose - 236, nose + robot.length_m * MM + 95
@@ -41,13 +39,13 @@ def gap_fish_figure(found: Diagnosed, robot: RobotSpec, markers: tuple[str, ...]
     figure, axes = panel(FULL_WIDTH_IN, height, _MARGINS)
     axes.set(xlim=(left, right), ylim=(-_DOWN, _UP))
     axes.set_axis_off()
-    stages = found.shares("stage")
+    stages = found.where.by_stage
     _paint_frame(axes, (left, right), stages["camera"])
     _paint_fish(axes, robot, stages)
     draw_head(axes, robot, "none")
     draw_tail(axes, robot, "none", MUTED)
     _name_stages(axes, robot, stages, (left, right))
-    _draw_discs(axes, robot, markers, found.shares("marker"))
+    _draw_discs(axes, robot, markers, found.where.by_marker)
     return figure
 
 

@@ -1,11 +1,8 @@
 """The forces that are missing on the head and in every hinge, over the beat."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from reports.colours import EBT, EBT_LARGE, EBT_SMOOTHED, GAP, INKS, MUTED, TWIN, WARN
 from reports.missing_forces import FORCES, HEAD, MissingForces, force_name
@@ -26,18 +23,15 @@ def gap_forces_figure(forces: MissingForces) -> Figure:
     grid = Grid(_COLUMNS, 1.1, (0.42, 0.42))
     figure, drawn = panels(len(forces.joints), grid, FULL_WIDTH_IN, Margins(left=0.55, top=0.52, bottom=0.42))
     for place, axes in enumerate(drawn):
-        for trial in range(len(forces.trials)):
-            _line(axes, mean[trial, place], sd[trial, place], COLOURS[trial % len(COLOURS)])
+        for trial, name in enumerate(forces.trials):
+            _line(axes, mean[trial, place], sd[trial, place], COLOURS[trial % len(COLOURS)], shortened(name))
         axes.axhline(0.0, color=MUTED, linewidth=0.8)
         axes.set(xlim=(0, 360), xticks=[0, 90, 180, 270, 360])
         axes.locator_params(axis="y", nbins=5)
     names = [f"{force_name(joint)} ({'mN' if joint in FORCES else 'mN m'})" for joint in forces.joints]
     name_panels(drawn, names, _COLUMNS, "angle of the crank (°)")
     _level(drawn, forces.joints)
-    handles = [
-        Line2D([], [], color=COLOURS[i % len(COLOURS)], label=shortened(name)) for i, name in enumerate(forces.trials)
-    ]
-    legend_on_top(figure, min(len(handles), 8), handles)
+    legend_on_top(figure, min(len(forces.trials), 8))
     return figure
 
 
@@ -51,7 +45,7 @@ def _level(drawn: list[Axes], joints: tuple[str, ...]) -> None:
         axes.tick_params(labelleft=True)
 
 
-def _line(axes: Axes, mean: np.ndarray, sd: np.ndarray, colour: str) -> None:
+def _line(axes: Axes, mean: np.ndarray, sd: np.ndarray, colour: str, label: str) -> None:
     degrees = np.rad2deg(_ANGLES)
     axes.fill_between(degrees, MILLI * (mean - 2 * sd), MILLI * (mean + 2 * sd), color=colour, alpha=0.18, linewidth=0)
-    axes.plot(degrees, MILLI * mean, color=colour)
+    axes.plot(degrees, MILLI * mean, color=colour, label=label)

@@ -1,17 +1,13 @@
 """The held-out swims before and after the effects were added."""
 
-from __future__ import annotations
-
 from math import isnan
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from diagnosis.result import GapSize
+from diagnosis.result import DiagnosisResult, GapSize
 from reports.colours import EBT_SMOOTHED, FAINT, GAP, INK, MUTED, SURFACE, TWIN, WARN
-from reports.diagnosed import Diagnosed
 from reports.numbers import MM, in_words, of_its_size, shortened, shown, whole_percent
 from reports.style import HALF_WIDTH_IN, Grid, Margins, legend_on_top, panel, panels, styled
 
@@ -19,16 +15,16 @@ _FLOOR = 1.0  # mean squared whitened residual of noise alone
 
 
 @styled
-def gap_waterfall_figure(found: Diagnosed) -> Figure:
+def gap_waterfall_figure(found: DiagnosisResult) -> Figure:
     """Mean squared whitened residual of the held-out swims; needs at least one."""
-    gap = found.data.gap
+    gap = found.gap
     before, after = gap.squares_before, gap.squares_after
     highest = max(before, after, _FLOOR)
     figure, axes = panel(HALF_WIDTH_IN, 2.6, Margins(left=0.52, right=0.08, bottom=0.62, top=0.28))
     names = {"plain twin": of_its_size(before)}
     ends, colours = [(0.0, before)], [MUTED]
-    if found.refitted:
-        name = "with\n" + "\nand ".join(shortened(in_words(effect), 22) for effect in found.refitted)
+    if found.effect_parameters:
+        name = "with\n" + "\nand ".join(shortened(in_words(effect), 22) for effect in found.effect_parameters)
         names[name] = of_its_size(after - before, signed=True)
         ends.append((before, after))
         colours.append(EBT_SMOOTHED if after <= before else WARN)
@@ -68,14 +64,13 @@ def gap_held_out_figure(gap: GapSize, added: bool) -> Figure:
     figure, (left, right) = panels(2, grid, HALF_WIDTH_IN, Margins(left=0.85, right=0.2, top=0.5, bottom=0.42))
     _rows(left, _with_mean(before_mm), _with_mean(after_mm), added)
     _rows(right, _with_mean(errors[0]), _with_mean(errors[1]), added)
-    left.axvline(gap.noise_floor_mm, color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)))
+    left.axvline(gap.noise_floor_mm, color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), label="noise")
     left.set(xlabel="marker distance (mm)")
     right.set(xlabel="speed error (mm/s)")
     left.set_yticks([-row for row in range(len(names))], [shortened(name, 12) for name in names])
     left.get_yticklabels()[-1].set_fontweight("bold")
     right.set_yticks([])
-    worse = bool((after_mm > before_mm).any() or (errors[1] > errors[0]).any())
-    _legend(figure, added, worse)
+    legend_on_top(figure, 2)
     return figure
 
 
@@ -89,10 +84,14 @@ def _rows(axes: Axes, before: np.ndarray, after: np.ndarray, changed: bool) -> N
         last = row == len(before) - 1
         axes.plot([0, reach], [-row, -row], color=FAINT, linewidth=0.6, zorder=0.5)
         colour = EBT_SMOOTHED if end <= start else WARN
+        size = 6 if last else 4.5
+        axes.plot(
+            start, -row, "o", color=MUTED, markerfacecolor=SURFACE, markersize=size, label="plain twin", zorder=2.1
+        )
         if changed:
+            label = "with effects" if end <= start else "worse with them"
             axes.plot([start, end], [-row, -row], color=colour, linewidth=2.4 if last else 1.6)
-            axes.plot(end, -row, "o", color=colour, markersize=6 if last else 4.5)
-        axes.plot(start, -row, "o", color=MUTED, markerfacecolor=SURFACE, markersize=6 if last else 4.5)
+            axes.plot(end, -row, "o", color=colour, markersize=size, label=label)
         axes.text(
             max(start, end) + 0.05 * reach,
             -row,
@@ -110,15 +109,3 @@ def _rows(axes: Axes, before: np.ndarray, after: np.ndarray, changed: bool) -> N
 
 def _change(before: float, after: float) -> str:
     return f"{shown(before, 1)} → {shown(after, 1)}"
-
-
-def _legend(figure: Figure, changed: bool, worse: bool) -> None:
-    dot = {"marker": "o", "markersize": 5}
-    plain = Line2D([], [], color=MUTED, markerfacecolor=SURFACE, linestyle="none", label="plain twin", **dot)  # type: ignore[arg-type]
-    handles = [plain]
-    if changed:
-        handles.append(Line2D([], [], color=EBT_SMOOTHED, label="with effects", **dot))  # type: ignore[arg-type]
-        if worse:
-            handles.append(Line2D([], [], color=WARN, label="worse with them", **dot))  # type: ignore[arg-type]
-    handles.append(Line2D([], [], color=MUTED, linewidth=0.9, linestyle=(0, (4, 3)), label="noise"))
-    legend_on_top(figure, 2, handles)

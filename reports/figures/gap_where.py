@@ -1,9 +1,6 @@
 """Where the gap lies and shows by numbers, and how markers slide along the fish."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,10 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from diagnosis.result import DiagnosisResult
 from reports.colours import FAINT, GAP, INK, MUTED, SURFACE, TWIN
-from reports.diagnosed import Diagnosed
 from reports.numbers import MM, in_words, shortened, whole_percent
-from reports.style import FULL_WIDTH_IN, Margins, add_panel, legend_on_top, panel, styled
+from reports.style import FULL_WIDTH_IN, Look, Margins, add_panel, legend_on_top, panel, styled
 
 _ROW_IN, _LEFT_IN, _TOP_IN, _BOTTOM_IN, _LABEL_IN, _GAP_IN = 0.2, 0.62, 0.52, 0.34, 0.82, 0.3
 _NAMES = {"floor": "noise"}
@@ -23,9 +20,9 @@ _MARKS = ("o", "s", "^", "D", "v", "P")  # of as many trials
 
 
 @styled
-def gap_shares_figure(found: Diagnosed) -> Figure:
+def gap_shares_figure(found: DiagnosisResult) -> Figure:
     """Four panels, all from 0 to 100 %."""
-    splits = {split: found.shares(split) for split in ("stage", "trial", "band", "axis")}
+    splits = {split: getattr(found.where, f"by_{split}") for split in ("stage", "trial", "band", "axis")}
     rows = max(len(shares) for shares in splits.values())
     height = _TOP_IN + rows * _ROW_IN + _BOTTOM_IN
     figure = Figure(figsize=(FULL_WIDTH_IN, height))
@@ -34,7 +31,7 @@ def gap_shares_figure(found: Diagnosed) -> Figure:
     for split, shares in splits.items():
         size = width * (1.6 if split == "stage" else 1.0), len(shares) * _ROW_IN
         axes = add_panel(figure, (left, height - _TOP_IN - size[1]), size)
-        _bars(axes, shares, found.data.stage_alone if split == "stage" else {}, split)
+        _bars(axes, shares, found.stage_alone if split == "stage" else {}, split)
         left += size[0] + _GAP_IN + _LABEL_IN
     handles = [
         Patch(facecolor=GAP, alpha=0.8, label="share, all stages together"),
@@ -75,36 +72,33 @@ def _range(share: float, alone: float) -> str:
     return told[0] if told[0] == told[1] else f"{told[0][:-2]} to {told[1]}"
 
 
-def slides(found: Diagnosed) -> bool:
+def slides(found: DiagnosisResult) -> bool:
     """Whether that is so much of the gap that it is worth a figure."""
-    return found.shares("band").get("drift", 0.0) >= _WORTH
+    return found.where.by_band.get("drift", 0.0) >= _WORTH
 
 
 @styled
-def gap_slides_figure(found: Diagnosed) -> Figure:
+def gap_slides_figure(found: DiagnosisResult) -> Figure:
     """A place for each marker, a mark for each fitted trial; forward is up, in mm/s."""
-    told = found.data.evidence.sliding
+    told = found.evidence.sliding
     trials, markers = told.trials[: len(_MARKS)], told.markers
     figure, axes = panel(FULL_WIDTH_IN, 2.3, Margins(left=0.62, right=0.15, top=0.38, bottom=0.46))
     axes.axhline(0.0, color=MUTED, linewidth=0.9)
     beside = np.linspace(-0.24, 0.24, len(trials)) if len(trials) > 1 else np.zeros(1)
     at = np.arange(len(markers))
     for number, (shift, plain) in enumerate(zip(beside, told.beside_plain, strict=False)):
-        mark: dict[str, Any] = {"marker": _MARKS[number], "linestyle": "none", "markersize": 5}
-        after = None if told.beside_effects is None else MM * told.beside_effects[number]
-        if after is not None:
+        mark: Look = {"marker": _MARKS[number], "linestyle": "none", "markersize": 5}
+        name = shortened(trials[number], 14)
+        axes.plot(at + shift, MM * plain, color=INK, markerfacecolor=SURFACE, label=name, zorder=2.1, **mark)
+        if told.beside_effects is not None:
+            after = MM * told.beside_effects[number]
             axes.vlines(at + shift, MM * plain, after, color=FAINT, linewidth=1.6, zorder=1)
             axes.plot(at + shift, after, color=TWIN, **mark)
-        axes.plot(at + shift, MM * plain, color=INK, markerfacecolor=SURFACE, **mark)
+    if told.beside_effects is not None:
+        axes.plot([], [], "o", color=TWIN, markersize=5, label="left with effects")
     axes.set(ylabel="slides forward (mm/s)", xlim=(-0.6, len(markers) - 0.4))
     axes.set_xticks(at, [in_words(name).replace(" ", "\n") for name in markers])
     axes.tick_params(axis="x", length=0)
     axes.grid(visible=False, axis="x")
-    handles = [
-        Line2D([], [], color=INK, markerfacecolor=SURFACE, marker=mark, linestyle="none", label=shortened(name, 14))
-        for mark, name in zip(_MARKS, trials, strict=False)
-    ]
-    if told.beside_effects is not None:
-        handles.append(Line2D([], [], color=TWIN, marker="o", linestyle="none", label="left with effects"))
-    legend_on_top(figure, len(handles), handles)
+    legend_on_top(figure, len(trials) + 1)
     return figure

@@ -1,14 +1,12 @@
 """How likely each effect is, and which of them these swims can tell apart."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
+from diagnosis.result import DiagnosisResult
 from reports.colours import FAINT, GAP, INK, MUTED, SURFACE, TWIN, WARN
-from reports.diagnosed import Diagnosed
 from reports.numbers import in_words, shortened, shown
 from reports.style import HALF_WIDTH_IN, Margins, panel, styled
 
@@ -21,11 +19,11 @@ _OTHERS = {"none_of_these": "none of these", "nothing": "nothing at all"}
 
 
 @styled
-def gap_effects_figure(found: Diagnosed) -> Figure:
+def gap_effects_figure(found: DiagnosisResult) -> Figure:
     """A bar an effect, the likeliest first; those that are named in colour."""
-    chances = found.data.chances
-    others = {"none_of_these": found.data.none_of_these, "nothing": found.data.no_gap_probability}
-    told = [name for name in chances if chances[name] >= _LEAST or name in found.data.effects][:_MOST]
+    chances = found.chances
+    others = {"none_of_these": found.none_of_these, "nothing": found.no_gap_probability}
+    told = [name for name in chances if chances[name] >= _LEAST or name in found.effects][:_MOST]
     rows = [*((name, chances[name]) for name in told), *others.items()]
     figure, axes = panel(HALF_WIDTH_IN, 0.62 + 0.21 * len(rows), Margins(left=1.55, right=0.42, bottom=0.36, top=0.16))
     axes.axvline(HELD, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)), zorder=0.5)
@@ -35,7 +33,7 @@ def gap_effects_figure(found: Diagnosed) -> Figure:
     ticks = [-row - 0.4 * (name in others) for row, (name, _) in enumerate(rows)]
     axes.set_yticks(ticks, [_OTHERS.get(name, in_words(name)) for name, _ in rows])
     for label, (name, _) in zip(axes.get_yticklabels(), rows, strict=True):
-        label.set_fontweight("bold" if name in found.data.effects else "normal")
+        label.set_fontweight("bold" if name in found.effects else "normal")
     axes.set(xlim=(0.0, 1.0), ylim=(ticks[-1] - 0.6, 0.7), xlabel="probability that it is present")
     axes.tick_params(axis="y", length=0)
     axes.grid(visible=False, axis="y")
@@ -43,22 +41,23 @@ def gap_effects_figure(found: Diagnosed) -> Figure:
     return figure
 
 
-def _bar(axes: Axes, row: float, name: str, chance: float, found: Diagnosed) -> None:
-    named = name in found.data.effects
+def _bar(axes: Axes, row: float, name: str, chance: float, found: DiagnosisResult) -> None:
+    named = name in found.effects
     colour = TWIN if named else GAP if name == "none_of_these" else MUTED
     axes.barh(row, 1.0, height=0.66, color=FAINT, alpha=0.3)
     axes.barh(row, chance, height=0.66, color=colour, alpha=1.0 if chance >= HELD or not named else 0.7)
     axes.text(1.02, row, shown(chance, 2), va="center_baseline", fontsize=7.5, color=INK if named else MUTED)
 
 
-def told_apart(found: Diagnosed) -> tuple[tuple[str, ...], np.ndarray]:
+def told_apart(found: DiagnosisResult) -> tuple[tuple[str, ...], np.ndarray]:
     """Names (e,) and distances (e, e) of at most eight effects that these data would have at all."""
-    strong = [i for i in range(len(found.compared)) if np.nanmax(found.separation[i], initial=0.0) > 0][:_MOST_APART]
-    return tuple(found.compared[i] for i in strong), found.separation[np.ix_(strong, strong)]
+    names, distance = found.evidence.separation.compared, found.evidence.separation.distance
+    strong = [i for i in range(len(names)) if np.nanmax(distance[i], initial=0.0) > 0][:_MOST_APART]
+    return tuple(names[i] for i in strong), distance[np.ix_(strong, strong)]
 
 
 @styled
-def gap_separation_figure(found: Diagnosed) -> Figure:
+def gap_separation_figure(found: DiagnosisResult) -> Figure:
     """A row an effect as strong as these data would have it, a column each other that would stand in for it."""
     names, distance = told_apart(found)
     side = HALF_WIDTH_IN - _MATRIX.left - _MATRIX.right
@@ -73,7 +72,7 @@ def gap_separation_figure(found: Diagnosed) -> Figure:
     axes.grid(visible=False)
     axes.spines[["left", "bottom"]].set_visible(False)
     for label in [*axes.get_yticklabels(), *axes.get_xticklabels()]:
-        label.set_fontweight("bold" if label.get_text() in map(in_words, found.data.effects) else "normal")
+        label.set_fontweight("bold" if label.get_text() in map(in_words, found.effects) else "normal")
     handles = [
         Patch(facecolor=WARN, alpha=0.75, label=f"alike (below {APART})"),
         Patch(facecolor=TWIN, alpha=0.3, label="told apart"),

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from scipy.stats import rankdata
 
 from reports.colours import EBT, EBT_LARGE, FAINT, INK, MUTED, SHADE, TWIN
@@ -32,18 +30,13 @@ def posterior_trace_figure(found: Findings) -> Figure:
     draws = np.linspace(0, found.chains.shape[1], chains.shape[1])
     for i, axes in enumerate(drawn):
         low, lower, upper, high = np.quantile(chains[..., i], [0.05, 0.25, 0.75, 0.95], axis=0)
-        axes.fill_between(draws, low, high, color=TWIN, alpha=0.18, linewidth=0)
-        axes.fill_between(draws, lower, upper, color=TWIN, alpha=0.3, linewidth=0)
-        for chain, colour in zip(chains[[0, len(chains) // 2], :, i], (INK, EBT), strict=True):
-            axes.plot(draws, chain, color=colour, linewidth=0.6)
+        axes.fill_between(draws, lower, upper, color=TWIN, alpha=0.3, linewidth=0, label="half of the walkers")
+        axes.fill_between(draws, low, high, color=TWIN, alpha=0.18, linewidth=0, label="90 %")
+        for chain, colour in zip(chains[[len(chains) // 2, 0], :, i], (EBT, INK), strict=True):
+            axes.plot(draws, chain, color=colour, linewidth=0.6, label="two of them")
         axes.set_xlim(draws[0], draws[-1])
         axes.locator_params(axis="y", nbins=3)
-    handles = [
-        Patch(facecolor=TWIN, alpha=0.5, label="half of the walkers"),
-        Patch(facecolor=TWIN, alpha=0.18, label="90 %"),
-        Line2D([], [], color=INK, linewidth=0.8, label="two of them"),
-    ]
-    legend_on_top(figure, 3, handles)
+    legend_on_top(figure, 3)
     return figure
 
 
@@ -57,16 +50,16 @@ def posterior_ranks_figure(found: Findings) -> Figure:
         each = found.ess_bulk[i] / _GROUPS
         spread = 1.96 * np.sqrt((1 - 1 / _BINS) * _BINS / each)  # of a bin's share over 1 / bins
         axes.axhspan(1 - spread, 1 + spread, facecolor=SHADE, linewidth=0)
-        for group, colour in zip(np.array_split(ranks, _GROUPS), _COLOURS, strict=True):
+        for quarter, colour in enumerate(_COLOURS):
+            group = np.array_split(ranks, _GROUPS)[quarter]
             share = np.histogram(group, edges)[0] * _BINS / group.size
-            axes.stairs(share, edges, color=colour, linewidth=0.9, baseline=None)
+            axes.stairs(share, edges, color=colour, linewidth=0.9, baseline=None, label=f"quarter {quarter + 1}")
         axes.axhline(1.0, color=MUTED, linewidth=0.6)
         reach = max(0.3, 1.6 * spread)
         axes.set(xlim=(0, 1), ylim=(1 - reach, 1 + reach))
         axes.locator_params(axis="y", nbins=3)
     drawn[2].set_ylabel("density of the ranks")
-    handles = [Line2D([], [], color=colour, label=f"quarter {k + 1}") for k, colour in enumerate(_COLOURS)]
-    legend_on_top(figure, 4, handles)
+    legend_on_top(figure, 4)
     return figure
 
 
@@ -87,21 +80,15 @@ def posterior_whiteness_figure(found: Findings) -> Figure:
     figure, drawn = panels(len(found.whiteness), grid, width, Margins(left=0.5, top=0.5 if wide else 0.62))
     name_panels(drawn, [shortened(white.trial) for white in found.whiteness], grid.columns)
     for axes, white in zip(drawn, found.whiteness, strict=True):
-        axes.axhspan(-white.limit, white.limit, facecolor=FAINT, linewidth=0)
-        axes.plot(white.lag_s, white.modelled, color=MUTED, linewidth=1.0)
-        axes.plot(white.lag_s, white.raw, "o", color=MUTED, markersize=2.8)
-        axes.plot(white.lag_s, white.left, "o", color=TWIN, markersize=3.2)
+        axes.plot(white.lag_s, white.raw, "o", color=MUTED, markersize=2.8, label="tracks beside a smooth swim")
+        axes.plot(white.lag_s, white.modelled, color=MUTED, linewidth=1.0, label="noise model")
+        axes.plot(white.lag_s, white.left, "o", color=TWIN, markersize=3.2, label="left after it")
+        axes.axhspan(-white.limit, white.limit, facecolor=FAINT, linewidth=0, label="white, 95 %")
         axes.set_ylim(-0.35, 1.0)
         axes.set_xlim(left=0)
         axes.locator_params(axis="x", nbins=4)
         axes.tick_params(labelbottom=True)
     drawn[0].set_ylabel("autocorrelation")
     drawn[-1].set_xlabel("lag (s)")
-    handles = [
-        Line2D([], [], color=MUTED, marker="o", markersize=2.8, linestyle="none", label="tracks beside a smooth swim"),
-        Line2D([], [], color=MUTED, linewidth=1.0, label="noise model"),
-        Line2D([], [], color=TWIN, marker="o", markersize=3.2, linestyle="none", label="left after it"),
-        Patch(facecolor=FAINT, label="white, 95 %"),
-    ]
-    legend_on_top(figure, 4 if wide else 2, handles)
+    legend_on_top(figure, 4 if wide else 2)
     return figure

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from scipy.signal import savgol_filter
 
 from fitting import CalibratedTrial
@@ -33,20 +32,16 @@ def body_wave_figure(names: Sequence[str], waves: Sequence[tuple[BodyWave, BodyW
     figure, drawn = panels(len(names), grid, width, margins, projection="polar")
     reach = 1.1 * max([float(np.nanmax(wave.amplitude_m, initial=0.0)) for pair in waves for wave in pair] + [0.005])
     for axes, name, pair in zip(drawn, names, waves, strict=True):
-        for wave, colour, face in zip(pair, (INK, TWIN), ("none", TWIN), strict=True):
+        for wave, colour, face, name_of in zip(pair, (INK, TWIN), ("none", TWIN), ("measured", "twin"), strict=True):
             known = np.isfinite(wave.amplitude_m)
             lag, amplitude = wave.lag_rad[known], wave.amplitude_m[known] * MM
-            axes.plot(lag, amplitude, "-o", color=colour, linewidth=1.1, markersize=2.4)
+            axes.plot(lag, amplitude, "-o", color=colour, linewidth=1.1, markersize=2.4, label=name_of)
             if len(known) and known[-1]:
                 axes.plot(lag[-1:], amplitude[-1:], "o", color=colour, markerfacecolor=face)
         _dress(axes, reach * MM)
         axes.set_title(shortened(name, 16), loc="left", fontweight="bold", pad=6, x=0.0)
-    handles = [
-        Line2D([], [], color=INK, marker="o", markersize=2.4, label="measured"),
-        Line2D([], [], color=TWIN, marker="o", markersize=2.4, label="twin"),
-        Line2D([], [], color=INK, marker="o", linestyle="none", markerfacecolor="none", label="last marker"),
-    ]
-    legend_on_top(figure, 3, handles)
+    drawn[-1].plot([], [], "o", color=INK, markerfacecolor="none", label="last marker")
+    legend_on_top(figure, 3)
     return figure
 
 

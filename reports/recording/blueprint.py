@@ -1,7 +1,5 @@
 """How the viewer lays a recording out: a tab for each trial, the picture left, what goes with it right."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -9,8 +9,7 @@ import rerun as rr
 
 from fitting import CalibratedTrial
 from reports.missing_forces import FORCES, MissingForces
-from reports.recording.layer import Layer, entity_of, lines
-from reports.recording.palette import GAP
+from reports.recording.layer import GAP, Layer, entity_of, lines
 
 MISSING_FORCE, MISSING_TORQUE = "missing_force_mN", "missing_torque_mN_m"
 ARROW = "missing_force"

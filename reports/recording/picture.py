@@ -1,7 +1,5 @@
 """The layers of the picture: video, boxes, markers and their trails, the twin and the residuals to it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -9,8 +7,7 @@ import av
 import numpy as np
 import rerun as rr
 
-from reports.recording.layer import Layer, entity_of
-from reports.recording.palette import STATE_COLOURS, TWIN, WARN, marker_colour
+from reports.recording.layer import STATE_COLOURS, TWIN, WARN, Layer, entity_of, marker_colour
 from reports.recording.recorded_trial import RecordedTrial
 from session import InputError
 from session.errors import Fault

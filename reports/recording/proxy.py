@@ -1,7 +1,5 @@
 """A small copy of a video, for the viewer: same frames, same time stamps, fewer pixels."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """What a recording shows of one trial."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -37,21 +35,6 @@ class RecordedTrial:
     residual_mm: np.ndarray | None = None
     metrics: Mapping[str, float | str] = field(default_factory=dict)
     missing: MissingOverTime | None = None
-
-    def __post_init__(self) -> None:
-        n, m = self.tracked.state.shape
-        if n == 0:
-            raise ValueError(f"trial {self.name!r}: found no frames, expected at least one")
-        for name, shape in (("twin_px", (n, m, 2)), ("residual_mm", (n, m))):
-            value = getattr(self, name)
-            if value is not None and np.shape(value) != shape:
-                raise ValueError(f"trial {self.name!r}, {name}: found shape {np.shape(value)}, expected {shape}")
-        if self.missing is not None and len(self.missing.force) != n:
-            raise ValueError(f"trial {self.name!r}, missing: found {len(self.missing.force)} frames, expected {n}")
-        if self.video_proxy is not None and self.picture_px is None:
-            raise ValueError(
-                f"trial {self.name!r}: a video_proxy needs picture_px, the size of the video it is made from"
-            )
 
     @property
     def markers(self) -> tuple[str, ...]:

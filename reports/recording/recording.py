@@ -1,9 +1,6 @@
 """The recording that `calib view` opens: everything of a session's trials over frames and over time."""
 
-from __future__ import annotations
-
 import warnings
-from collections import Counter
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
@@ -47,9 +44,7 @@ def write_recording(path: Path, trials: Sequence[RecordedTrial], name: str = "sw
     Raises:
         ResultsNotWritable: the file cannot be written; what stood there is unchanged.
         InputError: what was written cannot be read back whole.
-        ValueError: no trial, or two of one name.
     """
-    _check_names(trials)
     layers = {trial.name: trial_layers(trial) for trial in trials}
     with writing_whole(path) as part:
         stream = rr.RecordingStream(APPLICATION)
@@ -92,11 +87,3 @@ def check_recording(path: Path, entities: Collection[str]) -> None:
     if found:
         expected, again = "a whole recording of Rerun", "Make it again with `calib view`."
         raise InputError([Fault(str(path), "", "cannot be read back", found, expected, next_step=again)])
-
-
-def _check_names(trials: Sequence[RecordedTrial]) -> None:
-    if not trials:
-        raise ValueError("found no trials, expected at least one")
-    repeated = [name for name, count in Counter(trial.name for trial in trials).items() if count > 1]
-    if repeated:
-        raise ValueError(f"found several trials named {', '.join(repeated)}, expected each name once")

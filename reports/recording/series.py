@@ -1,12 +1,9 @@
 """The layers beside the picture: confidence and residual over time, states, flags, and the trial's numbers."""
 
-from __future__ import annotations
-
 import numpy as np
 import rerun as rr
 
-from reports.recording.layer import Layer, entity_of, lines
-from reports.recording.palette import STATE_COLOURS, WARN
+from reports.recording.layer import STATE_COLOURS, WARN, Layer, entity_of, lines
 from reports.recording.recorded_trial import RecordedTrial
 from session import Flag
 from tracking.records import SampleState

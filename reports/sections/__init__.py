@@ -20,7 +20,6 @@ from reports.sections import (
     posterior,
     provenance,
     residuals,
-    robot,
     speed_errors,
     speed_sweep,
     structure,
@@ -50,7 +49,7 @@ QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
     ("What is missing from the twin?", (gap.build, placement.build)),
     (
         "What is known of robot and motor?",
-        (robot.build, structure.build, free_decay.build, dry_runs.build, motor.build),
+        (structure.build_robot, structure.build, free_decay.build, dry_runs.build, motor.build),
     ),
     ("Can the tracks be trusted?", (track_quality.build,)),
     ("How was this made, and what do the words mean?", (provenance.build, definitions.build)),

@@ -7,23 +7,20 @@ from fitting.coefficient_fit import equals_of, is_polished
 from fitting.evidence import Evidence
 from fitting.methods import METHODS
 from fitting.objective import COEFFICIENT_BOUNDS
-from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
-from reports.figures.coefficients import coefficient_profiles_figure, coefficients_figure, convergence_figure
-from reports.figures.search_convergence import search_convergence_figure
+from reports.figures.coefficients import (
+    coefficient_profiles_figure,
+    coefficients_figure,
+    convergence_figure,
+    search_trace_figure,
+)
 from reports.numbers import MISSING, counted, in_mm, listed, sentence, shown, significant
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
 NEARLY = 1.1  # distance within this factor of the best: a value that the data hardly refuse
 
-COLUMNS = (
-    Column("coefficient", numeric=False),
-    Column("value"),
-    Column("published"),
-    Column("95 % interval"),
-    Column("range of equals"),
-    Column("mind", numeric=False),
-)
+COLUMNS = table_head("coefficient | value [] | published [] | 95 % interval [] | range of equals [] | mind")
 
 
 def build(context: ReportContext) -> Section:
@@ -74,9 +71,8 @@ def _ways(fit: CoefficientFit) -> tuple[Plot, ...]:
     )
     if not fit.trace:
         return (restarts,)
-    searches, label = {fit.method: [(fit.trace, fit.spent_s)]}, {fit.method: "best so far"}
     trace = Plot(
-        search_convergence_figure(searches, label),
+        search_trace_figure(fit),
         "trace",
         "Best mean marker distance so far over the simulated time that the whole search had spent. A long flat end "
         "says that more of the same search would hardly help.",

@@ -1,13 +1,13 @@
 """What makes the numbers of a report doubtful."""
 
+from diagnosis.result import DiagnosisResult
 from fitting import Comparison
 from fitting.ebt import EBT_RATIO_ONLY
 from reports.blocks import Block, Points, Section
 from reports.caveats import whole_trial_flags
 from reports.context import ReportContext
-from reports.diagnosed import Diagnosed
+from reports.models import OBJECTIVES
 from reports.numbers import in_words, listed, sentence, shown
-from reports.objectives import OBJECTIVES
 from session.flags import FLAG_KINDS
 
 
@@ -39,11 +39,11 @@ def doubts(context: ReportContext) -> tuple[str, ...]:
     return (*doubts, *_of_the_gap(context.diagnosed))
 
 
-def _of_the_gap(found: Diagnosed | None) -> tuple[str, ...]:
+def _of_the_gap(found: DiagnosisResult | None) -> tuple[str, ...]:
     """What a diagnosis says that this fit leaves out."""
     if found is None or found.verdict == "no_gap":
         return ()
-    named = listed([" or ".join(map(in_words, group)) for group in found.data.groups])
+    named = listed([" or ".join(map(in_words, group)) for group in found.groups])
     what = (
         f"names {named}, which this fit leaves out" if named else "finds a gap that no effect of its catalogue explains"
     )

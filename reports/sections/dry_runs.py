@@ -6,7 +6,7 @@ from typing import TypeVar
 import numpy as np
 
 from fitting.dry_run import PUBLISHED_STRETCH, CrankFit, CrankTrial
-from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.crank_surface import crank_surface_figure
 from reports.numbers import MISSING, in_mm, listed, percent, sentence, shown
@@ -15,17 +15,11 @@ T = TypeVar("T")
 
 TITLE, ANCHOR = "Dry runs: crank arm", "dry-runs"
 NOT_USED = "The arm below is not used: the swims were fitted with the assumed one."
-OFF_COMMAND = Column("off command", "%")
-COLUMNS = (
-    Column("dry run", numeric=False),
-    Column("commanded", "Hz"),
-    Column("speed", "Hz, ± standard error"),
-    OFF_COMMAND,
-    Column("phase", "°"),
-    Column("distance", "mm"),
-    Column("lowest alone", "mm"),
-    Column("arm alone", "mm"),
+COLUMNS = table_head(
+    "dry run | commanded [Hz] | speed [Hz, ± standard error] | off command [%] | phase [°] | distance [mm] | "
+    "lowest alone [mm] | arm alone [mm]"
 )
+OFF_COMMAND = 3
 
 
 def build(context: ReportContext) -> Section | None:
@@ -75,12 +69,12 @@ def _table(fit: CrankFit) -> Table:
     rows = tuple(map(_row, fit.trials))
     if not any(trial.measured.motor for trial in fit.trials):
         return Table(caption, COLUMNS, rows)
-    told = COLUMNS.index(OFF_COMMAND)  # better known from the log, over its whole drive: in the section on the motor
-    return Table(caption, _without(COLUMNS, told), tuple(_without(row, told) for row in rows))
+    return Table(caption, _without_command(COLUMNS), tuple(map(_without_command, rows)))
 
 
-def _without(cells: tuple[T, ...], number: int) -> tuple[T, ...]:
-    return cells[:number] + cells[number + 1 :]
+def _without_command(cells: tuple[T, ...]) -> tuple[T, ...]:
+    """Beside a log, which knows better over its whole drive how far a run is off: see the section on the motor."""
+    return cells[:OFF_COMMAND] + cells[OFF_COMMAND + 1 :]
 
 
 def _row(trial: CrankTrial) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from fitting import Structure
 from fitting.free_decay import DecayFit, HingeEstimate
-from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.decay import decay_curve_figure, decay_spectrum_figure
 from reports.numbers import counted, in_mm, percent, sentence, shown, significant, with_error
@@ -14,15 +14,9 @@ METHOD = (
     "it decays alike, first in the peak of its spectrum, then over the whole curve. Damping draws the peak below the "
     f"frequency of the same tail without damping; published for this kind of robot: {PUBLISHED_HZ:g} Hz."
 )
-COLUMNS = (
-    Column("free decay", numeric=False),
-    Column("peak", "Hz"),
-    Column("first match", "N m/rad"),
-    Column("stiffness", "N m/rad"),
-    Column("damping", "mN m s/rad"),
-    Column("distance", "mm, rms"),
-    Column("explained"),
-    Column("counts", numeric=False),
+COLUMNS = table_head(
+    "free decay | peak [Hz] | first match [N m/rad] | stiffness [N m/rad] | damping [mN m s/rad] | "
+    "distance [mm, rms] | explained [] | counts"
 )
 MILLI = 1000.0
 

@@ -5,10 +5,9 @@ from math import isnan
 
 from markupsafe import Markup
 
-from diagnosis.result import AllEffects, Controls, GapSize, Remainder
+from diagnosis.result import AllEffects, Controls, DiagnosisResult, GapSize, Remainder
 from reports.blocks import Block, Plots, Points, Prose, Section
 from reports.context import ReportContext
-from reports.diagnosed import Diagnosed
 from reports.numbers import in_words, listed, shown, whole_percent
 from reports.sections.gap_evidence import evidence, missing, next_experiments
 from reports.sections.gap_plots import gap_plots
@@ -46,12 +45,12 @@ def build(context: ReportContext) -> Section:
     def of(*names: str) -> Plots:
         return Plots(tuple(plots[f"gap-{name}"] for name in names if f"gap-{name}" in plots))
 
-    leads = tuple(Prose(_lead(text), lead=True) for text in sentences(found.data))
+    leads = tuple(Prose(_lead(text), lead=True) for text in sentences(found))
     where = (of("fish"), Prose(_how(found)), of("shares", "slides"))
     how_far: tuple[Block, ...] = (Prose(_NOT_HELD_OUT),)
-    if found.held_out:
+    if found.gap.trials:
         how_far = (Prose(_shrinkage(found)), of("waterfall", "held-out"))
-    if found.everything is not None:
+    if found.everything is not None and "gap-everything" in plots:
         how_far = (*how_far, Prose(_everything(found.everything)), of("everything"))
     loudest, forces = missing(found, context)
     parts = (
@@ -61,7 +60,7 @@ def build(context: ReportContext) -> Section:
         Section("What to measure next", "gap-next", next_experiments(found)),
         Section("The evidence", "gap-evidence", evidence(found)),
     )
-    return Section("Sim-to-real gap", "gap", (*leads, *where), _caveats(found), parts)
+    return Section("Sim-to-real gap", "gap", (*leads, *where), _caveats(context, found), parts)
 
 
 def _lead(text: str) -> Markup:
@@ -70,17 +69,17 @@ def _lead(text: str) -> Markup:
     return Markup("<strong>{}?</strong> {}").format(question, answer[:1].upper() + answer[1:])
 
 
-def _caveats(found: Diagnosed) -> tuple[str, ...]:
+def _caveats(context: ReportContext, found: DiagnosisResult) -> tuple[str, ...]:
     told = []
-    if found.effort != "full":
-        told.append(f"This diagnosis was made with effort {found.effort}.")
-    if withheld := found.data.withheld_from_catalogue:
+    if (effort := context.diagnosis_effort) != "full":
+        told.append(f"This diagnosis was made with effort {effort}.")
+    if withheld := found.withheld_from_catalogue:
         told.append(f"Its catalogue lacked {listed([in_words(name) for name in withheld])}.")
     return tuple(told)
 
 
-def _how(found: Diagnosed) -> str:
-    evidence = found.data.evidence
+def _how(found: DiagnosisResult) -> str:
+    evidence = found.evidence
     mean_square = evidence.squares / evidence.numbers
     return (
         "Twin and swims are compared by their gaits: forward speed, slip and turning, the frequency that the command "
@@ -92,22 +91,22 @@ def _how(found: Diagnosed) -> str:
     )
 
 
-def _which(found: Diagnosed) -> tuple[Block, ...]:
+def _which(found: DiagnosisResult) -> tuple[Block, ...]:
     blocks: list[Block] = [Prose(_VERDICTS[found.verdict])]
-    if groups := found.data.groups:
+    if groups := found.groups:
         items = tuple(" or ".join(in_words(name) for name in group) for group in groups)
         blocks.append(Points(_title(groups), items))
-    if found.verdict == "no_gap" and (chance := 1 - found.data.no_gap_probability) > _SUSPECT:
+    if found.verdict == "no_gap" and (chance := 1 - found.no_gap_probability) > _SUSPECT:
         blocks.append(Prose(_suspicion(found, chance)))
-    if (rest := found.data.remainder) is not None:
+    if (rest := found.remainder) is not None:
         blocks.append(Prose(_remainder(rest, _added(found))))
     return tuple(blocks)
 
 
-def _suspicion(found: Diagnosed, chance: float) -> str:
-    names = list(found.data.chances.items())
+def _suspicion(found: DiagnosisResult, chance: float) -> str:
+    names = list(found.chances.items())
     suspect = ""
-    if names and not found.data.evidence.refuted:  # one that was refuted would be the first
+    if names and not found.evidence.refuted:  # one that was refuted would be the first
         suspect = f", and the first suspect is {in_words(names[0][0])} ({shown(names[0][1], 2)})"
     return (
         f"It is a near miss: something is there with a probability of {shown(chance, 2)}{suspect}. "
@@ -160,13 +159,13 @@ def _interval(gap: GapSize) -> str:
     return " to ".join(whole_percent(end) for end in sorted(sign * end for end in gap.shrinkage_ci95 or ()))
 
 
-def _added(found: Diagnosed) -> str:
-    return listed([in_words(name) for name in found.refitted])
+def _added(found: DiagnosisResult) -> str:
+    return listed([in_words(name) for name in found.effect_parameters])
 
 
-def _shrinkage(found: Diagnosed) -> str:
-    gap = found.data.gap
-    if not found.refitted:
+def _shrinkage(found: DiagnosisResult) -> str:
+    gap = found.gap
+    if not found.effect_parameters:
         return "Nothing was added to the twin; this is the gap that stands."
     added = _added(found)
     if isnan(gap.shrinkage):

@@ -2,45 +2,27 @@
 
 from collections.abc import Mapping, Sequence
 
-from diagnosis.result import FittedParameter, FreeDecay, Place, parameters_of
-from reports.blocks import Block, Column, Prose, Table
+from diagnosis.result import DiagnosisResult, FittedParameter, FreeDecay, Place, parameters_of
+from reports.blocks import Block, Prose, Table, table_head
 from reports.context import ReportContext
-from reports.diagnosed import Diagnosed
 from reports.figures.gap_forces import MILLI
 from reports.missing_forces import FORCES, LEAST_CLEAR, LEAST_LIKE, Likeness, MissingForces, force_name, likenesses
 from reports.numbers import MISSING, in_words, of_its_size, shown, significant, whole_percent
 from swimmer.effects import catalogue
 
-FORCE = (
-    Column("missing", numeric=False),
-    Column("root mean square"),
-    Column("clear of zero", "% of beat"),
-    Column("goes with", numeric=False),
-    Column("correlation"),
-)
-SET = (Column("explanation", numeric=False), Column("probability"))
-PLACE = (Column("place", numeric=False), Column("in all trials", numeric=False), Column("probability"))
-DECAY = (
-    Column("free decay", numeric=False),
-    Column("stiffness over mass", "%"),
-    Column("damping over mass", "%"),
-    Column("used", numeric=False),
-)
+FORCE = table_head("missing | root mean square [] | clear of zero [% of beat] | goes with | correlation []")
+SET = table_head("explanation | probability []")
+PLACE = table_head("place | in all trials | probability []")
+DECAY = table_head("free decay | stiffness over mass [%] | damping over mass [%] | used")
 _PLACES = 5  # that are shown, the likeliest
 _LEAST_BESIDE = 0.01  # probability
-PARAMETER = (
-    Column("effect", numeric=False),
-    Column("parameter", numeric=False),
-    Column("value"),
-    Column("95 % interval"),
-    Column("unit", numeric=False),
-)
-NEXT = (Column("what to do", numeric=False), Column("tells apart", numeric=False), Column("error left", "%"))
+PARAMETER = table_head("effect | parameter | value [] | 95 % interval [] | unit")
+NEXT = table_head("what to do | tells apart | error left [%]")
 
 
-def missing(found: Diagnosed, context: ReportContext) -> tuple[Prose, Table]:
+def missing(found: DiagnosisResult, context: ReportContext) -> tuple[Prose, Table]:
     """Which of the missing forces stands out, and what each goes with."""
-    forces = found.data.missing_forces
+    forces = found.missing_forces
     like = likenesses(forces, context.calibration.trials, context.calibration.robot)
     rows = tuple(_force_row(forces, place, like) for place in range(len(forces.joints)))
     caption = (
@@ -52,7 +34,7 @@ def missing(found: Diagnosed, context: ReportContext) -> tuple[Prose, Table]:
     return Prose(_loudest(found, forces, like)), Table(caption, FORCE, rows)
 
 
-def _loudest(found: Diagnosed, forces: MissingForces, like: Mapping[str, Likeness]) -> str:
+def _loudest(found: DiagnosisResult, forces: MissingForces, like: Mapping[str, Likeness]) -> str:
     """The force that stands out most, for who has no name to go by."""
     clear = forces.clear
     if not (clear > 0.5).any():
@@ -93,7 +75,7 @@ def _force_row(forces: MissingForces, place: int, like: Mapping[str, Likeness]) 
     )
 
 
-def evidence(found: Diagnosed) -> tuple[Block, ...]:
+def evidence(found: DiagnosisResult) -> tuple[Block, ...]:
     """Explanations with their weight, and the effects as strong as they were fitted."""
     blocks: list[Block] = [_explanations(found)]
     if rows := _elsewhere(found):
@@ -103,9 +85,9 @@ def evidence(found: Diagnosed) -> tuple[Block, ...]:
             "with it, as tracks tell where markers stray together."
         )
         blocks.append(Table(caption, PLACE, rows))
-    if decays := found.data.free_decays:
+    if decays := found.free_decays:
         blocks.append(_decays(decays))
-    if found.refitted:
+    if found.effect_parameters:
         blocks.append(_parameters(found))
     return tuple(blocks)
 
@@ -127,9 +109,9 @@ def _with_error(off: float | None, se: float | None) -> str:
     return MISSING if off is None or se is None else f"{shown(100 * off, 1, signed=True)} ± {shown(100 * se, 1)}"
 
 
-def _explanations(found: Diagnosed) -> Table:
+def _explanations(found: DiagnosisResult) -> Table:
     rows = []
-    for told in found.data.evidence.sets:
+    for told in found.evidence.sets:
         names = [in_words(name) for name in told.effects]
         like = f" that looks like {in_words(told.that_looks_like)}" if told.that_looks_like else ""
         other = [f"something else{like}"] if told.something_else else []
@@ -141,12 +123,12 @@ def _explanations(found: Diagnosed) -> Table:
     return Table(caption, SET, tuple(rows))
 
 
-def _elsewhere(found: Diagnosed) -> tuple[tuple[str, ...], ...]:
+def _elsewhere(found: DiagnosisResult) -> tuple[tuple[str, ...], ...]:
     told = [
         (each.probability, _place(each), "alike" if each.same_in_all_trials else "each its own")
-        for each in found.data.evidence.elsewhere
+        for each in found.evidence.elsewhere
     ]
-    sway, delay = found.data.evidence.sway_m, found.data.evidence.delay_s
+    sway, delay = found.evidence.sway_m, found.evidence.delay_s
     for beside, what, unit in ((sway, "the whole fish, beside its beat", "mm"), (delay, "beats early and late", "ms")):
         if beside.probability >= _LEAST_BESIDE:
             size = f"{of_its_size(MILLI * beside.rms)} {unit}"
@@ -160,12 +142,12 @@ def _place(told: Place) -> str:
     return in_words(told.place) + (f", with {told.goes_with}" if told.goes_with else "")
 
 
-def _parameters(found: Diagnosed) -> Table:
+def _parameters(found: DiagnosisResult) -> Table:
     rows = []
-    for effect in found.refitted:
-        fitted = parameters_of(found.data.effect_parameters, effect)
+    for effect in found.effect_parameters:
+        fitted = parameters_of(found.effect_parameters, effect)
         rows += [(in_words(effect), in_words(name), *_fitted(own)) for name, own in fitted.items()]
-    physics = " ".join(f"{in_words(name)}: {_physics(name)}" for name in found.refitted)
+    physics = " ".join(f"{in_words(name)}: {_physics(name)}" for name in found.effect_parameters)
     caption = f"The effects as strong as the refit of the fitted swims has them; zero is the plain twin. {physics}"
     return Table(caption.strip(), PARAMETER, tuple(rows))
 
@@ -182,9 +164,9 @@ def _physics(name: str) -> str:
     return "an effect of the user’s own." if effect is None else effect.physics
 
 
-def next_experiments(found: Diagnosed) -> tuple[Block, ...]:
+def next_experiments(found: DiagnosisResult) -> tuple[Block, ...]:
     """The menu, the most telling first."""
-    told = found.data.next_experiments
+    told = found.next_experiments
     if not told:
         return (Prose("No further experiment is proposed: nothing is confused, or nothing on the menu helps."),)
     rows = tuple(

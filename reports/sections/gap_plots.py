@@ -1,7 +1,7 @@
 """The figures of a diagnosis by name, with what to see in each."""
 
+from diagnosis.result import DiagnosisResult
 from reports.blocks import Plot
-from reports.diagnosed import Diagnosed
 from reports.figures.gap_fish import gap_fish_figure
 from reports.figures.gap_forces import gap_forces_figure
 from reports.figures.gap_how_far import gap_held_out_figure, gap_waterfall_figure
@@ -37,7 +37,7 @@ _CAPTIONS = {
 }
 
 
-def gap_plots(found: Diagnosed, robot: RobotSpec, markers: tuple[str, ...]) -> dict[str, Plot]:
+def gap_plots(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]) -> dict[str, Plot]:
     """Those in which there is something to see.
 
     Args:
@@ -51,10 +51,10 @@ def gap_plots(found: Diagnosed, robot: RobotSpec, markers: tuple[str, ...]) -> d
     figures["gap-effects"] = gap_effects_figure(found)
     if len(told_apart(found)[0]) > 1:
         figures["gap-separation"] = gap_separation_figure(found)
-    if found.held_out:
+    if found.gap.trials:
         figures["gap-waterfall"] = gap_waterfall_figure(found)
-        figures["gap-held-out"] = gap_held_out_figure(found.data.gap, bool(found.refitted))
-    if found.everything is not None:
+        figures["gap-held-out"] = gap_held_out_figure(found.gap, bool(found.effect_parameters))
+    if found.everything is not None and found.everything.gap.evaluated_on:
         figures["gap-everything"] = gap_held_out_figure(found.everything.gap, True)
-    figures["gap-forces"] = gap_forces_figure(found.data.missing_forces)
+    figures["gap-forces"] = gap_forces_figure(found.missing_forces)
     return {name: Plot(figure, name, _CAPTIONS[name]) for name, figure in figures.items()}

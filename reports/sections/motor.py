@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.motor import motor_command_figure, motor_speed_figure, motor_turn_figure
 from reports.logged_trial import LoggedTrial
@@ -12,26 +12,13 @@ from reports.numbers import MISSING, counted, listed, percent, sentence, shown, 
 
 FEWEST_FOR_COMMAND = 3
 MILLION = 1e6
-TURNING = (
-    Column("trial", numeric=False),
-    Column("kind", numeric=False),
-    Column("commanded", "turns/s"),
-    Column("measured", "turns/s"),
-    Column("off command", "%"),
-    Column("ripple", "%"),
-    Column("clock", "ahead by, s"),
-    Column("rate", "fast by, ppm"),
-    Column("found by", numeric=False),
+TURNING = table_head(
+    "trial | kind | commanded [turns/s] | measured [turns/s] | off command [%] | ripple [%] | clock [ahead by, s] | "
+    "rate [fast by, ppm] | found by"
 )
-SUPPLY = (
-    Column("trial", numeric=False),
-    Column("rows", "a second"),
-    Column("current", "A, mean"),
-    Column("current", "A, highest"),
-    Column("voltage", "V, mean"),
-    Column("voltage", "V, lowest"),
-    Column("temperature", "°C, first to last"),
-    Column("hardware errors", numeric=False),
+SUPPLY = table_head(
+    "trial | rows [a second] | current [A, mean] | current [A, highest] | voltage [V, mean] | voltage [V, lowest] | "
+    "temperature [°C, first to last] | hardware errors"
 )
 
 
@@ -86,15 +73,10 @@ def _turning_row(trial: LoggedTrial) -> tuple[str, ...]:
         shown(motor.measured_hz, 4),
         shown(100 * trial.off_command, 2, signed=True),
         shown(100 * motor.ripple, 2),
-        _known(clock.offset_s, clock.offset_se_s, 3) if motor.laid else MISSING,
-        _known(MILLION * (clock.rate - 1), MILLION * clock.rate_se, 0) if motor.laid else MISSING,
+        with_error(clock.offset_s, clock.offset_se_s, 3) if motor.laid else MISSING,
+        with_error(MILLION * (clock.rate - 1), MILLION * clock.rate_se, 0) if motor.laid else MISSING,
         clock.found_by if motor.usable else f"{clock.found_by}, not used",
     )
-
-
-def _known(value: float, se: float, decimals: int) -> str:
-    """With its standard error where it has one: a clock that was given has none."""
-    return with_error(value, se) if se > 0 else shown(value, decimals)
 
 
 def _supply(trials: tuple[LoggedTrial, ...]) -> Table:

@@ -4,20 +4,15 @@ import numpy as np
 
 from fitting.ebt import FORMS
 from fitting.pairs import PairFit
-from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Column, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
-from reports.figures.pairs import pair_coefficients_figure, pair_errors_figure
+from reports.figures.coefficients import NAMES, pair_coefficients_figure
+from reports.figures.speed import pair_errors_figure
 from reports.models import model_label
 from reports.numbers import MISSING, counted, in_mm, listed, shown, significant
-from swimmer import FluidCoefficients
 
-SPREAD = (
-    Column("model", numeric=False),
-    Column("mean", "mm/s"),
-    Column("standard deviation", "mm/s"),
-    Column("best", "mm/s"),
-    Column("worst", "mm/s"),
-    Column("better than the twin", "pairs"),
+SPREAD = table_head(
+    "model | mean [mm/s] | standard deviation [mm/s] | best [mm/s] | worst [mm/s] | better than the twin [pairs]"
 )
 TITLE, ANCHOR = "Other pairs of fit trials", "pairs"
 
@@ -123,12 +118,7 @@ def _spread(pairs: tuple[PairFit, ...]) -> Table:
 
 
 def _each(pairs: tuple[PairFit, ...]) -> Table:
-    columns = (
-        Column("fit trials", numeric=False),
-        Column("marker distance", "mm"),
-        Column("twin", "mm/s"),
-        *(Column(name.replace("_", " ")) for name in FluidCoefficients._fields),
-    )
+    columns = (*table_head("fit trials | marker distance [mm] | twin [mm/s]"), *map(Column, NAMES))
     rows = tuple(
         (
             ", ".join(pair.fitted),

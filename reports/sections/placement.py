@@ -5,38 +5,20 @@ import numpy as np
 from fitting import CalibratedTrial, Calibration, CoefficientFit
 from fitting.course import course_of
 from fitting.placed_fit import PlacedFit
-from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import NAMES
 from reports.figures.mean_shapes import mean_shapes_figure
 from reports.numbers import counted, in_mm, in_words, sentence, shown, significant, with_error
 
 CLEAR, LEAST_DEG = 3.0, 0.2  # standard errors, and degrees a beat, from which a trial turns
-BOXES = (
-    Column("trial", numeric=False),
-    Column("nose along", "mm"),
-    Column("across", "mm"),
-    Column("neck along", "mm"),
-    Column("across", "mm"),
-    Column("turned by", "°"),
-    Column("scaled by"),
+BOXES = table_head(
+    "trial | nose along [mm] | across [mm] | neck along [mm] | across [mm] | turned by [°] | scaled by []"
 )
-DISTANCES = (
-    Column("trial", numeric=False),
-    Column("distance, plain", "mm"),
-    Column("put right", "mm"),
-    Column("shape alone, plain", "mm"),
-    Column("put right", "mm"),
-)
-MARKERS = (Column("marker", numeric=False), Column("along", "mm"), Column("across", "mm"))
-COURSE = (
-    Column("trial", numeric=False),
-    Column("forward", "mm/s"),
-    Column("twin", "mm/s"),
-    Column("to the left", "mm/s"),
-    Column("twin", "mm/s"),
-    Column("turns", "° a beat"),
-    Column("twin", "° a beat"),
+DISTANCES = table_head("trial | distance, plain [mm] | put right [mm] | shape alone, plain [mm] | put right [mm]")
+MARKERS = table_head("marker | along [mm] | across [mm]")
+COURSE = table_head(
+    "trial | forward [mm/s] | twin [mm/s] | to the left [mm/s] | twin [mm/s] | turns [° a beat] | twin [° a beat]"
 )
 
 
@@ -79,7 +61,7 @@ def _text(placed: PlacedFit) -> str:
 
 
 def _fits(calibration: Calibration, placed: PlacedFit) -> Table:
-    columns = (Column("fit", numeric=False), Column("mean distance", "mm"), *map(Column, NAMES))
+    columns = (*table_head("fit | mean distance [mm]"), *map(Column, NAMES))
     fits: dict[str, CoefficientFit | PlacedFit] = {"plain": calibration.fit, "boxes put right": placed}
     rows = tuple(
         (title, in_mm(fit.mean_distance_m), *(significant(value) for value in fit.coefficients))
@@ -106,7 +88,7 @@ def _boxes(placed: PlacedFit) -> Table:
     rows = tuple(
         (
             each.name,
-            *(_told(1000 * off, 1000 * error) for off, error in zip(each.boxes, each.boxes_sd, strict=True)),
+            *(with_error(1000 * off, 1000 * error) for off, error in zip(each.boxes, each.boxes_sd, strict=True)),
             shown(np.degrees(each.boxes.turn_rad), signed=True),
             shown(each.boxes.scale, 3),
         )
@@ -120,13 +102,9 @@ def _boxes(placed: PlacedFit) -> Table:
     return Table(caption, BOXES, rows)
 
 
-def _told(value: float, sd: float) -> str:
-    return with_error(float(value), float(sd)) if np.isfinite(sd) and sd > 0 else shown(float(value))
-
-
 def _markers(placed: PlacedFit) -> Table:
     rows = tuple(
-        (in_words(name), *(_told(1000 * value, 1000 * error) for value, error in zip(off, sd, strict=True)))
+        (in_words(name), *(with_error(1000 * value, 1000 * error) for value, error in zip(off, sd, strict=True)))
         for name, off, sd in zip(placed.markers, placed.marker_m, placed.marker_sd_m, strict=True)
         if name not in ("nose", "neck")
     )

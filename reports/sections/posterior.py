@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.left_out import LeftOut, with_unit
 from fitting.objective import COEFFICIENT_BOUNDS
-from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import NAMES
 from reports.figures.posterior_checks import posterior_ranks_figure, posterior_trace_figure, posterior_whiteness_figure
@@ -38,49 +38,21 @@ from reports.sections.structure import WORDS
 if TYPE_CHECKING:
     from fitting.posterior.findings import Findings
 
-COLUMNS = (
-    Column("coefficient", numeric=False),
-    Column("mean ± sd"),
-    Column("90 % interval"),
-    Column("Laplace", "90 %"),
-    Column("white noise", "90 %"),
-    Column("sd / prior’s", "%"),
-    Column("determined", numeric=False),
+COLUMNS = table_head(
+    "coefficient | mean ± sd [] | 90 % interval [] | Laplace [90 %] | white noise [90 %] | sd / prior’s [%] | "
+    "determined"
 )
-DIRECTIONS = (Column("combination", numeric=False), Column("sd / prior’s", "%"))
-TRIALS = (
-    Column("trial", numeric=False),
-    Column("role", numeric=False),
-    Column("measured", "mm/s"),
-    Column("coefficients and robot, 90 %", "mm/s"),
-    Column("all, 90 %", "mm/s"),
-    Column("speed inside", numeric=False),
-    Column("harmonics inside", "%"),
+DIRECTIONS = table_head("combination | sd / prior’s [%]")
+TRIALS = table_head(
+    "trial | role | measured [mm/s] | coefficients and robot, 90 % [mm/s] | all, 90 % [mm/s] | speed inside | "
+    "harmonics inside [%]"
 )
-ROBOT = (
-    Column("number", numeric=False),
-    Column("known to", "± %"),
-    Column("from", numeric=False),
-    Column("with the swims off by", "%"),
-)
-LEFT_OUT = (
-    Column("effect", numeric=False),
-    Column("asked for"),
-    Column("from nothing", "sd"),
-    Column("p"),
-    Column("moves", numeric=False),
-)
+ROBOT = table_head("number | known to [± %] | from | with the swims off by [%]")
+LEFT_OUT = table_head("effect | asked for [] | from nothing [sd] | p [] | moves")
 _LIKELIEST = 5  # rows of it
-NOISE = (
-    Column("trial", numeric=False),
-    Column("frames"),
-    Column("effective"),
-    Column("lasts", "s"),
-    Column("white share", "%"),
-    Column("size", "mm"),
-    Column("neighbours alike"),
-    Column("left of that"),
-    Column("white after the model", numeric=False),
+NOISE = table_head(
+    "trial | frames [] | effective [] | lasts [s] | white share [%] | size [mm] | neighbours alike [] | "
+    "left of that [] | white after the model"
 )
 
 

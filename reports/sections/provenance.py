@@ -1,16 +1,16 @@
 """Where the numbers come from: inputs, versions, the robot, and what was assumed rather than measured."""
 
 from fitting.methods import METHODS
-from reports.blocks import Column, Points, Section, Table, Terms
+from reports.blocks import Points, Section, Table, Terms, table_head
 from reports.context import ReportContext
+from reports.models import OBJECTIVES
 from reports.numbers import MISSING, listed, sentence, shown, significant
-from reports.objectives import OBJECTIVES
 
 
 def build(context: ReportContext) -> Section:
     """Everything it takes to make the report again."""
     inputs = tuple(sorted(context.provenance.inputs.items()))
-    columns = (Column("input", numeric=False), Column("sha256", numeric=False))
+    columns = table_head("input | sha256")
     return Section(
         "Provenance",
         "provenance",
@@ -38,8 +38,7 @@ def _assumptions(context: ReportContext) -> tuple[str, ...]:
 
 
 def _turns(context: ReportContext) -> tuple[str, ...]:
-    logged = [trial.name for trial in context.logged if trial.motor.usable]
-    even = [trial.name for trial, _ in context.driven if trial.name not in logged]
+    even = context.even
     where = "" if len(even) == len(context.driven) else f" of {listed(even)}"
     return (f"The crank{where} turns at a constant speed: the beat of the tail, not the command.",) if even else ()
 

@@ -5,17 +5,14 @@ import numpy as np
 from fitting.command_forecast import beat_to_command, forecast_from_command
 from fitting.ebt import FORMS
 from fitting.speed_errors import Interval, SpeedErrors, speed_errors
-from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.speed import speed_intervals_figure
 from reports.models import model_label
 from reports.numbers import counted, in_mm, listed, sentence, shown, significant
 
-COLUMNS = (
-    Column("model", numeric=False),
-    Column("mean absolute error", "mm/s, 90 % interval"),
-    Column("bias", "mm/s, 90 % interval"),
-    Column("worst", "mm/s, 90 % interval"),
+COLUMNS = table_head(
+    "model | mean absolute error [mm/s, 90 % interval] | bias [mm/s, 90 % interval] | worst [mm/s, 90 % interval]"
 )
 ROLES = {"fit": "fit", "holdout": "held-out"}
 FEW_TRIALS = 5

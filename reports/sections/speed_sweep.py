@@ -6,24 +6,15 @@ import numpy as np
 
 from fitting import CalibratedTrial, Calibration
 from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
-from reports.blocks import Column, Plot, Plots, Section, Table
+from reports.blocks import Plot, Plots, Section, Table, table_head
 from reports.caveats import speed_caveats
 from reports.context import ReportContext
 from reports.figures.speed import speed_errors_figure, speed_sweep_figure
 from reports.numbers import MISSING, in_mm, shown
 
-COLUMNS = (
-    Column("trial", numeric=False),
-    Column("role", numeric=False),
-    Column("command", "Hz"),
-    Column("beat", "Hz"),
-    Column("measured", "mm/s"),
-    Column("twin", "mm/s"),
-    Column("error", "mm/s"),
-    Column("by command", "error"),
-    Column("EBT, publ.", "error"),
-    Column("EBT, large", "error"),
-    Column("mind", numeric=False),
+COLUMNS = table_head(
+    "trial | role | command [Hz] | beat [Hz] | measured [mm/s] | twin [mm/s] | error [mm/s] | by command [error] | "
+    "EBT, publ. [error] | EBT, large [error] | mind"
 )
 
 

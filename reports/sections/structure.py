@@ -1,18 +1,26 @@
-"""What the twin is built from: what the experiments out of the water measured, and what had to be assumed."""
+"""The robot, and what its twin is built from: what the experiments out of the water measured, what was assumed."""
 
 from fitting.structure import Source
-from reports.blocks import Column, Prose, Section, Table
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
-from reports.numbers import MM, listed, sentence, significant, with_error
+from reports.figures.planform import planform_figure
+from reports.numbers import MM, in_mm, listed, sentence, significant, with_error
 
 WORDS = {"hinge_stiffness": "hinge stiffness", "hinge_damping": "hinge damping", "crank_arm": "crank arm"}
 SHOWN_UNITS = {"m": ("mm", MM), "N m s/rad": ("mN m s/rad", 1000.0)}
-COLUMNS = (
-    Column("number", numeric=False),
-    Column("value", "± standard error"),
-    Column("unit", numeric=False),
-    Column("taken from", numeric=False),
-)
+COLUMNS = table_head("number | value [± standard error] | unit | taken from")
+
+
+def build_robot(context: ReportContext) -> Section:
+    """A sketch to scale."""
+    robot = context.calibration.robot
+    planform = Plot(
+        planform_figure(robot, context.session.markers),
+        "robot",
+        f"The robot from above, to scale ({in_mm(robot.length_m, 0)} mm long): rings are the tracked markers, dots the "
+        "hinges, the orange lines the tendons.",
+    )
+    return Section("Robot", "robot-sketch", (Plots((planform,)),))
 
 
 def build(context: ReportContext) -> Section:
@@ -52,8 +60,7 @@ def _row(source: Source) -> tuple[str, ...]:
 
 def _turns(context: ReportContext) -> list[tuple[str, ...]]:
     """By the motor's log where there is one, evenly elsewhere."""
-    logged = [trial.name for trial in context.logged if trial.motor.usable]
-    even = [trial.name for trial, _ in context.driven if trial.name not in logged]
+    logged, even = [trial.name for trial in context.logged if trial.motor.usable], context.even
     rows: list[tuple[str, ...]] = []
     if logged:
         rows.append(("crank angle", "as logged", "", f"motor log of {listed(logged)}"))

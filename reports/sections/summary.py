@@ -1,4 +1,4 @@
-"""The first screen: one sentence, an answer to each question, and the key numbers."""
+"""The first screen: the key numbers in two sentences, and an answer to each question."""
 
 import numpy as np
 from markupsafe import Markup
@@ -7,8 +7,7 @@ from fitting import CalibratedTrial
 from fitting.calibration import Summary
 from fitting.marginal import Marginal
 from fitting.speed_line import speed_line
-from reports.blocks import Block, Prose, Section, Terms, Tile, Tiles
-from reports.caveats import beats_compared
+from reports.blocks import Prose, Section, Terms
 from reports.context import ReportContext
 from reports.numbers import counted, in_mm, in_words, listed, of_its_size, shown
 from reports.sections.doubts import doubts
@@ -16,8 +15,7 @@ from reports.sections.doubts import doubts
 
 def build(context: ReportContext) -> Section:
     """What it is, how good, how sure, what is missing, the biggest doubt and the next step; all on one screen."""
-    blocks: list[Block] = [Prose(_headline(context), lead=True), Terms(_answers(context)), Tiles(_tiles(context))]
-    return Section("Summary", "summary", tuple(blocks))
+    return Section("Summary", "summary", (Prose(_headline(context), lead=True), Terms(_answers(context))))
 
 
 def _answers(context: ReportContext) -> tuple[tuple[str, str], ...]:
@@ -85,7 +83,7 @@ def _what_is_missing(context: ReportContext) -> str:
         return "Not known: the gap was not diagnosed."
     from diagnosis.sentences import sentences  # its package loads the twin
 
-    _, which, how_far = sentences(found.data)
+    _, which, how_far = sentences(found)
     return f"{which.partition(': ')[2].capitalize()} {how_far.partition(': ')[2].capitalize()}"
 
 
@@ -97,7 +95,7 @@ def _next_step(context: ReportContext) -> str:
         return f"Run calib posterior {folder}."
     if context.diagnosed is None:
         return f"Run calib diagnose {folder}."
-    experiments = context.diagnosed.data.next_experiments
+    experiments = context.diagnosed.next_experiments
     return f"{experiments[0].describe}." if experiments else "Film further trials at other speeds."
 
 
@@ -146,34 +144,3 @@ def _held_out_markers(holdout: Summary | None) -> Markup | str:
     if holdout is None:
         return ""
     return Markup(" and <strong>{}&nbsp;mm</strong> on the held-out ones").format(in_mm(holdout.marker_error_m, 0))
-
-
-def _tiles(context: ReportContext) -> tuple[Tile, ...]:
-    calibration = context.calibration
-    fit, holdout = (calibration.summary(role) for role in ("fit", "holdout"))
-    return (
-        _speed_tile("Speed error, held-out trials", holdout, _holdout_warning(context)),
-        _speed_tile("Speed error, fit trials", fit),
-        Tile("Marker distance, fit trials", _distance(fit), "mm", "mean over the scored window"),
-        Tile("Marker distance, held-out trials", _distance(holdout), "mm", "coefficients frozen"),
-    )
-
-
-def _speed_tile(label: str, summary: Summary | None, warning: str = "") -> Tile:
-    if summary is None:
-        return Tile(label, "–", detail="no such trial")
-    twin, published, large = _speed_errors(summary)
-    return Tile(label, twin, "mm/s", f"elongated body theory: {published}, large-amplitude form {large}", warning)
-
-
-def _distance(summary: Summary | None) -> str:
-    return in_mm(summary.marker_error_m if summary else None, 0)
-
-
-def _holdout_warning(context: ReportContext) -> str:
-    trials = context.trials("holdout")
-    beyond = [t for t in trials if any(flag.kind == "extrapolated" for flag in t.flags)]
-    short = [t for t in trials if beats_compared(t.measured) < 2]
-    warnings = [f"{len(beyond)} of {len(trials)} outside the fitted frequencies"] if beyond else []
-    warnings += [f"{len(short)} of {len(trials)} over a single beat or less"] if short else []
-    return "; ".join(warnings)

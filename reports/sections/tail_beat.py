@@ -4,22 +4,15 @@ import numpy as np
 
 from fitting import CalibratedTrial
 from fitting.body_wave import BodyWave, SwimNumbers, body_wave, swim_numbers
-from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.tail_beat import body_wave_figure, phase_portrait_figure
 from reports.numbers import counted, listed, shown, significant
 from swimmer import RobotSpec
 
-COLUMNS = (
-    Column("trial", numeric=False),
-    Column("swimming number", "measured, 10³"),
-    Column("twin", "10³"),
-    Column("Reynolds", "measured, 10³"),
-    Column("twin", "10³"),
-    Column("Strouhal", "measured"),
-    Column("twin"),
-    Column("lag of the fin", "measured, °"),
-    Column("twin", "°"),
+COLUMNS = table_head(
+    "trial | swimming number [measured, 10³] | twin [10³] | Reynolds [measured, 10³] | twin [10³] | "
+    "Strouhal [measured] | twin [] | lag of the fin [measured, °] | twin [°]"
 )
 TOLD = 0.7  # share of a marker's samples that its beat can be told from; gaps come back at one phase of the beat
 Waves = tuple[BodyWave, BodyWave]

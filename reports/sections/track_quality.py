@@ -3,20 +3,14 @@
 from collections import Counter
 
 from fitting import CalibratedTrial, MeasuredTrial
-from reports.blocks import Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.caveats import track_flags
 from reports.context import ReportContext
 from reports.figures.flagged_samples import flagged_samples_figure
 from reports.numbers import counted, listed, percent, shown
 from session.flags import FLAG_KINDS
 
-COLUMNS = (
-    Column("trial", numeric=False),
-    Column("what was seen", numeric=False),
-    Column("stretches"),
-    Column("longest", "frames"),
-    Column("markers", numeric=False),
-)
+COLUMNS = table_head("trial | what was seen | stretches [] | longest [frames] | markers")
 
 
 def build(context: ReportContext) -> Section:

@@ -3,22 +3,16 @@
 import numpy as np
 
 from fitting import CalibratedTrial
-from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table
+from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.caveats import beats_compared, scored_seconds, track_flags, trial_caveats
 from reports.context import ReportContext
 from reports.figures.trial import beat_midlines, forward_path_figure, lateral_motion_figure, tail_envelope_figure
 from reports.numbers import MISSING, counted, in_mm, percent, sentence, shown
 from swimmer import RobotSpec
 
-SCORES = (
-    Column("marker distance", "mm"),
-    Column("over all samples", "mm"),
-    Column("shape alone", "mm"),
-    Column("samples used", "%"),
-    Column("speed measured", "mm/s"),
-    Column("twin", "mm/s"),
-    Column("EBT", "published"),
-    Column("EBT", "large ampl."),
+SCORES = table_head(
+    "marker distance [mm] | over all samples [mm] | shape alone [mm] | samples used [%] | speed measured [mm/s] | "
+    "twin [mm/s] | EBT [published] | EBT [large ampl.]"
 )
 
 
@@ -127,12 +121,7 @@ def _flags(trial: CalibratedTrial) -> Block:
         start, end = (trial.measured.time_s[min(frame, len(trial.measured.time_s) - 1)] for frame in (first, last))
         when = f"{shown(start, 2)} to {shown(end, 2)}"
         rows.append((flag.kind.replace("_", " "), f"{first} to {last}", when, sentence(flag.message)))
-    columns = (
-        Column("flag", numeric=False),
-        Column("frames"),
-        Column("time", "s"),
-        Column("what was seen", numeric=False),
-    )
+    columns = table_head("flag | frames [] | time [s] | what was seen")
     return Table(
         f"{'1 flagged stretch' if len(flags) == 1 else f'{len(flags)} flagged stretches'}, left out of the fit",
         columns,

@@ -1,7 +1,5 @@
 """The command line from outside: what it prints, writes and ends with."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable

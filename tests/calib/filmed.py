@@ -1,7 +1,5 @@
 """A small filmed session, and what may be wrong with its videos."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The whole way with the search that users get: the shipped sample, and the public tracks of the real robot."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import time

@@ -1,7 +1,5 @@
 """Whatever is wrong with a session, `calib` says so once, clearly, with exit code 2, and writes nothing."""
 
-from __future__ import annotations
-
 import gzip
 import tempfile
 from collections.abc import Callable

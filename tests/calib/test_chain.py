@@ -1,7 +1,5 @@
 """`calib fit` on a session with dry experiments: stiffness -> crank -> swims -> fluid, told and kept."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from functools import partial

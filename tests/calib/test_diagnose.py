@@ -1,7 +1,5 @@
 """`calib diagnose`: what it writes, when it is made again, what it refuses."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys
@@ -95,7 +93,7 @@ def test_another_catalogue_is_another_diagnosis_which_says_so_everywhere(
     assert calib("report", diagnosed).code == 0
     found = seen["context"].diagnosed
     assert found is not None
-    assert found.data.withheld_from_catalogue == ("scale_error",)
+    assert found.withheld_from_catalogue == ("scale_error",)
     assert "scale_error" not in DIAGNOSIS.read(diagnosed / "results").probabilities
     assert not list((diagnosed / "results").glob("calibrated+*"))
 
@@ -135,7 +133,7 @@ def test_report_and_recording_show_what_is_missing(
     assert calib("report", diagnosed).code == 0
     assert calib("view", diagnosed).code == 0
 
-    assert seen["context"].diagnosed.refitted == ("scale_error",)  # type: ignore[attr-defined]
+    assert list(seen["context"].diagnosed.effect_parameters) == ["scale_error"]  # type: ignore[attr-defined]
     shown = {trial.name: trial.missing is not None for trial in seen["trials"]}  # type: ignore[attr-defined]
     assert shown == {"slow": True, "fast": False}
 

@@ -1,14 +1,12 @@
 """A diagnosis on the terminal: what is doubtful is said, and each experiment once."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
 
 from calib.diagnosis_summary import diagnosis_lines, supposition_lines
 from diagnosis.result import DiagnosisResult, Experiment, SuppositionResult
-from tests.reports.diagnoses import made_data
+from tests.reports.diagnoses import made_diagnosed
 
 CLOCK = "time_base_error"
 
@@ -21,11 +19,11 @@ def beating(at: float, verdict: str = "named", named: tuple[str, ...] = (CLOCK,)
     """Tails beat at so much of their command."""
     frequencies = {"medium": {"commanded_hz": 1.0, "measured_hz": at}, "fast": {"commanded_hz": None, "measured_hz": 1}}
     told = {"groups": [[name] for name in named], "effects": named, "effect_parameters": {}}
-    return made_data(verdict, frequencies=frequencies, **told)
+    return made_diagnosed(verdict, frequencies=frequencies, **told)
 
 
 def test_an_effect_that_is_as_strong_as_it_may_be_is_to_be_checked() -> None:
-    (said,) = checks(made_data("named"))
+    (said,) = checks(made_diagnosed("named"))
     assert "wave drag (high)" in said
     assert "low" not in said
 
@@ -41,11 +39,13 @@ def test_a_clock_or_gear_that_is_far_off_may_be_a_number_of_the_session(at: floa
 
 
 def test_what_the_catalogue_lacked_is_said() -> None:
-    assert any("without scale error" in line for line in checks(made_data(withheld_from_catalogue=["scale_error"])))
+    assert any(
+        "without scale error" in line for line in checks(made_diagnosed(withheld_from_catalogue=["scale_error"]))
+    )
 
 
 def test_a_single_fitted_swim_is_said_to_be_little() -> None:
-    data = made_data("unexplained")
+    data = made_diagnosed("unexplained")
     data = replace(data, missing_forces=replace(data.missing_forces, trials=("fast",)))
     assert any("one swim was fitted" in line for line in checks(data))
 
@@ -53,7 +53,7 @@ def test_a_single_fitted_swim_is_said_to_be_little() -> None:
 def test_an_experiment_is_told_once_with_all_that_it_tells_apart() -> None:
     pairs = {("tendon_slack", "tendon_friction"): 0.1, ("wave_drag", CLOCK): 0.04, ("wave_drag", "tendon_slack"): 0.3}
     experiments = tuple(Experiment("Film a swim at 0.8 Hz", pair, error) for pair, error in pairs.items())
-    data = replace(made_data("inseparable"), next_experiments=experiments)
+    data = replace(made_diagnosed("inseparable"), next_experiments=experiments)
     told = [line for line in diagnosis_lines(data) if line.startswith("next: ")]
     assert told == [
         "next: Film a swim at 0.8 Hz (tells tendon slack from tendon friction, 10% error left; "
@@ -63,7 +63,7 @@ def test_an_experiment_is_told_once_with_all_that_it_tells_apart() -> None:
 
 def test_all_names_of_a_verdict_stand_in_the_table_however_many_are_likelier() -> None:
     likelier = {f"effect_{i}": 0.9 - 0.01 * i for i in range(8)}
-    data = made_data("named", probabilities=likelier | {"wave_drag": 0.3, "none_of_these": 0.0})
+    data = made_diagnosed("named", probabilities=likelier | {"wave_drag": 0.3, "none_of_these": 0.0})
     lines = diagnosis_lines(data)
     assert any(line.startswith("wave_drag ") for line in lines)
     assert not any(line.startswith("effect_7 ") for line in lines)
@@ -71,12 +71,12 @@ def test_all_names_of_a_verdict_stand_in_the_table_however_many_are_likelier() -
 
 def test_numbers_have_the_digits_of_their_interval_and_ratios_no_unit() -> None:
     one = {"value": -0.25051, "ci95": [-0.2526, -0.2484], "unit": "1", "at_bound": False, "parameter": "relative"}
-    data = made_data("named", effect_parameters={"wave_drag": one})
+    data = made_diagnosed("named", effect_parameters={"wave_drag": one})
     (line,) = (line for line in diagnosis_lines(data) if line.startswith("wave_drag "))
     assert line.endswith("relative -0.2505 (-0.2526 to -0.2484)")
 
 
 def test_a_supposed_gap_that_grows_is_said_to_grow() -> None:
-    gap = made_data("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}).gap
+    gap = made_diagnosed("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.25, 0.2]}).gap
     told = SuppositionResult(("wave_drag",), 1.4, {"wave_drag": 1.4}, {}, gap, gap)
     assert supposition_lines(told)[-1] == "The held-out gap grows by 4% (-20% to 25%)."

@@ -1,7 +1,5 @@
 """Dry runs and free decays as a diagnosis takes them: those that may be fitted; runs measured as swims are."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

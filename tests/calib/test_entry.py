@@ -1,7 +1,5 @@
 """What `import calib` gives, and what it costs."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from typing import get_args

@@ -1,12 +1,11 @@
 """`import calib`: what its functions return, and that it covers what the command line does."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -82,7 +81,7 @@ def test_every_figure_of_the_report_is_a_method(finished: Path) -> None:
         def __getitem__(self, name: str) -> None:  # type: ignore[override]
             fetched.add(name)
 
-    figures = Fetched(dict)
+    figures = Fetched(None, dict)  # type: ignore[arg-type]
     for name, method in inspect.getmembers(figures, inspect.ismethod):
         if not name.startswith("_"):
             (method("slow"), method("fast")) if "trial" in inspect.signature(method).parameters else method()
@@ -123,5 +122,5 @@ def test_figures_are_drawn_once() -> None:
         drawn.append(1)
         return {"one": "figure"}
 
-    figures = Figures(draw)  # type: ignore[arg-type]
+    figures = Figures(SimpleNamespace(is_current=True), draw)  # type: ignore[arg-type]
     assert (figures["one"], figures["one"], len(drawn)) == ("figure", "figure", 1)

@@ -1,7 +1,5 @@
 """Trials that cannot be used, and sessions that hold nothing else."""
 
-from __future__ import annotations
-
 import gzip
 import json
 from collections.abc import Callable

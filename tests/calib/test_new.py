@@ -1,7 +1,5 @@
 """`calib new`: sessions from public tracks and from the twin."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

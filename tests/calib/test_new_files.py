@@ -1,7 +1,5 @@
 """`calib new` of one's own videos and tracks."""
 
-from __future__ import annotations
-
 import gzip
 import shutil
 from pathlib import Path

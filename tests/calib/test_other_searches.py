@@ -1,7 +1,5 @@
 """A fit by another search or objective than the usual one stands until another fit is asked for."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from functools import partial

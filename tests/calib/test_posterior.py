@@ -1,7 +1,5 @@
 """`calib posterior`: what it writes, when it goes on, when it is made again, when it refuses."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`calib report` of several sessions, `calib mjcf`, `calib benchmark`, and results made with another engine."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

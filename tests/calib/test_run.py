@@ -1,7 +1,5 @@
 """`calib run`: what it writes, what it skips, what it makes again, how it can be stopped."""
 
-from __future__ import annotations
-
 import json
 import signal
 import time

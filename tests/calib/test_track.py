@@ -1,7 +1,5 @@
 """`calib track`: boxes, what it writes, what it skips, what it says of videos that are not whole."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """From videos to a calibration in one command, interrupted or not; what stands on the terminal meanwhile."""
 
-from __future__ import annotations
-
 import json
 import os
 import pty

@@ -1,7 +1,5 @@
 """`calib camera board`, `lens` and `scale`: a board is drawn, filmed, and gives the lens and the scale."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`calib convert`: tracks of other programs become the contract's and back; `calib new --synthetic --video`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

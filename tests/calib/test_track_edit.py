@@ -1,7 +1,5 @@
 """`calib edit`: a person's corrections are logged, replayed by `calib track`, and can be taken back."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`calib view`: what the recording holds before and after a fit, and opening it."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

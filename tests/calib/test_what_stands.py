@@ -1,7 +1,5 @@
 """Commands use what stands: showing computes nothing, and what computes replaces its own results alone, kept aside."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from hashlib import sha256

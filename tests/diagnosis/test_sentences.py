@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from diagnosis.sentences import sentences
-from tests.reports.diagnoses import made_data, made_everything
+from tests.reports.diagnoses import made_diagnosed, made_everything
 
 _OTHER = {"none_of_these": 0.95}
 
@@ -20,12 +20,12 @@ _OTHER = {"none_of_these": 0.95}
     ],
 )
 def test_an_unexplained_gap_is_told_by_what_it_looks_like(chances: dict[str, float], said: str) -> None:
-    assert said in sentences(made_data("unexplained", probabilities=chances))[1]
+    assert said in sentences(made_diagnosed("unexplained", probabilities=chances))[1]
 
 
 @pytest.mark.parametrize(("place", "said"), [("caudal_fin", "at caudal fin"), ("frequency", "in how often it beats")])
 def test_where_it_shows_most_may_be_no_marker(place: str, said: str) -> None:
-    data = made_data("named", where={"by_marker": {"nose": 0.1, place: 0.7}})
+    data = made_diagnosed("named", where={"by_marker": {"nose": 0.1, place: 0.7}})
     assert f"most of all {said}." in sentences(data)[0]
 
 
@@ -36,7 +36,7 @@ def test_the_place_of_a_stranger_is_told_where_it_is_sure(chance: float) -> None
         {"place": "marker tail_4", "goes_with": "", "same_in_all_trials": same, "probability": chance / 2}
         for same in (True, False)
     ]
-    data = made_data("unexplained", probabilities=_OTHER, evidence={"elsewhere": split})
+    data = made_diagnosed("unexplained", probabilities=_OTHER, evidence={"elsewhere": split})
     said = "something that no catalogue holds acts on the marker tail 4" in sentences(data)[1]
     assert said == (chance > 0.5)
 
@@ -47,7 +47,7 @@ def test_what_a_force_goes_with_is_told_where_that_is_likelier(law: float, free:
         {"place": "hinge tail_1", "goes_with": goes_with, "same_in_all_trials": True, "probability": chance}
         for goes_with, chance in (("its angle", law), ("", free))
     ]
-    data = made_data("unexplained", probabilities=_OTHER, evidence={"elsewhere": at_hinge})
+    data = made_diagnosed("unexplained", probabilities=_OTHER, evidence={"elsewhere": at_hinge})
     told = sentences(data)[1]
     assert "acts on the hinge tail 1 (0.90" in told
     assert ("acts on the hinge tail 1 (0.90; with its angle 0.60)" in told) == said
@@ -63,16 +63,16 @@ def test_what_a_force_goes_with_is_told_where_that_is_likelier(law: float, free:
 )
 def test_what_is_beside_the_beat_is_told_where_it_is_sure(beside: str, chance: float, told: str) -> None:
     evidence = {beside: {"rms": 0.0028, "log_bayes_factor": 50.0, "probability": chance}}
-    said = sentences(made_data("unexplained", probabilities=_OTHER, evidence=evidence))[1]
+    said = sentences(made_diagnosed("unexplained", probabilities=_OTHER, evidence=evidence))[1]
     assert told in said
     assert ("early and late" in said or "beside its beat" in said) == bool(told)
 
 
 def test_a_gap_that_grows_is_said_to_grow_and_may_have_no_stage() -> None:
-    data = made_data("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.11, 0.03]})
+    data = made_diagnosed("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.11, 0.03]})
     assert "the gap grows by 4% (-3% to 11%)" in sentences(data)[2]
     by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}
-    data = made_data("unexplained", where={"by_stage": by_stage})
+    data = made_diagnosed("unexplained", where={"by_stage": by_stage})
     assert sentences(data)[0].startswith("Where: in nothing that repeats with the beat; 100%")
 
 
@@ -81,15 +81,15 @@ def test_a_gap_that_grows_is_said_to_grow_and_may_have_no_stage() -> None:
 )
 def test_names_that_held_out_swims_speak_against_are_told_as_that(verdict: str, before: str) -> None:
     against = {"effects": ["fluid_memory", "wave_drag"], "shrinkage": -0.8, "shrinkage_ci95": [-1.6, -0.1]}
-    told = made_data(verdict, evidence={"refuted": [against]})
+    told = made_diagnosed(verdict, evidence={"refuted": [against]})
     why = "but with that held-out swims are forecast worse (their gap grows by 80%, 10% to 160%)"
     assert f"{before} fluid memory or wave drag, {why}" in sentences(told)[1]
 
 
 @pytest.mark.parametrize("verdict", ["named", "unexplained"])
 def test_with_all_effects_at_once_it_says_what_they_forecast(verdict: str) -> None:
-    told = made_data(verdict, everything=made_everything())
+    told = made_diagnosed(verdict, everything=made_everything())
     assert (
         "; with all effects at once, each a little, markers are 3.0 mm off and speeds 2.0 mm/s." in sentences(told)[2]
     )
-    assert "all effects" not in sentences(made_data(verdict))[2]
+    assert "all effects" not in sentences(made_diagnosed(verdict))[2]

@@ -1,13 +1,10 @@
 """Diagnoses made by hand, one for each verdict."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from diagnosis.result import DiagnosisResult, MissingForces
-from reports import Diagnosed
 from session.records import from_plain, to_plain
 from session.results import Provenance
 from swimmer import load_robot
@@ -27,12 +24,7 @@ _GROUPS: dict[str, list[list[str]]] = {
 }
 
 
-def made_diagnosed(verdict: str = "named", *, held_out: bool = True, effort: str = "full", **changes: Any) -> Diagnosed:
-    """Most of the gap lies in the tail, and shows at the fin."""
-    return Diagnosed(made_data(verdict, held_out=held_out, **changes), effort)
-
-
-def made_data(verdict: str = "named", *, held_out: bool = True, **changes: Any) -> DiagnosisResult:
+def made_diagnosed(verdict: str = "named", *, held_out: bool = True, **changes: Any) -> DiagnosisResult:
     """A diagnosis, with changes in the plain form of its file: those of evidence, gap and where by their keys."""
     plain = _plain_data(verdict, held_out)
     for part in {"evidence", "gap", "where"} & changes.keys():

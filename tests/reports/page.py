@@ -1,7 +1,5 @@
 """A report read back: its text, its ids and whatever in it could ask for a file."""
 
-from __future__ import annotations
-
 import re
 from html.parser import HTMLParser
 

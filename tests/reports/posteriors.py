@@ -1,7 +1,5 @@
 """A posterior made by hand: four coefficients that are known, one that is not."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A small calibration made by hand: a travelling wave for each trial, and a twin that is a little off."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from reports import IndexEntry, write_index, write_report
+from reports import write_index, write_report
 from tests.cases import later
 from tests.reports.sample import made_context, made_evidence
 from tests.reports.test_index import RESULT
@@ -42,8 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports")
     context = replace(made_context(made_bench_calibration()), evidence=made_evidence())
     write_report(folder / "report.html", context)
-    entry = IndexEntry.from_calibration("pool", folder / "report.html", RESULT)
-    write_index(folder / "index.html", [entry])
+    write_index(folder / "index.html", [("pool", folder / "report.html", RESULT)])
     return folder
 
 

@@ -1,7 +1,5 @@
 """What is foretold from the command alone stands beside the other forecasts, and its absence is explained."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """The crank's error surface and section show arm, runs and doubts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

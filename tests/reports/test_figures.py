@@ -1,7 +1,5 @@
 """Figures show what was measured, and nothing they should not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The free decays in the report: the numbers that were fitted, the figures whole, the doubts said."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The section on the sim-to-real gap says what its diagnosis says, for every verdict, and how to get one."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 
@@ -9,8 +7,9 @@ import pytest
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
+from diagnosis.result import DiagnosisResult
 from diagnosis.verdict import HELD
-from reports import Diagnosed, render_report
+from reports import render_report
 from reports.colours import EBT_SMOOTHED, WARN
 from reports.figures import gap_which
 from reports.figures.gap_how_far import gap_waterfall_figure
@@ -27,9 +26,9 @@ ROBOT = load_robot()
 VERDICTS = ("named", "inseparable", "unexplained", "no_gap")
 
 
-def page_of(found: Diagnosed | None) -> Page:
+def page_of(found: DiagnosisResult | None, effort: str = "full") -> Page:
     """A report of this section alone."""
-    section = gap.build(replace(made_context(), diagnosed=found))
+    section = gap.build(replace(made_context(), diagnosed=found, diagnosis_effort=effort))
     return Page(render_page("report.html.j2", title="pool", session="pool", byline="", questions=[("", [section])]))
 
 
@@ -231,9 +230,9 @@ def test_places_of_something_else_and_what_shows_beside_the_beat_are_in_one_tabl
 
 
 def test_effort_and_a_shorter_catalogue_are_caveats() -> None:
-    found = made_diagnosed(effort="quick", withheld_from_catalogue=["scale_error"])
+    found = made_diagnosed(withheld_from_catalogue=["scale_error"])
 
-    assert "made with effort quick. Its catalogue lacked scale error." in page_of(found).text
+    assert "made with effort quick. Its catalogue lacked scale error." in page_of(found, "quick").text
 
 
 def test_names_are_said_from_where_the_verdict_says_them() -> None:

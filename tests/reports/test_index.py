@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from fitting.calibration_file import calibration_result
-from reports import IndexEntry, write_index
+from reports import write_index
 from tests.reports.page import Page
 from tests.reports.sample import made_calibration
 
@@ -12,7 +12,7 @@ RESULT = calibration_result(made_calibration())
 
 def test_it_lists_key_numbers_and_links_to_each_report(tmp_path: Path) -> None:
     report = tmp_path / "my pool #1" / "results" / "report.html"
-    write_index(tmp_path / "index.html", [IndexEntry.from_calibration("my pool #1", report, RESULT)])
+    write_index(tmp_path / "index.html", [("my pool #1", report, RESULT)])
     page = Page((tmp_path / "index.html").read_text())
     summary = RESULT.summary["holdout"]
     assert summary is not None

@@ -1,7 +1,5 @@
 """Missing forces have the size that their harmonics have, and go with the motion that makes them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The motor in the report: on the clock of the video, its uneven turn shown, its doubts said."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex

@@ -88,7 +88,7 @@ def test_doubts_stand_in_the_summary_and_with_their_trial(page: Page) -> None:
     summary, rest = page.text.split("Speed Forward", 1)[0], page.text
 
     assert "magnus_lift = 0 lies at its bound 0: the data pull it further." in summary
-    assert "1 of 1 outside the fitted frequencies" in summary
+    assert "outside the range of the trials that were fitted" in summary
     assert "slow: the swim frequency differs from the command" in summary.replace("Slow", "slow")
     assert "The tail beats at 0.500 Hz, -25 % off the commanded 0.67 Hz." in rest
     assert "The speeds are slopes over one beat." in rest

@@ -1,7 +1,5 @@
 """Figures that are made and not drawn, which takes most of their time, for tests of what a report says."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TextIO

@@ -12,7 +12,8 @@ import pytest
 import serial
 
 from calib.capture import main
-from calib.motor import Emulator, PseudoTerminal
+from calib.motor import Emulator
+from calib.motor.pseudo_terminal import PseudoTerminal
 from session import load_session
 from session.motor import load_motor
 
@@ -23,7 +24,7 @@ BAUD = 1_000_000
 
 @pytest.fixture
 def motor() -> Emulator:
-    return Emulator(load=0.3)
+    return Emulator(load_nm=0.3)
 
 
 @pytest.fixture
@@ -139,22 +140,17 @@ def test_scan_without_a_motor_says_what_to_look_at(
     assert "no XW540-T140-R answers" in told.err
 
 
-def test_emulate_serves_a_motor_that_can_be_captured(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_emulate_serves_a_motor_that_can_be_captured(tmp_path: Path, number: int) -> None:
+    """It tells its path first, so that a program can read it, and how the motor was left last."""
     command = [sys.executable, "-m", "calib.capture", "emulate", "--baud", str(BAUD)]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         path = process.stdout.readline().strip()
         assert main(arguments(path, tmp_path, "--seconds", "0.5")) == 0
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         assert "not driven" in process.communicate(timeout=20)[0]
     assert process.returncode == 0
-
-
-def test_the_load_and_the_seed_reach_the_emulated_motor(monkeypatch: pytest.MonkeyPatch) -> None:
-    given: dict[str, object] = {}
-    monkeypatch.setattr("calib.capture.command.run_emulator", lambda **options: given.update(options))
-    assert main(["emulate", "--load", "1.5", "--seed", "7"]) == 0
-    assert (given["load_nm"], given["seed"]) == (1.5, 7)
 
 
 def test_an_emulated_motor_that_cannot_be_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

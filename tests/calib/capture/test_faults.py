@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from calib.capture import CaptureError, TrialResult, main
-from calib.motor import PseudoTerminal
+from calib.motor.pseudo_terminal import PseudoTerminal
 from session import load_session
 from session.motor import load_motor
 from tests.calib.capture.virtual import Bench, bench
@@ -62,7 +62,7 @@ def test_random_faults_end_with_a_stopped_motor_and_a_readable_log(tmp_path: Pat
 @pytest.mark.parametrize("seed", [1, 2, *later(*range(3, 20))])
 def test_random_faults_on_a_real_terminal_end_with_a_stopped_motor(tmp_path: Path, seed: int) -> None:
     kinds = ALL_FAULTS if seed % 2 else (Fault.DISCONNECT, Fault.GARBAGE, Fault.REPLY_LATE, Fault.REQUEST_CORRUPTED)
-    device = FaultyEmulator(Faults(seed, kinds, rate=0.02, after=20), load=0.3)
+    device = FaultyEmulator(Faults(seed, kinds, rate=0.02, after=20), load_nm=0.3)
     with PseudoTerminal(device) as terminal:
         arguments = ["run", "--port", terminal.path, "--baud", "1000000", "--hz", "0.8", "--seconds", "1", "--no-code"]
         assert main([*arguments, "--out", str(tmp_path)]) in (0, 2, 3)

@@ -92,7 +92,7 @@ def test_a_motor_left_tripped_and_in_another_mode_is_made_ready(tmp_path: Path) 
         (lambda motor: motor.set_supply(8.0), "input voltage out of range"),
         (lambda motor: motor.power_cycle(), "does not answer|clock jumped"),
         (lambda motor: setattr(motor._servo.physics, "temperature_c", 75.0), "too warm; found: 75 degrees C"),
-        (lambda motor: setattr(motor._servo.physics, "load", lambda *_: 30.0), "does not follow|current is too high"),
+        (lambda motor: setattr(motor._servo.physics, "load_nm", 30.0), "does not follow|current is too high"),
     ],
 )
 def test_what_fails_stops_the_motor_and_is_told_and_the_log_stays(tmp_path: Path, break_it, reason) -> None:  # type: ignore[no-untyped-def]
@@ -149,7 +149,7 @@ def test_an_exception_in_the_middle_of_an_answer_still_sends_the_torque_off(tmp_
 def test_a_full_disk_stops_the_motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one = bench()
 
-    def full(*_: object) -> None:
+    def full(*_: object, **__: object) -> None:
         raise UserError("x.motor.csv: cannot be written; found: No space left on device")
 
     monkeypatch.setattr(run_module.TrialLog, "measured", full)

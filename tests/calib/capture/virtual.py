@@ -1,15 +1,14 @@
 """Captures in virtual time against the emulated motor."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from calib.capture import CaptureSettings, TrialResult, capture
 from calib.capture.host import Clock
-from calib.motor import Emulator, VirtualClock, VirtualPort
+from calib.motor import Emulator
 from tests.calib.motor.faults import Faults, FaultyEmulator
+from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
 
 SILENCE_S = 0.4
 
@@ -46,7 +45,7 @@ class Bench:
 def bench(faults: Faults | None = None, load: float = 0.3, latency_s: float = 1e-3, seed: int = 0) -> Bench:
     """A motor with factory settings at 1 Mbaud."""
     clock = VirtualClock()
-    settings = {"clock": clock, "load": load, "seed": seed}
+    settings = {"clock": clock, "load_nm": load, "seed": seed}
     motor = FaultyEmulator(faults, **settings) if faults else Emulator(**settings)
     port = VirtualPort(motor, latency_s)
     port.openPort()

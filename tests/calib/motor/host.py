@@ -1,11 +1,10 @@
 """A host of the tests' own: instructions in, error byte and parameters out, on an emulated motor."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
-from calib.motor import Emulator, VirtualClock
+from calib.motor import Emulator
 from calib.motor.protocol import Instruction, Packet, PacketReader, encode
+from tests.calib.motor.virtual_port import VirtualClock
 
 OPERATING_MODE, TORQUE_ENABLE, BUS_WATCHDOG, GOAL_VELOCITY, PROFILE_ACCELERATION = 11, 64, 98, 104, 108
 SIZES = {OPERATING_MODE: 1, TORQUE_ENABLE: 1, BUS_WATCHDOG: 1, GOAL_VELOCITY: 4, PROFILE_ACCELERATION: 4}

@@ -58,7 +58,6 @@ def test_reading_where_nothing_is_defined_is_an_access_error(address: int, lengt
         ("goal_velocity", -304, None),
         ("goal_velocity", 305, LIMIT),
         ("goal_velocity", 1024, RANGE),
-        ("goal_position", 4096, LIMIT),
         ("model_number", 1, ACCESS),
         ("hardware_error_status", 0, ACCESS),
         ("present_velocity", 1, ACCESS),
@@ -95,7 +94,7 @@ def test_a_tripped_watchdog_closes_the_goals_until_zero_is_written() -> None:
     table = ControlTable()
     table["bus_watchdog"] = -1
 
-    for goal in ("goal_pwm", "goal_current", "goal_velocity", "goal_position"):
+    for goal in ("goal_pwm", "goal_current", "goal_velocity"):
         assert refusal(table, *entry(goal, 0)) is RANGE
     assert refusal(table, *entry("bus_watchdog", 5)) is RANGE
     assert refusal(table, *entry("bus_watchdog", 0)) is None

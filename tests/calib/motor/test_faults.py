@@ -6,8 +6,9 @@ import termios
 import dynamixel_sdk as sdk
 import pytest
 
-from calib.motor import HardwareError, VirtualClock, VirtualPort
+from calib.motor import HardwareError
 from tests.calib.motor.faults import ALL_FAULTS, Fault, Faults, FaultyEmulator
+from tests.calib.motor.virtual_port import VirtualClock, VirtualPort
 
 PACKETS = sdk.Protocol2PacketHandler()
 

@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from calib.motor.motor_physics import RPM, Load, MotorConstants, MotorPhysics
+from calib.motor.motor_physics import RPM, MotorConstants, MotorPhysics
 
 NO_LOAD, STALL = 72 * RPM, 6.9
 
 
-def motor(load: Load = 0.0, goal: float = 5.0, acceleration: float = math.inf) -> MotorPhysics:
+def motor(load: float = 0.0, goal: float = 5.0, acceleration: float = math.inf) -> MotorPhysics:
     physics = MotorPhysics(MotorConstants(), load, angle_rad=0.0)
     physics.drive.enabled = True
     physics.drive.goal_rad_s = goal

@@ -1,7 +1,5 @@
 """Missing forces in a recording: an arrow that turns with the head, and a line for every joint."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -69,8 +67,3 @@ def test_of_a_held_out_swim_no_force_is_known() -> None:
     swim = made_swim(load_robot(), "slow")
 
     assert MissingOverTime.of(made_forces(), swim, 200, 0) is None
-
-
-def test_its_frames_are_those_of_the_trial() -> None:
-    with pytest.raises(ValueError, match="missing: found 47 frames, expected 48"):
-        made_trial(missing=MissingOverTime(JOINTS, made_missing().force[1:]))

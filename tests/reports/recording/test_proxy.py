@@ -1,7 +1,5 @@
 """A proxy shows the same pictures at the same times, in fewer pixels."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import av

@@ -1,7 +1,5 @@
 """A recording holds what it was given, frame by frame, and one that does not fails its check."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -177,17 +175,3 @@ def test_a_proxy_that_is_no_video_leaves_what_stood_there(tmp_path: Path) -> Non
         write_recording(path, [made_trial(video_proxy=proxy)])
     assert path.read_bytes() == b"before"
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["proxy.mp4", "session.rrd"]
-
-
-def test_names_are_checked(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="several trials named f1_00"):
-        write_recording(tmp_path / "session.rrd", [made_trial(), made_trial()])
-    with pytest.raises(ValueError, match="at least one"):
-        write_recording(tmp_path / "session.rrd", [])
-
-
-def test_shapes_are_checked() -> None:
-    with pytest.raises(ValueError, match=r"residual_mm: found shape \(2, 2\), expected \(48, 4\)"):
-        made_trial(residual_mm=np.zeros((2, 2)))
-    with pytest.raises(ValueError, match="needs picture_px"):
-        made_trial(video_proxy=Path("proxy.mp4"), picture_px=None)

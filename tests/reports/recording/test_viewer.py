@@ -1,7 +1,5 @@
 """The viewer itself, without a window: it draws the video and what lies over it, and complains of nothing."""
 
-from __future__ import annotations
-
 import io
 import shutil
 import socket
@@ -17,7 +15,7 @@ import pytest
 from rerun.experimental import View, ViewerClient
 
 from reports.recording import write_recording
-from reports.recording.palette import TWIN
+from reports.recording.layer import TWIN
 from tests.reports.recording.trials import BODY, HEIGHT_PX, MARKERS, SIDE_PX, WATER, WIDTH_PX, trial_with_video
 
 pytestmark = pytest.mark.long

@@ -1,7 +1,5 @@
 """Small trials with everything a recording can show, and a video to go with them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,0 +1,120 @@
+"""What all results have in common: tables by name, the view in a notebook, and what was said and made on the way."""
+
+import html
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar
+
+import pandas as pd
+
+from session import FaultCollector, Flag, Session
+
+
+class Tables:
+    """Something that has tables and a summary; in a notebook it shows both."""
+
+    def to_frame(self, table: str = "") -> pd.DataFrame:
+        """One of its tables.
+
+        Args:
+            table: as the class names them; default: the first.
+
+        Raises:
+            InputError: no such table.
+        """
+        tables = self._tables()
+        if table and table not in tables:
+            faults = FaultCollector("to_frame")
+            faults.add("", "no such table", found=repr(table), expected="a table of this result", choices=tuple(tables))
+            faults.raise_if_any()
+        return tables[table or next(iter(tables))]()
+
+    def summary(self) -> str:
+        """What was found, how far to trust it, and what to do next, in a few lines."""
+        raise NotImplementedError
+
+    def _tables(self) -> Mapping[str, Callable[[], pd.DataFrame]]:
+        raise NotImplementedError
+
+    def _shown(self) -> pd.DataFrame:
+        """The table that a notebook shows."""
+        return self.to_frame()
+
+    def _repr_html_(self) -> str:
+        lines = "<br>".join(html.escape(line) for line in self.summary().splitlines())
+        return f"<p>{lines}</p>{self._shown().to_html(float_format=lambda value: f'{value:.4g}', na_rep='')}"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Result(Tables):
+    """A result that stands in a file.
+
+    Attributes:
+        session: that it is of.
+        name: what it is, in words.
+        file: that holds it.
+        notes: what was said while it was made: what was left out, what was kept aside.
+        made: files that were made anew.
+    """
+
+    key: ClassVar[str]
+    """What its content is called in what a command prints as JSON."""
+
+    session: Session = field(repr=False)
+    name: str
+    file: Path
+    notes: tuple[str, ...] = ()
+    made: tuple[Path, ...] = ()
+
+    def details(self) -> list[str]:
+        """Every number and every flag, a line each."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Export:
+    """Files that a function wrote of what stands, and what they are.
+
+    Attributes:
+        files: in the order in which they were made; an index comes last.
+        notes: what they show, of which effort, and what was left out and how to renew it.
+    """
+
+    files: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def file(self) -> Path:
+        """The last of them."""
+        return self.files[-1]
+
+
+def flag_frame(flags: Iterable[tuple[str, Flag]]) -> pd.DataFrame:
+    """A row a flag: trial (empty for the whole), kind, markers, frames, message."""
+    rows = [
+        {
+            "trial": trial,
+            "kind": flag.kind,
+            "markers": ", ".join(flag.markers),
+            "first_frame": flag.frames[0] if flag.frames else None,
+            "last_frame": flag.frames[1] if flag.frames else None,
+            "message": flag.message,
+        }
+        for trial, flag in flags
+    ]
+    columns = ["trial", "kind", "markers", "first_frame", "last_frame", "message"]
+    return pd.DataFrame(rows, columns=columns).astype({"first_frame": "Int64", "last_frame": "Int64"})
+
+
+def flag_lines(flags: Iterable[tuple[str, Flag]]) -> list[str]:
+    """A line a doubt with the names of the trials that raise it; those about the whole come last."""
+    doubts: dict[str, list[str]] = {}
+    whole = []
+    for name, flag in flags:
+        place = "" if flag.frames is None else f"frames {flag.frames[0]} to {flag.frames[1]}, {flag.kind}: "
+        if name:
+            doubts.setdefault(f"{place}{flag.message}", []).append(name)
+        else:
+            whole.append(f"! {flag.message}")
+    return [*(f"! {', '.join(dict.fromkeys(names))}: {doubt}" for doubt, names in doubts.items()), *whole]
