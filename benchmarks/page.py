@@ -5,7 +5,7 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from textwrap import fill
+from textwrap import TextWrapper
 
 from benchmarks.scores import Scores, Table
 from session.results import write_whole
@@ -44,16 +44,8 @@ def _rows(table: Table) -> str:
 
 
 def _items(texts: Iterable[str]) -> str:
-    return "\n".join(
-        fill(
-            f"- {text}".replace(" %", "\u00a0%"),
-            _WIDTH,
-            subsequent_indent="  ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
-        for text in texts
-    )
+    whole = TextWrapper(_WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+    return "\n".join(whole.fill(f"- {text}".replace(" %", "\u00a0%")) for text in texts)
 
 
 if __name__ == "__main__":
