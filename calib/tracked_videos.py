@@ -174,7 +174,7 @@ def _log(session: Session, spec: TrialSpec) -> EditLog:
 class TrackLine:
     """What is said of one tracked video: shares of its samples from the frame of the boxes on.
 
-    Not all that is seen counts in a fit: see `docs/tracking.md`, "What it says of each sample".
+    Not all that is seen counts in a fit: see `docs/tracking.md`, "States and flags".
     """
 
     frames: int
