@@ -113,7 +113,7 @@ class Table(NamedTuple):
             (row.label, row.asked, str(row.found), *(str(each[name].found) for each in others))
             for name, row in first.items()
         ]
-        return cls(caption, ("", "asked", *measured), tuple(rows))
+        return cls(caption, ("", "required", *measured), tuple(rows))
 
     def text(self) -> str:
         """As Markdown, its columns aligned."""

@@ -135,7 +135,7 @@ def fit(
     Example:
         >>> found = fit("datasets/sample", "quick")             # doctest: +SKIP
         >>> found.coefficients.kutta_lift, found.verdict        # doctest: +SKIP
-        (6.1, 'good')
+        (4.59, 'doubtful')
     """
     with _working(session, Options(effort, workers, method, objective), progress) as pipeline:
         if pipeline.only_dry:
@@ -200,7 +200,7 @@ def diagnose(
     Example:
         >>> gap = diagnose("datasets/sample", "quick")          # doctest: +SKIP
         >>> gap.verdict, list(gap.effects)                      # doctest: +SKIP
-        ('no_gap', [])
+        ('unexplained', [])
     """
     asked = list(catalogue().values()) if effects is None else list(effects)
     own = tuple(effect for effect in asked if isinstance(effect, Effect))

@@ -103,10 +103,10 @@ class PosteriorOutcome:
         sets, count = self._sets, f"{len(self.sessions)} sessions drawn from the prior"
         tables, title, notes = [], "Posterior", []
         if len(sets) > 1:
-            title = "Posterior of a robot that does what the twin leaves out"
+            title = "Posterior with an unmodelled effect"
             tables.append(_by_effect(sets, count))
         elif self.sessions:
-            tables.append(Table.of(f"{count}: each coefficient's posterior beside the truth", self.calibrations))
+            tables.append(Table.of(f"{count}: posterior of each coefficient against the truth", self.calibrations))
             notes += [f"No score of seeds {', '.join(map(str, self.gaps))}."] if self.gaps else []
         if self.sessions:
             tables.append(Table.of("Warnings", {"sessions": self.warnings}))
@@ -181,11 +181,11 @@ def _calibration(i: int, scores: Sequence[PosteriorScore], p: np.ndarray) -> dic
     spread = resampled([score.off_sd[i] for score in scores], lambda off: float(np.sqrt(np.mean(np.square(off)))))
     covered = Share.among(scores, lambda score: bool(score.covered[i]))
     return {
-        "covered": Measure("truths within their 90 % interval", covered, "86 to 94 %"),
-        "spread": Measure("rms of truth less mean, in sd", spread),
+        "covered": Measure("truths inside the 90 % interval", covered, "86 to 94 %"),
+        "spread": Measure("rms of (truth - mean) / sd", spread),
         "ks_p": Measure("uniform ranks, p (Kolmogorov and Smirnov)", _exactly(p[1]), "≥ 0.05"),
         "chi2_p": Measure("uniform ranks, p (chi-squared, ten bins)", _exactly(p[0]), "≥ 0.05"),
-        "width": Measure("width over the exact likelihood's, median", median(width), f"≤ {WIDE:g}"),
+        "width": Measure("width over that of the exact likelihood, median", median(width), f"≤ {WIDE:g}"),
         "width_95": Measure("… 95th percentile", _exactly(np.quantile(width, 0.95) if width else np.nan)),
         "wide": Measure(f"sessions wider than {WIDE:g} times", Share(sum(w > WIDE for w in width), len(width))),
     }
@@ -202,6 +202,6 @@ def _by_effect(sets: dict[tuple[str, float], list[PosteriorScore]], count: str) 
         untested = [score for score in warned if score.warnings != {"effect_left_out"}]
         far = [f"{max(score.farthest for score in some):.1f}" if some else "–" for some in (warned, silent)]
         rows.append((effect.replace("_", " "), f"{strength:g}", *map(str, map(len, (scores, warned, untested))), *far))
-    farthest = ("farthest truth with a warning, sd", "farthest without, sd")
-    columns = ("effect", "strength", "sessions", "warn", "warn without the score tests", *farthest)
-    return Table(f"{count}, by what their robot does and the twin leaves out", columns, tuple(rows))
+    farthest = ("largest error with a warning, sd", "without, sd")
+    columns = ("effect", "strength", "sessions", "warn", "warn without score tests", *farthest)
+    return Table(f"{count}, by the unmodelled effect", columns, tuple(rows))

@@ -41,7 +41,7 @@ class SwimTwin:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of the effects' parameters, as `swim` takes them: "tendon_slack.slack"."""
+        """Names of the effects' parameters, as `swim` takes them: "tendon_slack.length"."""
         effects = self.engine.effects if isinstance(self.engine, AffectedTwin) else ()
         return tuple(f"{effect.name}.{parameter.name}" for effect in effects for parameter in effect.parameters)
 

@@ -1,8 +1,8 @@
 """The mode of the hierarchical model: coefficients by Gauss-Newton, variance components by restricted likelihood.
 
 The two take turns. Each step of the coefficients is that of generalised least squares in the covariance so far, within
-the bounds (Stark and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. A few starts, the likeliest of
-points all over the box, guard against other valleys.
+the bounds (Stark and Parker 1995, by `scipy.optimize.lsq_linear`), halved until it gains. A few starts, the likeliest
+of points all over the box, guard against other valleys.
 """
 
 from collections.abc import Callable, Mapping, Sequence

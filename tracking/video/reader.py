@@ -130,7 +130,8 @@ class Video:
         A start that overshoots (the container's seek landed too late, or the frame only becomes clean from further
         back) is tried again from earlier key frames. Pictures of another size come from damaged headers.
         """
-        first, run = None, iter(())
+        first: Numbered | None = None
+        run: Iterator[Numbered] = iter(())
         for start in self._index.starts(number):
             run = (one for one in decoder.decode(self._index, start) if one.number >= number and self._fits(one))
             first = next(run, None)
