@@ -9,9 +9,9 @@ import numpy as np
 from diagnosis.ground import Ground
 from fitting.forecast import SETTLED_S, fit_phase, forecast
 from fitting.in_pool import head_frame
+from fitting.model.session_model import START_PHASE_RAD
+from fitting.model.trial_model import TrialModel
 from fitting.placement import place
-from fitting.posterior.session_model import START_PHASE_RAD
-from fitting.posterior.trial_model import TrialModel
 from fitting.scoring import score
 from fitting.signatures.view_of import view_of
 from fitting.speed import forward_speed

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
-from fitting.posterior.gait import Gait
-from fitting.posterior.noise import smooth_swim
+from fitting.model.features import Gait
+from fitting.model.noise import smooth_swim
 from fitting.trial import MeasuredTrial
 
 _STRETCH_S = 0.25  # longer than trackers err alike

@@ -11,8 +11,8 @@ from diagnosis.evidence import Explanations
 from diagnosis.generic import generic_size
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
-from fitting.posterior.gait import advanced
-from fitting.posterior.session_model import SessionModel
+from fitting.model.features import advanced
+from fitting.model.session_model import SessionModel
 
 _AGAINST = 0.02  # probability up to which the evidence speaks against an effect
 

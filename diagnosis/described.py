@@ -1,6 +1,6 @@
 """How closely a robot follows its description before it counts as another robot: departures within are no effect."""
 
-from fitting.posterior.robot_doubt import Doubt, DoubtedTwin, doubted_twins
+from fitting.model.robot_doubt import Doubt, DoubtedTwin, doubted_twins
 from fitting.structure import Source, assumed
 from swimmer import RobotSpec, Twin
 

@@ -32,7 +32,7 @@ from diagnosis.result import (
     SuppositionResult,
 )
 from diagnosis.supposition import Supposition
-from fitting.posterior.gait import places_of_slides
+from fitting.model.features import places_of_slides
 from swimmer import FluidCoefficients
 from swimmer.effects import Parameter
 

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from fitting.in_pool import tail_markers
-from fitting.posterior.gait import OF_A_MARKER, SPEED, advanced
-from fitting.posterior.session_model import SessionModel
+from fitting.model.features import OF_A_MARKER, SPEED, advanced
+from fitting.model.session_model import SessionModel
 from fitting.signatures import Signature
 from fitting.signatures.slopes import little
 from session import InputError

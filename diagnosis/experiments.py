@@ -29,8 +29,8 @@ from diagnosis.result import Experiment, ProposedTrial
 from diagnosis.verdict import MOST_ALIKE, Verdict
 from fitting.free_decay import Ring
 from fitting.free_decay.ring import ring_changes, shows_in_decays
-from fitting.posterior.noise import GaitNoise
-from fitting.posterior.session_model import SessionModel
+from fitting.model.noise import GaitNoise
+from fitting.model.session_model import SessionModel
 from fitting.signatures import Signature, Whitened, signature_of
 from fitting.signatures.session_row import with_trial
 from fitting.signatures.signature import strengths as strengths_tried

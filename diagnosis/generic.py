@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
-from fitting.posterior.gait import COURSE, HARMONICS, OF_A_MARKER, SLIDES, SPEED
+from fitting.model.features import COURSE, HARMONICS, OF_A_MARKER, SLIDES, SPEED
 
 _ALONG_M = 0.12  # over which displacements along the body are alike
 _OF_ITS_OWN = 0.2  # share of the variance that each marker has to itself

@@ -14,8 +14,8 @@ from diagnosis.ground import Ground
 from diagnosis.hinge_laws import LAWS, in_decays
 from diagnosis.pushes import HEAD, Responses, across
 from diagnosis.tail_places import SMOOTH, TailPlaces
-from fitting.posterior.gait import HARMONICS, waves
-from fitting.posterior.trial_model import TrialModel
+from fitting.model.features import HARMONICS, waves
+from fitting.model.trial_model import TrialModel
 from swimmer import RobotSpec
 
 WHOLE_TAIL = "whole tail"

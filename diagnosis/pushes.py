@@ -5,7 +5,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from diagnosis.ground import Ground
-from fitting.posterior.gait import HARMONICS, waves
+from fitting.model.features import HARMONICS, waves
 from fitting.signatures import signature_of
 from session.session_file import TrialKind
 from swimmer.effects import Effect, Parameter, StepForce, StepState

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting.posterior.gait import HARMONICS, advanced, harmonics_of, of_markers
+from fitting.model.features import HARMONICS, advanced, harmonics_of, of_markers
 
 
 def rippled(gait: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from diagnosis.ground import Ground
 from diagnosis.laws import DRAG, WHOLE_TAIL, laws
 from diagnosis.pushes import HEAD, Responses, across
 from diagnosis.ripples import rippled, smeared
-from fitting.posterior.gait import (
+from fitting.model.features import (
     HARMONICS,
     OF_A_MARKER,
     SPEED,

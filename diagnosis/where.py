@@ -22,7 +22,7 @@ from diagnosis.pushes import HEAD, PER_JOINT, Responses
 from diagnosis.ripples import rippled
 from diagnosis.strangers import Stranger
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
-from fitting.posterior.gait import (
+from fitting.model.features import (
     COURSE,
     HARMONICS,
     SPEED,

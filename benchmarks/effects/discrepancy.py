@@ -24,7 +24,7 @@ from benchmarks.reality import Nuisances
 from diagnosis.discrepancy import Discrepancy, nearness
 from diagnosis.explaining import SCALES
 from fitting.in_pool import tail_markers
-from fitting.posterior.gait import advanced, beat_phase, harmonics_of
+from fitting.model.features import advanced, beat_phase, harmonics_of
 from fitting.signatures.session_row import PRIOR_SD, row_slopes
 from fitting.signatures.slopes import little
 from session.create import FISHSIM_MARKERS

@@ -15,10 +15,10 @@ from benchmarks.reality.noise import PixelNoise
 from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.ground import Ground
-from fitting.posterior.gait import advanced, phase_between
-from fitting.posterior.noise import GaitNoise
-from fitting.posterior.session_model import START_PHASE_RAD, PlacesOff, SessionModel
-from fitting.posterior.trial_model import TrialModel
+from fitting.model.features import advanced, phase_between
+from fitting.model.noise import GaitNoise
+from fitting.model.session_model import START_PHASE_RAD, PlacesOff, SessionModel
+from fitting.model.trial_model import TrialModel
 from fitting.signatures import Signature, Together, Whitened, signature_of
 from fitting.signatures.session_row import LONG, PRIOR_SD, left_row, nearest, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial, measure_trial

@@ -5,14 +5,14 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from benchmarks.posterior.truth import GLUED_SD_M
+from fitting.model.noise import GaitNoise
+from fitting.model.noise_part import NoisePart
+from fitting.model.session_model import PlacesOff
+from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior import Posterior
 from fitting.posterior.emulator import terms
 from fitting.posterior.ensemble import MOVES, WALKERS
-from fitting.posterior.noise import GaitNoise
-from fitting.posterior.noise_part import NoisePart
-from fitting.posterior.session_model import PlacesOff
-from fitting.posterior.trial_model import TrialModel
 from synthetic import TrackingNoise
 
 _STEPS = 900  # of which the last two thirds count

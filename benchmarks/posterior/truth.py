@@ -9,8 +9,8 @@ import numpy as np
 from benchmarks.posterior.effect_names import Effect
 from benchmarks.posterior.effects import Unmodelled, with_effect
 from fitting.from_rest import speed_from_rest
+from fitting.model.robot_doubt import doubts_of
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.robot_doubt import doubts_of
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, TrialSpec

@@ -63,10 +63,10 @@ class PosteriorStage(Stage):
         Raises:
             NotConverged: too few effective draws, or chains that disagree; nothing is written but the chain.
         """
+        from fitting.model.robot_doubt import doubts_of
         from fitting.posterior import sample_posterior
         from fitting.posterior.findings import FINDINGS, find
         from fitting.posterior.posterior_file import save_draws
-        from fitting.posterior.robot_doubt import doubts_of
         from fitting.signatures.score_tests import score_tests
 
         job, chain = self._job, self._chain()

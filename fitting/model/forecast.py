@@ -13,11 +13,11 @@ from scipy.linalg import cho_factor, cho_solve
 
 from fitting.forecast import SETTLED_S
 from fitting.in_pool import head_frame
+from fitting.model.features import COURSE, HARMONICS, SPEED, Gait, of_markers, waves
 from fitting.model.mode import Mode, jacobian_at, step_shift
+from fitting.model.noise import GaitNoise
+from fitting.model.trial_model import Freedoms, TrialModel, freedoms_together
 from fitting.model.variance import COEFFICIENT_SD, Block, Covariance, middle_of
-from fitting.posterior.gait import COURSE, HARMONICS, SPEED, Gait, of_markers, waves
-from fitting.posterior.noise import GaitNoise
-from fitting.posterior.trial_model import Freedoms, TrialModel, freedoms_together
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData
 from tracking import HeadFrame

@@ -15,11 +15,11 @@ from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
 from fitting.from_rest import swims_forward
+from fitting.model.features import SPEED
+from fitting.model.session_model import SessionModel
+from fitting.model.trial_model import TrialModel, freedoms_together, simulated_together
 from fitting.model.variance import COEFFICIENT_SD, MEDIANS, Block, Covariance
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.gait import SPEED
-from fitting.posterior.session_model import SessionModel
-from fitting.posterior.trial_model import TrialModel, freedoms_together, simulated_together
 from session.errors import SimulationDiverged
 from swimmer import PUBLISHED_COEFFICIENTS
 

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import qmc
 
+from fitting.model.session_model import Disturbances, PlacesOff, SessionModel
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.emulator import Emulator, fit_emulator
 from fitting.posterior.ensemble import LOG_MOST, WALKERS, log_posterior, sampler
 from fitting.posterior.likelihood import Likelihood
 from fitting.posterior.places_off import places_off
 from fitting.posterior.search_state import Halved, SearchState
-from fitting.posterior.session_model import Disturbances, PlacesOff, SessionModel
 from fitting.posterior.step_shift import StepShift
 
 _WORLDWIDE, _ROUND, _STEPS = 256, 64, 400

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fitting.posterior.gait import SPEED
+from fitting.model.features import SPEED
+from fitting.model.noise import GaitNoise
+from fitting.model.session_model import START_PHASE_RAD
+from fitting.model.trial_model import TrialModel
 from fitting.posterior.likelihood import wave_discrepancy
-from fitting.posterior.noise import GaitNoise
 from fitting.posterior.posterior import Posterior
 from fitting.posterior.predictive import some_draws
-from fitting.posterior.session_model import START_PHASE_RAD
 from fitting.posterior.shared import SharedNuisances
-from fitting.posterior.trial_model import TrialModel
 from fitting.sweep import START_SPEED_M_S
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, Tracks, TrialSpec

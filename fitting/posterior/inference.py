@@ -9,12 +9,12 @@ from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
 from fitting.coefficient_fit import NAMES
+from fitting.model.robot_doubt import Doubt
+from fitting.model.session_model import SessionModel
 from fitting.posterior.exploration import Exploration, explore
 from fitting.posterior.likelihood import MOST_SPEED
 from fitting.posterior.posterior import Posterior
-from fitting.posterior.robot_doubt import Doubt
 from fitting.posterior.sampling import Draws, Progress, sample
-from fitting.posterior.session_model import SessionModel
 from fitting.posterior.shared import robot_flags
 from fitting.posterior.whiteness import noise_flags, whiteness
 from fitting.trial import MeasuredTrial

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fitting.model.features import HARMONICS, harmonics_of
 from fitting.posterior.emulator import Emulator, terms
-from fitting.posterior.gait import HARMONICS, harmonics_of
 
 LEAST_DISCREPANCY, MOST_WAVE, MOST_SPEED = 1e-5, 1.0, 0.1  # of the twin, relative; uniform in its logarithm
 _LENGTH_M = 0.12  # over which discrepancies along the body are alike

@@ -10,12 +10,12 @@ import emcee
 import numpy as np
 from scipy.linalg import block_diag
 
+from fitting.model.noise import GaitNoise
+from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.approximate import Approximate
 from fitting.posterior.emulator import terms
-from fitting.posterior.noise import GaitNoise
 from fitting.posterior.posterior import Posterior
-from fitting.posterior.trial_model import TrialModel
 
 _WALKERS, _STEPS, _BURN_IN = 48, 1500, 500
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
-from fitting.posterior.noise import GaitNoise
+from fitting.model.noise import GaitNoise
 
 _ENOUGH = 40  # frames that both must be seen in
 _BY_CHANCE = 0.99  # of trials with white noise stay below the limit

@@ -8,8 +8,8 @@ what trials have in common is the markers', what they differ by the boxes'.
 import numpy as np
 from scipy.optimize import minimize
 
-from fitting.posterior.gait import of_markers
-from fitting.posterior.session_model import Disturbances, PlacesOff
+from fitting.model.features import of_markers
+from fitting.model.session_model import Disturbances, PlacesOff
 
 TAKEN = PlacesOff(box_m=0.003, marker_m=0.001)
 """Before the trials are looked at: boxes a few pixels, markers as well as a ruler places them."""

@@ -6,9 +6,9 @@ import numpy as np
 
 from fitting.coefficient_fit import NAMES
 from fitting.marginal import Marginal
+from fitting.model.session_model import SessionModel
 from fitting.posterior.exploration import Exploration
 from fitting.posterior.sampling import Draws
-from fitting.posterior.session_model import SessionModel
 from fitting.posterior.whiteness import Whiteness
 from session import Flag
 from swimmer import FluidCoefficients

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import xarray
 
+from fitting.model.features import HARMONICS, OF_A_MARKER, SPEED
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.gait import HARMONICS, OF_A_MARKER, SPEED
 from fitting.posterior.likelihood import LEAST_DISCREPANCY, MOST_SPEED, MOST_WAVE
 from fitting.posterior.posterior import Posterior
 from fitting.posterior.quiet_arviz import arviz

@@ -12,14 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.posterior.gait import OF_A_MARKER, SPEED, harmonics_of
+from fitting.model.features import OF_A_MARKER, SPEED, harmonics_of
+from fitting.model.robot_doubt import DoubtedTwin
+from fitting.model.session_model import START_PHASE_RAD
+from fitting.model.trial_model import TrialModel
 from fitting.posterior.likelihood import wave_discrepancy
 from fitting.posterior.posterior import Posterior
-from fitting.posterior.robot_doubt import DoubtedTwin
-from fitting.posterior.session_model import START_PHASE_RAD
 from fitting.posterior.shared import SharedNuisances
 from fitting.posterior.step_shift import at_vanishing_step
-from fitting.posterior.trial_model import TrialModel
 from fitting.speed import forward_speed
 from fitting.sweep import START_SPEED_M_S
 from fitting.trial import MeasuredTrial

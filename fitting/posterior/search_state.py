@@ -10,8 +10,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from fitting.model.session_model import Disturbances, PlacesOff
 from fitting.posterior.places_off import TAKEN
-from fitting.posterior.session_model import Disturbances, PlacesOff
 from session.results import writing_whole
 
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.posterior.gait import HARMONICS
+from fitting.model.features import HARMONICS
+from fitting.model.noise import smooth_swim
+from fitting.model.trial_model import TrialModel
 from fitting.posterior.neighbours import JointSamples, neighbours
-from fitting.posterior.noise import smooth_swim
-from fitting.posterior.trial_model import TrialModel
 from session import Flag
 
 _LAGS = 20

@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.free_decay import Ring
 from fitting.free_decay.ring import ring_changes
-from fitting.posterior.session_model import SessionModel
+from fitting.model.session_model import SessionModel
 from fitting.signatures.affected_trial import AffectedTrial
 from fitting.signatures.view_of import picture_px, view_of
 from session import CameraSpec

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.posterior.trial_model import TrialModel
+from fitting.model.trial_model import TrialModel
 from swimmer import Trajectories
 from swimmer.effects import AffectedRuns, AffectedTwin, View
 

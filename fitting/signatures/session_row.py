@@ -6,8 +6,8 @@ A row holds the gaits of all swims, then how far each beats from its command, an
 import numpy as np
 from scipy.linalg import block_diag
 
+from fitting.model.session_model import SessionModel
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.session_model import SessionModel
 from fitting.signatures.separation import Whitened
 from fitting.trial import MeasuredTrial
 

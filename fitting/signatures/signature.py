@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.posterior.session_model import SessionModel
+from fitting.model.session_model import SessionModel
 from fitting.signatures.affected_session import AffectedSession, plain_gaits
 from session import CameraSpec
 from swimmer.effects import Effect

@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.controls import carried_over, placebo_for
 from diagnosis.gap import of_gaits
 from diagnosis.ground import Ground
-from fitting.posterior.gait import advanced
+from fitting.model.features import advanced
 from tests.diagnosis.grounds import ground
 
 GAIT = len(ground().left) // len(ground().trials) - 1

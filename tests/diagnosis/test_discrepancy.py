@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from diagnosis.discrepancy import COURSE_SD, SLIDE_SD_M_S, Discrepancy, discrepancy_for
-from fitting.posterior.gait import SPEED, advanced
-from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
-from fitting.posterior.trial_model import TrialModel
+from fitting.model.features import SPEED, advanced
+from fitting.model.session_model import START_PHASE_RAD, SessionModel
+from fitting.model.trial_model import TrialModel
 from session import InputError
 from session.create import FISHSIM_MARKERS
 from swimmer import Twin

@@ -15,8 +15,8 @@ from diagnosis.explaining import explained
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.verdict import Verdict
-from fitting.posterior.session_model import SessionModel
-from fitting.posterior.trial_model import TrialModel
+from fitting.model.session_model import SessionModel
+from fitting.model.trial_model import TrialModel
 from fitting.signatures import signature_of
 from fitting.signatures.view_of import with_picture
 from swimmer.effects import catalogue

@@ -18,7 +18,7 @@ from diagnosis.ripples import smeared
 from diagnosis.row import Row
 from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import verdict_of
-from fitting.posterior.gait import advanced
+from fitting.model.features import advanced
 from fitting.signatures import signature_of
 from session.create import FISHSIM_MARKERS
 from swimmer import build_mjcf, load_robot

@@ -7,7 +7,7 @@ import pytest
 
 from diagnosis.result import MissingForces
 from fitting import CalibratedTrial
-from fitting.posterior.gait import waves
+from fitting.model.features import waves
 from reports.missing_forces import likenesses, motions
 from swimmer import load_robot
 from tests.reports.diagnoses import FITTED, JOINTS, made_forces

@@ -22,7 +22,7 @@ from benchmarks.effects.discrepancy import (
 )
 from diagnosis import Discrepancy
 from diagnosis.discrepancy import nearness
-from fitting.posterior.gait import advanced, of_markers
+from fitting.model.features import advanced, of_markers
 
 TRIALS, SESSIONS = 3, 60
 HERTZ = np.array([0.6, 0.7, 1.3])

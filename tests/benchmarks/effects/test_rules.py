@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.effects.rules import RULES, Evidence, _noise_of
-from fitting.posterior.session_model import SessionModel
+from fitting.model.session_model import SessionModel
 from fitting.signatures import Whitened
 from session.create import FISHSIM_MARKERS
 from tests.diagnosis.grounds import ground

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.posterior.gait import advanced, phase_between
-from fitting.posterior.trial_model import START_SD, Freedoms, TrialModel
+from fitting.model.features import advanced, phase_between
+from fitting.model.trial_model import START_SD, Freedoms, TrialModel
 from session.create import FISHSIM_MARKERS
 from swimmer import RobotSpec, Runs, Twin
 from synthetic import PLAUSIBLE_COEFFICIENTS

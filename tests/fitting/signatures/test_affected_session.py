@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
-from fitting.posterior.trial_model import TrialModel
+from fitting.model.session_model import START_PHASE_RAD, SessionModel
+from fitting.model.trial_model import TrialModel
 from fitting.signatures import AffectedSession
 from session import CameraSpec
 from swimmer import Runs, Twin

@@ -11,9 +11,9 @@ import pytest
 
 from fitting.dry_run.response import with_arm
 from fitting.left_out import EffectsLeftOut
+from fitting.model.session_model import START_PHASE_RAD, SessionModel
+from fitting.model.trial_model import TrialModel
 from fitting.posterior import Posterior
-from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
-from fitting.posterior.trial_model import TrialModel
 from fitting.signatures import Signature
 from fitting.signatures import score_tests as tested
 from fitting.signatures.score_tests import score_tests

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.posterior.session_model import START_PHASE_RAD, SessionModel
-from fitting.posterior.trial_model import TrialModel
+from fitting.model.session_model import START_PHASE_RAD, SessionModel
+from fitting.model.trial_model import TrialModel
 from fitting.signatures import signature_of, view_of
 from fitting.signatures.signature import strengths
 from session import CameraSpec

@@ -9,11 +9,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fitting.model.features import SPEED, places_of_slides
+from fitting.model.noise import GaitNoise, noise_of
+from fitting.model.noise_part import NoisePart
 from fitting.posterior import inference as module
-from fitting.posterior.gait import SPEED, places_of_slides
 from fitting.posterior.inference import sample_posterior
-from fitting.posterior.noise import GaitNoise, noise_of
-from fitting.posterior.noise_part import NoisePart
 from fitting.posterior.whiteness import noise_flags, whiteness
 from session.create import FISHSIM_MARKERS
 from swimmer import Twin, load_robot

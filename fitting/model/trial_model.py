@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.posterior.gait import OF_A_MARKER, Gait, advanced, phase_between, places_of_markers
-from fitting.posterior.noise import GaitNoise, noise_of
-from fitting.posterior.robot_doubt import DoubtedTwin
+from fitting.model.features import OF_A_MARKER, Gait, advanced, phase_between, places_of_markers
+from fitting.model.noise import GaitNoise, noise_of
+from fitting.model.robot_doubt import DoubtedTwin
 from fitting.trial import MeasuredTrial
 from swimmer import Runs, Trajectories, Twin
 from swimmer.kinematics import MarkerKinematics

@@ -15,9 +15,9 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import brentq, minimize
 from threadpoolctl import threadpool_limits
 
-from fitting.posterior.across_markers import across_markers
-from fitting.posterior.gait import Gait, waves
-from fitting.posterior.noise_part import NoisePart, falling
+from fitting.model.across_markers import across_markers
+from fitting.model.features import Gait, waves
+from fitting.model.noise_part import NoisePart, falling
 
 _HARMONICS, _DRIFT = 5, 3
 _START = (np.log(0.08), -1.5)  # ln seconds, logit of the white share

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fitting import measure_trial
-from fitting.posterior.gait import (
+from fitting.model.features import (
     COURSE,
     SPEED,
     Gait,

@@ -8,9 +8,9 @@ from typing import cast
 import numpy as np
 import pytest
 
+from fitting.model.robot_doubt import UNMEASURED_SD, doubts_of
 from fitting.posterior import Posterior, SessionModel
 from fitting.posterior.places_off import TAKEN
-from fitting.posterior.robot_doubt import UNMEASURED_SD, doubts_of
 from fitting.posterior.shared import SharedNuisances, robot_flags
 from fitting.structure import Source, assumed
 from synthetic import PLAUSIBLE_COEFFICIENTS
