@@ -35,7 +35,6 @@ FLAG_KINDS: dict[str, str] = {
     "clipped": "a marker leaves the picture, merges or is cut off at its largest swings",
     "decays_disagree": "decays give different values",
     "double_peaked": "the spectrum has a second peak as high",
-    "markers_disagree": "markers give different values",
     "moved_again": "the tail was moved again after its release",
     "no_release": "the moment of release was not found",
     "coarse_table": "the table of simulations is too coarse for the fit",
