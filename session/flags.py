@@ -37,7 +37,6 @@ FLAG_KINDS: dict[str, str] = {
     "double_peaked": "the spectrum has a second peak as high",
     "moved_again": "the tail was moved again after its release",
     "no_release": "the moment of release was not found",
-    "coarse_table": "the table of simulations is too coarse for the fit",
     "code_not_seen": "the coded wiggle of the motor was not found in the video",
     "clock_given": "the offset between video and motor log was not found, it is that of session.toml",
     "clock_rate": "the clocks of video and motor log run implausibly unlike each other",

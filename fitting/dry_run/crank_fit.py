@@ -13,7 +13,7 @@ from fitting.dry_run.error_surface import ARM_SPAN, Cell, CrankGrid, ErrorSurfac
 from fitting.dry_run.joint import JointFit, fit_joint
 from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.published import distance_at, other_valley, refine_valleys
-from fitting.dry_run.response import DryResponse, simulate_response, simulate_turns, with_arm
+from fitting.dry_run.response import DryResponse, simulate_response, with_arm
 from fitting.dry_run.tendons import tendon_use
 from session import NotEnoughData
 from swimmer import RobotSpec
@@ -104,7 +104,6 @@ def _assembled(
 ) -> CrankFit:
     hz = np.array([trial.hz for trial in joint.trials])
     uses = tendon_use(robot, hz, workers)
-    direct = simulate_turns(robot, response.markers, hz, workers)
     smooth = response.range_of(joint.branch)
     found = []
     for i, (trial, own) in enumerate(zip(trials, joint.trials, strict=True)):
@@ -121,7 +120,6 @@ def _assembled(
             published=valleys[i][0],
             surface=surfaces[i],
             tendons=uses[i],
-            shortcut_error_m=float(np.abs(turn.marker_m - direct.marker_m[i]).max()),
             flags=trial.flags,
         )
         doubts = trial_flags(one, other_valley(valleys[i], surfaces[i]), smooth)

@@ -16,7 +16,6 @@ FEWEST_TURNS = 2.0
 SLACK_SHARE = 0.9  # of the turn and the tendons; those of the built-in robot are slack for 0.78 to 0.85 of it
 STRETCH_OFF = 0.01  # above the published stretch; the built-in robot stays below it, at 0.0001
 POOR_MOTION = 0.1  # of the sideways motion of the last marker, root mean square
-TABLE_ERROR_M = 2e-4  # between a motion read off the table and simulated; beyond, the grid of arms is too coarse
 ARM_POOR = 0.05  # standard error over arm, or spread between trials, that leaves the arm open
 _EDGE = 0.02  # of a range: an estimate this close to its end is at its end
 
@@ -58,7 +57,7 @@ def trial_flags(found: CrankTrial, other: Cell | None, smooth_m: tuple[float, fl
 
 
 def _of_motion(found: CrankTrial) -> Iterator[Flag]:
-    """Doubts about the tail's motion, the scale, the table and the tendons."""
+    """Doubts about the tail's motion, the scale and the tendons."""
     swing = found.measured.frequency.amplitude_m / np.sqrt(2)
     if found.motion_error_m > POOR_MOTION * swing:
         message = (
@@ -73,12 +72,6 @@ def _of_motion(found: CrankTrial) -> Iterator[Flag]:
             "beside its marker, parallax, or a robot unlike its description"
         )
         yield Flag("scale_off_robot", message=message)
-    if found.shortcut_error_m > TABLE_ERROR_M:
-        message = (
-            f"a motion read off the table is {1000 * found.shortcut_error_m:.1f} mm away from a simulation at the "
-            "fitted arm and speed: simulate more arms"
-        )
-        yield Flag("coarse_table", message=message)
     if found.tendons.slack_share > SLACK_SHARE:
         message = (
             f"for {100 * found.tendons.slack_share:.0f} % of the turn a tendon is shorter than at rest, by up to "
