@@ -12,7 +12,6 @@ from fitting.forecast import fit_phase, forecast
 from fitting.methods import search
 from fitting.objective import Comparison, Swims
 from fitting.scoring import Scores, score
-from fitting.smooth_floor import settled
 from fitting.structure import Structure
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.trial import MeasuredTrial
@@ -154,8 +153,6 @@ def calibrate(
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
     swims = Swims(twin, tuple(fitted), comparison)
     fit = search(method, swims, effort, seed, progress=progress)
-    if effort.valley_steps and comparison == "published":
-        fit = settled(swims, fit, seed)
     if comparison != "published":
         fit = replace(fit, mean_distance_m=_published_distance(replace(swims, comparison="published"), fit))
     phases = dict(zip([t.name for t in fitted], fit.phase_rad, strict=True))

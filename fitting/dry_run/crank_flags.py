@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fitting.dry_run.crank import CrankTrial
-from fitting.dry_run.error_surface import Cell
 from fitting.dry_run.joint import JointFit
 from fitting.dry_run.response import DryResponse
 from fitting.dry_run.tendons import PUBLISHED_STRETCH
@@ -20,12 +19,11 @@ ARM_POOR = 0.05  # standard error over arm, or spread between trials, that leave
 _EDGE = 0.02  # of a range: an estimate this close to its end is at its end
 
 
-def trial_flags(found: CrankTrial, other: Cell | None, smooth_m: tuple[float, float]) -> Iterator[Flag]:
+def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Flag]:
     """The doubts about one trial's speed, phase and distance.
 
     Args:
         found: the trial beside the twin.
-        other: a second valley of its surface that is as deep as the deepest.
         smooth_m: smallest and largest arm over which the motion is smooth, m.
     """
     run, hz, arm_m = found.measured, found.surface.hz, found.published.arm_m
@@ -47,12 +45,6 @@ def trial_flags(found: CrankTrial, other: Cell | None, smooth_m: tuple[float, fl
             f"end of the arms with which the tail moves smoothly, {smoothly}"
         )
         yield Flag("at_bound", message=message)
-    if other is not None:
-        message = (
-            f"a second valley is as deep: an arm of {1000 * other.arm_m:.1f} mm at {other.hz:.3f} Hz and "
-            f"{np.degrees(other.phase_rad):.0f}° is {1000 * other.distance_m:.1f} mm away from the tracks too"
-        )
-        yield Flag("ambiguous", message=message)
     yield from _of_motion(found)
 
 

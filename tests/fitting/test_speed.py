@@ -131,13 +131,6 @@ def test_values_are_those_of_the_trials_and_intervals_are_in_order(errors: list[
             assert interval.low <= interval.high
 
 
-def test_many_trials_of_one_error_leave_a_narrow_interval() -> None:
-    bias = speed_errors(trials([0.02] * 6))["twin"].bias
-
-    assert bias.low < 0.02 < bias.high
-    assert 0 < bias.high - bias.low < 0.004
-
-
 @pytest.mark.long
 def test_the_interval_of_the_bias_holds_the_mean_it_was_drawn_from() -> None:
     """Ten trials; a percentile bootstrap of few trials is a little too narrow."""

@@ -84,20 +84,6 @@ def test_a_field_of_one_simulation_does_not_touch_another_nor_the_next_call() ->
     assert_identical(twin.simulate(two, FRAMES), plain)
 
 
-def test_arrays_have_the_documented_shapes_and_order() -> None:
-    names = ("caudal_fin", "nose", "pectoral_left")
-    swum = Twin(FISH, names).simulate(random_runs(4, seed=3), FRAMES)
-    f = len(FRAMES)
-    assert swum.marker_m.shape == (4, f, 3, 2)
-    assert swum.head.shape == (4, f, 3)
-    assert swum.hinges_rad.shape == (4, f, 5)
-    assert swum.crank_rad.shape == (4, f)
-    assert not swum.diverged.any()
-    full = Twin(FISH).simulate(random_runs(4, seed=3), FRAMES)
-    columns = [list(FISH.markers).index(name) for name in names]
-    np.testing.assert_array_equal(swum.marker_m, full.marker_m[:, :, columns])
-
-
 def test_result_does_not_depend_on_chunks_or_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     many = random_runs(7, seed=4, velocity=np.full((7, 3), 0.01), fields={"jnt_stiffness": np.full((7, 9), 0.5)})
     whole = Twin(FISH).simulate(many, FRAMES)
@@ -107,24 +93,6 @@ def test_result_does_not_depend_on_chunks_or_workers(monkeypatch: pytest.MonkeyP
     assert_identical(in_chunks, whole)
     own_times = np.tile(FRAMES, (7, 1))
     assert_identical(Twin(FISH).simulate(many, own_times), whole)
-
-
-def test_each_simulation_may_have_its_own_frame_times() -> None:
-    twin, many = Twin(FISH), random_runs(2, seed=6)
-    times = np.stack([FRAMES, FRAMES * 0.5 + 0.003])
-    swum = twin.simulate(many, times)
-    for i in range(2):
-        np.testing.assert_array_equal(swum.marker_m[i], twin.simulate(alone(many, i), times[i]).marker_m[0])
-
-
-def test_interpolation_error_falls_with_the_fourth_power_of_the_step() -> None:
-    errors = []
-    for step in (0.1, 0.05):
-        where = np.arange(0.5, 2.0 / step - 2)
-        samples = np.sin(3 * step * np.arange(2.0 / step + 3))[None, :, None]
-        found = twin_module._interpolate(samples, np.zeros(1, int), where)[0, :, 0]
-        errors.append(np.abs(found - np.sin(3 * step * where)).max())
-    assert 13 < errors[0] / errors[1] < 19
 
 
 @every_robot
