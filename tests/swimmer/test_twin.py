@@ -5,9 +5,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from swimmer import RobotSpec, Runs, Scene, Trajectories, Twin, build_mjcf
+from swimmer import RobotSpec, Runs, Trajectories, Twin, build_mjcf
 from swimmer import twin as twin_module
-from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import DRY, SWIM
 from tests.swimmer.robots import FISH, every_robot
 from tests.swimmer.swims import random_runs, runs
@@ -121,28 +120,6 @@ def test_the_head_starts_at_the_origin_with_the_velocity_asked_for() -> None:
     still = twin.simulate(runs(0.5), np.array([step])).head[0, 0]
     np.testing.assert_allclose(swum.head[:, 0], 0.0, atol=1e-15)
     np.testing.assert_allclose((swum.head[:, 1] - still) / step, velocity, atol=0.02)
-
-
-def test_a_clamped_head_stays_even_when_pushed() -> None:
-    twin = Twin(FISH, scene=DRY)
-    swum = twin.simulate(runs(1.0, velocity=np.array([[0.5, 0.5, 3.0]])), FRAMES)
-    assert not swum.head.any()
-    on_head = [name for name, marker in FISH.markers.items() if marker.body == "head"]
-    columns = [twin.markers.index(name) for name in on_head]
-    places = FISH.marker_positions_m(tuple(on_head))[:, :2]
-    np.testing.assert_allclose(swum.marker_m[0][:, columns], np.broadcast_to(places, (90, 5, 2)), atol=1e-15)
-    assert np.ptp(swum.marker_m[0, :, twin.markers.index("tail_5"), 1]) > 0.05
-
-
-@pytest.mark.parametrize("scene", [SWIM, DRY], ids=["swim", "dry"])
-def test_after_the_first_second_an_eight_times_finer_step_bends_the_tail_alike(scene: Scene) -> None:
-    """Markers in the head's own axes differ by at most 0.2 mm in the mean."""
-    one, time_s = runs([0.5, 1.0, 1.5], 0.5), np.arange(1.0, 3.0, 1 / 60)
-    fine = replace(scene, timestep_s=scene.timestep_s / 8)
-    in_head = MarkerKinematics(FISH, tuple(FISH.markers))
-    hinges = [Twin(FISH, scene=s).simulate(one, time_s).hinges_rad for s in (scene, fine)]
-    shapes = [in_head(np.zeros((*h.shape[:2], 3)), h) for h in hinges]
-    assert np.linalg.norm(shapes[0] - shapes[1], axis=-1).mean() < 0.2e-3
 
 
 @pytest.mark.parametrize(
