@@ -12,7 +12,6 @@ from fitting.forecast import fit_phase, forecast
 from fitting.methods import search
 from fitting.objective import Comparison, Swims
 from fitting.scoring import Scores, score
-from fitting.smooth_floor import settled
 from fitting.structure import Structure
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
 from fitting.trial import MeasuredTrial
@@ -57,24 +56,19 @@ class CalibratedTrial:
 
 @dataclass(frozen=True)
 class Summary:
-    """Means over the trials of one role: marker distance (m) and absolute speed errors (m/s).
+    """Means over the trials of one role: marker distance (mm) and absolute speed errors (m/s).
 
-    `speed_mae` has one entry for the twin, each form of elongated body theory, and each form from the twin's tail
-    ("<form>, twin's tail").
+    Attributes:
+        marker_error_mm: of the twin.
+        speed_mae_twin, speed_mae_ebt: of the twin, and of elongated body theory as published.
+        speed_mae: one entry for the twin, each form of elongated body theory, and each form from the twin's tail
+            ("<form>, twin's tail").
     """
 
-    marker_error_m: float
+    marker_error_mm: float
+    speed_mae_twin: float
+    speed_mae_ebt: float
     speed_mae: Mapping[str, float]
-
-    @property
-    def speed_mae_twin(self) -> float:
-        """Of the twin, m/s."""
-        return self.speed_mae["twin"]
-
-    @property
-    def speed_mae_ebt(self) -> float:
-        """Of elongated body theory as published, m/s."""
-        return self.speed_mae["published"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,10 +117,9 @@ class Calibration:
         if not chosen:
             return None
         errors = [{name: abs(speed - t.measured.speed) for name, speed in t.speeds.items()} for t in chosen]
-        return Summary(
-            marker_error_m=float(np.mean([t.scores.marker_error_m for t in chosen])),
-            speed_mae={name: float(np.mean([error[name] for error in errors])) for name in errors[0]},
-        )
+        speed_mae = {name: float(np.mean([error[name] for error in errors])) for name in errors[0]}
+        error_mm = 1000.0 * float(np.mean([t.scores.marker_error_m for t in chosen]))
+        return Summary(error_mm, speed_mae["twin"], speed_mae["published"], speed_mae)
 
 
 def calibrate(
@@ -160,8 +153,6 @@ def calibrate(
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
     swims = Swims(twin, tuple(fitted), comparison)
     fit = search(method, swims, effort, seed, progress=progress)
-    if effort.valley_steps and comparison == "published":
-        fit = settled(swims, fit, seed)
     if comparison != "published":
         fit = replace(fit, mean_distance_m=_published_distance(replace(swims, comparison="published"), fit))
     phases = dict(zip([t.name for t in fitted], fit.phase_rad, strict=True))

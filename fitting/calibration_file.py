@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from fitting.calibration import CalibratedTrial, Calibration
+from fitting.calibration import CalibratedTrial, Calibration, Summary
 from fitting.coefficient_fit import CoefficientFit
 from fitting.command_forecast import CommandForecast, forecast_from_command
 from fitting.ebt import FORMS, FROM_TWIN
@@ -77,16 +77,6 @@ class EbtResult:
 
 
 @dataclass(frozen=True)
-class RoleSummary:
-    """Means over the trials of one role (see `fitting.Summary`)."""
-
-    marker_error_mm: float
-    speed_mae_twin: float
-    speed_mae_ebt: float
-    speed_mae: Mapping[str, float]
-
-
-@dataclass(frozen=True)
 class CalibrationResult:
     """The content of `calibration.json`.
 
@@ -112,7 +102,7 @@ class CalibrationResult:
     experiments: Mapping[str, Experiment]
     trials: Mapping[str, TrialResult]
     ebt: EbtResult
-    summary: Mapping[str, RoleSummary | None]
+    summary: Mapping[str, Summary | None]
     flags: tuple[Flag, ...]
     objective: Comparison
     fit: CoefficientFit
@@ -137,7 +127,7 @@ def calibration_result(calibration: Calibration) -> CalibrationResult:
             drag_coefficient=calibration.ebt.drag_coefficient,
             forms={name: ebt.drag_coefficient / ebt.beta for name, ebt in ebts.items()},
         ),
-        summary={role: _summary(calibration, role) for role in ("fit", "holdout")},
+        summary={role: calibration.summary(role) for role in ("fit", "holdout")},
         flags=calibration.flags,
         objective=calibration.objective,
         fit=calibration.fit,
@@ -174,9 +164,3 @@ def _trial(trial: CalibratedTrial, foretold: CommandForecast | None) -> TrialRes
         flags=trial.flags,
         from_command=foretold,
     )
-
-
-def _summary(calibration: Calibration, role: str) -> RoleSummary | None:
-    if (found := calibration.summary(role)) is None:
-        return None
-    return RoleSummary(_PER_M * found.marker_error_m, found.speed_mae_twin, found.speed_mae_ebt, found.speed_mae)

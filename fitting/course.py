@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.frequency_error import standard_error
 from fitting.series import design, weighted_fit
-from fitting.speed import LONGEST_BEATS
+from fitting.speed import slope_error
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
 
@@ -56,12 +55,5 @@ def course_of(trial: MeasuredTrial, head: HeadFrame | None = None) -> Course:
     time_s, series, hz = trial.time_s[after], series[after], trial.frequency.hz
     columns, weight = design(time_s, hz, harmonics=2), np.ones_like(series)
     found, span = weighted_fit(columns, series, weight), float(np.ptp(time_s))
-    errors = [float("nan")] * 3
-    if head is None:
-        left = series - columns @ found
-        frames_per_beat = 1 / hz / float(np.median(np.diff(time_s)))
-        line, others = columns[:, 1:2] * span, np.delete(columns, 1, axis=1)
-        errors = [
-            standard_error(others, line, left[:, [i]], weight[:, [i]], frames_per_beat, LONGEST_BEATS) for i in range(3)
-        ]
+    errors = [float("nan")] * 3 if head else [slope_error(time_s, each, hz) for each in series.T]
     return Course(*(Rate(*each) for each in zip(map(float, found[1] / span), errors, strict=True)))

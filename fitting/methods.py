@@ -13,6 +13,7 @@ from fitting.precision import intervals
 from fitting.published_objective import PublishedObjective
 from fitting.published_search import bayesian_then_nelder_mead
 from fitting.search_space import SearchSpace
+from fitting.smooth_floor import settled
 from fitting.valley_simplex import ROUGHNESS_M, descend_in_valley
 from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients
@@ -37,7 +38,7 @@ def search(
     budget_s: float | None = None,
     progress: Progress | None = None,
 ) -> CoefficientFit:
-    """Runs one search; in which order the trials come does not matter.
+    """Runs one search, a thorough one to the middle of the floor; in which order the trials come does not matter.
 
     Args:
         method: a key of `METHODS`.
@@ -51,7 +52,10 @@ def search(
         SimulationDiverged: no point that swims forward was found within the budget.
     """
     order = swims.by_name
-    found = _searched(method, swims.with_trials(order), effort, seed, budget_s, progress)
+    ordered = swims.with_trials(order)
+    found = _searched(method, ordered, effort, seed, budget_s, progress)
+    if effort.valley_steps and swims.comparison == "published":
+        found = settled(ordered, found, seed)
     return found.with_trials(np.argsort(order))
 
 

@@ -35,11 +35,6 @@ def settled(swims: Swims, fit: CoefficientFit, seed: int = 0) -> CoefficientFit:
         fit: of them.
         seed: of the cloud.
     """
-    order = swims.by_name
-    return _settled(swims.with_trials(order), fit.with_trials(order), seed).with_trials(np.argsort(order))
-
-
-def _settled(swims: Swims, fit: CoefficientFit, seed: int) -> CoefficientFit:
     if fit.mean_distance_m > _FAR_M:
         return fit
     space = SearchSpace(swims)

@@ -50,10 +50,13 @@ def speed_standard_error(time_s: np.ndarray, forward_m: np.ndarray, kept: np.nda
     used = whole_beats(time_s, kept, frequency_hz)
     if used.sum() < 12:
         return float("nan")
-    columns = design(time_s[used], frequency_hz, harmonics=2)
-    distance = forward_m[used][:, None]
-    one = np.ones_like(distance)
-    residual = distance - columns @ weighted_fit(columns, distance, one)
-    slope = (time_s[used] - time_s[used].mean())[:, None]
+    return slope_error(time_s[used], forward_m[used], frequency_hz)
+
+
+def slope_error(time_s: np.ndarray, series: np.ndarray, frequency_hz: float) -> float:
+    """Standard error of the slope of a series (n,), per s, from what a line and two harmonics leave of it."""
+    columns, series = design(time_s, frequency_hz, harmonics=2), series[:, None]
+    one, line = np.ones_like(series), (time_s - time_s.mean())[:, None]
+    residual = series - columns @ weighted_fit(columns, series, one)
     frames_per_beat = 1 / frequency_hz / float(np.median(np.diff(time_s)))
-    return standard_error(np.delete(columns, 1, axis=1), slope, residual, one, frames_per_beat, LONGEST_BEATS)
+    return standard_error(np.delete(columns, 1, axis=1), line, residual, one, frames_per_beat, LONGEST_BEATS)

@@ -9,16 +9,7 @@ import numpy as np
 
 from session.errors import Fault, FaultCollector, did_you_mean, shown
 from session.flags import Flag
-from session.tables import (
-    RawTable,
-    Row,
-    check_header,
-    check_time,
-    cut_row_flag,
-    read_table,
-    to_numbers,
-    without_cut_row,
-)
+from session.tables import RawTable, Row, check_time, read_log, to_numbers
 
 COMMAND_COLUMNS = ("time_s", "part", "velocity_rad_s")
 """The header of a file of commands."""
@@ -63,12 +54,8 @@ def load_commands(path: Path, *, file: str | None = None) -> MotorCommands:
     Raises:
         InputError: every fault of the file at once.
     """
-    table = read_table(path, file)
+    table, flags = read_log(path, COMMAND_COLUMNS, file)
     faults = FaultCollector(table.file)
-    check_header(table, COMMAND_COLUMNS, faults)
-    faults.raise_if_any()
-    flags = cut_row_flag(table)
-    table = without_cut_row(table)
     faults.extend_capped(_unknown_parts(table))
     values = to_numbers(_with_numbered_parts(table), COMMAND_COLUMNS, faults)  # (k, 3)
     if not faults:

@@ -9,7 +9,7 @@ import numpy as np
 
 from session.errors import FaultCollector
 from session.flags import Flag
-from session.tables import check_header, check_time, cut_row_flag, read_table, to_numbers, without_cut_row
+from session.tables import check_time, read_log, to_numbers
 
 MOTOR_COLUMNS = (
     "time_s",
@@ -61,12 +61,8 @@ def load_motor(path: Path, *, minimum: int = 2, file: str | None = None) -> Moto
     Raises:
         InputError: every fault of the file at once.
     """
-    table = read_table(path, file)
+    table, flags = read_log(path, MOTOR_COLUMNS, file)
     faults = FaultCollector(table.file)
-    check_header(table, MOTOR_COLUMNS, faults)
-    faults.raise_if_any()
-    flags = cut_row_flag(table)
-    table = without_cut_row(table)
     values = to_numbers(table, MOTOR_COLUMNS, faults)  # (n, 7)
     if not faults:
         check_time(table, values[:, 0], faults)

@@ -117,18 +117,22 @@ def check_header(table: RawTable, columns: tuple[str, ...], faults: FaultCollect
         faults.add("line 1", "wrong header", found=",".join(table.header), expected=expected, next_step=hint)
 
 
-def without_cut_row(table: RawTable) -> RawTable:
-    """The table without a last row that is cut short: not ended by a line feed, or with cells missing."""
-    return replace(table, rows=table.rows[:-1], ends_whole=True) if _ends_cut(table) else table
+def read_log(path: Path, columns: tuple[str, ...], file: str | None = None) -> tuple[RawTable, tuple[Flag, ...]]:
+    """A table with these columns, to which rows are appended while something runs.
 
+    A last row cut short by the end (not ended by a line feed, or with cells missing) is left out and flagged.
 
-def cut_row_flag(table: RawTable) -> tuple[Flag, ...]:
-    """The flag that says what `without_cut_row` leaves out."""
+    Raises:
+        InputError: the file cannot be read as text, is empty, or has another header.
+    """
+    table = read_table(path, file)
+    faults = FaultCollector(table.file)
+    check_header(table, columns, faults)
+    faults.raise_if_any()
     if not _ends_cut(table):
-        return ()
-    last = table.rows[-1]
-    message = f"line {last.line} is cut short and was left out; the log ended mid-row"
-    return (Flag("truncated_log", message=message),)
+        return table, ()
+    message = f"line {table.rows[-1].line} is cut short and was left out; the log ended mid-row"
+    return replace(table, rows=table.rows[:-1], ends_whole=True), (Flag("truncated_log", message=message),)
 
 
 def to_numbers(table: RawTable, columns: tuple[str, ...], faults: FaultCollector) -> np.ndarray:

@@ -36,12 +36,6 @@ def mean_thrust(motion: TailMotion, speed: np.ndarray, mass_per_length: float) -
     return 0.5 * mass_per_length * (motion.lateral_speed_sq - speed**2 * motion.slope_sq)
 
 
-def drag(speed: np.ndarray, robot: RobotSpec, drag_coefficient: float) -> np.ndarray:
-    """D = 1/2 rho c_D S U^2, N."""
-    area = robot.elongated_body.reference_area_m2
-    return 0.5 * robot.water.density_kg_m3 * drag_coefficient * area * speed**2
-
-
 def steady_speed(motion: TailMotion, robot: RobotSpec, beta: float, drag_coefficient: float) -> np.ndarray:
     """The speed U >= 0 at which mean thrust and drag balance, m/s.
 

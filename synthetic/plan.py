@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from typing import Annotated
 
-import numpy as np
 from pydantic import Field, field_serializer, model_validator
 
 from session.create import FISHSIM_MARKERS
@@ -77,69 +76,28 @@ class SyntheticPlan(Table):
 
     @model_validator(mode="after")
     def _fits_together(self) -> "SyntheticPlan":
-        faults = [*_coefficient_faults(self), *_marker_faults(self), *_trial_faults(self)]
-        if faults:
+        if faults := list(_faults(self)):
             raise ValueError("; ".join(faults))
         return self
 
 
-def _coefficient_faults(plan: SyntheticPlan) -> Iterator[str]:
-    for name, value in plan.coefficients._asdict().items():
-        if not 0 <= value < np.inf:
-            yield f"coefficients.{name}: found {value}, expected a number from 0"
-
-
-def _marker_faults(plan: SyntheticPlan) -> Iterator[str]:
-    there = tuple(plan.swimmer.markers)
-    for name in plan.markers:
-        if name not in there:
-            yield f"markers: found {name!r}, expected markers of {plan.swimmer.name}: {', '.join(there)}"
-    if len(set(plan.markers)) < len(plan.markers):
-        yield "markers: one is named twice, expected each once"
-    if missing := {"nose", "neck"} - set(plan.markers):
-        yield f"markers: {', '.join(sorted(missing))} missing, expected both: they make the head frame"
-
-
-def _trial_faults(plan: SyntheticPlan) -> Iterator[str]:
+def _faults(plan: SyntheticPlan) -> Iterator[str]:
     names = [trial.name for trial in plan.all_trials]
-    if not names:
-        yield "trials: found none, expected at least one of trials, dry_runs or free_decays"
-    if len(set(names)) < len(names):
-        yield f"trials: found {', '.join(names)}, expected a name of its own for each"
+    if not names or len(set(names)) < len(names):
+        yield f"trials: found {', '.join(names) or 'none'}, expected at least one, each with a name of its own"
+    if not set(plan.markers) <= set(plan.swimmer.markers) or not {"nose", "neck"} <= set(plan.markers):
+        there = ", ".join(plan.swimmer.markers)
+        yield f"markers: found {', '.join(plan.markers)}, expected nose, neck and more of {plan.swimmer.name}: {there}"
     for trial in plan.all_trials:
-        yield from _track_faults(plan, trial)
-    for driven in (*plan.trials, *plan.dry_runs):
-        yield from _length_faults(plan, driven)
+        frames = len(trial.time_s(plan.camera))
+        if any(fault.last >= frames or not {fault.marker, fault.onto} <= set(plan.markers) for fault in trial.faults):
+            yield f"trial {trial.name}: found a track fault outside its {frames} frames or of no marker of the plan"
+    for run in (*plan.trials, *plan.dry_runs):
+        least_s = plan.warmup_s if run.motor is None else run.motor.ends_s
+        if run.seconds < least_s or run.seconds <= plan.warmup_s:
+            yield f"trial {run.name}: found {run.seconds:g} s, expected more than {least_s:.1f} s of warm-up or motor"
+        if run.motor is not None and run.motor.drive_s <= RISE_S + 1 / run.frequency_hz:
+            yield f"trial {run.name}: found a drive of {run.motor.drive_s:g} s, expected {RISE_S:g} s and one turn more"
     for decay in plan.free_decays:
-        yield from _decay_faults(plan, decay)
-
-
-def _track_faults(plan: SyntheticPlan, trial: PlannedTrial) -> Iterator[str]:
-    last = len(trial.time_s(plan.camera)) - 1
-    for fault in trial.faults:
-        place = f"trial {trial.name}, {fault.kind}"
-        if fault.last > last:
-            yield f"{place}: found frame {fault.last}, expected frames 0 to {last}"
-        for name in (fault.marker, fault.onto):
-            if name not in plan.markers:
-                yield f"{place}: found marker {name!r}, expected one of {', '.join(plan.markers)}"
-
-
-def _length_faults(plan: SyntheticPlan, trial: SyntheticTrial) -> Iterator[str]:
-    found, motor = f"trial {trial.name}: found {trial.seconds:g} s", trial.motor
-    if trial.seconds <= plan.warmup_s:
-        yield f"{found}, expected more than {plan.warmup_s:g} s of warm-up"
-    if motor is not None and trial.seconds < motor.ends_s:
-        yield f"{found}, expected at least {motor.ends_s:.1f} s: the video shows the motor's codes and drive"
-    if motor is not None and motor.drive_s <= RISE_S + 1 / trial.frequency_hz:
-        least = f"expected more than {RISE_S:g} s to come up to speed and one turn"
-        yield f"trial {trial.name}: found a drive of {motor.drive_s:g} s, {least}"
-
-
-def _decay_faults(plan: SyntheticPlan, trial: SyntheticDecay) -> Iterator[str]:
-    hinges = len(plan.swimmer.hinges)
-    if len(trial.bent_rad) != hinges:
-        expected = f"expected one for each of {hinges} hinges"
-        yield f"trial {trial.name}, bent_rad: found {len(trial.bent_rad)} angles, {expected}"
-    if trial.release_s >= trial.seconds:
-        yield f"trial {trial.name}: found a release at {trial.release_s:g} s, expected it within {trial.seconds:g} s"
+        if len(decay.bent_rad) != len(plan.swimmer.hinges) or decay.release_s >= decay.seconds:
+            yield f"trial {decay.name}: expected an angle for each hinge and a release within its {decay.seconds:g} s"

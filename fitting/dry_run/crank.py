@@ -24,7 +24,6 @@ class CrankTrial:
         published: this run's own lowest published distance.
         surface: the published distance on the grid.
         tendons: in the twin, at the fitted arm and speed.
-        shortcut_error_m: greatest distance between a marker read off the table and simulated at this arm and speed, m.
         flags: what is doubtful.
     """
 
@@ -39,7 +38,6 @@ class CrankTrial:
     published: Cell
     surface: ErrorSurface
     tendons: TendonUse
-    shortcut_error_m: float
     flags: tuple[Flag, ...]
 
     @property

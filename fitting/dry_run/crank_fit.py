@@ -12,8 +12,8 @@ from fitting.dry_run.crank_flags import fit_flags, trial_flags
 from fitting.dry_run.error_surface import ARM_SPAN, Cell, CrankGrid, ErrorSurface, error_surface, speed_range
 from fitting.dry_run.joint import JointFit, fit_joint
 from fitting.dry_run.measured import DryTrial
-from fitting.dry_run.published import distance_at, other_valley, refine_valleys
-from fitting.dry_run.response import DryResponse, simulate_response, simulate_turns, with_arm
+from fitting.dry_run.published import distance_at, lowest_point
+from fitting.dry_run.response import DryResponse, simulate_response, with_arm
 from fitting.dry_run.tendons import tendon_use
 from session import NotEnoughData
 from swimmer import RobotSpec
@@ -47,9 +47,9 @@ def fit_crank(
         raise NotEnoughData('no dry run: the crank needs at least one trial with kind = "dry"')
     with threadpool_limits(1, user_api="blas"):  # small matrices, for which threads only wait
         surfaces = [error_surface(trial, response, grid, workers) for trial in trials]
-        valleys = [refine_valleys(t, response, surface) for t, surface in zip(trials, surfaces, strict=True)]
-        joint = fit_joint(trials, response, [found[0] for found in valleys])
-        return _assembled(trials, with_arm(robot, joint.arm_m), response, surfaces, valleys, joint, workers)
+        lowest = [lowest_point(t, response, surface) for t, surface in zip(trials, surfaces, strict=True)]
+        joint = fit_joint(trials, response, lowest)
+        return _assembled(trials, with_arm(robot, joint.arm_m), response, surfaces, lowest, joint, workers)
 
 
 def crank_response(
@@ -98,13 +98,12 @@ def _assembled(
     robot: RobotSpec,
     response: DryResponse,
     surfaces: list[ErrorSurface],
-    valleys: list[tuple[Cell, ...]],
+    lowest: list[Cell],
     joint: JointFit,
     workers: int,
 ) -> CrankFit:
     hz = np.array([trial.hz for trial in joint.trials])
     uses = tendon_use(robot, hz, workers)
-    direct = simulate_turns(robot, response.markers, hz, workers)
     smooth = response.range_of(joint.branch)
     found = []
     for i, (trial, own) in enumerate(zip(trials, joint.trials, strict=True)):
@@ -118,13 +117,12 @@ def _assembled(
             marker_error_m=distance_at(trial, response.select(trial.markers), joint.arm_m, own.hz, own.phase_rad),
             scale=own.scale,
             motion_error_m=own.motion_error_m,
-            published=valleys[i][0],
+            published=lowest[i],
             surface=surfaces[i],
             tendons=uses[i],
-            shortcut_error_m=float(np.abs(turn.marker_m - direct.marker_m[i]).max()),
             flags=trial.flags,
         )
-        doubts = trial_flags(one, other_valley(valleys[i], surfaces[i]), smooth)
+        doubts = trial_flags(one, smooth)
         found.append(replace(one, flags=(*trial.flags, *doubts)))
-    doubts = fit_flags(joint, response, [cells[0].arm_m for cells in valleys])
+    doubts = fit_flags(joint, response, [cell.arm_m for cell in lowest])
     return CrankFit(joint.arm_m, joint.arm_se_m, smooth, tuple(found), tuple(doubts))

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fitting.dry_run.crank import CrankTrial
-from fitting.dry_run.error_surface import Cell
 from fitting.dry_run.joint import JointFit
 from fitting.dry_run.response import DryResponse
 from fitting.dry_run.tendons import PUBLISHED_STRETCH
@@ -16,17 +15,15 @@ FEWEST_TURNS = 2.0
 SLACK_SHARE = 0.9  # of the turn and the tendons; those of the built-in robot are slack for 0.78 to 0.85 of it
 STRETCH_OFF = 0.01  # above the published stretch; the built-in robot stays below it, at 0.0001
 POOR_MOTION = 0.1  # of the sideways motion of the last marker, root mean square
-TABLE_ERROR_M = 2e-4  # between a motion read off the table and simulated; beyond, the grid of arms is too coarse
 ARM_POOR = 0.05  # standard error over arm, or spread between trials, that leaves the arm open
 _EDGE = 0.02  # of a range: an estimate this close to its end is at its end
 
 
-def trial_flags(found: CrankTrial, other: Cell | None, smooth_m: tuple[float, float]) -> Iterator[Flag]:
+def trial_flags(found: CrankTrial, smooth_m: tuple[float, float]) -> Iterator[Flag]:
     """The doubts about one trial's speed, phase and distance.
 
     Args:
         found: the trial beside the twin.
-        other: a second valley of its surface that is as deep as the deepest.
         smooth_m: smallest and largest arm over which the motion is smooth, m.
     """
     run, hz, arm_m = found.measured, found.surface.hz, found.published.arm_m
@@ -48,17 +45,11 @@ def trial_flags(found: CrankTrial, other: Cell | None, smooth_m: tuple[float, fl
             f"end of the arms with which the tail moves smoothly, {smoothly}"
         )
         yield Flag("at_bound", message=message)
-    if other is not None:
-        message = (
-            f"a second valley is as deep: an arm of {1000 * other.arm_m:.1f} mm at {other.hz:.3f} Hz and "
-            f"{np.degrees(other.phase_rad):.0f}° is {1000 * other.distance_m:.1f} mm away from the tracks too"
-        )
-        yield Flag("ambiguous", message=message)
     yield from _of_motion(found)
 
 
 def _of_motion(found: CrankTrial) -> Iterator[Flag]:
-    """Doubts about the tail's motion, the scale, the table and the tendons."""
+    """Doubts about the tail's motion, the scale and the tendons."""
     swing = found.measured.frequency.amplitude_m / np.sqrt(2)
     if found.motion_error_m > POOR_MOTION * swing:
         message = (
@@ -73,12 +64,6 @@ def _of_motion(found: CrankTrial) -> Iterator[Flag]:
             "beside its marker, parallax, or a robot unlike its description"
         )
         yield Flag("scale_off_robot", message=message)
-    if found.shortcut_error_m > TABLE_ERROR_M:
-        message = (
-            f"a motion read off the table is {1000 * found.shortcut_error_m:.1f} mm away from a simulation at the "
-            "fitted arm and speed: simulate more arms"
-        )
-        yield Flag("coarse_table", message=message)
     if found.tendons.slack_share > SLACK_SHARE:
         message = (
             f"for {100 * found.tendons.slack_share:.0f} % of the turn a tendon is shorter than at rest, by up to "

@@ -7,32 +7,18 @@ from fitting.dry_run.error_surface import Cell, ErrorSurface, in_head_frame, pub
 from fitting.dry_run.measured import DryTrial
 from fitting.dry_run.response import DryResponse
 
-AS_DEEP = 1.02  # a valley that is no higher than this times the deepest is as deep
 _EVALUATIONS = 250
 
 
-def refine_valleys(trial: DryTrial, response: DryResponse, surface: ErrorSurface, most: int = 3) -> tuple[Cell, ...]:
-    """The valleys of a surface, each followed to its floor (Nelder and Mead 1965), the deepest first.
+def lowest_point(trial: DryTrial, response: DryResponse, surface: ErrorSurface, most: int = 3) -> Cell:
+    """The lowest point of a surface: its deepest valleys, each followed to its floor (Nelder and Mead 1965).
 
     A valley beyond a snap of the tail, where nothing is interpolated, stays at its cell.
     """
     own = response.select(trial.markers)
-    found = [_refined(trial, own, surface, cell) for cell in surface.valleys(most)]
-    return tuple(sorted(found, key=lambda cell: cell.distance_m))
-
-
-def other_valley(valleys: tuple[Cell, ...], surface: ErrorSurface) -> Cell | None:
-    """A second valley as deep as the deepest, more than two cells of the grid away from it."""
-    best, *others = valleys
-    steps = [float(np.diff(axis[:2])[0]) for axis in (surface.arm_m, surface.hz, surface.phase_rad)]
-    for cell in others:
-        turn = abs((cell.phase_rad - best.phase_rad + np.pi) % (2 * np.pi) - np.pi)
-        away = (abs(cell.arm_m - best.arm_m), abs(cell.hz - best.hz), turn)
-        if cell.distance_m <= AS_DEEP * best.distance_m and any(
-            gap > 2 * step for gap, step in zip(away, steps, strict=True)
-        ):
-            return cell
-    return None
+    return min(
+        (_refined(trial, own, surface, cell) for cell in surface.valleys(most)), key=lambda cell: cell.distance_m
+    )
 
 
 def distance_at(trial: DryTrial, response: DryResponse, arm_m: float, hz: float, phase_rad: float) -> float:

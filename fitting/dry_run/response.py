@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
+from scipy.interpolate import BSpline, CubicSpline, barycentric_interpolate, make_interp_spline
 
 from session import NotEnoughData
 from session.errors import SimulationDiverged
@@ -97,9 +97,7 @@ class DryResponse:
 
     def speed_weights(self, hz: float) -> np.ndarray:
         """(s,) weight of each node in the polynomial (Lagrange) at a speed."""
-        gaps = self.hz[:, None] - self.hz[None, :] + np.eye(len(self.hz))
-        steps = (hz - self.hz)[None, :] + np.where(np.eye(len(self.hz), dtype=bool), 1.0 - (hz - self.hz)[None, :], 0.0)
-        return np.prod(steps / gaps, axis=1)
+        return barycentric_interpolate(self.hz, np.eye(len(self.hz)), hz)
 
     def select(self, markers: Sequence[str]) -> "DryResponse":
         """Of these markers alone, in the order given."""

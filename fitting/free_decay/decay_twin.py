@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 from scipy.interpolate import CubicSpline
+from scipy.optimize import least_squares
 
 from swimmer import RobotSpec, Scene, build_mjcf
 from swimmer.engine_log import quiet_engine
@@ -17,7 +18,6 @@ from swimmer.workers import workers_of
 STEPS_S = (0.003, 0.0015, 0.00075, 0.000375)
 ANGLE_SD_RAD = 0.3  # of a hinge before the markers of its pose are seen: neighbours hold each other back
 MARKER_SD_M = 0.003  # boxes sit some millimetres off their markers
-_STEP = 1e-5
 DECAY = replace(FREE_DECAY, timestep_s=STEPS_S[0])
 
 
@@ -107,22 +107,15 @@ class DecayTwin:
 def start_pose(twin: DecayTwin, lateral_m: np.ndarray, rest_m: np.ndarray) -> np.ndarray:
     """(h,) hinge angles that put the markers where they are, most likely given how far hinges bend: a first guess.
 
-    Regularised Gauss-Newton on the kinematics alone.
-
     Args:
         twin: of the same k markers.
         lateral_m: (k,) in one frame; nan where missing.
         rest_m: (k,) of the straight tail.
     """
     straight = twin.markers_at(np.zeros(twin.hinges))[:, 1]
-    seen = np.isfinite(lateral_m)
-    wanted = np.where(seen, lateral_m - rest_m, 0.0)  # (k,)
-    pose = np.zeros(twin.hinges)
-    for _ in range(6):
-        poses = np.concatenate([pose[None], pose + _STEP * np.eye(twin.hinges)])  # (1 + h, h)
-        at = twin.markers_at(poses)[..., 1] - straight  # (1 + h, k)
-        jacobian = np.where(seen, (at[1:] - at[0]) / _STEP, 0.0).T / MARKER_SD_M  # (k, h)
-        residual = np.where(seen, wanted - at[0], 0.0) / MARKER_SD_M
-        normal = jacobian.T @ jacobian + np.eye(twin.hinges) / ANGLE_SD_RAD**2
-        pose = pose + np.linalg.solve(normal, jacobian.T @ residual - pose / ANGLE_SD_RAD**2)
-    return np.clip(pose, -1.5, 1.5)
+
+    def misfit(pose: np.ndarray) -> np.ndarray:
+        off = np.nan_to_num(lateral_m - rest_m - (twin.markers_at(pose)[:, 1] - straight))
+        return np.concatenate([off / MARKER_SD_M, pose / ANGLE_SD_RAD])
+
+    return np.clip(least_squares(misfit, np.zeros(twin.hinges)).x, -1.5, 1.5)

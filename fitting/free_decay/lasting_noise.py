@@ -69,14 +69,13 @@ class Linearised:
 def regress(model: Linearised) -> Regression:
     """The step towards the best parameters, averaged over the noise that may be there."""
     choices = [(d, s) for d in DURATIONS_S for s in (WHITE_SHARES if d else (0.0,))]
-    solved = [_solved(model, *choice) for choice in choices]
-    chance = softmax([-one.deviance / 2 for one in solved])
+    solved, deviances = zip(*(_solved(model, *choice) for choice in choices), strict=True)
+    chance = softmax(-np.array(deviances) / 2)
     step = np.einsum("c,cp->p", chance, np.stack([one.step for one in solved]))
     covariance = np.zeros((len(step), len(step)))
     for weight, one in zip(chance, solved, strict=True):
         covariance += weight * (one.covariance + np.outer(one.step - step, one.step - step))
-    best = int(np.argmax(chance))
-    return Regression(step, covariance, LastingNoise(*choices[best], solved[best].sd_m))
+    return Regression(step, covariance, solved[int(np.argmax(chance))].noise)
 
 
 def descend(model: Linearised, noise: LastingNoise) -> Regression:
@@ -109,17 +108,10 @@ def whitened(time_s: np.ndarray, used: np.ndarray, series: np.ndarray, noise: La
     return white, log_volume
 
 
-@dataclass(frozen=True, eq=False)
-class _Solved:
-    step: np.ndarray
-    covariance: np.ndarray
-    deviance: float
-    sd_m: float
-
-
-def _solved(model: Linearised, duration_s: float, white_share: float) -> _Solved:
-    noise = LastingNoise(duration_s, white_share, 1.0)
-    white, log_volume = whitened(model.time_s, model.used, model.stacked, noise)
+def _solved(model: Linearised, duration_s: float, white_share: float) -> tuple[Regression, float]:
+    """The regression under noise of one kind, whose size it finds, and its restricted log-likelihood times -2."""
+    unit = LastingNoise(duration_s, white_share, 1.0)
+    white, log_volume = whitened(model.time_s, model.used, model.stacked, unit)
     jacobian, residual = white[..., :-1], white[..., -1]
     curvature = np.einsum("nkp,nkq->pq", jacobian, jacobian)
     moment = np.einsum("nkp,nk->p", jacobian, residual)
@@ -135,7 +127,8 @@ def _solved(model: Linearised, duration_s: float, white_share: float) -> _Solved
     pushed = np.einsum("nkp,kl->nlp", jacobian, shared)
     meat = np.einsum("nkp,nkq->pq", pushed, jacobian) / variance**2 + np.diag(model.precision)
     inverse = cho_solve((normal, True), np.eye(len(moment)))
-    return _Solved(step, inverse @ meat @ inverse, deviance, float(np.sqrt(variance)))
+    noise = LastingNoise(duration_s, white_share, float(np.sqrt(variance)))
+    return Regression(step, inverse @ meat @ inverse, noise), deviance
 
 
 def _variance(model: Linearised, curvature: np.ndarray, moment: np.ndarray, total: float, free: int) -> float:

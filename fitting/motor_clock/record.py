@@ -23,7 +23,7 @@ ERRORS = {0: "input voltage", 2: "overheating", 3: "encoder", 4: "electrical sho
 """Bits of the hardware error status (ROBOTIS e-Manual, XW540-T140-R)."""
 
 
-def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> tuple[Flag, ...]:
+def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> Iterator[Flag]:
     """Doubts about a log.
 
     Args:
@@ -31,10 +31,7 @@ def log_flags(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, c
         drive_s: the steady stretch, on the motor's clock, s.
         measured_hz, commanded_hz: turns a second over it; nan where not known.
     """
-    return (*log.flags, *_doubts(log, drive_s, measured_hz, commanded_hz))
-
-
-def _doubts(log: MotorLog, drive_s: tuple[float, float], measured_hz: float, commanded_hz: float) -> Iterator[Flag]:
+    yield from log.flags
     if bits := int(np.bitwise_or.reduce(np.nan_to_num(log.error).astype(int))):
         named = [ERRORS.get(bit, f"bit {bit}") for bit in range(bits.bit_length()) if bits >> bit & 1]
         yield Flag("motor_error", message=f"the motor reported: {', '.join(named)}")

@@ -10,8 +10,18 @@ import numpy as np
 from fitting.dry_run import CrankFit, CrankTrial, DryTrial, crank_response, fit_crank
 from fitting.free_decay import DecayFit, DecayTrial, HingeEstimate, combine_decays, fit_decay
 from fitting.free_decay.decay_flags import doubt_of_decay
-from fitting.structure.sources import ARM, DAMPING, HINGES, STIFFNESS, assumed_source, measured_source, with_sources
-from fitting.structure.structure import BUILT_IN, Source, Structure
+from fitting.structure.sources import (
+    ARM,
+    BUILT_IN,
+    DAMPING,
+    HINGES,
+    STIFFNESS,
+    Source,
+    Structure,
+    assumed_source,
+    measured_source,
+    with_sources,
+)
 from session import Flag
 from session.errors import SimulationDiverged
 from swimmer import RobotSpec

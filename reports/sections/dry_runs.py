@@ -95,13 +95,10 @@ def _tendons(fit: CrankFit) -> str:
     stretch = max(trial.tendons.stretch for trial in fit.trials)
     slack = max(trial.tendons.slack_share for trial in fit.trials)
     shortest = max(trial.tendons.shortening for trial in fit.trials)
-    shortcut = max(1e-6, *(trial.shortcut_error_m for trial in fit.trials))
     return (
         f"In the twin the tendons stretch by up to {100 * stretch:.1f} % (published: about "
         f"{100 * PUBLISHED_STRETCH:.0f} %) and shorten by up to {100 * shortest:.1f} %; for {percent(slack)} of the "
-        "turn a tendon is shorter than at rest, where a string would hang slack and the twin’s springs push instead. "
-        "Motions between simulated arms and speeds were read off a table, to within "
-        f"{in_mm(shortcut, 3)} mm of a simulation at the result."
+        "turn a tendon is shorter than at rest, where a string would hang slack and the twin’s springs push instead."
     )
 
 

@@ -112,7 +112,7 @@ def _headline(context: ReportContext) -> Markup:
     if fit is not None:
         parts.append(
             Markup("The twin’s markers stay <strong>{}&nbsp;mm</strong> from the measured ones on {}{}.").format(
-                in_mm(fit.marker_error_m, 0),
+                shown(fit.marker_error_mm, 0),
                 _trials(context.trials("fit"), "fit"),
                 _held_out_markers(holdout),
             )
@@ -143,4 +143,4 @@ def _speed_errors(summary: Summary) -> tuple[str, str, str]:
 def _held_out_markers(holdout: Summary | None) -> Markup | str:
     if holdout is None:
         return ""
-    return Markup(" and <strong>{}&nbsp;mm</strong> on the held-out ones").format(in_mm(holdout.marker_error_m, 0))
+    return Markup(" and <strong>{}&nbsp;mm</strong> on the held-out ones").format(shown(holdout.marker_error_mm, 0))

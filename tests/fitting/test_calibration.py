@@ -41,7 +41,7 @@ def test_the_summary_is_the_mean_over_the_trials_of_a_role(calibration: Calibrat
     assert fitted is not None
     assert held_out is not None
 
-    assert fitted.marker_error_m == pytest.approx((slow.scores.marker_error_m + fast.scores.marker_error_m) / 2)
+    assert fitted.marker_error_mm == pytest.approx(500 * (slow.scores.marker_error_m + fast.scores.marker_error_m))
     assert held_out.speed_mae_twin == pytest.approx(abs(new.speed_twin - new.measured.speed))
     assert held_out.speed_mae_ebt == pytest.approx(abs(new.speed_ebt - new.measured.speed))
     assert calibration.summary("nothing") is None

@@ -9,7 +9,7 @@ import pytest
 
 from fitting import MeasuredTrial
 from fitting.course import course_of
-from tests.fitting.exact_swims import FPS, exact_swims, lasting_noise
+from tests.fitting.exact_swims import exact_swims
 
 TURNING, SIDEWAYS = 0.06, 0.015
 
@@ -43,18 +43,3 @@ def test_a_steady_turn_and_slip_are_found_beside_the_beat(straight: MeasuredTria
 
     assert course.turning.value - plain.turning.value == pytest.approx(TURNING)
     assert course.sideways.value - plain.sideways.value == pytest.approx(SIDEWAYS)
-
-
-def test_its_standard_errors_hold_the_truth_as_often_as_they_claim(straight: MeasuredTrial) -> None:
-    """Errors that last a tenth of a second; 90 % intervals, 60 draws of three rates.
-
-    On the safe side: errors are thought to last for up to one and a half beats.
-    """
-    random, clean = np.random.default_rng(5), course_of(turning(straight))
-    noise = lasting_noise((60, len(straight.time_s), 3), random, 0.1) * (0.002, 0.002, 0.01)
-    inside = []
-    for each in noise:
-        found = course_of(turning(straight, each))
-        inside += [abs(a.value - b.value) < 1.645 * a.se for a, b in zip(found, clean, strict=True)]
-    assert FPS == 60.0
-    assert 0.85 < np.mean(inside) <= 0.99

@@ -12,10 +12,8 @@ from fitting.ebt import FORMS, EbtForm, fit_ebt
 from fitting.tail_tip import TailSwim, measured_tail, published_motion, smoothed_motion, tip_motion
 from swimmer import load_robot
 from swimmer.ebt import TailMotion
-from swimmer.large_amplitude import mean_thrust_large
 from tests.fitting.swims import by_hand, straight_swim
 from tests.fitting.tails import PIXEL_M, on_half_pixels
-from tests.swimmer.test_large_amplitude import MASS, thrust_of_wave
 
 Motion = Callable[[TailSwim], TailMotion]
 ROBOT = load_robot()
@@ -119,14 +117,6 @@ def test_at_slow_beats_smoothing_takes_away_most_of_the_bias(hz: float, amplitud
     assert abs(smoothed) < 0.25 * published
 
 
-def test_at_fast_beats_smoothing_takes_some_of_the_beat_itself() -> None:
-    """So that a fit over all speeds bends: the price, known and stated."""
-    published, smoothed = bias(1.3, 0.06)
-
-    assert abs(published) < 0.01
-    assert smoothed == pytest.approx(-0.107, abs=0.01)
-
-
 WAVE = {"amplitude": 0.06, "wave_number": 8.0, "angular": 2 * np.pi}
 SPEED = 0.1
 
@@ -166,23 +156,3 @@ def test_the_tip_of_a_wave_moves_and_leans_as_its_formula_says() -> None:
     np.testing.assert_allclose(motion.angle_rad[whole], angle[whole], atol=1e-3)
     np.testing.assert_allclose(motion.lateral_speed[whole], -WAVE["amplitude"] * lateral[whole], atol=1e-3)
     np.testing.assert_allclose(motion.forward_speed, 0.0, atol=1e-9)
-
-
-def test_the_thrust_of_a_tracked_wave_is_the_closed_form() -> None:
-    motion = tip_motion(wave_swim())
-    expected = thrust_of_wave(**WAVE, speed=SPEED)
-    other_way = mean_thrust_large(motion._replace(angle_rad=-motion.angle_rad), SPEED, MASS)
-
-    assert mean_thrust_large(motion, SPEED, MASS) == pytest.approx(expected, rel=2e-3)
-    assert abs(other_way / expected - 1) > 0.02
-
-
-@pytest.mark.parametrize("angle", [0.7, np.pi, -2.4])
-def test_however_the_pool_lies_the_tip_moves_the_same(angle: float) -> None:
-    still = wave_swim(yawing=0.1, turning=0.02)
-    turned = replace(
-        still, pool_m=still.pool_m @ rotation(np.array(-angle)) + 0.3, heading_rad=still.heading_rad + angle
-    )
-
-    for part, same in zip(tip_motion(turned), tip_motion(still), strict=True):
-        np.testing.assert_allclose(part, same, rtol=0, atol=1e-11)

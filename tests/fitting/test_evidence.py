@@ -119,18 +119,6 @@ def test_a_forward_swimmer_is_preferred_to_a_closer_backward_one(
     assert best.coefficients[1] < bound
 
 
-@pytest.mark.long
-def test_each_pair_finds_a_twin_that_forecasts_what_it_has_not_seen(
-    trials: tuple[MeasuredTrial, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """From the box alone, with the search as it is; tracks half a millimetre off."""
-    for name, value in {"SCREENED": 64, "CHECKED": 6, "STARTS": 2, "HEAT": 3, "POLISH": 10}.items():
-        monkeypatch.setattr(f"fitting.pairs.{name}", value)
-    for pair in fit_pairs(trials, exact_twin()):
-        assert pair.swims_forward
-        assert pair.speed_mae["twin"] < 0.01
-
-
 def test_of_many_pairs_a_seeded_choice_is_made_by_name(
     trials: tuple[MeasuredTrial, ...],
 ) -> None:

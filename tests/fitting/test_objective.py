@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 
 from fitting.mean_distance import SOFTENING_M, MeanDistance
 from fitting.objective import Swims
-from fitting.search_space import PHASE_STEP_RAD, ROOT_STEP, SearchSpace, parameters
+from fitting.search_space import PHASE_STEP_RAD, ROOT_STEP, SearchSpace
 
 ERRORS = 7
 errors_m = arrays(float, (2 * ERRORS, 1), elements=st.floats(-0.2, 0.2))
@@ -52,16 +52,6 @@ def test_it_is_the_weighted_mean_distance_to_within_its_softening(r: np.ndarray)
     assert mean - SOFTENING_M <= MeanDistance(weight).value(r) <= mean + 1e-15
 
 
-def test_projected_gradient_and_curvature_are_those_of_the_projection() -> None:
-    random = np.random.default_rng(1)
-    norm, r, slopes = some_norm(), 0.05 * random.normal(size=(2 * ERRORS, 1)), random.normal(size=(2 * ERRORS, 3))
-    gradient, curvature = norm.grad_hess(r, np.eye(2 * ERRORS))
-    projected = norm.grad_hess(r, slopes)
-
-    np.testing.assert_allclose(projected[0], slopes.T @ gradient)
-    np.testing.assert_allclose(projected[1], slopes.T @ curvature @ slopes)
-
-
 def columns_around(point: np.ndarray, count: int) -> np.ndarray:
     return np.abs(point[:, None] + 0.1 * np.random.default_rng(2).normal(size=(len(point), count)))
 
@@ -97,12 +87,3 @@ def test_slopes_point_where_the_errors_go(swims: Swims) -> None:
         lengths = np.linalg.norm(slopes[:, i]), np.linalg.norm(wider)
         assert slopes[:, i] @ wider > 0.9 * np.prod(lengths)
         assert lengths[0] == pytest.approx(lengths[1], rel=0.3)
-
-
-def test_slopes_at_a_bound_look_inwards_only(swims: Swims) -> None:
-    space = SearchSpace(swims)
-    low, high = space.low.copy(), space.high.copy()
-    low[5:], high[5:] = POINT[5:], POINT[5:]
-    for corner in (low, high):
-        assert np.isfinite(space.slopes(np.clip(corner, space.low, space.high)[:, None], np.empty(0))).all()
-    assert parameters(space.low[:, None])[:5].max() == 0.0

@@ -75,19 +75,6 @@ def test_standard_errors_and_intervals_are_what_repeated_noise_does(draws: list[
     assert ((ends[..., 0] <= TRUTH[:5] ** 2) & (TRUTH[:5] ** 2 <= ends[..., 1])).mean() > 0.85
 
 
-def test_the_curvature_is_the_slope_of_the_gradient() -> None:
-    random = np.random.default_rng(1)
-    norm, slopes, errors = (
-        MeanDistance(np.full(10, 0.1)),
-        random.normal(size=(20, 3)),
-        0.01 * random.normal(size=(20, 1)),
-    )
-    ahead = [norm.grad_hess(errors + 1e-7 * column[:, None], slopes)[0][:, 0] for column in slopes.T]
-    behind = [norm.grad_hess(errors - 1e-7 * column[:, None], slopes)[0][:, 0] for column in slopes.T]
-
-    np.testing.assert_allclose(norm.curvature(errors, slopes), (np.array(ahead) - behind).T / 2e-7, rtol=1e-5)
-
-
 INTERVAL = np.array([[0.35, 0.45], [1.8, 2.2], [5.0, 7.0], [3.8, 4.2], [0.0, 0.3]])
 
 

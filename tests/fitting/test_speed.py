@@ -129,27 +129,3 @@ def test_values_are_those_of_the_trials_and_intervals_are_in_order(errors: list[
         assert [interval.value for interval in found[name]] == pytest.approx(values, abs=1e-12)
         for interval in found[name]:
             assert interval.low <= interval.high
-
-
-def test_many_trials_of_one_error_leave_a_narrow_interval() -> None:
-    bias = speed_errors(trials([0.02] * 6))["twin"].bias
-
-    assert bias.low < 0.02 < bias.high
-    assert 0 < bias.high - bias.low < 0.004
-
-
-@pytest.mark.long
-def test_the_interval_of_the_bias_holds_the_mean_it_was_drawn_from() -> None:
-    """Ten trials; a percentile bootstrap of few trials is a little too narrow."""
-    random = np.random.default_rng(0)
-    made = trials([0.0] * 10)
-    hits = 0
-    for _ in range(100):
-        drawn = [
-            replace(trial, speeds={"twin": SPEED + 0.01 + error})
-            for trial, error in zip(made, random.normal(0, 0.02, 10), strict=True)
-        ]
-        bias = speed_errors(drawn)["twin"].bias
-        hits += bias.low <= 0.01 <= bias.high
-
-    assert 78 <= hits <= 96

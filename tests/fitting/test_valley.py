@@ -11,11 +11,9 @@ import pytest
 
 from fitting.mean_distance import MeanDistance
 from fitting.objective import Swims
-from fitting.published_objective import PublishedObjective
-from fitting.published_search import nelder_mead
 from fitting.search_space import ROOTS, SearchSpace
 from fitting.valley import ELSEWHERE, along_valley
-from fitting.valley_simplex import LONGEST, RISE_M, _edges, descend_in_valley
+from fitting.valley_simplex import LONGEST, RISE_M, _edges
 from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin
 
@@ -64,23 +62,6 @@ START = np.append(np.array(PLAUSIBLE_COEFFICIENTS) * [1.1, 0.95, 1.1, 0.97, 1.3]
 @pytest.fixture(scope="module")
 def swims() -> Swims:
     return Swims(exact_twin(), exact_swims(hz=(0.7, 1.2), seconds=3.5))
-
-
-def started(swims: Swims) -> PublishedObjective:
-    objective = PublishedObjective(swims, BUDGET_S)
-    objective(START[:, None])
-    return objective
-
-
-@pytest.mark.long
-def test_it_comes_lower_than_a_simplex_along_the_coefficients(swims: Swims) -> None:
-    shaped, plain = started(swims), started(swims)
-    descend_in_valley(shaped, BUDGET_S)
-    nelder_mead(plain, BUDGET_S, START)
-
-    assert shaped.best_m < plain.best_m < started(swims).best_m
-    assert shaped.spent_s < BUDGET_S + 40.0
-    assert ((shaped.best_point[:5] >= 0) & (shaped.best_point[:5] <= 10)).all()
 
 
 def test_along_edges_not_cut_short_the_objective_rises_alike(swims: Swims) -> None:

@@ -50,7 +50,6 @@ def made_run(name: str, hz: float, phase_rad: float, **changes: object) -> Crank
         published=Cell(0.0391, hz, phase_rad, 0.005),
         surface=surface,
         tendons=TendonUse(0.0004, 0.018, 0.83),
-        shortcut_error_m=2e-5,
         flags=(SLACK,),
     )
     return replace(run, **changes)  # type: ignore[arg-type]

@@ -81,7 +81,7 @@ def test_the_first_sentences_give_the_numbers_that_the_calibration_has(page: Pag
     assert f"to within {summary.speed_mae_twin * 1000:.0f} mm/s" in page.text
     published, large = (summary.speed_mae[name] * 1000 for name in ("published", "large"))
     assert f"(elongated body theory: {published:.0f} mm/s as published, {large:.0f} mm/s for large" in page.text
-    assert f"{summary.marker_error_m * 1000:.0f} mm on the held-out ones" in page.text
+    assert f"{summary.marker_error_mm:.0f} mm on the held-out ones" in page.text
 
 
 def test_doubts_stand_in_the_summary_and_with_their_trial(page: Page) -> None:

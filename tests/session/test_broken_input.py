@@ -167,12 +167,6 @@ values = st.recursive(
 
 
 @broken
-@given(st.dictionaries(st.sampled_from(KEYS), values, max_size=6))
-def test_sessions_of_any_form_never_end_in_a_traceback(content: dict[str, Any]) -> None:
-    read(tomlkit.dumps(content).encode(), "broken.toml", read_session)
-
-
-@broken
 @given(st.data())
 def test_one_value_of_any_type_in_a_valid_session_never_ends_in_a_traceback(data: st.DataObject) -> None:
     content = tomlkit.parse(SESSION_TOML).unwrap()

@@ -67,17 +67,5 @@ def test_a_small_wave_has_the_thrust_of_the_steady_form(wave_number: float, angu
     assert mean_thrust_large(motion, speed, MASS) == pytest.approx(float(steady), abs=3e-6 * scale)
 
 
-@given(amplitude=amplitudes, wave_number=wave_numbers, angular=angulars, speed=speeds)
-def test_a_tip_that_leans_the_other_way_is_on_a_wave_that_runs_forward(
-    amplitude: float, wave_number: float, angular: float, speed: float
-) -> None:
-    motion = wave(amplitude, wave_number, angular)
-    scale = MASS * amplitude**2 * (angular**2 + (speed * wave_number) ** 2)
-    rounding = 1e-9 + 1e-14 / (amplitude * wave_number) ** 2
-
-    other_way = mean_thrust_large(motion._replace(angle_rad=-motion.angle_rad), speed, MASS)
-    assert other_way == pytest.approx(thrust_of_wave(amplitude, -wave_number, angular, speed), abs=rounding * scale)
-
-
 def test_a_tail_that_gives_no_thrust_does_not_swim() -> None:
     assert steady_speed_large(wave(0.05, 8.0, 0.0), FISH, 1.0, 0.3) == 0.0

@@ -5,9 +5,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from swimmer import RobotSpec, Runs, Scene, Trajectories, Twin, build_mjcf
+from swimmer import RobotSpec, Runs, Trajectories, Twin, build_mjcf
 from swimmer import twin as twin_module
-from swimmer.kinematics import MarkerKinematics
 from swimmer.mjcf import DRY, SWIM
 from tests.swimmer.robots import FISH, every_robot
 from tests.swimmer.swims import random_runs, runs
@@ -84,20 +83,6 @@ def test_a_field_of_one_simulation_does_not_touch_another_nor_the_next_call() ->
     assert_identical(twin.simulate(two, FRAMES), plain)
 
 
-def test_arrays_have_the_documented_shapes_and_order() -> None:
-    names = ("caudal_fin", "nose", "pectoral_left")
-    swum = Twin(FISH, names).simulate(random_runs(4, seed=3), FRAMES)
-    f = len(FRAMES)
-    assert swum.marker_m.shape == (4, f, 3, 2)
-    assert swum.head.shape == (4, f, 3)
-    assert swum.hinges_rad.shape == (4, f, 5)
-    assert swum.crank_rad.shape == (4, f)
-    assert not swum.diverged.any()
-    full = Twin(FISH).simulate(random_runs(4, seed=3), FRAMES)
-    columns = [list(FISH.markers).index(name) for name in names]
-    np.testing.assert_array_equal(swum.marker_m, full.marker_m[:, :, columns])
-
-
 def test_result_does_not_depend_on_chunks_or_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     many = random_runs(7, seed=4, velocity=np.full((7, 3), 0.01), fields={"jnt_stiffness": np.full((7, 9), 0.5)})
     whole = Twin(FISH).simulate(many, FRAMES)
@@ -107,24 +92,6 @@ def test_result_does_not_depend_on_chunks_or_workers(monkeypatch: pytest.MonkeyP
     assert_identical(in_chunks, whole)
     own_times = np.tile(FRAMES, (7, 1))
     assert_identical(Twin(FISH).simulate(many, own_times), whole)
-
-
-def test_each_simulation_may_have_its_own_frame_times() -> None:
-    twin, many = Twin(FISH), random_runs(2, seed=6)
-    times = np.stack([FRAMES, FRAMES * 0.5 + 0.003])
-    swum = twin.simulate(many, times)
-    for i in range(2):
-        np.testing.assert_array_equal(swum.marker_m[i], twin.simulate(alone(many, i), times[i]).marker_m[0])
-
-
-def test_interpolation_error_falls_with_the_fourth_power_of_the_step() -> None:
-    errors = []
-    for step in (0.1, 0.05):
-        where = np.arange(0.5, 2.0 / step - 2)
-        samples = np.sin(3 * step * np.arange(2.0 / step + 3))[None, :, None]
-        found = twin_module._interpolate(samples, np.zeros(1, int), where)[0, :, 0]
-        errors.append(np.abs(found - np.sin(3 * step * where)).max())
-    assert 13 < errors[0] / errors[1] < 19
 
 
 @every_robot
@@ -153,28 +120,6 @@ def test_the_head_starts_at_the_origin_with_the_velocity_asked_for() -> None:
     still = twin.simulate(runs(0.5), np.array([step])).head[0, 0]
     np.testing.assert_allclose(swum.head[:, 0], 0.0, atol=1e-15)
     np.testing.assert_allclose((swum.head[:, 1] - still) / step, velocity, atol=0.02)
-
-
-def test_a_clamped_head_stays_even_when_pushed() -> None:
-    twin = Twin(FISH, scene=DRY)
-    swum = twin.simulate(runs(1.0, velocity=np.array([[0.5, 0.5, 3.0]])), FRAMES)
-    assert not swum.head.any()
-    on_head = [name for name, marker in FISH.markers.items() if marker.body == "head"]
-    columns = [twin.markers.index(name) for name in on_head]
-    places = FISH.marker_positions_m(tuple(on_head))[:, :2]
-    np.testing.assert_allclose(swum.marker_m[0][:, columns], np.broadcast_to(places, (90, 5, 2)), atol=1e-15)
-    assert np.ptp(swum.marker_m[0, :, twin.markers.index("tail_5"), 1]) > 0.05
-
-
-@pytest.mark.parametrize("scene", [SWIM, DRY], ids=["swim", "dry"])
-def test_after_the_first_second_an_eight_times_finer_step_bends_the_tail_alike(scene: Scene) -> None:
-    """Markers in the head's own axes differ by at most 0.2 mm in the mean."""
-    one, time_s = runs([0.5, 1.0, 1.5], 0.5), np.arange(1.0, 3.0, 1 / 60)
-    fine = replace(scene, timestep_s=scene.timestep_s / 8)
-    in_head = MarkerKinematics(FISH, tuple(FISH.markers))
-    hinges = [Twin(FISH, scene=s).simulate(one, time_s).hinges_rad for s in (scene, fine)]
-    shapes = [in_head(np.zeros((*h.shape[:2], 3)), h) for h in hinges]
-    assert np.linalg.norm(shapes[0] - shapes[1], axis=-1).mean() < 0.2e-3
 
 
 @pytest.mark.parametrize(

@@ -5,16 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.dry_run import fit_crank, measure_dry_run
-from fitting.dry_run.error_surface import CrankGrid
-from session import Tracks, load_session
+from session import load_session
 from session.motor import load_motor
 from swimmer import CrankTurn, Runs, Twin
 from swimmer.mjcf import DRY as DRY_SCENE
 from synthetic import SyntheticPlan, SyntheticTrial, make_session, read_truth, simulate_swims
 from synthetic.swims import TrueRun, simulate_dry_runs
 from synthetic.view import in_image
-from tests.synthetic.plans import DRY, MOTOR, SLOW, dry_plan, files_of, small_plan, tracks_of
+from tests.synthetic.plans import DRY, MOTOR, SLOW, dry_plan, files_of, small_plan
 
 FRAMES_PER_S = 60.0
 
@@ -58,25 +56,6 @@ def test_driven_by_its_log_on_the_clock_of_the_video_the_twin_moves_as_the_track
     assert apart_px.max() < 1.5
     assert motor is not None
     assert turn.mean_hz(*motor.steady_s) == pytest.approx(run().frequency_hz, rel=2e-3)
-
-
-@pytest.mark.long
-def test_the_arm_is_found_from_the_tracks_and_the_log(tmp_path: Path) -> None:
-    folder = make_session(tmp_path / "s", dry_plan())
-    session, truth = load_session(folder), read_truth(folder)
-    spec, known = session.trial("dry"), truth.dry_runs["dry"]
-    assert spec.motor is not None
-    assert known.steady_s is not None
-    tracks = tracks_of(session, "dry")
-    steady = (tracks.time_s >= known.steady_s[0]) & (tracks.time_s <= known.steady_s[1])
-    first_s = tracks.time_s[steady][0]
-    cut = Tracks(tracks.markers, tracks.time_s[steady] - first_s, tracks.position_px[steady], tracks.confidence[steady])
-    crank_rad = turn_of(spec.motor).angle(tracks.time_s[steady])
-    trial = measure_dry_run(spec, cut, session.camera, truth.plan.swimmer, warmup_s=0.0, crank_rad=crank_rad)
-    fit = fit_crank([trial], truth.plan.swimmer, CrankGrid(speeds=11, phases=20))
-
-    assert abs(fit.arm_m - truth.structure.crank_arm_m) < 4 * fit.arm_se_m
-    assert fit.arm_se_m < 5e-4
 
 
 def logged_swim() -> SyntheticPlan:

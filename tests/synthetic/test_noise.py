@@ -53,14 +53,6 @@ def test_neighbours_share_what_is_asked_for_in_each_axis(shared: float, length_m
     assert correlation(values, 1) == pytest.approx(np.exp(-STEP_S / 0.02), abs=0.03)
 
 
-def test_by_default_nothing_is_shared_and_draws_are_the_same_to_the_bit() -> None:
-    plain, placed = (
-        lasting_errors((50, 4, 2), STEP_S, TrackingNoise(), np.random.default_rng(3), place)
-        for place in (None, PLACE_M)
-    )
-    np.testing.assert_array_equal(plain, placed)
-
-
 def test_boxes_sit_off_their_markers_by_the_spread_asked_for() -> None:
     offsets = placement_offsets(5000, TrackingNoise(placement_sd_px=3.0), np.random.default_rng(2))
 

@@ -87,7 +87,7 @@ def kinds(fit: CrankFit) -> set[str]:
 def test_only_tendons_unlike_those_of_the_built_in_robot_are_flagged() -> None:
     first = fitted().trials[0]
     odd = replace(first, tendons=TendonUse(0.05, 0.02, 0.95))
-    flags = {flag.kind: flag.message for flag in trial_flags(odd, None, (0.03, 0.0415))}
+    flags = {flag.kind: flag.message for flag in trial_flags(odd, (0.03, 0.0415))}
 
     assert first.tendons.slack_share > 0.5
     assert first.tendons.stretch < 0.001
@@ -157,14 +157,6 @@ def test_a_head_that_is_not_clamped_is_seen() -> None:
 
     assert "head_moves" in [flag.kind for flag in trial.flags]
     assert "head_moves" not in [flag.kind for flag in both(0)[0].flags]
-
-
-def test_a_second_valley_and_a_coarse_table_are_told() -> None:
-    coarse = replace(fitted().trials[0], shortcut_error_m=4e-4)
-    flags = {flag.kind: flag.message for flag in trial_flags(coarse, Cell(0.041, 0.61, 2.0, 0.0048), (0.03, 0.0415))}
-
-    assert "an arm of 41.0 mm at 0.610 Hz and 115° is 4.8 mm away from the tracks too" in flags["ambiguous"]
-    assert "simulate more arms" in flags["coarse_table"]
 
 
 def test_a_tail_that_moves_otherwise_is_told() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fitting.dry_run.error_surface import Cell, CrankGrid, ErrorSurface, error_surface
-from fitting.dry_run.published import distance_at, other_valley, refine_valleys
+from fitting.dry_run.error_surface import CrankGrid, ErrorSurface, error_surface
+from fitting.dry_run.published import distance_at, lowest_point
 from tests.fitting.dry_run.runs import NOISELESS, dry_trial, shared_response
 
 COARSE = CrankGrid(speeds=21, phases=30)
@@ -27,7 +27,7 @@ def test_each_cell_is_the_mean_marker_distance_there() -> None:
 def test_without_noise_the_lowest_point_is_the_truth(arm_m: float, hz: float, phase_rad: float) -> None:
     trial = dry_trial(arm_m, hz, phase_rad, noise=NOISELESS)
     surface = error_surface(trial, shared_response(), COARSE)
-    best = refine_valleys(trial, shared_response(), surface)[0]
+    best = lowest_point(trial, shared_response(), surface)
 
     assert best.arm_m == pytest.approx(arm_m, abs=1e-4)
     assert best.hz == pytest.approx(hz, rel=1e-3)
@@ -48,22 +48,3 @@ def test_valleys_come_deepest_first_and_phase_runs_round() -> None:
     depths = [cell.distance_m for cell in surface.valleys(2)]
 
     assert depths == [0.010, 0.011]  # the last phase is next to the first
-
-
-def test_a_second_valley_counts_when_it_is_as_deep_and_elsewhere() -> None:
-    surface = hills()
-    best = Cell(0.034, 0.6, 1.0, 0.0200)
-    deep, near, shallow = (
-        Cell(0.039, 0.6, 1.0, 0.0203),
-        Cell(0.0345, 0.6, 1.1, 0.0200),
-        Cell(0.039, 0.6, 4.0, 0.0210),
-    )
-
-    assert other_valley((best, deep), surface) == deep
-    assert other_valley((best, near, shallow), surface) is None
-    assert other_valley((best, Cell(0.034, 0.6, 2 * np.pi + 0.9, 0.02)), surface) is None
-
-
-def test_phases_must_divide_the_table() -> None:
-    with pytest.raises(ValueError, match="found 50, expected a divisor of 180"):
-        CrankGrid(phases=50)

@@ -46,15 +46,6 @@ def test_it_leaves_by_how_much_the_hinges_are_not_as_described(stiffer: float, d
     assert told == pytest.approx(np.array([[0.0, 0.0], [0.0, np.log(1.5)]]), abs=0.03)
 
 
-@pytest.mark.long
-def test_it_is_as_sure_as_it_says() -> None:
-    seen = [ring(robot(), seed) for seed in range(16)]
-    scores = np.array([each.left / each.sd for each in seen])
-    assert np.abs(scores.mean(axis=0)).max() < 1.0
-    assert (scores.std(axis=0) > 0.3).all()
-    assert (scores.std(axis=0) < 1.6).all()
-
-
 def test_a_sample_that_no_tracking_error_explains_hardly_moves_it() -> None:
     tracks = decay_tracks(TRUTH)
     position = np.array(tracks.position_px)

@@ -138,12 +138,6 @@ def test_what_is_wrong_with_a_log_is_flagged(kind: str, changes: dict[str, float
     assert kind in kinds(recorded(one._replace(log=log)).flags)
 
 
-def test_a_motor_slower_than_commanded_is_flagged() -> None:
-    one = filmed(6)[0]
-    commands = replace(one.commands, velocity_rad_s=1.1 * one.commands.velocity_rad_s)
-    assert "motor_slow" in kinds(recorded(one._replace(commands=commands)).flags)
-
-
 def test_a_log_without_readings_is_refused() -> None:
     one = filmed(6)[0]
     log = replace(one.log, position_rad=np.full(len(one.log.time_s), np.nan))

@@ -55,16 +55,6 @@ def test_only_the_frames_of_the_drive_are_measured() -> None:
     assert weight[trial.first_frame :][: len(trial.weight)] == pytest.approx(trial.weight)
 
 
-def test_flags_count_the_frames_of_the_video() -> None:
-    one, record, trial = swum()
-    tracks = tracks_of(one)
-    jumped = trial.first_frame + 100
-    position_px = tracks.position_px.copy()
-    position_px[jumped, 6] += 60.0
-    flags = measure_trial(SWIM_SPEC, replace(tracks, position_px=position_px), CAMERA, ROBOT, 1.0, record).flags
-    assert [flag.frames for flag in flags if flag.markers == (FISHSIM_MARKERS[6],)] == [(jumped, jumped)]
-
-
 def test_its_frequency_is_that_of_the_crank_beside_the_tail_s_beat() -> None:
     _, record, trial = swum()
     assert trial.turn is not None
@@ -116,23 +106,3 @@ def test_a_dry_run_knows_how_unevenly_its_crank_turned() -> None:
     ahead = 2 * np.pi * record.measured_hz * (trial.even_s - trial.time_s)
     assert 0.01 < ahead.std() < 0.05  # rad: 2 % once and 1.5 % twice a turn
     assert measure_dry_run(SPEC, tracks_of(one), CAMERA, ROBOT).motor is None
-
-
-@pytest.mark.parametrize("role", ["fit", "holdout"])
-def test_without_its_log_a_trial_is_what_its_frames_tell(role: str) -> None:
-    one, _, trial = swum(role)
-    driven = slice(trial.first_frame, trial.first_frame + len(trial.time_s))
-    tracks = tracks_of(one)
-    cut = Tracks(tracks.markers, trial.time_s, tracks.position_px[driven], tracks.confidence[driven])
-    expected = measure_trial(replace(SWIM_SPEC, role=role), cut, CAMERA, ROBOT, 1.0)  # type: ignore[arg-type]
-
-    plain = trial.without_log
-
-    assert plain.turn is None
-    assert plain.motor is None
-    assert plain.frequency.hz == pytest.approx(expected.frequency.hz, rel=1e-9)
-    assert plain.start_frequency.hz == pytest.approx(expected.start_frequency.hz, rel=1e-9)
-    assert plain.speed == pytest.approx(expected.speed, rel=1e-9)
-    np.testing.assert_array_equal(plain.known, expected.known)
-    assert plain.without_log is plain
-    assert trial.turn is not None

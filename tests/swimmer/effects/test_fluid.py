@@ -15,7 +15,6 @@ from swimmer.effects.fluid import DAMPING, PITCH_HZ, ROLL_HZ, SLOW_M_S
 from swimmer.effects.plates import Plates
 from swimmer.effects.seen import Seen, View
 from swimmer.mjcf import SWIM
-from tests.cases import later
 from tests.swimmer.effects.swims import PLAIN
 from tests.swimmer.engine_state import random_state
 from tests.swimmer.robots import FISH, changed, every_robot
@@ -127,41 +126,6 @@ def test_a_push_across_a_straight_robot_accelerates_body_and_water(robot: RobotS
     np.testing.assert_allclose(data.qacc, expected, atol=1e-9 * np.abs(expected).max())
 
 
-def energy_lost(scale: float, timestep_s: float) -> float:
-    """Share of the energy of a robot in motion that is gone after a second without drag or damping.
-
-    What the wake was given is counted: 1/2 m' v_t^2 a length of way, v_t across the tail's end, m' a length there.
-    """
-    scene = replace(SWIM, with_tendons=False, timestep_s=timestep_s)
-    model, plain = model_with(REACTION, np.array([scale]), IDEAL, scene), build_mjcf(IDEAL, NO_DRAG, scene).compile()
-    force, data, bare = REACTION.force(IDEAL, scene, np.array([[scale]])), mujoco.MjData(model), mujoco.MjData(plain)
-    data.qvel[:] = [-0.3, 0.1, 0.5, 0.0, 2.0, -1.0, 3.0, -2.0, 1.0]
-    steps, energy, shed, plates = round(1.0 / timestep_s), [], 0.0, Plates(IDEAL, scene)
-    per_length = scale * RHO * np.pi / 4 * IDEAL.caudal_fin.span_m**2
-    for step in range(steps + 1):
-        motion = plates.motion(state_of(data))
-        own = (motion.along.conj() * motion.velocity)[0, -1]
-        at_end = own.imag + motion.turning[0, -1] * IDEAL.caudal_fin.chord_m / 2
-        shed -= timestep_s * per_length * at_end**2 / 2 * own.real * (step < steps)
-        if step in (0, steps):
-            bare.qpos[:], bare.qvel[:] = data.qpos, data.qvel
-            mujoco.mj_forward(plain, bare)
-            inertia = body_inertia(plain, bare) + scale * water_inertia(IDEAL, plain, bare)
-            spring = IDEAL.tail.hinge_stiffness_n_m * (data.qpos[4:] ** 2).sum()
-            energy.append((data.qvel @ inertia @ data.qvel + spring) / 2)
-        if force is not None:
-            data.qfrc_applied[:] = force(state_of(data))[0]
-        mujoco.mj_step(model, data)
-    return 1 - (energy[1] + shed) / energy[0]
-
-
-@pytest.mark.parametrize("scale", [*later(0.1), 1.0])
-def test_body_water_and_wake_keep_their_energy(scale: float) -> None:
-    coarse, fine = (energy_lost(scale, step) for step in (5e-4, 2.5e-4))
-    assert abs(fine) < 0.005
-    assert abs(fine) < 0.6 * abs(coarse)  # what is lost is the integrator's, of first order
-
-
 @pytest.mark.parametrize("speed", [0.0, 0.15])
 def test_a_small_wave_of_the_tail_gives_the_thrust_of_elongated_body_theory(speed: float) -> None:
     """Head held on its way: T = 1/2 m (<h_t^2> - U^2 <h_x^2>) at the tail's end, with what the engine does of it."""
@@ -186,21 +150,6 @@ def test_a_small_wave_of_the_tail_gives_the_thrust_of_elongated_body_theory(spee
     tip = TailMotion(np.array(turn**2 * abs(place) ** 2 / 2), np.array(abs(slope[-1]) ** 2 / 2))
     expected = mean_thrust(tip, np.array(speed), RHO * np.pi / 4 * fin.span_m**2)
     assert -pushed[steps:].mean() == pytest.approx(expected, rel=0.02)
-
-
-def test_a_swim_with_added_mass_converges_as_the_plain_one_does() -> None:
-    once = AffectedRuns(
-        np.tile([0.4, 2.0, 6.0, 4.0, 1.0], (3, 1)),
-        np.ones(3),
-        np.zeros(3),
-        velocity=np.tile([-0.15, 0.0, 0.0], (3, 1)),
-        values=np.array([[0.0], [0.5], [1.0]]),
-    )
-    twin, time_s = AffectedTwin(PLAIN, [REACTION]), np.linspace(0.5, 2.0, 46)
-    coarse, half, fine = (twin.at_step(step).simulate(once, time_s).marker_m for step in (4.5e-3, 2.25e-3, 1.125e-3))
-    off, halved = (np.linalg.norm(one - fine, axis=-1).mean((1, 2)) for one in (coarse, half))
-    assert (off < 1.5e-3).all()
-    assert (halved < 0.6 * off).all()
 
 
 # ---- coefficients, memory, current -----------------------------------------------------------------------------
@@ -229,21 +178,6 @@ def test_half_of_a_force_comes_at_once_and_the_rest_on_the_way() -> None:
     since = dt * (np.arange(100) + 0.5)
     assert 2.0 + np.array(held)[:, 0] == pytest.approx(2.0 * (1 - 0.5 * np.exp(-speed * since / way)), rel=1e-3)
     assert np.abs(np.array(held)[:, 1]).max() == 0
-
-
-@pytest.mark.parametrize("stiffness", [0.1, 1.0, 30.0, 1e4])
-@pytest.mark.parametrize("way", [1e-5, 0.004, 0.1])
-def test_no_drag_is_so_strong_that_holding_it_back_runs_away(stiffness: float, way: float) -> None:
-    """One mass, drag implicit in the engine's way; stiffness is drag over inertia, times the step."""
-    force, speed, state = MEMORY.force(FISH, SWIM, np.array([[way]])), np.ones((1, 9)), np.zeros((1, 9))
-    assert force is not None
-    drag = state
-    for k in range(2000):
-        late = force(StepState(k * SWIM.timestep_s, state, speed, state, drag))
-        drag = -stiffness * speed
-        speed = (speed + late) / (1 + stiffness)
-        assert np.abs(speed).max() <= 1.0
-    assert np.abs(speed).max() < 1e-3
 
 
 def test_a_swim_in_a_current_is_the_same_swim_carried_along() -> None:

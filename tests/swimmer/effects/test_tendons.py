@@ -7,8 +7,8 @@ import pytest
 from swimmer import RobotSpec, build_mjcf
 from swimmer.effects import catalogue
 from swimmer.effects.tendon_path import TendonPath
-from swimmer.mjcf import DRY, FREE_DECAY
-from tests.swimmer.effects.models import model_with, moved, plain_model, settled, still
+from swimmer.mjcf import DRY
+from tests.swimmer.effects.models import model_with, plain_model, settled, still
 from tests.swimmer.engine_state import at_pose, random_state
 from tests.swimmer.robots import FISH, every_robot
 
@@ -61,26 +61,6 @@ def test_slack_leaves_a_dead_band_of_twice_its_length() -> None:
         expected.append(-pull @ per_rad)
     np.testing.assert_allclose(torques, expected, atol=1e-8)
     assert 0 < sum(torque == 0.0 for torque in torques) < len(TURN) / 2
-
-
-def test_a_tail_between_loose_tendons_swings_as_without_any() -> None:
-    """Released within the dead band, with the crank held; the plain twin's dampers would let it creep."""
-    slack, seconds, bend = 0.01, 0.1, np.array([0.02, 0.02, 0.01, 0.0, 0.0])
-    loose, free = model_with(SLACK, slack, DRY), plain_model(FREE_DECAY)
-    damper = SLACK.damping(FISH, DRY, [loose], np.array([[slack]]))
-    ends = [
-        moved(model, started(model, bend), seconds, damping).qpos[1:4]
-        for model, damping in ((free, None), (loose, damper), (model_with(SLACK, slack, DRY), None))
-    ]
-    swung = np.abs(ends[0] - bend[:3]).max()
-    assert np.abs(ends[1] - ends[0]).max() < 0.05 * swung
-    assert np.abs(ends[2] - ends[0]).max() > 0.5 * swung
-
-
-def started(model: mujoco.MjModel, bend: np.ndarray) -> mujoco.MjData:
-    data = mujoco.MjData(model)
-    data.qpos[1:] = bend
-    return data
 
 
 def test_friction_takes_the_power_that_sliding_through_each_guide_costs() -> None:
