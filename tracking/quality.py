@@ -141,11 +141,7 @@ def _first_look(
     never_px: np.ndarray,
     floor_px: float,
 ) -> tuple[BodyModel, np.ndarray, np.ndarray]:
-    """A rough judgement by the layout, with the trial's own spacing.
-
-    Returns:
-        the layout with the trial's spacing; (n, m) the samples that fit it; (n, m) those that sit on another.
-    """
+    """A rough look: the layout with the trial's spacing; (n, m) what fits it; (n, m) what sits on another."""
     gate = Gate(floor_px, LAYOUT_DEVIATIONS)
     fitting = present & ~touching(position_px, never_px).any(axis=2)
     for _ in range(2):

@@ -78,12 +78,9 @@ def save_movement(path: Path, tracked: TrackedTrial, *, legacy_names: bool = Fal
 
 
 def load_movement(path: Path, markers: Sequence[str], fps: float) -> Tracks:
-    """Reads a poses dataset of `movement` with one individual; further keypoints are left out.
+    """Reads a poses dataset of `movement` with one individual; further keypoints than the markers are left out.
 
-    Args:
-        path: the file.
-        markers: the keypoints it must hold.
-        fps: frames a second, used where the file counts time in frames.
+    `fps` counts where the file's time is in frames.
 
     Raises:
         InputError: every fault of the file at once.

@@ -50,13 +50,7 @@ def from_arrays(state: Mapping[str, np.ndarray], prefix: str = "") -> list[Crop]
 
 
 class CropTracker:
-    """CSRT on one marker within a crop of the picture.
-
-    Args:
-        start: the marker as it is first seen.
-        side_px: of the box around it, whole pixels.
-        moves: whether the crop moves with the marker.
-    """
+    """CSRT on one marker, in a box of `side_px` whole pixels, within a crop that moves with the marker or does not."""
 
     def __init__(self, start: Crop, side_px: int, moves: bool = False) -> None:
         centre = start.place_px - start.corner

@@ -16,11 +16,7 @@ from tracking.tracker.csrt import Crop, CropTracker, as_arrays, from_arrays
 class FaintMarkers:
     """CSRT on some of m markers, each for itself; what it says is checked by nobody but the distances to neighbours.
 
-    Args:
-        which: (m,) bool, the faint ones.
-        starts: each of the faint ones in the frame of the boxes.
-        box_px: (m,) sides of the boxes.
-        threads: on which the crops are updated side by side; 0 for all cores.
+    `which` (m,) of them are faint; `starts` shows those in the frame of the boxes, whose sides are (m,) `box_px`.
     """
 
     def __init__(self, which: np.ndarray, starts: Sequence[Crop], box_px: np.ndarray, threads: int = 0) -> None:

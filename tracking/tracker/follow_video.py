@@ -12,10 +12,10 @@ from tracking.boxes import StartBoxes
 from tracking.records.tracked import NO_SAMPLE, SampleState, TrackedTrial, only_csrt_flags
 from tracking.suspects import stretches
 from tracking.tracker.csrt import opencv_on_one_thread
+from tracking.tracker.doubtful_boxes import LEAST_CONTRAST, without_marker
 from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.tracker import MarkerTracker, Sighting
-from tracking.tracker.without_marker import LEAST_CONTRAST, without_marker
 from tracking.video import Frame, Video
 
 TrackerName = Literal["hybrid", "spots", "csrt"]
@@ -69,13 +69,7 @@ def follow_video(
 
 
 class _Pass:
-    """One pass over the frames of a video, which can be interrupted and taken up again.
-
-    Args:
-        video: opened.
-        markers: names of m markers.
-        partial: where to keep what was tracked so far; None: nowhere.
-    """
+    """One pass over the frames of a video, which can be interrupted and taken up again."""
 
     def __init__(self, video: Video, markers: tuple[str, ...], partial: Partial | None) -> None:
         self._video, self._markers, self._partial = video, markers, partial

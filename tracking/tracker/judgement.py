@@ -51,10 +51,6 @@ def judge(tracked: TrackedTrial, layout: RobotSpec) -> tuple[Flag, ...]:
     """The doubts about a tracked trial, by first frame: ``lost_marker``, ``drift``, ``size`` and ``swap``.
 
     Merged, frozen and jumping markers are found on any tracks, tracked here or elsewhere: `tracking.check_tracks`.
-
-    Args:
-        tracked: n frames of m markers, before or after gaps were filled.
-        layout: the robot, of which only the markers are used.
     """
     doubts = {
         "lost_marker": (~tracked.seen, "is not seen"),

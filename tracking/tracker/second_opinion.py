@@ -17,11 +17,7 @@ _BOX, _SMALLEST_BOX_PX = 1.5, 21  # side of the box that CSRT starts on, in diam
 
 
 class SecondOpinion:
-    """Keeps each marker's last good picture, and starts CSRT on it once the marker is lost.
-
-    Args:
-        threads: on which the crops are updated side by side, 0 for all cores; OpenCV lets go of the interpreter.
-    """
+    """Keeps each marker's last good picture, and starts CSRT on it once the marker is lost."""
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads or None
@@ -53,13 +49,7 @@ class SecondOpinion:
             self._asked.pop(marker, None)
 
     def remember(self, luma: np.ndarray, position_px: np.ndarray, sure: np.ndarray) -> None:
-        """Keeps the picture of the markers that were seen well.
-
-        Args:
-            luma: (h, w) uint8.
-            position_px: (m, 2).
-            sure: (m,) bool.
-        """
+        """Keeps the picture (h, w) of the markers at (m, 2) that were seen well (m,)."""
         for marker in np.flatnonzero(sure).tolist():
             self._memory[marker] = Crop.around(luma, position_px[marker])
         self.forget(sure)
@@ -72,16 +62,10 @@ class SecondOpinion:
         position_px: np.ndarray,
         taken_px: np.ndarray | None = None,
     ) -> dict[int, np.ndarray]:
-        """Where CSRT sees the lost markers, as far as its answer looks like them and lies on no other marker.
+        """Where CSRT sees the lost markers (m,), as far as its answer looks like them and lies on no other marker.
 
-        Of two answers in one place the one nearer to where its marker was expected counts.
-
-        Args:
-            luma: (h, w) uint8.
-            lost: (m,) bool.
-            diameter_px: (m,) of the markers.
-            position_px: (m, 2) of all markers, predicted where lost.
-            taken_px: (o, 2) where further markers are.
+        Of two answers in one place the one nearer to where its marker was expected, (m, 2), counts; (o, 2) are places
+        of further markers.
         """
         askable = [marker for marker in np.flatnonzero(lost).tolist() if marker in self._memory]
         askable = [marker for marker in askable if self._started(marker, diameter_px[marker])]
