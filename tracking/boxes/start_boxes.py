@@ -136,11 +136,6 @@ def _read(path: Path, faults: FaultCollector) -> _Twice:
     data: Any = None
     try:
         data = json.loads(path.read_bytes(), object_pairs_hook=_Twice)
-    except FileNotFoundError:
-        faults.add("", "the boxes are not there", expected=f"a JSON file {FORM}", next_step=AGAIN)
-    except json.JSONDecodeError as error:
-        where = f"line {error.lineno}, column {error.colno}"
-        faults.add(where, "not JSON", found=error.msg, expected=FORM, next_step=AGAIN)
     except (OSError, ValueError, RecursionError) as error:
         faults.add("", "the boxes cannot be read", found=str(error), expected=f"a JSON file {FORM}", next_step=AGAIN)
     else:

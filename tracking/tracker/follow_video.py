@@ -10,7 +10,7 @@ from session import Flag, InputError, Tracks
 from session.errors import Fault
 from tracking.boxes import StartBoxes
 from tracking.records.tracked import NO_SAMPLE, SampleState, TrackedTrial, only_csrt_flags
-from tracking.suspects import stretches
+from tracking.stretches import stretches
 from tracking.tracker.csrt import opencv_on_one_thread
 from tracking.tracker.doubtful_boxes import LEAST_CONTRAST, without_marker
 from tracking.tracker.partial import Partial

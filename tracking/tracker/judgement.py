@@ -10,7 +10,7 @@ from session import Flag
 from swimmer import RobotSpec
 from tracking.quality import check_tracks
 from tracking.records import TrackedTrial
-from tracking.suspects import stretches
+from tracking.stretches import stretches
 
 SIZE_OFF = 0.3
 """Relative departure of the apparent diameter from its median."""

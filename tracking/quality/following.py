@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracking.body_model import BodyModel, JointGaussian, rows_alike
+from tracking.quality.body_model import BodyModel, JointGaussian, rows_alike
 
 FADE = 0.97
 """What a frame leaves of a left-out marker's last known distance from where the others put it."""

@@ -4,9 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from tracking.body_model import BodyModel, rows_alike
-from tracking.following import Followed, Gate, follow
-from tracking.suspects import stretches
+from tracking.quality.body_model import BodyModel, rows_alike
+from tracking.quality.following import Followed, Gate, follow
+from tracking.stretches import stretches
 
 CLEARLY = 1.5
 """One of two is clearly misplaced if it is this many times as far from its place, in its own spread."""
