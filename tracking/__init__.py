@@ -1,9 +1,9 @@
 """From videos and tracks to marker positions one can trust.
 
-A marker on its way: a frame is read (`video`), start boxes say where the marker is (`boxes`), it is followed from frame
-to frame (`tracker`: predicted, its spot found and assigned, its centre measured, CSRT asked where no spot answers), kept
-and corrected as tracks (`records`), believed or not (`quality`), laid on the pool (`camera`, `lens`) and turned into the
-head's frame (`normaliser`).
+A marker on its way: a frame is read (`video`), a start box says where the marker is (`boxes`), it is followed from
+frame to frame (`tracker`: predicted, its spot found and assigned, its centre measured, CSRT asked where no spot
+answers), kept and corrected as a track (`records`), believed or not (`quality`), laid on the pool (`camera`, `lens`)
+and turned into the frame of the head (`normaliser`).
 """
 
 from tracking.camera import to_pool

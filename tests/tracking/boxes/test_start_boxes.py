@@ -106,7 +106,7 @@ def test_a_key_that_stands_twice_is_a_fault(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "message"), [("{", "the boxes cannot be read; found Expecting property name"), ("[1]", "not an object; found [1]")]
+    ("text", "message"), [("{", "cannot be read; found Expecting property name"), ("[1]", "not an object; found [1]")]
 )
 def test_what_is_no_json_object_is_said_to_be_none(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "f1.boxes.json"
