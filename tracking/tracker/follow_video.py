@@ -84,14 +84,10 @@ class _Pass:
         kept = self._partial.read() if self._partial is not None else None
         if kept is None or "samples" not in kept:
             return False
-        tracker, end = MarkerTracker.restored(kept, self._video.threads), len(kept["samples"])
-        if tracker.faint is not None:
-            frames = self._video.frames(end - min(tracker.faint.behind, end), end)
-            if not tracker.faint.replay(frame.luma for frame in frames):  # some of them cannot be read
-                return False
-        self._tracker, self._end, self._unseen = tracker, end, kept["frames_unseen"]
-        self._samples[:end] = kept["samples"]
-        self._onwards = self._video.frames(end)
+        self._tracker = MarkerTracker.restored(kept, self._video.threads)
+        self._end, self._unseen = len(kept["samples"]), kept["frames_unseen"]
+        self._samples[: self._end] = kept["samples"]
+        self._onwards = self._video.frames(self._end)
         return True
 
     def begin(self, boxes: StartBoxes, method: TrackerName) -> None:

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import cv2
 import numpy as np
 
-from tracking.tracker.csrt import Crop, CropTracker, as_arrays, from_arrays
+from tracking.tracker.csrt import CROP, Crop, CropTracker
 from tracking.tracker.windows import window
 
 _FRAMES = 4  # after a loss in which CSRT is asked; then the marker counts as hidden
@@ -32,13 +32,19 @@ class SecondOpinion:
 
     def state(self) -> dict[str, np.ndarray]:
         """The pictures it keeps of k markers, as arrays."""
-        own = {"kept": np.array(list(self._memory), int)}
-        own["asked"] = np.array([self._asked.get(marker, 0) for marker in self._memory], int)
-        return own | as_arrays(list(self._memory.values()))
+        crops, side = list(self._memory.values()), 2 * CROP + 1
+        return {
+            "kept": np.array(list(self._memory), int),
+            "asked": np.array([self._asked.get(marker, 0) for marker in self._memory], int),
+            "crops": np.array([crop.picture for crop in crops], np.uint8).reshape(-1, side, side),
+            "corners": np.array([crop.corner for crop in crops], int).reshape(-1, 2),
+            "places": np.array([crop.place_px for crop in crops], float).reshape(-1, 2),
+        }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Takes back what `state` gave."""
-        self._memory = dict(zip(state["kept"].tolist(), from_arrays(state), strict=True))
+        rows = zip(state["kept"].tolist(), state["crops"], state["corners"], state["places"], strict=True)
+        self._memory = {marker: Crop(*crop) for marker, *crop in rows}
         asked = zip(state["kept"].tolist(), state["asked"].tolist(), strict=True)
         self._asked = {marker: times for marker, times in asked if times}
 

@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from functools import reduce
-from operator import or_
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -119,26 +117,23 @@ class MarkerTracker:
     def state(self) -> dict[str, np.ndarray]:
         """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
         looks = {"start": self.start.as_array(), "look": self.look.as_array()}
-        by_csrt = (part.state() for part in (self.csrt, self.faint) if part is not None)
-        return reduce(or_, by_csrt, looks | vars(self.motion) | vars(self.spacing))
+        return looks | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
 
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray], threads: int = 0) -> "MarkerTracker":
-        """The tracker whose `state` this was; if it has faint markers, they must be shown their last frames."""
+        """The tracker whose `state` this was."""
         csrt = SecondOpinion(threads) if "crops" in state else None
         motion, spacing = ({field.name: state[field.name] for field in fields(part)} for part in (Motion, Spacing))
         tracker = cls(Appearance(*state["start"]), Motion(**motion), Spacing(**spacing), csrt)
         tracker.look = Appearance(*state["look"])
         if csrt is not None:
             csrt.restore(state)
-        if "faint" in state:
-            tracker.faint = FaintMarkers.restored(state, threads)
         return tracker
 
     @property
     def can_be_kept(self) -> bool:
-        """Whether `state` says it all: not while CSRT is asked about a marker that was lost."""
-        return self.csrt is None or not self.csrt.running
+        """Whether `state` says it all: not while CSRT runs, on a marker that was lost or on faint ones."""
+        return self.faint is None and (self.csrt is None or not self.csrt.running)
 
     def _see(
         self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None, frames: float = 1.0
