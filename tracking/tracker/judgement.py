@@ -52,28 +52,20 @@ def judge(tracked: TrackedTrial, layout: RobotSpec) -> tuple[Flag, ...]:
 
     Merged, frozen and jumping markers are found on any tracks, tracked here or elsewhere: `tracking.check_tracks`.
     """
+    unlike = tracked.seen & (tracked.tracks.confidence < LEAST_CONFIDENCE)
     doubts = {
-        "lost_marker": (~tracked.seen, "is not seen"),
-        "drift": (_drifting(tracked), "looks unlike itself; it may have drifted onto something else"),
-        "size": (_wrong_size(tracked), "appears in another size"),
+        "lost_marker": (~tracked.seen, 1, "is not seen"),
+        "drift": (unlike, DRIFT_FRAMES, "looks unlike itself; it may have drifted onto something else"),
+        "size": (_wrong_size(tracked), 1, "appears in another size"),
     }
     flags = [
         Flag(kind, (marker,), span, f"{marker} {message}")
-        for kind, (where, message) in doubts.items()
+        for kind, (where, least, message) in doubts.items()
         for k, marker in enumerate(tracked.tracks.markers)
-        for span in stretches(where[:, k])
+        for span in stretches(where[:, k], least)
     ]
     flags += _exchanges(tracked, layout)
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
-
-
-def _drifting(tracked: TrackedTrial) -> np.ndarray:
-    doubtful = tracked.seen & (tracked.tracks.confidence < LEAST_CONFIDENCE)
-    result = np.zeros_like(doubtful)
-    for k in range(doubtful.shape[1]):
-        for first, last in stretches(doubtful[:, k]):
-            result[first : last + 1, k] = last - first + 1 >= DRIFT_FRAMES
-    return result
 
 
 def _wrong_size(tracked: TrackedTrial) -> np.ndarray:
@@ -108,9 +100,7 @@ def _exchanges(tracked: TrackedTrial, layout: RobotSpec) -> list[Flag]:
 def _flagged(names: tuple[str, ...], pair: tuple[int, int], wrong: np.ndarray) -> list[Flag]:
     a, b = (names[k] for k in pair)
     message = f"{a} and {b} seem to be exchanged"
-    return [
-        Flag("swap", (a, b), span, message) for span in stretches(wrong) if span[1] - span[0] + 1 >= EXCHANGE_FRAMES
-    ]
+    return [Flag("swap", (a, b), span, message) for span in stretches(wrong, EXCHANGE_FRAMES)]
 
 
 def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:
