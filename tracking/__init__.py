@@ -1,4 +1,10 @@
-"""From videos and tracks to marker positions one can trust: track quality and the head-frame normaliser."""
+"""From videos and tracks to marker positions one can trust.
+
+A marker on its way: a frame is read (`video`), a start box says where the marker is (`boxes`), it is followed from
+frame to frame (`tracker`: predicted, its spot found and assigned, its centre measured, CSRT asked where no spot
+answers), kept and corrected as a track (`records`), believed or not (`quality`), laid on the pool (`camera`, `lens`)
+and turned into the frame of the head (`normaliser`).
+"""
 
 from tracking.camera import to_pool
 from tracking.normaliser import HeadFrame, from_head_frame, one_of, to_head_frame

@@ -8,7 +8,7 @@ from fitting import MeasuredTrial
 from reports.colours import INKS, SHADE
 from reports.numbers import in_words, shortened
 from reports.style import HALF_WIDTH_IN, Margins, panel, styled
-from tracking.suspects import stretches
+from tracking.stretches import stretches
 
 _HEAD, _OTHER = "head not trusted", "other"
 _INK_OF_KIND = {

@@ -21,7 +21,7 @@ from reports.style import (
     styled,
 )
 from swimmer import RobotSpec
-from tracking.suspects import stretches
+from tracking.stretches import stretches
 
 PHASES = 16
 _MOST_ROWS = 6  # of markers

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tracking.fish import MARKERS, PX_PER_M, ROBOT
-from tracking.body_model import BodyModel, JointGaussian, centred, layout_model, learned, mode
+from tracking.quality.body_model import BodyModel, JointGaussian, centred, layout_model, learned
 
 PLACE_M = ROBOT.marker_positions_m(MARKERS)
 M = len(MARKERS)
@@ -54,14 +54,6 @@ def test_a_learned_model_predicts_better_than_the_layout() -> None:
     _, spread = model.shape_and_pose.leave_one_out(np.zeros(2 * M), everyone)
     _, true = tight.shape_and_pose.leave_one_out(np.zeros(2 * M), everyone)
     assert spread == pytest.approx(true, rel=0.35)
-
-
-def test_the_mode_stays_with_the_majority_where_the_median_does_not() -> None:
-    rng = np.random.default_rng(5)
-    points = rng.normal(0, 2, (200, 2))
-    points[:90] += [18.0, 0.0]
-    assert np.median(points, axis=0)[0] > 1
-    assert mode(points, width=4.0) == pytest.approx([0, 0], abs=0.7)
 
 
 def test_a_box_in_the_wrong_place_for_nearly_half_of_a_trial_does_not_draw_the_mean() -> None:

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from itertools import pairwise
 
 import numpy as np
@@ -39,16 +38,6 @@ GATE = 3.0
 """Nothing may depart by more standard deviations than this."""
 
 
-class Held(Enum):
-    """What holds a marker, and so how freely it stands."""
-
-    RIGIDLY = "by the head, beside the axis"
-    BY_THE_HEAD = "by the head, behind its two front markers"
-    AT_THE_ROOT = "by the first piece of the tail"
-    BY_THE_TAIL = "by the tail, behind another"
-    AT_THE_END = "by the fin, behind the tail"
-
-
 @dataclass(frozen=True)
 class Spread:
     """Standard deviations of a step: place across (m), logarithm of its length about `stretch`, its bend."""
@@ -59,21 +48,23 @@ class Spread:
     stretch: float = 1.0
 
 
-SPREADS = {
-    Held.RIGIDLY: Spread(place_m=0.012),
-    Held.BY_THE_HEAD: Spread(length=0.06, bend_deg=7.0, stretch=0.96),
-    Held.AT_THE_ROOT: Spread(place_m=0.027),
-    Held.BY_THE_TAIL: Spread(length=0.14, bend_deg=18.0, stretch=1.03),
-    Held.AT_THE_END: Spread(length=0.17, bend_deg=18.0, stretch=1.25),
-}
+RIGIDLY = Spread(place_m=0.012)
+"""Held by the head, beside the axis."""
+BY_THE_HEAD = Spread(length=0.06, bend_deg=7.0, stretch=0.96)
+"""Behind its two front markers."""
+AT_THE_ROOT = Spread(place_m=0.027)
+"""Held by the first piece of the tail."""
+BY_THE_TAIL = Spread(length=0.14, bend_deg=18.0, stretch=1.03)
+AT_THE_END = Spread(length=0.17, bend_deg=18.0, stretch=1.25)
+"""Held by the fin."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """One marker to be put, what holds it, the marker before it, and the two whose direction it should keep."""
+    """One marker to be put, how freely it stands, the marker before it, and the two whose direction it should keep."""
 
     marker: int
-    held: Held
+    spread: Spread
     before: int
     along: tuple[int, int]
 
@@ -97,12 +88,12 @@ def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
         raise ValueError(f"{len(axis)} markers along the axis; at least 4 are needed to find a body by its layout")
     beside = [k for k in range(len(layout_m)) if k not in axis]
     nose, neck, root, first, *tail = axis
-    steps = [Step(root, Held.BY_THE_HEAD, neck, (nose, neck))]
-    steps += [Step(k, Held.RIGIDLY, neck, (nose, neck)) for k in beside]
-    steps += [Step(first, Held.AT_THE_ROOT, root, (neck, root))]
+    steps = [Step(root, BY_THE_HEAD, neck, (nose, neck))]
+    steps += [Step(k, RIGIDLY, neck, (nose, neck)) for k in beside]
+    steps += [Step(first, AT_THE_ROOT, root, (neck, root))]
     # The tail's first direction is measured against the head's: its root stands to the side in the public tracks.
     along = [(neck, root), *pairwise(axis[3:])]
-    held = [Held.BY_THE_TAIL] * (len(tail) - 1) + [Held.AT_THE_END]
+    held = [BY_THE_TAIL] * (len(tail) - 1) + [AT_THE_END]
     steps += [Step(*step) for step in zip(tail, held, axis[3:], along, strict=False)]
     return nose, neck, tuple(steps)
 
@@ -131,11 +122,7 @@ class Taken:
 
 
 def steps_taken(centre_px: np.ndarray, layout_m: np.ndarray) -> tuple[Taken, ...]:
-    """Every step behind the head's two front markers, held against the layout.
-
-    Args:
-        centre_px: (m, 2) places of the markers in a picture.
-        layout_m: (m, 2) places along +x, m.
+    """Every step behind the head's two front markers, from places (m, 2) in a picture, held against the layout (m, 2).
 
     Raises:
         ValueError: fewer than four markers on the axis.
@@ -200,7 +187,7 @@ class _Partial:
 
     def off_place(self, step: Step) -> np.ndarray:
         """(d, b, n) departures of every blob from the step, in standard deviations."""
-        spread, taken = SPREADS[step.held], self.moved(step)  # (b, n)
+        spread, taken = step.spread, self.moved(step)  # (b, n)
         wanted = self.layout[step.marker] - self.layout[step.before]
         if np.isfinite(spread.place_m):
             off = (taken - wanted) / spread.place_m

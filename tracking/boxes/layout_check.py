@@ -2,7 +2,7 @@
 
 People place boxes loosely, and the real robot's tail root stands at three times the layout's distance from the dorsal
 fin: only what is far beyond that is refused. In the first frames of the public trials the boxes depart by at most 2.5
-standard deviations of `body_chain.SPREADS`; with two neighbours exchanged, by 9 and more. The dorsal fin and the first
+standard deviations of `body_chain.Spread`; with two neighbours exchanged, by 9 and more. The dorsal fin and the first
 marker of the tail are the exception: exchanged, they depart by 2 to 7, and may pass.
 """
 
@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 
 from session import FaultCollector
-from tracking.boxes.body_chain import SPREADS, Held, Taken, steps_taken
+from tracking.boxes.body_chain import Taken, steps_taken
 
 IMPOSSIBLE = 6.0
 """Standard deviations beyond which a step along the body cannot be."""
@@ -25,11 +25,7 @@ LIKELY = 3.0
 def check_layout(names: Sequence[str], centre_px: np.ndarray, layout_m: np.ndarray, faults: FaultCollector) -> None:
     """Adds a fault for every step along the body that the robot cannot take; scale, heading and bend are free.
 
-    Args:
-        names: of the markers.
-        centre_px: (m, 2) centres of their boxes, no two on one spot.
-        layout_m: (m, 2) their places on the straight robot, robot frame, m.
-        faults: of the file of the boxes.
+    `centre_px` (m, 2) are the centres of the boxes, no two on one spot; `layout_m` (m, 2) places on the straight robot.
     """
     try:
         taken = steps_taken(centre_px, layout_m)
@@ -57,9 +53,9 @@ def _found(taken: Taken, names: Sequence[str]) -> str:
 
 def _expected(taken: Taken, layout_m: np.ndarray) -> str:
     """What the step may be."""
-    spread = SPREADS[taken.step.held]
+    spread = taken.step.spread
     wanted_m = layout_m[taken.step.marker] - layout_m[taken.step.before]
-    if taken.step.held in (Held.RIGIDLY, Held.AT_THE_ROOT):
+    if np.isfinite(spread.place_m):
         x, y = 1000 * wanted_m
         return f"{x:.0f} mm behind and {y:.0f} mm beside it, to within {1000 * IMPOSSIBLE * spread.place_m:.0f} mm"
     usual_mm = 1000 * float(np.linalg.norm(wanted_m)) * spread.stretch

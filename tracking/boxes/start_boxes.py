@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from session import FaultCollector
-from session.errors import did_you_mean, shown
+from session import FaultCollector, InputError
+from session.errors import Fault, did_you_mean, shown
 from session.results import write_whole
 from tracking.boxes.layout_check import check_layout
 from tracking.video import VideoInfo
@@ -106,8 +106,7 @@ def load_boxes(
         InputError: every fault of the file at once.
     """
     faults = FaultCollector(str(path))
-    data = _read(Path(path), faults)
-    faults.raise_if_any()
+    data = _read(path)
     frame = _frame(data, faults)
     found = _boxes(data, markers, faults)
     if video is not None:
@@ -122,41 +121,23 @@ def load_boxes(
     return boxes
 
 
-class _Twice(dict[str, Any]):
-    """A JSON object that remembers the keys which stood in it more than once."""
-
-    def __init__(self, pairs: list[tuple[str, Any]]) -> None:
-        super().__init__(pairs)
-        keys = [key for key, _ in pairs]
-        self.twice = sorted({key for key in keys if keys.count(key) > 1})
-
-
-def _read(path: Path, faults: FaultCollector) -> _Twice:
-    """The file's object; a fault if there is none."""
-    data: Any = None
+def _read(path: Path) -> dict[str, Any]:
+    """The file's object."""
     try:
-        data = json.loads(path.read_bytes(), object_pairs_hook=_Twice)
-    except FileNotFoundError:
-        faults.add("", "the boxes are not there", expected=f"a JSON file {FORM}", next_step=AGAIN)
-    except json.JSONDecodeError as error:
-        where = f"line {error.lineno}, column {error.colno}"
-        faults.add(where, "not JSON", found=error.msg, expected=FORM, next_step=AGAIN)
+        data = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError) as error:
-        faults.add("", "the boxes cannot be read", found=str(error), expected=f"a JSON file {FORM}", next_step=AGAIN)
-    else:
-        if not isinstance(data, _Twice):
-            faults.add("", "not an object", found=shown(data), expected=FORM, next_step=AGAIN)
-        return data
-    return _Twice([])
+        expected = f"a JSON file {FORM}"
+        raise InputError([Fault(str(path), "", "the boxes cannot be read", str(error), expected, (), AGAIN)]) from error
+    if not isinstance(data, dict):
+        raise InputError([Fault(str(path), "", "not an object", shown(data), FORM, (), AGAIN)])
+    return data
 
 
-def _frame(data: _Twice, faults: FaultCollector) -> int:
+def _frame(data: dict[str, Any], faults: FaultCollector) -> int:
     """The frame's number; unknown keys beside it are faults too."""
     known = ("frame", "boxes")
     for key in data.keys() - set(known):
         faults.add(key, "unknown key", choices=known, next_step=did_you_mean(key, known))
-    for key in data.twice:
-        faults.add(key, "stands in the file twice", expected="each key once")
     frame = data.get("frame")
     if isinstance(frame, bool) or not isinstance(frame, int) or frame < 0:
         found = shown(frame) if "frame" in data else ""
@@ -166,15 +147,13 @@ def _frame(data: _Twice, faults: FaultCollector) -> int:
     return frame
 
 
-def _boxes(data: _Twice, markers: Sequence[str], faults: FaultCollector) -> dict[str, Box]:
+def _boxes(data: dict[str, Any], markers: Sequence[str], faults: FaultCollector) -> dict[str, Box]:
     """The sound boxes of known markers; everything else is a fault."""
     given = data.get("boxes")
-    if not isinstance(given, _Twice):
+    if not isinstance(given, dict):
         found = shown(given) if "boxes" in data else ""
         faults.add("boxes", "not an object" if found else "missing", found=found, expected=FORM, next_step=AGAIN)
         return {}
-    for name in given.twice:
-        faults.add(f"boxes.{name}", "stands in the file twice", expected="one box a marker")
     for name in given:
         if name not in markers:
             hint = did_you_mean(name, markers)

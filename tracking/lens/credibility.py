@@ -99,13 +99,7 @@ def spread_deg(rotation: np.ndarray) -> float:
 
 
 def doubts(fit: LensFit, camera: CameraCalibration, sd: LensUncertainty) -> tuple[Flag, ...]:
-    """Every reason not to believe the lens, each with its number and what to do.
-
-    Args:
-        fit: the lens.
-        camera: the same as a calibration.
-        sd: its uncertainty.
-    """
+    """Every reason not to believe a fit, which as a calibration is `camera`, each with its number and what to do."""
     found = []
     if (views := len(fit.bundle.corners)) < GOOD_VIEWS:
         found.append(("lens_few_views", f"the lens rests on {views} pictures; take {GOOD_VIEWS} at least"))

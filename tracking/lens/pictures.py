@@ -7,7 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from session import FaultCollector
+from session import FaultCollector, InputError
 from session.errors import Fault
 
 
@@ -29,19 +29,14 @@ def read_picture(path: Path) -> np.ndarray:
     Raises:
         InputError: not there, or not a picture.
     """
-    faults = FaultCollector(str(path))
-    gray = None
-    expected = "a picture (PNG, JPEG, TIFF …)"
+    what, found = "not a picture that can be read", "something else or a damaged file"
     try:
         content = np.frombuffer(path.read_bytes(), np.uint8)
-        gray = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE) if len(content) else None
+        if len(content) and (gray := cv2.imdecode(content, cv2.IMREAD_GRAYSCALE)) is not None:
+            return gray
     except OSError as error:
-        faults.add("", "the picture cannot be read", found=str(error.strerror or error), expected=expected)
-    if not faults and gray is None:
-        faults.add("", "not a picture that can be read", found="something else or a damaged file", expected=expected)
-    faults.raise_if_any()
-    assert gray is not None
-    return gray
+        what, found = "the picture cannot be read", str(error.strerror or error)
+    raise InputError([Fault(str(path), "", what, found, "a picture (PNG, JPEG, TIFF …)")])
 
 
 def each_picture(pictures: Iterable[Path | np.ndarray]) -> Iterator[Picture]:
@@ -61,20 +56,16 @@ def each_picture(pictures: Iterable[Path | np.ndarray]) -> Iterator[Picture]:
             if picture.gray.shape == first.gray.shape:
                 yield picture
             else:
-                faults.extend([_other_size(picture, first, str(source) if isinstance(source, Path) else name)])
+                faults.file = str(source) if isinstance(source, Path) else name
+                (height, width), (first_height, first_width) = picture.gray.shape, first.gray.shape
+                faults.add(
+                    "",
+                    "a picture of another size",
+                    found=f"{width} x {height}",
+                    expected=f"{first_width} x {first_height}, like {first.name}",
+                    next_step="A lens is calibrated for one camera, one mode and one zoom: leave the others out.",
+                )
     faults.raise_if_any()
-
-
-def _other_size(picture: Picture, first: Picture, file: str) -> Fault:
-    (height, width), (first_height, first_width) = picture.gray.shape, first.gray.shape
-    return Fault(
-        file,
-        "",
-        "a picture of another size",
-        f"{width} x {height}",
-        f"{first_width} x {first_height}, like {first.name}",
-        next_step="A lens is calibrated for one camera, one mode and one zoom: leave the others out.",
-    )
 
 
 def video_pictures(path: Path, count: int = 40) -> Iterator[np.ndarray]:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from session import FaultCollector
+from session import InputError
+from session.errors import Fault
 from session.results import writing_whole
 from tracking.lens.board import BoardSpec
 
@@ -40,9 +41,8 @@ def draw_board(path: Path, board: BoardSpec) -> None:
         ResultsNotWritable: the file cannot be written.
     """
     if path.suffix.lower() not in SUFFIXES:
-        faults = FaultCollector(str(path))
-        faults.add("", "no such kind of drawing", found=path.suffix or "no suffix", expected="", choices=SUFFIXES)
-        faults.raise_if_any()
+        found = path.suffix or "no suffix"
+        raise InputError([Fault(str(path), "", "no such kind of drawing", found, "", SUFFIXES)])
     from matplotlib import rc_context
     from matplotlib.collections import PatchCollection
     from matplotlib.figure import Figure

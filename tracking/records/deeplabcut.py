@@ -48,12 +48,7 @@ def save_deeplabcut(path: Path, tracks: Tracks) -> None:
 
 
 def load_deeplabcut(path: Path, markers: Sequence[str], fps: float) -> Tracks:
-    """Reads DeepLabCut's CSV. Frame k is at k / `fps`; further body parts in the file are left out.
-
-    Args:
-        path: the file.
-        markers: the body parts it must hold.
-        fps: frames a second.
+    """Reads DeepLabCut's CSV. Frame k is at k / `fps`; further body parts than the markers are left out.
 
     Raises:
         InputError: every fault of the file at once.

@@ -29,18 +29,10 @@ def checked_tracks(
     where: Sequence[str],
     faults: FaultCollector,
 ) -> Tracks:
-    """Tracks from the samples of another program.
+    """Tracks of m markers from samples of another program, (n,), (n, m, 2) and (n, m), each frame at its place there.
 
     A position with one half missing is missing altogether; a confidence that is missing is 1, and 0 where the
     position is missing.
-
-    Args:
-        markers: names of the m markers.
-        time_s: (n,).
-        position_px: (n, m, 2).
-        confidence: (n, m).
-        where: (n,) the place of each frame in the file, for messages.
-        faults: where faults go.
 
     Raises:
         InputError: times that do not increase, infinite or far away positions, confidences outside [0, 1], a marker

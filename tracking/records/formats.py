@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from session import FaultCollector, Tracks
+from session import InputError, Tracks
+from session.errors import Fault
 from session.tables import read_table
 from session.tracks import load_tracks, save_tracks
 from tracking.records.deeplabcut import is_deeplabcut, load_deeplabcut, save_deeplabcut
@@ -56,9 +57,7 @@ def export_tracks(tracked: TrackedTrial, path: Path, form: str) -> None:
         ResultsNotWritable: the file cannot be written.
     """
     if form not in FORMATS:
-        faults = FaultCollector(str(path))
-        faults.add("", "no such form of tracks", found=repr(form), choices=FORMATS)
-        faults.raise_if_any()
+        raise InputError([Fault(str(path), "", "no such form of tracks", repr(form), "", tuple(FORMATS))])
     FORMATS[form](path, tracked)
 
 

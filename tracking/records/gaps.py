@@ -39,7 +39,7 @@ from threadpoolctl import threadpool_limits
 
 from session import Flag
 from tracking.records.tracked import SampleState, TrackedTrial
-from tracking.suspects import stretches
+from tracking.stretches import stretches
 
 REACH_FRAMES = 300
 """Frames before and after a gap that it is filled from: some beats, the slowest included."""

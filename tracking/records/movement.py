@@ -41,12 +41,17 @@ def to_movement(tracked: TrackedTrial, *, source_file: str = "", legacy_names: b
     import xarray as xr  # takes half a second, which only these files need
 
     tracks = tracked.tracks
+    step_s = np.median(np.diff(tracks.time_s)) if len(tracks.time_s) > 1 else np.nan
+    meanings = {  # of the numbers of the states, as the CF conventions say it (section 3.5, flags)
+        "flag_values": np.array(list(SampleState), dtype=np.int8),
+        "flag_meanings": " ".join(state.word for state in SampleState),
+    }
     of_samples = ("time", "keypoint", "individual")
     data = xr.Dataset(
         data_vars={
             "position": (DIMENSIONS, np.swapaxes(tracks.position_px, 1, 2)[..., None], {"units": "px"}),
             "confidence": (of_samples, tracks.confidence[..., None]),
-            "state": (of_samples, tracked.state[..., None], _meanings()),
+            "state": (of_samples, tracked.state[..., None], meanings),
             "size": (of_samples, tracked.size_px[..., None], {"units": "px", "long_name": "apparent diameter"}),
         },
         coords={
@@ -60,7 +65,7 @@ def to_movement(tracked: TrackedTrial, *, source_file: str = "", legacy_names: b
             "source_software": program_version(),
             "source_file": source_file,
             "time_unit": "seconds",
-            "fps": _fps(tracks.time_s),
+            "fps": float(1 / step_s),
         },
     )
     return data.rename({new: old for old, new in SINGULAR.items()}) if legacy_names else data
@@ -78,12 +83,9 @@ def save_movement(path: Path, tracked: TrackedTrial, *, legacy_names: bool = Fal
 
 
 def load_movement(path: Path, markers: Sequence[str], fps: float) -> Tracks:
-    """Reads a poses dataset of `movement` with one individual; further keypoints are left out.
+    """Reads a poses dataset of `movement` with one individual; further keypoints than the markers are left out.
 
-    Args:
-        path: the file.
-        markers: the keypoints it must hold.
-        fps: frames a second, used where the file counts time in frames.
+    `fps` counts where the file's time is in frames.
 
     Raises:
         InputError: every fault of the file at once.
@@ -102,18 +104,6 @@ def load_movement(path: Path, markers: Sequence[str], fps: float) -> Tracks:
     time = data["time"].values.astype(float)  # (n,)
     time_s = time / fps if data.attrs.get("time_unit") == "frames" else time
     return checked_tracks(markers, time_s, position, confidence, [f"time[{row}]" for row in range(len(time))], faults)
-
-
-def _meanings() -> dict[str, object]:
-    """What the numbers of the states mean, as the CF conventions say it (section 3.5, flags)."""
-    return {
-        "flag_values": np.array(list(SampleState), dtype=np.int8),
-        "flag_meanings": " ".join(state.word for state in SampleState),
-    }
-
-
-def _fps(time_s: np.ndarray) -> float:
-    return float(1 / np.median(np.diff(time_s))) if len(time_s) > 1 else float("nan")
 
 
 def _read(path: Path, faults: FaultCollector) -> xr.Dataset:

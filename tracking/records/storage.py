@@ -129,11 +129,8 @@ def _load_states(path: Path, tracks: Tracks) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _load_flags(path: Path) -> tuple[Flag, ...]:
-    faults = FaultCollector(str(path))
     try:
         return tuple(Flag.from_json(flag) for flag in json.loads(read_text(path)))
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError) as error:
-        found = f"{type(error).__name__}: {error}"
-        faults.add("", "not a list of flags", found=found, expected='[{"kind": "…", …}, …]', next_step=AGAIN)
-    faults.raise_if_any()
-    raise AssertionError("unreachable")
+        found, expected = f"{type(error).__name__}: {error}", '[{"kind": "…", …}, …]'
+        raise InputError([Fault(str(path), "", "not a list of flags", found, expected, (), AGAIN)]) from error

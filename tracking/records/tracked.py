@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 
 from session import Flag, Tracks
-from tracking.suspects import stretches
+from tracking.stretches import stretches
 
 
 class SampleState(IntEnum):

@@ -35,11 +35,7 @@ class Appearance:
     ) -> "Appearance":
         """The look after one more frame: light and distance change slowly, and only so far from the start.
 
-        Args:
-            well: (m,) bool, which markers were seen well: their size counts.
-            at_all: (m,) bool, of which the contrast counts.
-            diameter_px, contrast: (m,) what was seen.
-            start: the look in the start boxes.
+        The size (m,) counts of those seen well (m,), the contrast (m,) of those seen at all.
         """
         size = _moved(self.diameter_px, np.where(well, diameter_px, self.diameter_px), _KEEP_SIZE)
         light = _moved(self.contrast, np.where(at_all, contrast, self.contrast), _KEEP_CONTRAST)
@@ -55,16 +51,11 @@ def _moved(old: np.ndarray, new: np.ndarray, keep: float) -> np.ndarray:
 
 
 def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> Appearance:
-    """Measures the look of markers in the frame of their start boxes.
+    """Measures the look of markers in a picture (h, w), in start boxes of (m,) mean sides around (m, 2).
 
     Whether a marker is bright or dark is told by the middle of its box against the darkest and the brightest quarter
     of a ring at the box' rim, since water and body may both be there; its area by how much light the box holds over
     that quarter.
-
-    Args:
-        luma: (h, w) uint8.
-        centre_px: (m, 2) centres of the boxes.
-        box_px: (m,) mean side of each box.
     """
     rows = [_look(luma, centre, side) for centre, side in zip(centre_px, box_px, strict=True)]
     sign, diameter, contrast = np.array(rows).T

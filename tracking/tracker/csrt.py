@@ -6,7 +6,7 @@ it where no spot answers, and checks what it says; `tracking.tracker.faint` foll
 for. With every update it converts the whole image, so a crop costs half.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -33,30 +33,8 @@ class Crop(NamedTuple):
         return cls(window(luma, column, row, CROP).copy(), np.array([column, row]) - CROP, place_px)
 
 
-def as_arrays(crops: Sequence[Crop], prefix: str = "") -> dict[str, np.ndarray]:
-    """Crops as arrays that a file can hold; `from_arrays` gives them back."""
-    side = 2 * CROP + 1
-    return {
-        f"{prefix}crops": np.array([crop.picture for crop in crops], np.uint8).reshape(-1, side, side),
-        f"{prefix}corners": np.array([crop.corner for crop in crops], int).reshape(-1, 2),
-        f"{prefix}places": np.array([crop.place_px for crop in crops], float).reshape(-1, 2),
-    }
-
-
-def from_arrays(state: Mapping[str, np.ndarray], prefix: str = "") -> list[Crop]:
-    """The crops that `as_arrays` wrote."""
-    columns = (state[f"{prefix}{name}"] for name in ("crops", "corners", "places"))
-    return [Crop(*row) for row in zip(*columns, strict=True)]
-
-
 class CropTracker:
-    """CSRT on one marker within a crop of the picture.
-
-    Args:
-        start: the marker as it is first seen.
-        side_px: of the box around it, whole pixels.
-        moves: whether the crop moves with the marker.
-    """
+    """CSRT on one marker, in a box of `side_px` whole pixels, within a crop that moves with the marker or does not."""
 
     def __init__(self, start: Crop, side_px: int, moves: bool = False) -> None:
         centre = start.place_px - start.corner

@@ -1,4 +1,4 @@
-"""Start boxes held against their picture: does a box hold something that the water elsewhere does not?"""
+"""Boxes that hold no marker: what is in them does not stand out, or no more than the water elsewhere does."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from session import Flag
 from tracking.boxes import StartBoxes
 from tracking.tracker.appearance import measure_appearance
 from tracking.tracker.spots import strongest_answer
+from tracking.tracker.tracker import MarkerTracker, Sighting
 
 PLACES = 400
 """Places of the picture, drawn at random, that a box is compared with."""
@@ -21,6 +22,17 @@ had one such place, markers as bright as the water up to 4 %; of 864 boxes put o
 """
 CLEAR = 1.5
 """Boxes' sides from any box within which nothing is compared."""
+LEAST_CONTRAST = 6.0
+"""Steps of brightness by which a marker must stand out in its start box."""
+LEAST_CONTRAST_FAINT = 25.0
+"""The same where the detector hardly answers, so that only CSRT can follow it."""
+
+
+def without_marker(tracker: MarkerTracker, first: Sighting) -> np.ndarray:
+    """(m,) bool, the boxes without a marker, of a tracker that was just begun, and what it saw first."""
+    faint = tracker.faint.which if tracker.faint is not None else ~first.seen
+    empty: np.ndarray = tracker.start.contrast < np.where(faint, LEAST_CONTRAST_FAINT, LEAST_CONTRAST)
+    return empty | ~first.seen
 
 
 def doubtful_boxes(luma: np.ndarray, boxes: StartBoxes, markers: Sequence[str], seed: int = 0) -> tuple[Flag, ...]:
@@ -45,10 +57,14 @@ def doubtful_boxes(luma: np.ndarray, boxes: StartBoxes, markers: Sequence[str], 
         alike = np.flatnonzero(look.sign == sign)
         answers = strongest_answer(luma, centre_px[alike], reach_px, sign, diameter_px)
         common = (usual[None] >= answers[:, None]).mean(axis=1)
-        flags += [
-            _flag(markers[k], boxes.frame, share) for k, share in zip(alike.tolist(), common.tolist(), strict=True)
-        ]
-    return tuple(flag for flag in flags if flag is not None)
+        for k, share in zip(alike.tolist(), common.tolist(), strict=True):
+            if share > COMMON:
+                message = (
+                    f"in its start box {markers[k]} stands out no more than {share:.0%} of the picture elsewhere does: "
+                    "is it the marker? Look at the picture of the boxes"
+                )
+                flags.append(Flag("doubtful_box", (markers[k],), (boxes.frame, boxes.frame), message))
+    return tuple(flags)
 
 
 def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float, seed: int) -> np.ndarray:
@@ -56,13 +72,3 @@ def _elsewhere(luma: np.ndarray, centre_px: np.ndarray, clear_px: float, seed: i
     height, width = luma.shape
     drawn = np.random.default_rng(seed).uniform(0, [width - 1, height - 1], (PLACES, 2))
     return drawn[np.linalg.norm(drawn[:, None] - centre_px[None], axis=2).min(axis=1) > clear_px]
-
-
-def _flag(name: str, frame: int, share: float) -> Flag | None:
-    if share <= COMMON:
-        return None
-    message = (
-        f"in its start box {name} stands out no more than {share:.0%} of the picture elsewhere does: is it the marker? "
-        "Look at the picture of the boxes"
-    )
-    return Flag("doubtful_box", (name,), (frame, frame), message)

@@ -10,12 +10,12 @@ from session import Flag, InputError, Tracks
 from session.errors import Fault
 from tracking.boxes import StartBoxes
 from tracking.records.tracked import NO_SAMPLE, SampleState, TrackedTrial, only_csrt_flags
-from tracking.suspects import stretches
+from tracking.stretches import stretches
 from tracking.tracker.csrt import opencv_on_one_thread
+from tracking.tracker.doubtful_boxes import LEAST_CONTRAST, without_marker
 from tracking.tracker.partial import Partial
 from tracking.tracker.plain_csrt import PlainCsrt
 from tracking.tracker.tracker import MarkerTracker, Sighting
-from tracking.tracker.without_marker import LEAST_CONTRAST, without_marker
 from tracking.video import Frame, Video
 
 TrackerName = Literal["hybrid", "spots", "csrt"]
@@ -69,13 +69,7 @@ def follow_video(
 
 
 class _Pass:
-    """One pass over the frames of a video, which can be interrupted and taken up again.
-
-    Args:
-        video: opened.
-        markers: names of m markers.
-        partial: where to keep what was tracked so far; None: nowhere.
-    """
+    """One pass over the frames of a video, which can be interrupted and taken up again."""
 
     def __init__(self, video: Video, markers: tuple[str, ...], partial: Partial | None) -> None:
         self._video, self._markers, self._partial = video, markers, partial
@@ -90,14 +84,10 @@ class _Pass:
         kept = self._partial.read() if self._partial is not None else None
         if kept is None or "samples" not in kept:
             return False
-        tracker, end = MarkerTracker.restored(kept, self._video.threads), len(kept["samples"])
-        if tracker.faint is not None:
-            frames = self._video.frames(end - min(tracker.faint.behind, end), end)
-            if not tracker.faint.replay(frame.luma for frame in frames):  # some of them cannot be read
-                return False
-        self._tracker, self._end, self._unseen = tracker, end, kept["frames_unseen"]
-        self._samples[:end] = kept["samples"]
-        self._onwards = self._video.frames(end)
+        self._tracker = MarkerTracker.restored(kept, self._video.threads)
+        self._end, self._unseen = len(kept["samples"]), kept["frames_unseen"]
+        self._samples[: self._end] = kept["samples"]
+        self._onwards = self._video.frames(self._end)
         return True
 
     def begin(self, boxes: StartBoxes, method: TrackerName) -> None:

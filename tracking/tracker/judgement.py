@@ -10,7 +10,7 @@ from session import Flag
 from swimmer import RobotSpec
 from tracking.quality import check_tracks
 from tracking.records import TrackedTrial
-from tracking.suspects import stretches
+from tracking.stretches import stretches
 
 SIZE_OFF = 0.3
 """Relative departure of the apparent diameter from its median."""
@@ -51,33 +51,21 @@ def judge(tracked: TrackedTrial, layout: RobotSpec) -> tuple[Flag, ...]:
     """The doubts about a tracked trial, by first frame: ``lost_marker``, ``drift``, ``size`` and ``swap``.
 
     Merged, frozen and jumping markers are found on any tracks, tracked here or elsewhere: `tracking.check_tracks`.
-
-    Args:
-        tracked: n frames of m markers, before or after gaps were filled.
-        layout: the robot, of which only the markers are used.
     """
+    unlike = tracked.seen & (tracked.tracks.confidence < LEAST_CONFIDENCE)
     doubts = {
-        "lost_marker": (~tracked.seen, "is not seen"),
-        "drift": (_drifting(tracked), "looks unlike itself; it may have drifted onto something else"),
-        "size": (_wrong_size(tracked), "appears in another size"),
+        "lost_marker": (~tracked.seen, 1, "is not seen"),
+        "drift": (unlike, DRIFT_FRAMES, "looks unlike itself; it may have drifted onto something else"),
+        "size": (_wrong_size(tracked), 1, "appears in another size"),
     }
     flags = [
         Flag(kind, (marker,), span, f"{marker} {message}")
-        for kind, (where, message) in doubts.items()
+        for kind, (where, least, message) in doubts.items()
         for k, marker in enumerate(tracked.tracks.markers)
-        for span in stretches(where[:, k])
+        for span in stretches(where[:, k], least)
     ]
     flags += _exchanges(tracked, layout)
     return tuple(sorted(flags, key=lambda flag: flag.frames or (-1, -1)))
-
-
-def _drifting(tracked: TrackedTrial) -> np.ndarray:
-    doubtful = tracked.seen & (tracked.tracks.confidence < LEAST_CONFIDENCE)
-    result = np.zeros_like(doubtful)
-    for k in range(doubtful.shape[1]):
-        for first, last in stretches(doubtful[:, k]):
-            result[first : last + 1, k] = last - first + 1 >= DRIFT_FRAMES
-    return result
 
 
 def _wrong_size(tracked: TrackedTrial) -> np.ndarray:
@@ -112,9 +100,7 @@ def _exchanges(tracked: TrackedTrial, layout: RobotSpec) -> list[Flag]:
 def _flagged(names: tuple[str, ...], pair: tuple[int, int], wrong: np.ndarray) -> list[Flag]:
     a, b = (names[k] for k in pair)
     message = f"{a} and {b} seem to be exchanged"
-    return [
-        Flag("swap", (a, b), span, message) for span in stretches(wrong) if span[1] - span[0] + 1 >= EXCHANGE_FRAMES
-    ]
+    return [Flag("swap", (a, b), span, message) for span in stretches(wrong, EXCHANGE_FRAMES)]
 
 
 def _shorter_exchanged(position: np.ndarray, order: list[int], a: int, b: int) -> np.ndarray:

@@ -12,14 +12,7 @@ from tracking.tracker.tracker import Sighting
 
 
 class PlainCsrt:
-    """OpenCV's CSRT on m markers.
-
-    Args:
-        luma: (h, w) uint8, the frame of the boxes.
-        corner_px: (m, 2) top left corners of the boxes.
-        side_px: (m, 2) width and height of each.
-        threads: on which the trackers are updated side by side, 0 for all cores.
-    """
+    """OpenCV's CSRT on m markers, begun on boxes with top left corners (m, 2), of widths and heights (m, 2)."""
 
     def __init__(self, luma: np.ndarray, corner_px: np.ndarray, side_px: np.ndarray, threads: int = 0) -> None:
         self._threads = threads

@@ -57,14 +57,7 @@ class Motion:
         return Prediction(position, np.minimum(gate, _WIDEST * diameter_px))
 
     def update(self, predicted_px: np.ndarray, measured_px: np.ndarray, seen: np.ndarray, frames: float = 1.0) -> None:
-        """Takes in a frame.
-
-        Args:
-            predicted_px: (m, 2) what `predict` said.
-            measured_px: (m, 2) where a marker was seen; else anything.
-            seen: (m,) bool.
-            frames: since the frame before.
-        """
+        """Takes in a frame: where each marker was predicted and, if seen (m,), measured, (m, 2) each."""
         position = np.where(seen[:, None], measured_px, predicted_px)
         error = np.linalg.norm(measured_px - predicted_px, axis=1)
         trusted = seen & (self.seen >= _MEMORY)

@@ -8,8 +8,8 @@ from tracking.records.edit import SetBox
 from tracking.records.edits import Retracker
 from tracking.records.tracked import NO_SAMPLE, SampleState
 from tracking.tracker.csrt import opencv_on_one_thread
+from tracking.tracker.doubtful_boxes import without_marker
 from tracking.tracker.tracker import MarkerTracker
-from tracking.tracker.without_marker import without_marker
 from tracking.video import Video
 
 

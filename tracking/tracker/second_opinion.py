@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import cv2
 import numpy as np
 
-from tracking.tracker.csrt import Crop, CropTracker, as_arrays, from_arrays
+from tracking.tracker.csrt import CROP, Crop, CropTracker
 from tracking.tracker.windows import window
 
 _FRAMES = 4  # after a loss in which CSRT is asked; then the marker counts as hidden
@@ -17,11 +17,7 @@ _BOX, _SMALLEST_BOX_PX = 1.5, 21  # side of the box that CSRT starts on, in diam
 
 
 class SecondOpinion:
-    """Keeps each marker's last good picture, and starts CSRT on it once the marker is lost.
-
-    Args:
-        threads: on which the crops are updated side by side, 0 for all cores; OpenCV lets go of the interpreter.
-    """
+    """Keeps each marker's last good picture, and starts CSRT on it once the marker is lost."""
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads or None
@@ -36,13 +32,19 @@ class SecondOpinion:
 
     def state(self) -> dict[str, np.ndarray]:
         """The pictures it keeps of k markers, as arrays."""
-        own = {"kept": np.array(list(self._memory), int)}
-        own["asked"] = np.array([self._asked.get(marker, 0) for marker in self._memory], int)
-        return own | as_arrays(list(self._memory.values()))
+        crops, side = list(self._memory.values()), 2 * CROP + 1
+        return {
+            "kept": np.array(list(self._memory), int),
+            "asked": np.array([self._asked.get(marker, 0) for marker in self._memory], int),
+            "crops": np.array([crop.picture for crop in crops], np.uint8).reshape(-1, side, side),
+            "corners": np.array([crop.corner for crop in crops], int).reshape(-1, 2),
+            "places": np.array([crop.place_px for crop in crops], float).reshape(-1, 2),
+        }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Takes back what `state` gave."""
-        self._memory = dict(zip(state["kept"].tolist(), from_arrays(state), strict=True))
+        rows = zip(state["kept"].tolist(), state["crops"], state["corners"], state["places"], strict=True)
+        self._memory = {marker: Crop(*crop) for marker, *crop in rows}
         asked = zip(state["kept"].tolist(), state["asked"].tolist(), strict=True)
         self._asked = {marker: times for marker, times in asked if times}
 
@@ -53,13 +55,7 @@ class SecondOpinion:
             self._asked.pop(marker, None)
 
     def remember(self, luma: np.ndarray, position_px: np.ndarray, sure: np.ndarray) -> None:
-        """Keeps the picture of the markers that were seen well.
-
-        Args:
-            luma: (h, w) uint8.
-            position_px: (m, 2).
-            sure: (m,) bool.
-        """
+        """Keeps the picture (h, w) of the markers at (m, 2) that were seen well (m,)."""
         for marker in np.flatnonzero(sure).tolist():
             self._memory[marker] = Crop.around(luma, position_px[marker])
         self.forget(sure)
@@ -72,16 +68,10 @@ class SecondOpinion:
         position_px: np.ndarray,
         taken_px: np.ndarray | None = None,
     ) -> dict[int, np.ndarray]:
-        """Where CSRT sees the lost markers, as far as its answer looks like them and lies on no other marker.
+        """Where CSRT sees the lost markers (m,), as far as its answer looks like them and lies on no other marker.
 
-        Of two answers in one place the one nearer to where its marker was expected counts.
-
-        Args:
-            luma: (h, w) uint8.
-            lost: (m,) bool.
-            diameter_px: (m,) of the markers.
-            position_px: (m, 2) of all markers, predicted where lost.
-            taken_px: (o, 2) where further markers are.
+        Of two answers in one place the one nearer to where its marker was expected, (m, 2), counts; (o, 2) are places
+        of further markers.
         """
         askable = [marker for marker in np.flatnonzero(lost).tolist() if marker in self._memory]
         askable = [marker for marker in askable if self._started(marker, diameter_px[marker])]

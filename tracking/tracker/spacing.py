@@ -32,16 +32,10 @@ class Spacing:
     def strayed(
         self, position_px: np.ndarray, seen: np.ndarray, strength: np.ndarray, diameter_px: np.ndarray
     ) -> np.ndarray:
-        """(m,) bool, the markers that broke away from a neighbour.
+        """(m,) bool, the markers, of those seen at (m, 2), that broke away from a neighbour.
 
         Of two that are too close or too far apart it is the one without another neighbour to speak for it; if neither
-        has one, the weaker. If both have, it is the body that moved.
-
-        Args:
-            position_px: (m, 2).
-            seen: (m,) bool.
-            strength: (m,) of the samples.
-            diameter_px: (m,) of the markers.
+        has one, that of less strength (m,). If both have, it is the body that moved.
         """
         strayed = np.zeros(len(seen), bool)
         a, b = self.pairs.T

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from tracking.tracker.appearance import Appearance
-from tracking.tracker.windows import half_size, window, windows
+from tracking.tracker.windows import window, windows
 
 _WIDTHS = (0.25, 0.42)  # of the two Gaussians, in diameters
 _FAINTEST = 0.3  # of the response a marker of known contrast would give
@@ -42,16 +42,10 @@ class Spots:
 
 
 def find_spots(luma: np.ndarray, centre_px: np.ndarray, reach_px: np.ndarray, look: Appearance) -> Spots:
-    """All spots near the places where markers are expected, each once.
+    """All spots within reach (k,) of the places (k, 2) where k markers of that look are expected, each once.
 
     A difference of two Gaussians as wide as the marker answers to a disc of its size and not to a slope of the
     brightness; its local maxima are the spots.
-
-    Args:
-        luma: (h, w) uint8.
-        centre_px: (k, 2) where to look.
-        reach_px: (k,) how far around.
-        look: of the k markers.
     """
     places = np.rint(centre_px).astype(int).tolist()
     looks = zip(
@@ -72,7 +66,7 @@ def _in_window(
     half = ceil(reach / step) + margin
     patch = window(luma, *place, step * half)
     if step == 2:
-        patch = half_size(np.ascontiguousarray(patch[:-1, :-1]))
+        patch = cv2.resize(np.ascontiguousarray(patch[:-1, :-1]), None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     response = _response(patch, sign / contrast, diameter / step)
     side = max(int(diameter / step / 2) | 1, 3)
     inner = slice(margin, -margin)
@@ -155,14 +149,9 @@ class Centres:
 def measure_centres(luma: np.ndarray, position_px: np.ndarray, others_px: np.ndarray, look: Appearance) -> Centres:
     """Centroids of light over the background, in a disc hardly wider than each marker, on its side of its neighbours.
 
-    The disc is shifted onto the centroid a few times; a marker in a disc of its own width draws it to its middle. A
-    glint on the rim then hardly counts, nor does light beyond what the marker is known to have.
-
-    Args:
-        luma: (h, w) uint8.
-        position_px: (k, 2) to a pixel or two.
-        others_px: (o, 2) where all markers are, these k among them; half-way to another marker the disc ends.
-        look: of the k markers.
+    The disc is shifted onto the centroid a few times, from places (k, 2) right to a pixel or two; a marker in a disc of
+    its own width draws it to its middle. A glint on the rim then hardly counts, nor does light beyond what the marker
+    is known to have. Half-way to another of all markers (o, 2) the disc ends.
     """
     centres = Centres(position_px.astype(float), np.zeros(len(position_px)), np.zeros(len(position_px)))
     large = look.diameter_px > _LARGE_PX

@@ -2,13 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from functools import reduce
-from operator import or_
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from tracking.tracker.appearance import Appearance, measure_appearance
-from tracking.tracker.assignment import assign
 from tracking.tracker.csrt import Crop
 from tracking.tracker.faint import FaintMarkers
 from tracking.tracker.prediction import Motion, Prediction
@@ -26,6 +24,8 @@ _STEADY = 0.5  # … and from here on its contrast, which light may change fast
 _SLACK_PX = 2.0  # by which a box may lie beside its marker, beyond half of it
 _STRANGER = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
+_MISSED = 2.0  # the price of leaving a marker without a spot
+_FAINTER = 0.5  # the price of a spot of no strength
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,26 +117,23 @@ class MarkerTracker:
     def state(self) -> dict[str, np.ndarray]:
         """All it knows, as arrays; `restored` makes a tracker of them that goes on the same."""
         looks = {"start": self.start.as_array(), "look": self.look.as_array()}
-        by_csrt = (part.state() for part in (self.csrt, self.faint) if part is not None)
-        return reduce(or_, by_csrt, looks | vars(self.motion) | vars(self.spacing))
+        return looks | vars(self.motion) | vars(self.spacing) | ({} if self.csrt is None else self.csrt.state())
 
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray], threads: int = 0) -> "MarkerTracker":
-        """The tracker whose `state` this was; if it has faint markers, they must be shown their last frames."""
+        """The tracker whose `state` this was."""
         csrt = SecondOpinion(threads) if "crops" in state else None
         motion, spacing = ({field.name: state[field.name] for field in fields(part)} for part in (Motion, Spacing))
         tracker = cls(Appearance(*state["start"]), Motion(**motion), Spacing(**spacing), csrt)
         tracker.look = Appearance(*state["look"])
         if csrt is not None:
             csrt.restore(state)
-        if "faint" in state:
-            tracker.faint = FaintMarkers.restored(state, threads)
         return tracker
 
     @property
     def can_be_kept(self) -> bool:
-        """Whether `state` says it all: not while CSRT is asked about a marker that was lost."""
-        return self.csrt is None or not self.csrt.running
+        """Whether `state` says it all: not while CSRT runs, on a marker that was lost or on faint ones."""
+        return self.faint is None and (self.csrt is None or not self.csrt.running)
 
     def _see(
         self, luma: np.ndarray, predicted: Prediction, taken_px: np.ndarray | None = None, frames: float = 1.0
@@ -243,6 +240,23 @@ def _followed(sighting: Sighting, places: Mapping[int, np.ndarray]) -> Sighting:
         contrast=np.where(which, np.nan, sighting.contrast),
         by_csrt=sighting.by_csrt | which,
     )
+
+
+def assign(spots: Spots, predicted: Prediction) -> np.ndarray:
+    """(m,) the number of each marker's spot, -1 for none, at the least total cost.
+
+    The cost of a pair is the squared distance in gates plus a price for a spot fainter than the marker; a pair beyond
+    the gate is never made, and a marker may go without.
+    """
+    m, c = len(predicted.gate_px), len(spots.strength)
+    distance = np.linalg.norm(predicted.position_px[:, None] - spots.position_px[None], axis=2)  # (m, c)
+    cost = (distance / predicted.gate_px[:, None]) ** 2 + _FAINTER * np.clip(1 - spots.strength, 0, 1)[None]
+    cost = np.where(distance <= predicted.gate_px[:, None], cost, 1e6)
+    alone = np.where(np.eye(m, dtype=bool), _MISSED, 1e6)  # each marker's own way out
+    rows, columns = linear_sum_assignment(np.hstack([cost, alone]))
+    chosen = np.full(m, -1)
+    chosen[rows] = np.where(columns < c, columns, -1)
+    return chosen
 
 
 def _placed(spots: Spots, chosen: np.ndarray, predicted: Prediction) -> tuple[np.ndarray, np.ndarray]:

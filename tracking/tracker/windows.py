@@ -1,6 +1,5 @@
 """Square windows of a picture; beyond its border the last pixels are repeated."""
 
-import cv2
 import numpy as np
 
 
@@ -16,22 +15,8 @@ def window(luma: np.ndarray, column: int, row: int, reach: int) -> np.ndarray:
 
 
 def windows(luma: np.ndarray, centre_px: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """Windows around several places.
-
-    Args:
-        luma: (h, w) uint8.
-        centre_px: (k, 2) their centres, rounded to whole pixels.
-        reach: half the side of a window.
-
-    Returns:
-        (k, 2 reach + 1, 2 reach + 1) float32, and (k, 2) the whole pixel each is centred on.
-    """
+    """(k, 2 reach + 1, 2 reach + 1) float32 windows around places (k, 2), and (k, 2) the pixels they are centred on."""
     middle = np.rint(centre_px).astype(int)
     cut = [window(luma, column, row, reach) for column, row in middle.tolist()]
     side = 2 * reach + 1
     return np.array(cut, dtype=np.float32).reshape(-1, side, side), middle
-
-
-def half_size(patch: np.ndarray) -> np.ndarray:
-    """The picture at half its resolution, by averages of four pixels."""
-    return cv2.resize(patch, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)

@@ -1,11 +1,11 @@
 """What of a damaged file is lost, in words."""
 
 from collections.abc import Iterable
-from itertools import groupby
 
 import av
 import numpy as np
 
+from tracking.stretches import stretches
 from tracking.video.index import FrameIndex
 
 MP4 = "mov,mp4,m4a,3gp,3g2,mj2"
@@ -46,9 +46,9 @@ def lost_frames(lost: Iterable[int], index: FrameIndex) -> str | None:
     numbers = sorted(lost)
     if not numbers:
         return None
-    stretches = _stretches(numbers)
-    shown = ", ".join(_named(first, last, index) for first, last in stretches[:RANGES_SHOWN])
-    more = f" and {len(stretches) - RANGES_SHOWN} more stretches" if len(stretches) > RANGES_SHOWN else ""
+    runs = stretches(np.isin(np.arange(len(index.time_s)), numbers))
+    shown = ", ".join(_named(first, last, index) for first, last in runs[:RANGES_SHOWN])
+    more = f" and {len(runs) - RANGES_SHOWN} more stretches" if len(runs) > RANGES_SHOWN else ""
     told = f"{len(numbers)} of {len(index.time_s)} frames cannot be decoded: {shown}{more}"
     harmed = int(np.sum(suspect_frames(numbers, index))) - len(numbers)
     return f"{told}; {harmed} others between the same key frames may show traces of that" if harmed else told
@@ -67,12 +67,6 @@ def suspect_frames(lost: Iterable[int], index: FrameIndex) -> np.ndarray:
             first = index.group(number - 1)[0]
         suspect[first:after] = True
     return suspect
-
-
-def _stretches(numbers: list[int]) -> list[tuple[int, int]]:
-    """First and last of each run of consecutive numbers."""
-    runs = groupby(enumerate(numbers), key=lambda item: item[1] - item[0])
-    return [(run[0][1], run[-1][1]) for _, members in runs if (run := list(members))]
 
 
 def _named(first: int, last: int, index: FrameIndex) -> str:

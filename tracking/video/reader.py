@@ -11,11 +11,10 @@ import numpy as np
 
 from session.errors import Fault, InputError
 from tracking.video.damage import lost_frames, missing_at_the_end, suspect_frames
-from tracking.video.decoding import Decoder, Numbered
+from tracking.video.decoding import Decoder, Numbered, fault
 from tracking.video.frame import Frame
 from tracking.video.index import index_frames, read_packets
 from tracking.video.info import VideoInfo
-from tracking.video.opening import fault
 
 
 class Video:

@@ -125,7 +125,7 @@ def test_too_few_markers_are_refused() -> None:
         find_boxes(np.zeros((240, 320), dtype=np.uint8), layout(markers), markers)
 
 
-def drawn_by_chance(seed: int, hide: bool = False) -> Scene:
+def drawn_by_chance(seed: int) -> Scene:
     """A scene of any kind: heading, bend, scale, size, contrast, noise, glints, ripple, polarity."""
     rng = np.random.default_rng(1000 + seed)
     size = (3840, 2160) if seed % 10 == 0 else (1280, 720)
@@ -146,18 +146,17 @@ def drawn_by_chance(seed: int, hide: bool = False) -> Scene:
         glints=int(rng.integers(0, 30)),
         ripple=float(rng.choice([0, 5, 15])),
         body=bool(rng.integers(4)),
-        hidden=(markers[rng.integers(len(markers))],) if hide else (),
         seed=seed,
     )
 
 
 def outcome(scene: Scene) -> str:
-    """``right``, ``refused`` or ``wrong``: a marker off by more than 2 px and 0.15 of its diameter, or hidden."""
+    """``right``, ``refused`` or ``wrong``: a marker off by more than 2 px and 0.15 of its diameter."""
     try:
         _, off_px = found(scene)
     except InputError:
         return "refused"
-    return "right" if not scene.hidden and off_px.max() < max(2.0, 0.15 * scene.diameter) else "wrong"
+    return "right" if off_px.max() < max(2.0, 0.15 * scene.diameter) else "wrong"
 
 
 @pytest.mark.long
@@ -166,11 +165,3 @@ def test_of_240_scenes_none_is_wrong_silently_and_few_are_refused() -> None:
 
     assert counts["wrong"] == 0, counts
     assert counts["right"] >= 210, counts
-
-
-@pytest.mark.long
-def test_of_120_scenes_with_a_hidden_marker_hardly_any_is_taken_for_whole() -> None:
-    """Up to 30 glints a picture, of any brightness: one may stand where the marker would (3 of 120)."""
-    counts = Counter(outcome(drawn_by_chance(seed, hide=True)) for seed in range(5000, 5120))
-
-    assert counts["wrong"] <= 3, counts

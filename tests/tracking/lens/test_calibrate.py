@@ -6,10 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.video.writer import VideoWriter
 from session import InputError, NotEnoughData
 from tests.tracking.lens.conftest import CHARUCO, LENS
 from tests.tracking.lens.render import Scene, poses, to_pixels
-from tracking.lens import BoardSpec, LensCalibration, calibrate_lens
+from tracking.lens import BoardSpec, LensCalibration, calibrate_lens, video_pictures
 from tracking.lens.corners import find_corners
 from tracking.lens.undistort import to_rays
 
@@ -129,3 +130,15 @@ def test_all_unreadable_pictures_are_named_at_once(tmp_path: Path, pictures: lis
     assert "b.png: not a picture" in message
     assert "c.png: the picture cannot be read; found No such file" in message
     assert "d.png: a picture of another size; found 960 x 100; expected 960 x 540, like a.png" in message
+
+
+def test_a_video_of_the_board_gives_the_lens(tmp_path: Path, pictures: list[np.ndarray]) -> None:
+    with VideoWriter(tmp_path / "board.mp4", 960, 540, fps=30.0, crf=18) as video:
+        for picture in pictures[:9]:
+            for _ in range(2):
+                video.write(picture)
+    frames = list(video_pictures(tmp_path / "board.mp4", count=9))
+    assert len(frames) == 9
+    assert frames[0].shape == (540, 960)
+    lens = calibrate_lens(frames, CHARUCO).calibration
+    assert lens.fx_px == pytest.approx(LENS.fx_px, rel=5e-3)

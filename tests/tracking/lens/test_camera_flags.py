@@ -1,11 +1,14 @@
 """What is doubtful about a camera is said, with its likely size."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from session import CameraSpec
+from session.camera import CameraCalibration, load_camera
 from tests.tracking.lens.conftest import LENS
-from tracking.lens import lens_flags
+from tracking.lens import lens_flags, save_camera
 from tracking.lens.undistort import to_rays
 
 KNOWN = LENS.model_copy(update={"height_above_water_m": 2.0})
@@ -37,3 +40,11 @@ def test_other_doubts_are_told_apart() -> None:
     assert kinds(CameraSpec(60.0, 0.142, KNOWN), scale=2.3 / KNOWN.fx_px) == {"camera_height_off_scale"}
     folded = KNOWN.model_copy(update={"distortion": (-2.0, 0.0, 0.0, 0.0, 0.0)})
     assert kinds(CameraSpec(60.0, 0.142, folded)) == {"lens_folds"}
+
+
+@pytest.mark.parametrize("height", [None, 2.4])
+def test_what_is_written_is_read_back(tmp_path: Path, height: float | None) -> None:
+    lens: CameraCalibration = LENS.model_copy(update={"height_above_water_m": height, "fx_px": 1e3 / 3, "fy_px": 1e5})
+    save_camera(tmp_path / "camera.toml", lens)
+    assert load_camera(tmp_path / "camera.toml") == lens
+    assert ("height_above_water_m" in (tmp_path / "camera.toml").read_text()) == (height is not None)

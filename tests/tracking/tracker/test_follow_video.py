@@ -1,8 +1,6 @@
 """From a video to tracks: rows, states, interruption and going on, damage, and what is kept in between."""
 
-import gc
 import sys
-import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -149,13 +147,6 @@ def test_what_was_kept_under_another_fingerprint_is_not_used(
     assert started.told[0][0] == 2
 
 
-@pytest.mark.parametrize("content", [b"", b"not a zip", b"PK\x03\x04 cut off"])
-def test_a_broken_partial_file_is_not_used(clip: Path, tmp_path: Path, whole: TrackedTrial, content: bytes) -> None:
-    partial = Partial(tmp_path / "partial.npz", "one")
-    partial.path.write_bytes(content)
-    assert same(tracked(clip, partial=partial), whole)
-
-
 def test_a_partial_file_with_flipped_bytes_is_not_used(tmp_path: Path) -> None:
     partial = Partial(tmp_path / "partial.npz", "one")
     partial.write({"values": np.arange(1000)})
@@ -221,27 +212,6 @@ def test_a_cut_off_video_is_tracked_as_far_as_it_goes(clip: Path, tmp_path: Path
     assert 30 < len(trial.state) < FRAMES
     assert (trial.state[:35] == SampleState.MEASURED).all()
     assert "damaged_video" in {flag.kind for flag in trial.flags}
-
-
-def test_frames_are_let_go_of_as_the_work_goes_on(clip: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """However long the video: what is alive at once does not grow."""
-    alive: set[int] = set()
-    most = 0
-
-    def watched(self: Video, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
-        nonlocal most
-        for frame in original(self, start, stop):
-            alive.add(frame.number)
-            weakref.finalize(frame, alive.discard, frame.number)
-            gc.collect(0)
-            most = max(most, len(alive))
-            yield frame
-            del frame
-
-    original = Video.frames
-    monkeypatch.setattr(Video, "frames", watched)
-    tracked(clip)
-    assert most <= 4
 
 
 def test_only_csrt_is_flagged_where_no_spot_answers(tmp_path: Path) -> None:

@@ -71,16 +71,3 @@ def test_the_gate_grows_while_a_marker_is_lost_and_is_bounded() -> None:
     assert (np.diff(gates[:10]) > 0).all()
     assert (np.diff(gates) >= 0).all()
     assert gates[-1] == pytest.approx(5 * 14.0)
-
-
-def test_the_gate_follows_the_errors_of_the_predictions_and_forgets_them() -> None:
-    rng = np.random.default_rng(2)
-    steady = np.zeros((120, 1, 2)) + 100.0
-    jerky = steady + np.where(np.arange(120)[:, None, None] < 30, rng.normal(0, 6, steady.shape), 0.0)
-    quiet, _ = carried_through(steady)
-    wild, _ = carried_through(jerky[:30])
-    later, _ = carried_through(jerky)
-    least = 0.5 * DIAMETER[0]
-    assert quiet.predict(DIAMETER[:1]).gate_px[0] == pytest.approx(least)
-    assert wild.predict(DIAMETER[:1]).gate_px[0] > 2 * least
-    assert later.predict(DIAMETER[:1]).gate_px[0] == pytest.approx(least)

@@ -1,18 +1,12 @@
 """The marker tracker on drawn pools: fast tails, covers, the border, glints, crossings, bad boxes, going on again."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from session import Tracks
 from swimmer import load_robot
 from tests.cases import later
-from tests.tracking.tracker.pool import WATER, Pool, Thing, drifting, errors, fish, still, tail
-from tracking import check_tracks
-from tracking.records import TrackedTrial
-from tracking.tracker import MarkerTracker, Sighting
-from tracking.tracker.judgement import judge
+from tests.tracking.tracker.pool import WATER, Pool, Thing, drifting, errors, still, tail
+from tracking.tracker import MarkerTracker
 
 ROBOT = load_robot()
 NINE = ("nose", "neck", "dorsal_fin", "tail_1", "tail_2", "tail_3", "tail_4", "tail_5", "caudal_fin")
@@ -118,48 +112,6 @@ def test_two_markers_that_cross_are_told_apart_or_doubted_at_once(seed: int) -> 
     assert end.max() < 0.5 or confidence[met, :2].min() < 0.35
     if offset > 4:
         assert end.max() < 0.5, "a crossing in which both stay visible must not exchange them"
-
-
-def as_trial(sightings: list[Sighting]) -> TrackedTrial:
-    """Measured samples only."""
-    position = np.stack([np.where(s.seen[:, None], s.position_px, np.nan) for s in sightings])
-    confidence, size = (np.stack([getattr(s, name) for s in sightings]) for name in ("confidence", "diameter_px"))
-    trial = TrackedTrial.of(Tracks(NINE, np.arange(len(position)) / 60, position, confidence))
-    return replace(trial, size_px=size)
-
-
-def doubted(trial: TrackedTrial) -> np.ndarray:
-    """(n, m) flagged or without weight."""
-    result = check_tracks(trial.tracks, ROBOT).weight < 0.1
-    for flag in judge(trial, ROBOT):
-        first, last = flag.frames or (0, len(result) - 1)
-        result[first : last + 1, [NINE.index(name) for name in flag.markers]] = True
-    return result
-
-
-def decoy_pass(seed: int, frames: int = 80) -> tuple[np.ndarray, np.ndarray]:
-    """(n, m) errors and doubts while a glint like a marker passes within 20 px of one of them in frame 40."""
-    rng = np.random.default_rng(seed)
-    path = fish(NINE, rng.uniform(0.6, 2.25), rng.uniform(0.3, 0.7), rng.uniform(-0.3, 0.3), 800, rng.uniform(0, 6))
-    angle, speed, miss = rng.uniform(0, 2 * np.pi), rng.uniform(1, 8), rng.uniform(-20, 20)
-    ahead = np.array([np.cos(angle), np.sin(angle)])
-    middle = path(40)[rng.integers(0, 9)] + miss * np.array([-ahead[1], ahead[0]])
-    glint = Thing(lambda f: middle + (f - 40) * speed * ahead, 14.0, WATER + 110)
-    pool = Pool(path, (600, 400), things=(glint,), seed=seed)
-    sightings = pool.followed(frames)
-    return errors(sightings, pool.truths(frames)), doubted(as_trial(sightings))
-
-
-@pytest.mark.long
-def test_what_a_glint_like_a_marker_spoils_is_mostly_doubted() -> None:
-    """24 passes. Motion and the distance to its neighbours tell it from a marker: it keeps a marker in 4 of them."""
-    passes = [decoy_pass(seed) for seed in range(100, 124)]
-    off = np.array([(away > 5).sum() for away, _ in passes])
-    silent = np.array([((away > 5) & ~doubt).sum() for away, doubt in passes])
-    stolen = np.array([(np.nanmin(np.nan_to_num(away[-5:], nan=np.inf), axis=0) > 5).any() for away, _ in passes])
-    assert stolen.mean() <= 0.2
-    assert silent.sum() <= 0.08 * off.sum()
-    assert (silent <= 10).all()
 
 
 @pytest.mark.parametrize("apart", [13.0, 16.0, 22.0])

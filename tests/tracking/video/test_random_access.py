@@ -48,7 +48,7 @@ def test_a_container_that_cannot_seek_is_read_from_its_start(
         def seek(self, *_: object, **__: object) -> None:
             raise av.error.PermissionError(1, "Operation not permitted")
 
-    monkeypatch.setattr("tracking.video.opening.av.open", Unseekable)
+    monkeypatch.setattr("tracking.video.decoding.av.open", Unseekable)
     with Video(clip("h264-mp4")) as video:
         assert [number_in(video.frame(number).luma) for number in (30, 11, 39)] == [30, 11, 39]
 

@@ -24,7 +24,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[av.container.InputContainer]
             containers.append(container)
         return container
 
-    monkeypatch.setattr("tracking.video.opening.av.open", watched)
+    monkeypatch.setattr("tracking.video.decoding.av.open", watched)
     return containers
 
 

@@ -1,10 +1,9 @@
 """Track quality: which samples of a trial to believe, and what is wrong with the others.
 
 The judgement is made before any fit. Every sample is held against the shape of the body, learned from the
-trial itself (`tracking.body_model`), and against its own motion (`tracking.following`), in both directions
-of time. The reference is where the boxes sit in this trial; the layout of the robot speaks only where the
-trial cannot: two boxes never come as close as on one spot. What is wrong is flagged in stretches with a name,
-and weighed out.
+trial itself (`body_model`), and against its own motion (`following`), in both directions of time. The reference is
+where the boxes sit in this trial; the layout of the robot speaks only where the trial cannot: two boxes never come as
+close as on one spot. What is wrong is flagged in stretches with a name (`naming`), and weighed out.
 """
 
 from dataclasses import dataclass, replace
@@ -13,11 +12,11 @@ import numpy as np
 
 from session import Flag, Tracks
 from swimmer.robot import RobotSpec
-from tracking.body_model import BodyModel, centred, layout_model, learned, spacing_spread
-from tracking.following import Gate, fitting_shape
-from tracking.misplaced import clashing, misplaced, reaching, widened
-from tracking.quality_flags import Findings, flags_of, frozen_flags, frozen_picture
-from tracking.suspects import STILL_MOTION_PX, standing_still, touching
+from tracking.quality.body_model import BodyModel, centred, layout_model, learned, spacing_spread
+from tracking.quality.following import Gate, fitting_shape
+from tracking.quality.misplaced import clashing, misplaced, reaching, widened
+from tracking.quality.naming import Findings, flags_of, frozen_flags, frozen_picture
+from tracking.quality.suspects import STILL_MOTION_PX, standing_still, touching
 
 # When a sample is not believed; the numbers come from five public trials (4K, about 950 px a metre).
 FLOOR_PX = 5.0
@@ -141,11 +140,7 @@ def _first_look(
     never_px: np.ndarray,
     floor_px: float,
 ) -> tuple[BodyModel, np.ndarray, np.ndarray]:
-    """A rough judgement by the layout, with the trial's own spacing.
-
-    Returns:
-        the layout with the trial's spacing; (n, m) the samples that fit it; (n, m) those that sit on another.
-    """
+    """A rough look: the layout with the trial's spacing; (n, m) what fits it; (n, m) what sits on another."""
     gate = Gate(floor_px, LAYOUT_DEVIATIONS)
     fitting = present & ~touching(position_px, never_px).any(axis=2)
     for _ in range(2):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from session import Flag
-from tracking.suspects import stretches
+from tracking.stretches import stretches
 
 JUMP_FRAMES = 6
 """A stretch no longer than this is called a jump."""

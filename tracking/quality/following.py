@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracking.body_model import BodyModel, JointGaussian, rows_alike
+from tracking.quality.body_model import BodyModel, JointGaussian, rows_alike
 
 FADE = 0.97
 """What a frame leaves of a left-out marker's last known distance from where the others put it."""
@@ -56,14 +56,9 @@ class Followed:
 def fitting_shape(
     model: BodyModel, position_px: np.ndarray, present: np.ndarray, believed: np.ndarray, gate: Gate
 ) -> np.ndarray:
-    """(n, m) the samples that fit the body's shape, each frame on its own.
+    """(n, m) the samples that fit the body's shape, of those present, each frame on its own.
 
-    Args:
-        model: of the body.
-        position_px: (n, m, 2).
-        present: (n, m) the samples to judge.
-        believed: (n, m) those to take the heading of the body from.
-        gate: what fits.
+    Its heading is taken from the believed ones (n, m).
     """
     deviation = model.to_body(position_px, model.pose(position_px, believed))  # (n, 2m)
     active = present.copy()
@@ -96,15 +91,10 @@ def follow(
     start: np.ndarray,
     gate: Gate,
 ) -> Followed:
-    """Follows the markers through a trial in the order given.
+    """Follows the markers at (n, m, 2) through a trial in the order given; times (n,) may run in either direction.
 
-    Args:
-        model: of the body.
-        time_s: (n,) times, in either direction.
-        position_px: (n, m, 2).
-        present: (n, m) the samples to judge.
-        start: (n, m) the samples that fit the body's shape: where there is no motion to go by yet.
-        gate: what fits.
+    Only samples that are present (n, m) are judged; from those in `start` (n, m), which fit the body's shape, it begins
+    where there is no motion to go by yet.
     """
     follower = _Follower(model, gate, motion_spread(position_px, start))
     active, place_px = start.copy(), np.empty_like(position_px)
@@ -147,10 +137,7 @@ class _Follower:
     ) -> tuple[np.ndarray, np.ndarray]:
         """(m,) the samples that fit and (m, 2) the places of all markers.
 
-        Args:
-            position_px: (m, 2) samples.
-            carried_px: (m, 2) where the places of the last two frames carry on to.
-            present: (m,) the samples to judge.
+        `carried_px` (m, 2) is where the places of the last two frames carry on to; those present (m,) are judged.
         """
         model = self.model
         pose = (self.pose_from @ carried_px.ravel())[None]

@@ -61,17 +61,12 @@ class JointGaussian:
         return self._given[key]
 
     def leave_one_out(self, deviation: np.ndarray, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How far each active marker is from where the other active ones put it.
+        """How far each active marker is from where the other active ones (m,) put it.
 
         If one marker of a frame is shifted, this is the maximum-likelihood estimate of its shift (Baarda's
         data snooping; Cook and Weisberg, Residuals and Influence in Regression, 1982, section 2.2).
-
-        Args:
-            deviation: (..., 2m) from the mean; anything finite where not active.
-            active: (m,) the markers to believe.
-
-        Returns:
-            (..., m, 2) distances, 0 where not active; (m,) their expected spread in each coordinate.
+        Deviations (..., 2m) from the mean may be anything finite where not active. (..., m, 2) distances, 0 where not
+        active; (m,) their expected spread in each coordinate.
         """
         precision, spread = self.given(active)
         weighted = (deviation @ precision).reshape(*deviation.shape[:-1], -1, 1, 2)  # (..., m, 1, 2)
@@ -117,12 +112,7 @@ class BodyModel:
         return JointGaussian(self.covariance_px2 + FREE_PX2 * self.moves @ self.moves.T)
 
     def pose(self, position_px: np.ndarray, active: np.ndarray) -> np.ndarray:
-        """(n, 4) the combination of `moves` that fits best, by generalised least squares.
-
-        Args:
-            position_px: (n, m, 2).
-            active: (n, m) the samples to believe.
-        """
+        """(n, 4) the combination of `moves` that fits best, by generalised least squares, on active samples (n, m)."""
         flat = np.nan_to_num(position_px).reshape(len(position_px), -1)
         pose = np.zeros((len(flat), 4))
         for mask, frames in rows_alike(active):
@@ -165,13 +155,9 @@ def rows_alike(active: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 def layout_model(place_m: np.ndarray, root_x_m: float, px_per_m: float, unit_m: float) -> BodyModel:
-    """What the layout alone lets expect.
+    """What the layout alone lets expect: markers (m, 3) of the straight robot, m, whose rigid head ends at `root_x_m`.
 
-    Args:
-        place_m: (m, 3) markers on the straight robot, robot frame.
-        root_x_m: where the rigid head ends; markers behind it are on the tail.
-        px_per_m: size of the images.
-        unit_m: nose to neck.
+    `px_per_m` is the size of the images, `unit_m` the way from nose to neck.
     """
     s = np.maximum(place_m[:, 0] - root_x_m, 0.0) / unit_m  # (m,) way along the tail
     near, far = np.minimum(s[:, None], s), np.maximum(s[:, None], s)  # (m, m)
@@ -219,14 +205,7 @@ def mode(points: np.ndarray, width: float, steps: int = 10) -> np.ndarray:
 
 
 def learned(prior: BodyModel, position_px: np.ndarray, active: np.ndarray, steps: int = 4) -> BodyModel:
-    """The model that the active samples of a trial make of the prior.
-
-    Args:
-        prior: from the layout.
-        position_px: (n, m, 2).
-        active: (n, m) the samples to believe.
-        steps: of expectation maximisation.
-    """
+    """The model that the active samples (n, m) at (n, m, 2) make of the prior, by expectation maximisation."""
     deviation = prior.to_body(position_px, prior.pose(position_px, active))  # (n, 2m)
     mean, covariance = np.zeros_like(prior.mean_px), prior.covariance_px2
     n = len(deviation)

@@ -2,18 +2,14 @@
 
 import numpy as np
 
+from tracking.stretches import stretches
+
 STILL_FRAMES = 5
 """A box is frozen if it stands still for at least this many frames …"""
 STILL_PX = 1.0
 """… moving by no more than this over so many frames, in each coordinate …"""
 STILL_MOTION_PX = 6.0
 """… while both its neighbours move by at least this, and four times as much as it, and leave it behind by as much."""
-
-
-def stretches(mask: np.ndarray) -> list[tuple[int, int]]:
-    """First and last frame, both included, of each run of True in (n,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
-    return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2)]
 
 
 def touching(position_px: np.ndarray, least_px: np.ndarray) -> np.ndarray:

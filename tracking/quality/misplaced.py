@@ -4,9 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from tracking.body_model import BodyModel, rows_alike
-from tracking.following import Followed, Gate, follow
-from tracking.suspects import stretches
+from tracking.quality.body_model import BodyModel, rows_alike
+from tracking.quality.following import Followed, Gate, follow
+from tracking.stretches import stretches
 
 CLEARLY = 1.5
 """One of two is clearly misplaced if it is this many times as far from its place, in its own spread."""
@@ -26,16 +26,7 @@ def misplaced(
     start: np.ndarray,
     gate: Gate,
 ) -> np.ndarray:
-    """(n, m) the samples that fit in neither direction of time, and the stretches that both enclose.
-
-    Args:
-        model: of the body.
-        time_s: (n,).
-        position_px: (n, m, 2).
-        present: (n, m) the samples to judge.
-        start: (n, m) the samples that fit the body's shape.
-        gate: what fits.
-    """
+    """(n, m) the samples that fit in neither direction of time, and stretches that both enclose; as for `follow`."""
     ahead = follow(model, time_s, position_px, present, start, gate)
     back = follow(model, -time_s[::-1], position_px[::-1], present[::-1], start[::-1], gate)
     back = Followed(back.active[::-1], back.place_px[::-1])
@@ -47,13 +38,9 @@ def misplaced(
 
 
 def clashing(model: BodyModel, position_px: np.ndarray, active: np.ndarray, least_px: np.ndarray) -> np.ndarray:
-    """(n, m) of two markers on one spot the one that is further from its place; both if that is not clear.
+    """(n, m) of two active markers on one spot the one that is further from its place; both if that is not clear.
 
-    Args:
-        model: of the body.
-        position_px: (n, m, 2).
-        active: (n, m) the samples to judge.
-        least_px: (m, m) how close two markers never come.
+    Markers never come closer than (m, m) `least_px`.
     """
     clash = np.zeros_like(active)
     for pair in zip(*np.triu_indices(active.shape[1], 1), strict=True):
