@@ -40,17 +40,11 @@ class Failure(NamedTuple):
 
 
 class Run(NamedTuple):
-    """How cases are worked off.
+    """How cases are worked off."""
 
-    Attributes:
-        workers: cases at a time, each in a process of its own; 0 for one on each core.
-        scheduler: address of a dask scheduler whose workers do it instead.
-        tell: of the progress.
-    """
-
-    workers: int = 0
-    scheduler: str | None = None
-    tell: Tell | None = None
+    workers: int = 0  # cases at a time, each in a process of its own; 0 for one on each core
+    scheduler: str | None = None  # address of a dask scheduler whose workers do it instead
+    tell: Tell | None = None  # of the progress
 
 
 def run_cases(
@@ -138,17 +132,11 @@ def _client(scheduler: str) -> Client:
 
 @dataclass(frozen=True)
 class Records(Generic[Record]):
-    """A folder of records, a file each.
+    """A folder of records, a file each."""
 
-    Attributes:
-        folder: that several machines may share.
-        kind: of the records.
-        made_by: fingerprint of the code that makes them; records of other code do not count.
-    """
-
-    folder: Path
-    kind: type[Record]
-    made_by: str = ""
+    folder: Path  # that several machines may share
+    kind: type[Record]  # of the records
+    made_by: str = ""  # fingerprint of the code that makes them; records of other code do not count
 
     def read(self, name: str, inputs: str = "") -> Record | None:
         """The record of a case; None where none stands, or one of other inputs or other code."""

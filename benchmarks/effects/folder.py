@@ -20,33 +20,22 @@ Kind = Literal["null", "single", "double", "many", "outside"]
 
 @dataclass(frozen=True)
 class Answer:
-    """Of one session.
+    """Of one session."""
 
-    Attributes:
-        session: its name.
-        kind: no effect, one, two or many of the catalogue, or one that the catalogue does not hold.
-        effects: names of the catalogue that are present.
-        outside: name of what is present and not in the catalogue; None where all is.
-        alike: for each of the effects, those that these data cannot tell from it (two-way error above 5 %).
-        detectability: whitened distance from the nearest rival, each refitted; of the weakest of several, 0 of null.
-        stage: where the effect acts; None for null and for effects at several stages.
-        oracle_shrinkage: share by which the twin's own form of the true effects, refitted on the fit trials, shrinks
-            the gap of the held-out ones, both without noise: what can be reached, and what an interval should hold;
-            None for null and outside.
-        seed: of all that was drawn for the session.
-        strengths: that each of what is present was made with.
-    """
-
-    session: str
-    kind: Kind
-    effects: tuple[str, ...] = ()
-    outside: str | None = None
+    session: str  # its name
+    kind: Kind  # no effect, one, two or many of the catalogue, or one that the catalogue does not hold
+    effects: tuple[str, ...] = ()  # names of the catalogue that are present
+    outside: str | None = None  # name of what is present and not in the catalogue; None where all is
+    # for each of the effects, those that these data cannot tell from it (two-way error above 5 %)
     alike: tuple[tuple[str, ...], ...] = ()
+    # whitened distance from the nearest rival, each refitted; of the weakest of several, 0 of null
     detectability: float = 0.0
-    stage: str | None = None
+    stage: str | None = None  # where the effect acts; None for null and for effects at several stages
+    # share by which the twin's own form of the true effects, refitted on the fit trials, shrinks the gap of the held-
+    # out ones, both without noise: what can be reached, and what an interval should hold; None for null and outside
     oracle_shrinkage: float | None = None
-    seed: int = 0
-    strengths: tuple[float, ...] = ()
+    seed: int = 0  # of all that was drawn for the session
+    strengths: tuple[float, ...] = ()  # that each of what is present was made with
 
     def present(self, name: str) -> bool:
         """Whether an effect of this name is."""
@@ -72,13 +61,9 @@ class Answer:
 
 
 class SuiteFolder(NamedTuple):
-    """Where a suite is.
+    """Where a suite is."""
 
-    Attributes:
-        folder: of the suite.
-    """
-
-    folder: Path
+    folder: Path  # of the suite
 
     @property
     def sessions(self) -> Path:

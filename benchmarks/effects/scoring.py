@@ -34,19 +34,13 @@ _NOTES = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a suite.
+    """What came of a suite."""
 
-    Attributes:
-        cases: of the program and of the trivial rules, as far as they were run, by name.
-        without: of the program whose catalogue lacked the effect that is there.
-        followed: each effect that was one of several, and what was told with the trial that was recommended.
-        missing: sessions that should have been followed and were not.
-    """
-
-    cases: Mapping[str, Sequence[Case]]
-    without: Sequence[Case] = ()
+    cases: Mapping[str, Sequence[Case]]  # of the program and of the trivial rules, as far as they were run, by name
+    without: Sequence[Case] = ()  # of the program whose catalogue lacked the effect that is there
+    # each effect that was one of several, and what was told with the trial that was recommended
     followed: Sequence[tuple[str, Told]] = ()
-    missing: int = 0
+    missing: int = 0  # sessions that should have been followed and were not
 
     def scores(self, command: str) -> Scores:
         """All tables.

@@ -29,18 +29,13 @@ _FEWEST = 5 * BINS  # sessions, for five in each bin
 
 @dataclass(frozen=True)
 class Asked:
-    """Which sessions to score.
+    """Which sessions to score."""
 
-    Attributes:
-        first, count: seeds.
-        effect: that the twin leaves out.
-        strength: of that, in shares of its full strength.
-    """
-
+    # first, count: seeds
     first: int = 0
     count: int = 300
-    effect: Effect = "none"
-    strength: float = 1.0
+    effect: Effect = "none"  # that the twin leaves out
+    strength: float = 1.0  # of that, in shares of its full strength
 
     @property
     def folder(self) -> str:
@@ -51,17 +46,11 @@ class Asked:
 
 @dataclass(frozen=True)
 class PosteriorOutcome:
-    """What `calib benchmark posterior` found in one set of sessions.
+    """What `calib benchmark posterior` found in one set of sessions."""
 
-    Attributes:
-        sessions: their scores, of all shards in the folder.
-        failures: sessions that gave no posterior in this run.
-        others: files in the folder that other code made; they are left out.
-    """
-
-    sessions: tuple[PosteriorScore, ...]
-    failures: tuple[Failure, ...] = ()
-    others: int = 0
+    sessions: tuple[PosteriorScore, ...]  # their scores, of all shards in the folder
+    failures: tuple[Failure, ...] = ()  # sessions that gave no posterior in this run
+    others: int = 0  # files in the folder that other code made; they are left out
 
     @property
     def gaps(self) -> list[int]:

@@ -25,18 +25,14 @@ from synthetic.swims import TrueRun
 
 
 class SessionVideo(Table):
-    """How the swims of a session are filmed; its clock and scale are those of the plan's camera.
+    """How the swims of a session are filmed; its clock and scale are those of the plan's camera."""
 
-    Attributes:
-        trials: names of the filmed swims; None for all of them. Dry runs and free decays, in air, are tracked.
-        width_px, height_px: of the videos, multiples of 2 and 4, the middle of the camera's image; None for all of it.
-        crf: quality of the files, H.264.
-    """
-
+    # names of the filmed swims; None for all of them. Dry runs and free decays, in air, are tracked
     trials: tuple[str, ...] | None = None
+    # width_px, height_px: of the videos, multiples of 2 and 4, the middle of the camera's image; None for all of it
     width_px: int | None = None
     height_px: int | None = None
-    crf: Annotated[float, Field(ge=0, le=51)] = 23.0
+    crf: Annotated[float, Field(ge=0, le=51)] = 23.0  # quality of the files, H.264
 
     def films(self, trial: str) -> bool:
         """Whether a trial is filmed."""
