@@ -90,28 +90,23 @@ def _tried(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[str
 def _spread(
     work: Callable[[Case], Outcome], pieces: Sequence[Case], workers: int = 0, scheduler: str | None = None
 ) -> Iterator[Outcome]:
-    """Outcomes as they come, in any order; with one worker in this process. What a dask worker leaves that dies is done
-    again. One thread a piece: two pieces at once take less than one after the other.
+    """Outcomes as they come, in any order; with one worker in this process.
+
+    What a dask worker leaves that dies is done again. One thread a piece: two pieces at once take less than one after
+    the other.
     """
-    if scheduler is not None:
-        return _distributed(work, pieces, scheduler)
     processes = min(workers or os.cpu_count() or 1, len(pieces))
-    return map(work, pieces) if processes <= 1 else _in_processes(work, pieces, processes)
-
-
-def _in_processes(work: Callable[[Case], Outcome], pieces: Sequence[Case], processes: int) -> Iterator[Outcome]:
-    pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"))
-    try:
-        for future in as_completed_here([pool.submit(work, piece) for piece in pieces]):
-            yield future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _distributed(work: Callable[[Case], Outcome], pieces: Sequence[Case], scheduler: str) -> Iterator[Outcome]:
-    with _client(scheduler) as client:
-        for future in as_completed(client.map(work, pieces, pure=False)):
-            yield future.result()
+    if scheduler is not None:
+        with _client(scheduler) as client:
+            yield from (future.result() for future in as_completed(client.map(work, pieces, pure=False)))
+    elif processes <= 1:
+        yield from map(work, pieces)
+    else:
+        pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"))
+        try:
+            yield from (future.result() for future in as_completed_here([pool.submit(work, each) for each in pieces]))
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 def _client(scheduler: str) -> Client:

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, NamedTuple, Self
+from typing import Literal, Self
 
 from session import FaultCollector
 from session.records import from_plain, to_plain
@@ -60,40 +60,24 @@ class Answer:
         write_whole(path, json.dumps(plain_json(to_plain(self)), indent=1) + "\n")
 
 
-class SuiteFolder(NamedTuple):
-    """Where a suite is."""
+class SuiteFolder:
+    """Where a suite is.
 
-    folder: Path  # of the suite
+    Attributes:
+        folder: of the suite.
+        sessions: a folder a session.
+        answers: a file a session; nothing but the scorer opens them.
+        discrepancy: what every diagnosis may know of reality's base state.
+        rules: what trivial rules said, a file a session.
+        without: copies of sessions, to be diagnosed by a catalogue that lacks the effect that is there.
+        followed: sessions with the trial that their diagnosis recommends, to be diagnosed once more.
+    """
 
-    @property
-    def sessions(self) -> Path:
-        """A folder a session."""
-        return self.folder / "sessions"
-
-    @property
-    def answers(self) -> Path:
-        """A file a session; nothing but the scorer opens them."""
-        return self.folder / "answers"
-
-    @property
-    def discrepancy(self) -> Path:
-        """What every diagnosis may know of reality's base state."""
-        return self.folder / "discrepancy.npz"
-
-    @property
-    def without(self) -> Path:
-        """Copies of sessions, to be diagnosed by a catalogue that lacks the effect that is there."""
-        return self.folder / "without"
-
-    @property
-    def followed(self) -> Path:
-        """Sessions with the trial that their diagnosis recommends, to be diagnosed once more."""
-        return self.folder / "followed"
-
-    @property
-    def rules(self) -> Path:
-        """What trivial rules said, a file a session."""
-        return self.folder / "rules"
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.sessions, self.answers = folder / "sessions", folder / "answers"
+        self.discrepancy, self.rules = folder / "discrepancy.npz", folder / "rules"
+        self.without, self.followed = folder / "without", folder / "followed"
 
     @property
     def names(self) -> tuple[str, ...]:
