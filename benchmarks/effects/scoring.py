@@ -10,7 +10,6 @@ from benchmarks.effects.following import wanted, was_followed
 from benchmarks.effects.rules import judgements
 from benchmarks.effects.score import (
     Case,
-    confusion,
     has_stage,
     measures,
     measures_followed,
@@ -62,7 +61,7 @@ class Outcome:
             tables.append(Table.of(caption, {PROGRAM: measures_followed(self.followed, self.missing)}))
         if asked:
             tables.append(Table.of("All effects at once", {PROGRAM: measures_together(asked)}))
-        tables += [_reachable(first), _confusion(first)]
+        tables.append(_reachable(first))
         return Scores(
             title="Withheld effects",
             data="synthetic: sessions of a second simulator, the effect withheld from what diagnoses them",
@@ -167,11 +166,3 @@ def _reachable(cases: Sequence[Case]) -> Table:
     rows = tuple((label, f"{100 * share:.0f} %") for label, share in shares.items() if share == share)
     caption = "What a matched filter that knows what to look for would see, with one false alarm in a hundred"
     return Table(caption, ("of all", "sees"), rows)
-
-
-def _confusion(cases: Sequence[Case]) -> Table:
-    rows = tuple(
-        (name.replace("_", " "), ", ".join(f"{said.replace('_', ' ')} {count}" for said, count in row.items()))
-        for name, row in confusion(cases).items()
-    )
-    return Table("What clear single effects were first named", ("present", "named first: sessions"), rows)
