@@ -132,12 +132,8 @@ def measure_posterior(folder: Path, asked: Asked, run: Run) -> PosteriorOutcome:
     records = Records(folder / asked.folder, PosteriorScore, _code())
     todo = records.missing([str(seed) for seed in range(asked.first, asked.first + asked.count)])
     cases = {seed: (int(seed), asked.effect, asked.strength) for seed in todo}
-    failures = run_cases(_scored, cases, run, records.keep)
+    failures = run_cases(score_session, cases, run, records.keep)
     return PosteriorOutcome(tuple(records.every().values()), failures, records.others)
-
-
-def _scored(case: tuple[int, Effect, float]) -> PosteriorScore:
-    return score_session(*case, workers=1)
 
 
 def _code() -> str:

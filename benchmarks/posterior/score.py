@@ -90,16 +90,15 @@ class PosteriorScore:
         return (np.array(self.q95) - np.array(self.q05)) / np.array(self.exact_width, float)
 
 
-def score_session(seed: int, effect: Effect = "none", strength: float = 1.0, workers: int = 0) -> PosteriorScore:
-    """Draws a session, samples its posterior and compares it with the truth.
+def score_session(case: tuple[int, Effect, float]) -> PosteriorScore:
+    """Draws a session, samples its posterior and compares it with the truth, on one core.
 
     Args:
-        seed: of the session and of the sampler.
-        effect: that the twin leaves out; "any" is one of them in turn.
-        strength: of that, in shares of its full strength.
-        workers: threads; 0 for all cores.
+        case: seed of the session and of the sampler; the effect that the twin leaves out, "any" is one of them in turn;
+            strength of that, in shares of its full strength.
     """
-    drawn = draw_session(seed, effect_of(effect, seed), strength, workers)
+    seed, effect, strength = case
+    drawn = draw_session(seed, effect_of(effect, seed), strength, workers=1)
     began = time.perf_counter()
     posterior = sample_posterior(drawn.trials, drawn.twin, effective=EFFECTIVE, seed=seed)
     flags = (*posterior.flags, *score_tests(posterior, drawn.camera, catalogue().values()).flags)

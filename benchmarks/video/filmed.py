@@ -14,7 +14,7 @@ from benchmarks.video.plan import ClipPlan
 from benchmarks.video.render import Encoding, write_scene
 from benchmarks.video.scene import PoolScene
 from benchmarks.video.stage import staged
-from benchmarks.video.truth import ClipTruth, boxes_file, save_boxes
+from benchmarks.video.truth import boxes_file, save_boxes
 from session import Tracks
 from session.toml_source import Table
 from session.tracks import save_tracks
@@ -43,8 +43,10 @@ class SessionVideo(Table):
         name, frames = swim.trial.name, len(swim.time_s)
         video = Path("trials") / f"{name}.mp4"
         scene = film_scene(swim, plan, self, number)
-        save_tracks(folder / "truth" / f"{name}.csv", true_tracks(scene.truth))
-        save_boxes(folder / boxes_file(video), scene.truth)
+        truth = scene.truth
+        perfect = Tracks(truth.markers, truth.time_s, truth.shown_px, np.ones(truth.shown_px.shape[:2]))
+        save_tracks(folder / "truth" / f"{name}.csv", perfect)
+        save_boxes(folder / boxes_file(video), truth)
         write_scene(scene, {folder / video: Encoding(crf=self.crf)}, lambda done: told(name, done, frames))
         return {"video": video.as_posix(), "boxes": boxes_file(video).as_posix()}
 
@@ -81,11 +83,6 @@ def film_scene(swim: TrueRun, plan: SyntheticPlan, video: SessionVideo, number: 
     motion = _placed(swim, robot, plan.markers, optics, swim.position_px[0] - inset_px)
     stage = staged(motion, robot, plan.markers, optics, swim.time_s)
     return PoolScene(clip, stage)
-
-
-def true_tracks(truth: ClipTruth) -> Tracks:
-    """The tracks that a perfect tracker would find in a filmed trial."""
-    return Tracks(truth.markers, truth.time_s, truth.shown_px, np.ones(truth.shown_px.shape[:2]))
 
 
 def _placed(swim: TrueRun, robot: RobotSpec, markers: tuple[str, ...], optics: Optics, first_px: np.ndarray) -> Motion:
