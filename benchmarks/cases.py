@@ -40,17 +40,11 @@ class Failure(NamedTuple):
 
 
 class Run(NamedTuple):
-    """How cases are worked off.
+    """How cases are worked off."""
 
-    Attributes:
-        workers: cases at a time, each in a process of its own; 0 for one on each core.
-        scheduler: address of a dask scheduler whose workers do it instead.
-        tell: of the progress.
-    """
-
-    workers: int = 0
-    scheduler: str | None = None
-    tell: Tell | None = None
+    workers: int = 0  # cases at a time, each in a process of its own; 0 for one on each core
+    scheduler: str | None = None  # address of a dask scheduler whose workers do it instead
+    tell: Tell | None = None  # of the progress
 
 
 def run_cases(
@@ -96,28 +90,23 @@ def _tried(work: Callable[[Case], Record], named: tuple[str, Case]) -> tuple[str
 def _spread(
     work: Callable[[Case], Outcome], pieces: Sequence[Case], workers: int = 0, scheduler: str | None = None
 ) -> Iterator[Outcome]:
-    """Outcomes as they come, in any order; with one worker in this process. What a dask worker leaves that dies is done
-    again. One thread a piece: two pieces at once take less than one after the other.
+    """Outcomes as they come, in any order; with one worker in this process.
+
+    What a dask worker leaves that dies is done again. One thread a piece: two pieces at once take less than one after
+    the other.
     """
-    if scheduler is not None:
-        return _distributed(work, pieces, scheduler)
     processes = min(workers or os.cpu_count() or 1, len(pieces))
-    return map(work, pieces) if processes <= 1 else _in_processes(work, pieces, processes)
-
-
-def _in_processes(work: Callable[[Case], Outcome], pieces: Sequence[Case], processes: int) -> Iterator[Outcome]:
-    pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"))
-    try:
-        for future in as_completed_here([pool.submit(work, piece) for piece in pieces]):
-            yield future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _distributed(work: Callable[[Case], Outcome], pieces: Sequence[Case], scheduler: str) -> Iterator[Outcome]:
-    with _client(scheduler) as client:
-        for future in as_completed(client.map(work, pieces, pure=False)):
-            yield future.result()
+    if scheduler is not None:
+        with _client(scheduler) as client:
+            yield from (future.result() for future in as_completed(client.map(work, pieces, pure=False)))
+    elif processes <= 1:
+        yield from map(work, pieces)
+    else:
+        pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"))
+        try:
+            yield from (future.result() for future in as_completed_here([pool.submit(work, each) for each in pieces]))
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 def _client(scheduler: str) -> Client:
@@ -138,17 +127,11 @@ def _client(scheduler: str) -> Client:
 
 @dataclass(frozen=True)
 class Records(Generic[Record]):
-    """A folder of records, a file each.
+    """A folder of records, a file each."""
 
-    Attributes:
-        folder: that several machines may share.
-        kind: of the records.
-        made_by: fingerprint of the code that makes them; records of other code do not count.
-    """
-
-    folder: Path
-    kind: type[Record]
-    made_by: str = ""
+    folder: Path  # that several machines may share
+    kind: type[Record]  # of the records
+    made_by: str = ""  # fingerprint of the code that makes them; records of other code do not count
 
     def read(self, name: str, inputs: str = "") -> Record | None:
         """The record of a case; None where none stands, or one of other inputs or other code."""

@@ -85,17 +85,11 @@ def resampled(of: Sequence[T], estimate: Callable[[Sequence[T]], float]) -> Esti
 
 
 class Measure(NamedTuple):
-    """One row of a table.
+    """One row of a table."""
 
-    Attributes:
-        label: what is counted.
-        found: the number.
-        asked: what it should be; empty where nothing is asked.
-    """
-
-    label: str
-    found: Share | Estimate
-    asked: str = ""
+    label: str  # what is counted
+    found: Share | Estimate  # the number
+    asked: str = ""  # what it should be; empty where nothing is asked
 
 
 class Table(NamedTuple):
@@ -128,21 +122,13 @@ class Table(NamedTuple):
 
 @dataclass(frozen=True)
 class Scores:
-    """Of one benchmark, as a JSON file or as Markdown.
+    """Of one benchmark, as a JSON file or as Markdown."""
 
-    Attributes:
-        title: of the benchmark.
-        data: what it was measured on, and whether that is synthetic.
-        command: that measures it again.
-        tables: the numbers.
-        notes: what a reader must know of them.
-    """
-
-    title: str
-    data: str
-    command: str
-    tables: tuple[Table, ...]
-    notes: tuple[str, ...] = ()
+    title: str  # of the benchmark
+    data: str  # what it was measured on, and whether that is synthetic
+    command: str  # that measures it again
+    tables: tuple[Table, ...]  # the numbers
+    notes: tuple[str, ...] = ()  # what a reader must know of them
 
     def text(self) -> str:
         """As Markdown, without the title."""

@@ -37,12 +37,9 @@ class CommandLine:
     """Any program that takes a session's folder, and `--without EFFECT[,EFFECT]`, as `calib diagnose` does.
 
     It may find the discrepancy beside the sessions; it is not told.
-
-    Attributes:
-        words: of the command, to which these are appended.
     """
 
-    words: tuple[str, ...]
+    words: tuple[str, ...]  # of the command, to which these are appended
 
     def __call__(self, session: Path, _discrepancy: Discrepancy, without: frozenset[str]) -> None:
         """Runs it.

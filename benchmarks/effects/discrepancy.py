@@ -48,24 +48,15 @@ _NEVER = "measurement"  # family of effects of which a twin's error shows nothin
 
 @dataclass(frozen=True, eq=False)
 class BaseSession:
-    """A robot that is as described, in water of some kind, beside the twin refitted to it; without noise.
+    """A robot that is as described, in water of some kind, beside the twin refitted to it; without noise."""
 
-    Attributes:
-        seed: of the session.
-        frequency_hz: (t,) of each swim.
-        measured: (t, 127) their gaits, m and m/s.
-        left: (t, 127) what the twin leaves of them.
-        slopes: (k, 5) of these with the coefficients.
-        noise: (k, k) that a tracker would add.
-        columns: by effect and parameter, (k,) what one standard deviation of its prior does; empty where not asked.
-    """
-
-    seed: int
-    frequency_hz: np.ndarray
-    measured: np.ndarray
-    left: np.ndarray
-    slopes: np.ndarray
-    noise: np.ndarray
+    seed: int  # of the session
+    frequency_hz: np.ndarray  # (t,) of each swim
+    measured: np.ndarray  # (t, 127) their gaits, m and m/s
+    left: np.ndarray  # (t, 127) what the twin leaves of them
+    slopes: np.ndarray  # (k, 5) of these with the coefficients
+    noise: np.ndarray  # (k, k) that a tracker would add
+    # by effect and parameter, (k,) what one standard deviation of its prior does; empty where not asked
     columns: Mapping[tuple[str, int], np.ndarray]
 
     @property

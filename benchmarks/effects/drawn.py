@@ -29,19 +29,12 @@ _DRY_S, _DECAY_S = 5.0, 4.0
 
 @dataclass(frozen=True, eq=False)
 class DrawnTrial:
-    """One trial of a session.
+    """One trial of a session."""
 
-    Attributes:
-        name: of the trial.
-        role: "fit" or "holdout".
-        trial: as reality makes it.
-        logged: whether the motor is logged, even where that of the session's other trials is not.
-    """
-
-    name: str
-    role: str
-    trial: Trial
-    logged: bool = False
+    name: str  # of the trial
+    role: str  # "fit" or "holdout"
+    trial: Trial  # as reality makes it
+    logged: bool = False  # whether the motor is logged, even where that of the session's other trials is not
 
     @property
     def commanded_hz(self) -> float | None:
@@ -51,17 +44,11 @@ class DrawnTrial:
 
 @dataclass(frozen=True, eq=False)
 class DrawnWorld:
-    """A session before anything acts in it.
+    """A session before anything acts in it."""
 
-    Attributes:
-        plan: what it is to hold.
-        world: in its base state.
-        trials: that are made in it.
-    """
-
-    plan: SessionPlan
-    world: World
-    trials: tuple[DrawnTrial, ...]
+    plan: SessionPlan  # what it is to hold
+    world: World  # in its base state
+    trials: tuple[DrawnTrial, ...]  # that are made in it
 
     def swims(self, role: str) -> tuple[DrawnTrial, ...]:
         """Those that are fitted, or held out."""

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, NamedTuple, Self
+from typing import Literal, Self
 
 from session import FaultCollector
 from session.records import from_plain, to_plain
@@ -20,33 +20,22 @@ Kind = Literal["null", "single", "double", "many", "outside"]
 
 @dataclass(frozen=True)
 class Answer:
-    """Of one session.
+    """Of one session."""
 
-    Attributes:
-        session: its name.
-        kind: no effect, one, two or many of the catalogue, or one that the catalogue does not hold.
-        effects: names of the catalogue that are present.
-        outside: name of what is present and not in the catalogue; None where all is.
-        alike: for each of the effects, those that these data cannot tell from it (two-way error above 5 %).
-        detectability: whitened distance from the nearest rival, each refitted; of the weakest of several, 0 of null.
-        stage: where the effect acts; None for null and for effects at several stages.
-        oracle_shrinkage: share by which the twin's own form of the true effects, refitted on the fit trials, shrinks
-            the gap of the held-out ones, both without noise: what can be reached, and what an interval should hold;
-            None for null and outside.
-        seed: of all that was drawn for the session.
-        strengths: that each of what is present was made with.
-    """
-
-    session: str
-    kind: Kind
-    effects: tuple[str, ...] = ()
-    outside: str | None = None
+    session: str  # its name
+    kind: Kind  # no effect, one, two or many of the catalogue, or one that the catalogue does not hold
+    effects: tuple[str, ...] = ()  # names of the catalogue that are present
+    outside: str | None = None  # name of what is present and not in the catalogue; None where all is
+    # for each of the effects, those that these data cannot tell from it (two-way error above 5 %)
     alike: tuple[tuple[str, ...], ...] = ()
+    # whitened distance from the nearest rival, each refitted; of the weakest of several, 0 of null
     detectability: float = 0.0
-    stage: str | None = None
+    stage: str | None = None  # where the effect acts; None for null and for effects at several stages
+    # share by which the twin's own form of the true effects, refitted on the fit trials, shrinks the gap of the held-
+    # out ones, both without noise: what can be reached, and what an interval should hold; None for null and outside
     oracle_shrinkage: float | None = None
-    seed: int = 0
-    strengths: tuple[float, ...] = ()
+    seed: int = 0  # of all that was drawn for the session
+    strengths: tuple[float, ...] = ()  # that each of what is present was made with
 
     def present(self, name: str) -> bool:
         """Whether an effect of this name is."""
@@ -71,44 +60,24 @@ class Answer:
         write_whole(path, json.dumps(plain_json(to_plain(self)), indent=1) + "\n")
 
 
-class SuiteFolder(NamedTuple):
+class SuiteFolder:
     """Where a suite is.
 
     Attributes:
         folder: of the suite.
+        sessions: a folder a session.
+        answers: a file a session; nothing but the scorer opens them.
+        discrepancy: what every diagnosis may know of reality's base state.
+        rules: what trivial rules said, a file a session.
+        without: copies of sessions, to be diagnosed by a catalogue that lacks the effect that is there.
+        followed: sessions with the trial that their diagnosis recommends, to be diagnosed once more.
     """
 
-    folder: Path
-
-    @property
-    def sessions(self) -> Path:
-        """A folder a session."""
-        return self.folder / "sessions"
-
-    @property
-    def answers(self) -> Path:
-        """A file a session; nothing but the scorer opens them."""
-        return self.folder / "answers"
-
-    @property
-    def discrepancy(self) -> Path:
-        """What every diagnosis may know of reality's base state."""
-        return self.folder / "discrepancy.npz"
-
-    @property
-    def without(self) -> Path:
-        """Copies of sessions, to be diagnosed by a catalogue that lacks the effect that is there."""
-        return self.folder / "without"
-
-    @property
-    def followed(self) -> Path:
-        """Sessions with the trial that their diagnosis recommends, to be diagnosed once more."""
-        return self.folder / "followed"
-
-    @property
-    def rules(self) -> Path:
-        """What trivial rules said, a file a session."""
-        return self.folder / "rules"
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.sessions, self.answers = folder / "sessions", folder / "answers"
+        self.discrepancy, self.rules = folder / "discrepancy.npz", folder / "rules"
+        self.without, self.followed = folder / "without", folder / "followed"
 
     @property
     def names(self) -> tuple[str, ...]:

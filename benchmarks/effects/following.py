@@ -19,17 +19,12 @@ from session import load_session
 
 
 class Wanted(NamedTuple):
-    """An effect that is there and told as one of several, and the trial that is to tell it from them.
+    """An effect that is there and told as one of several, and the trial that is to tell it from them."""
 
-    Attributes:
-        answer: of the session.
-        effect: its name.
-        trial: the first that was recommended of those that can be made, whichever two of the group it is to separate:
-            nobody who follows it knows which of them is there.
-    """
-
-    answer: Answer
-    effect: str
+    answer: Answer  # of the session
+    effect: str  # its name
+    # the first that was recommended of those that can be made, whichever two of the group it is to separate: nobody who
+    # follows it knows which of them is there
     trial: Trial
 
     @property

@@ -40,17 +40,11 @@ _CURRENT_A, _AMPERE_PER_N_M, _VOLT, _WARM_C = 0.25, 0.6, 12.1, 31.0
 
 @dataclass(frozen=True, eq=False)
 class Making:
-    """What sessions are made from.
+    """What sessions are made from."""
 
-    Attributes:
-        mechanisms: by name, what reality can do; of the catalogue and beside it.
-        discrepancy: what the refitted twin leaves in the base state.
-        effects: the catalogue's own forms.
-    """
-
-    mechanisms: Mapping[str, Maker]
-    discrepancy: Discrepancy
-    effects: Mapping[str, Effect]
+    mechanisms: Mapping[str, Maker]  # by name, what reality can do; of the catalogue and beside it
+    discrepancy: Discrepancy  # what the refitted twin leaves in the base state
+    effects: Mapping[str, Effect]  # the catalogue's own forms
 
     def make(self, plan: SessionPlan, folder: Path) -> Filming[Answer]:
         """Makes `folder/<name>` and ends with what is in it.

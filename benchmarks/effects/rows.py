@@ -29,18 +29,13 @@ from swimmer.effects import Effect, catalogue
 
 
 class Change(NamedTuple):
-    """What something in the water changes of a session's row, seen from some coefficients.
+    """What something in the water changes of a session's row, seen from some coefficients."""
 
-    Attributes:
-        row: (k,) what is left there, less what is left of the base state, brought back along the slopes of `space` to
-            the coefficients of the base state.
-        space: with slopes there; all that disturbs the row has unit size.
-        step: (5,) from the coefficients of the base state to these.
-    """
-
+    # (k,) what is left there, less what is left of the base state, brought back along the slopes of `space` to the
+    # coefficients of the base state
     row: np.ndarray
-    space: Whitened
-    step: np.ndarray
+    space: Whitened  # with slopes there; all that disturbs the row has unit size
+    step: np.ndarray  # (5,) from the coefficients of the base state to these
 
     def strays(self, row: np.ndarray) -> float:
         """How far from these coefficients, whitened, those are that best make up for a row (k,)."""
@@ -59,21 +54,13 @@ def told_by(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple
 
 @dataclass(frozen=True, eq=False)
 class SessionRows:
-    """The swims of one role of a session in its base state beside the twin.
+    """The swims of one role of a session in its base state beside the twin."""
 
-    Attributes:
-        drawn: the session.
-        role: of the swims that are in the rows.
-        model: these swims, without noise, beside the plain twin.
-        discrepancy: what the refitted twin leaves in the base state.
-        given: (5,) coefficients that other swims gave; None where these give them.
-    """
-
-    drawn: DrawnWorld
-    role: str
-    model: SessionModel
-    discrepancy: Discrepancy
-    given: np.ndarray | None = None
+    drawn: DrawnWorld  # the session
+    role: str  # of the swims that are in the rows
+    model: SessionModel  # these swims, without noise, beside the plain twin
+    discrepancy: Discrepancy  # what the refitted twin leaves in the base state
+    given: np.ndarray | None = None  # (5,) coefficients that other swims gave; None where these give them
 
     @classmethod
     def of(
@@ -236,13 +223,9 @@ class SessionRows:
 
 @dataclass(frozen=True, eq=False)
 class _Changed(TrialModel):
-    """A swim without what is left of it in the base state.
+    """A swim without what is left of it in the base state."""
 
-    Attributes:
-        base: (k,) that, at the phase of this swim.
-    """
-
-    base: np.ndarray = field(kw_only=True)
+    base: np.ndarray = field(kw_only=True)  # (k,) that, at the phase of this swim
 
     @classmethod
     def of(cls, model: TrialModel, base: np.ndarray, *, with_course: bool) -> "_Changed":

@@ -36,19 +36,12 @@ _JITTER = 1e-9  # of each variance: noise alone leaves some sums of a gait's num
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Of one session, from its fitted swims and dry runs.
+    """Of one session, from its fitted swims and dry runs."""
 
-    Attributes:
-        left: (k,) what the refitted twin leaves of gaits, and of the commanded frequencies.
-        space: in which all that disturbs it has unit size.
-        noise: in which the noise of the tracks has, and how well a motor keeps a command; nothing else disturbs.
-        signatures: of the catalogue.
-    """
-
-    left: np.ndarray
-    space: Whitened
-    noise: Whitened
-    signatures: tuple[Signature, ...]
+    left: np.ndarray  # (k,) what the refitted twin leaves of gaits, and of the commanded frequencies
+    space: Whitened  # in which all that disturbs it has unit size
+    noise: Whitened  # in which the noise of the tracks has, and how well a motor keeps a command; nothing else disturbs
+    signatures: tuple[Signature, ...]  # of the catalogue
 
 
 def evidence_of(folder: Path, discrepancy: Discrepancy, effects: Mapping[str, Effect]) -> Evidence:

@@ -23,7 +23,6 @@ _WORTH_TELLING = 0.01  # probabilities below do not count for calibration: there
 _SUSPECT = 0.1
 _BINS = np.linspace(0.0, 1.0, 11)
 _DRAWS = 400
-OTHER = "(none)"
 Measures = dict[str, Measure]
 
 
@@ -213,16 +212,6 @@ def measures_together(cases: Sequence[Case]) -> Measures:
     shrinkages = [both.shrinkage for both, _ in forecasts if both.shrinkage is not None]
     found["shrinkage"] = Measure("shrinkage of the held-out gap, median", median(shrinkages))
     return {name: row for name, row in found.items() if not (isinstance(row.found, Share) and not row.found.of)}
-
-
-def confusion(cases: Sequence[Case]) -> dict[str, dict[str, int]]:
-    """Of clear single effects: how often each was first named what."""
-    table: dict[str, dict[str, int]] = {}
-    for case in filter(CLEAR_SINGLE, cases):
-        row = table.setdefault(case.answer.effects[0], {})
-        first = case.told.first or OTHER
-        row[first] = row.get(first, 0) + 1
-    return dict(sorted(table.items()))
 
 
 def reachable(cases: Sequence[Case], counts: Callable[[Case], bool]) -> float:

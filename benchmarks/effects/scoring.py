@@ -10,7 +10,6 @@ from benchmarks.effects.following import wanted, was_followed
 from benchmarks.effects.rules import judgements
 from benchmarks.effects.score import (
     Case,
-    confusion,
     has_stage,
     measures,
     measures_followed,
@@ -34,19 +33,13 @@ _NOTES = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a suite.
+    """What came of a suite."""
 
-    Attributes:
-        cases: of the program and of the trivial rules, as far as they were run, by name.
-        without: of the program whose catalogue lacked the effect that is there.
-        followed: each effect that was one of several, and what was told with the trial that was recommended.
-        missing: sessions that should have been followed and were not.
-    """
-
-    cases: Mapping[str, Sequence[Case]]
-    without: Sequence[Case] = ()
+    cases: Mapping[str, Sequence[Case]]  # of the program and of the trivial rules, as far as they were run, by name
+    without: Sequence[Case] = ()  # of the program whose catalogue lacked the effect that is there
+    # each effect that was one of several, and what was told with the trial that was recommended
     followed: Sequence[tuple[str, Told]] = ()
-    missing: int = 0
+    missing: int = 0  # sessions that should have been followed and were not
 
     def scores(self, command: str) -> Scores:
         """All tables.
@@ -68,7 +61,7 @@ class Outcome:
             tables.append(Table.of(caption, {PROGRAM: measures_followed(self.followed, self.missing)}))
         if asked:
             tables.append(Table.of("All effects at once", {PROGRAM: measures_together(asked)}))
-        tables += [_reachable(first), _confusion(first)]
+        tables.append(_reachable(first))
         return Scores(
             title="Withheld effects",
             data="synthetic: sessions of a second simulator, the effect withheld from what diagnoses them",
@@ -173,11 +166,3 @@ def _reachable(cases: Sequence[Case]) -> Table:
     rows = tuple((label, f"{100 * share:.0f} %") for label, share in shares.items() if share == share)
     caption = "What a matched filter that knows what to look for would see, with one false alarm in a hundred"
     return Table(caption, ("of all", "sees"), rows)
-
-
-def _confusion(cases: Sequence[Case]) -> Table:
-    rows = tuple(
-        (name.replace("_", " "), ", ".join(f"{said.replace('_', ' ')} {count}" for said, count in row.items()))
-        for name, row in confusion(cases).items()
-    )
-    return Table("What clear single effects were first named", ("present", "named first: sessions"), rows)

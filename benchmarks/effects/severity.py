@@ -37,19 +37,12 @@ class Other(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Strength:
-    """An effect in a session.
+    """An effect in a session."""
 
-    Attributes:
-        value: that its mechanism is made with.
-        mechanisms: at that strength.
-        detectability: by how much its own form is nearer than the nearest rival, the plain twin among them.
-        rivals: all others, the nearest first.
-    """
-
-    value: float
-    mechanisms: tuple[Mechanism, ...]
-    detectability: float
-    rivals: tuple[Other, ...]
+    value: float  # that its mechanism is made with
+    mechanisms: tuple[Mechanism, ...]  # at that strength
+    detectability: float  # by how much its own form is nearer than the nearest rival, the plain twin among them
+    rivals: tuple[Other, ...]  # all others, the nearest first
 
     @property
     def alike(self) -> tuple[str, ...]:

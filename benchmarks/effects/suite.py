@@ -22,62 +22,38 @@ _DRY_SHARE, _DECAY_SHARE, _LOG_SHARE = 0.4, 0.4, 0.4
 
 @dataclass(frozen=True)
 class Recorded:
-    """What a session recorded.
+    """What a session recorded."""
 
-    Attributes:
-        fit_hz, holdout_hz: commanded speeds of its swims, turns a second.
-        seconds: of each swim.
-        dry_hz: of its dry run; None without one.
-        free_decay: whether there is one.
-        logged: whether the motor's log is there.
-    """
-
+    # fit_hz, holdout_hz: commanded speeds of its swims, turns a second
     fit_hz: tuple[float, ...]
     holdout_hz: tuple[float, ...]
-    seconds: float
-    dry_hz: float | None
-    free_decay: bool
-    logged: bool
+    seconds: float  # of each swim
+    dry_hz: float | None  # of its dry run; None without one
+    free_decay: bool  # whether there is one
+    logged: bool  # whether the motor's log is there
 
 
 @dataclass(frozen=True)
 class SessionPlan:
-    """One session of a suite.
+    """One session of a suite."""
 
-    Attributes:
-        name: says nothing.
-        seed: of all that is drawn for it: robot, water, markers, camera, noise.
-        recorded: what it holds.
-        kind: what is present.
-        effects: names, of the catalogue or, for kind "outside", of something else.
-        detectability: that each effect is made as strong for; 0 of null.
-    """
-
-    name: str
-    seed: int
-    recorded: Recorded
-    kind: Kind
-    effects: tuple[str, ...] = ()
-    detectability: float = 0.0
+    name: str  # says nothing
+    seed: int  # of all that is drawn for it: robot, water, markers, camera, noise
+    recorded: Recorded  # what it holds
+    kind: Kind  # what is present
+    effects: tuple[str, ...] = ()  # names, of the catalogue or, for kind "outside", of something else
+    detectability: float = 0.0  # that each effect is made as strong for; 0 of null
 
 
 @dataclass(frozen=True)
 class SuiteSize:
-    """How many sessions, and what is in them.
+    """How many sessions, and what is in them."""
 
-    Attributes:
-        sessions: in all.
-        null: of them, with nothing in them.
-        many: of them, with many effects.
-        at_once: how many these have.
-        asked: detectability that each of these has by itself.
-    """
-
-    sessions: int
-    null: int
-    many: int = 0
-    at_once: int = 0
-    asked: float = 0.0
+    sessions: int  # in all
+    null: int  # of them, with nothing in them
+    many: int = 0  # of them, with many effects
+    at_once: int = 0  # how many these have
+    asked: float = 0.0  # detectability that each of these has by itself
 
 
 SIZES = {

@@ -15,17 +15,11 @@ _SHOWN = 120  # characters of what is wrong
 
 @dataclass(frozen=True)
 class Trial:
-    """That could be added to a session.
+    """That could be added to a session."""
 
-    Attributes:
-        kind: of the trial.
-        commanded_hz: that the motor is told; None of a free decay.
-        logged: whether the motor is to be logged.
-    """
-
-    kind: Literal["swim", "dry", "free_decay"]
-    commanded_hz: Annotated[FiniteFloat, Field(gt=0)] | None = None
-    logged: bool = False
+    kind: Literal["swim", "dry", "free_decay"]  # of the trial
+    commanded_hz: Annotated[FiniteFloat, Field(gt=0)] | None = None  # that the motor is told; None of a free decay
+    logged: bool = False  # whether the motor is to be logged
 
     def __post_init__(self) -> None:
         if (self.kind == "free_decay") != (self.commanded_hz is None):
@@ -42,15 +36,12 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Gap:
-    """Of held-out swims, by a twin that was fitted to others; None is what does not apply.
+    """Of held-out swims, by a twin that was fitted to others; None is what does not apply."""
 
-    Attributes:
-        shrinkage, shrinkage_ci95: by which the gap is smaller than that of the plain twin, and its 95 % interval.
-        speed_mae_before, speed_mae_after: mean error of the speeds of the plain twin and of this one, m/s.
-    """
-
+    # shrinkage, shrinkage_ci95: by which the gap is smaller than that of the plain twin, and its 95 % interval
     shrinkage: FiniteFloat | None = None
     shrinkage_ci95: tuple[FiniteFloat | None, FiniteFloat | None] | None = None
+    # speed_mae_before, speed_mae_after: mean error of the speeds of the plain twin and of this one, m/s
     speed_mae_before: FiniteFloat | None = None
     speed_mae_after: FiniteFloat | None = None
 
@@ -71,31 +62,19 @@ class AllAtOnce:
 
 @dataclass(frozen=True)
 class Told:
-    """A diagnosis by the public contract; what else the contract has stays unread.
+    """A diagnosis by the public contract; what else the contract has stays unread."""
 
-    Attributes:
-        verdict: one of four.
-        groups: alternatives (inner) that act together (outer).
-        probabilities: that an effect is present, by name.
-        where: shares of the gap.
-        gap: with the effects that are named.
-        everything: all effects at once; None where that is not called for, or was not asked.
-        seconds: that it took; None where it is not told.
-        effort: with which it was made; None where that is not told.
-        withheld_from_catalogue: effects that the catalogue lacked.
-        next_experiments: the most telling first.
-    """
-
-    verdict: Literal["named", "inseparable", "unexplained", "no_gap"]
+    verdict: Literal["named", "inseparable", "unexplained", "no_gap"]  # one of four
+    # alternatives (inner) that act together (outer)
     groups: tuple[Annotated[tuple[str, ...], Field(min_length=1, max_length=3)], ...]
-    probabilities: dict[str, Annotated[float, Field(ge=0, le=1)]]
-    where: Where | None = None
-    gap: Gap | None = None
-    everything: AllAtOnce | None = None
-    seconds: FiniteFloat | None = None
-    effort: str | None = None
-    withheld_from_catalogue: tuple[str, ...] | None = None
-    next_experiments: tuple[Experiment, ...] | None = None
+    probabilities: dict[str, Annotated[float, Field(ge=0, le=1)]]  # that an effect is present, by name
+    where: Where | None = None  # shares of the gap
+    gap: Gap | None = None  # with the effects that are named
+    everything: AllAtOnce | None = None  # all effects at once; None where that is not called for, or was not asked
+    seconds: FiniteFloat | None = None  # that it took; None where it is not told
+    effort: str | None = None  # with which it was made; None where that is not told
+    withheld_from_catalogue: tuple[str, ...] | None = None  # effects that the catalogue lacked
+    next_experiments: tuple[Experiment, ...] | None = None  # the most telling first
 
     @property
     def said(self) -> tuple[tuple[str, ...], ...]:

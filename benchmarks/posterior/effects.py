@@ -15,19 +15,12 @@ _OF_CATALOGUE = {"entrained_water": (0.004,), "tendon_compliance": (4.0,), "segm
 
 @dataclass(frozen=True, eq=False)
 class Unmodelled:
-    """What a swim has and the twin has not.
+    """What a swim has and the twin has not."""
 
-    Attributes:
-        robot: that differs.
-        current_m_s: (2,) that carries it, m/s.
-        effect: name of an effect of the catalogue that acts; None for none.
-        strength: of that effect, in shares of its full strength.
-    """
-
-    robot: RobotSpec
-    current_m_s: np.ndarray
-    effect: str | None = None
-    strength: float = 1.0
+    robot: RobotSpec  # that differs
+    current_m_s: np.ndarray  # (2,) that carries it, m/s
+    effect: str | None = None  # name of an effect of the catalogue that acts; None for none
+    strength: float = 1.0  # of that effect, in shares of its full strength
 
     def twin(self, robot: RobotSpec, markers: tuple[str, ...], scene: Scene) -> Twin:
         """The simulator of the swims."""

@@ -29,18 +29,13 @@ _FEWEST = 5 * BINS  # sessions, for five in each bin
 
 @dataclass(frozen=True)
 class Asked:
-    """Which sessions to score.
+    """Which sessions to score."""
 
-    Attributes:
-        first, count: seeds.
-        effect: that the twin leaves out.
-        strength: of that, in shares of its full strength.
-    """
-
+    # first, count: seeds
     first: int = 0
     count: int = 300
-    effect: Effect = "none"
-    strength: float = 1.0
+    effect: Effect = "none"  # that the twin leaves out
+    strength: float = 1.0  # of that, in shares of its full strength
 
     @property
     def folder(self) -> str:
@@ -51,17 +46,11 @@ class Asked:
 
 @dataclass(frozen=True)
 class PosteriorOutcome:
-    """What `calib benchmark posterior` found in one set of sessions.
+    """What `calib benchmark posterior` found in one set of sessions."""
 
-    Attributes:
-        sessions: their scores, of all shards in the folder.
-        failures: sessions that gave no posterior in this run.
-        others: files in the folder that other code made; they are left out.
-    """
-
-    sessions: tuple[PosteriorScore, ...]
-    failures: tuple[Failure, ...] = ()
-    others: int = 0
+    sessions: tuple[PosteriorScore, ...]  # their scores, of all shards in the folder
+    failures: tuple[Failure, ...] = ()  # sessions that gave no posterior in this run
+    others: int = 0  # files in the folder that other code made; they are left out
 
     @property
     def gaps(self) -> list[int]:
@@ -143,12 +132,8 @@ def measure_posterior(folder: Path, asked: Asked, run: Run) -> PosteriorOutcome:
     records = Records(folder / asked.folder, PosteriorScore, _code())
     todo = records.missing([str(seed) for seed in range(asked.first, asked.first + asked.count)])
     cases = {seed: (int(seed), asked.effect, asked.strength) for seed in todo}
-    failures = run_cases(_scored, cases, run, records.keep)
+    failures = run_cases(score_session, cases, run, records.keep)
     return PosteriorOutcome(tuple(records.every().values()), failures, records.others)
-
-
-def _scored(case: tuple[int, Effect, float]) -> PosteriorScore:
-    return score_session(*case, workers=1)
 
 
 def _code() -> str:

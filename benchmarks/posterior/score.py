@@ -29,48 +29,33 @@ Five = tuple[float, ...]
 
 @dataclass(frozen=True)
 class PosteriorScore:
-    """What the posterior said of one drawn session; fives are in the order of `swimmer.FluidCoefficients`.
+    """What the posterior said of one drawn session; fives are in the order of `swimmer.FluidCoefficients`."""
 
-    Attributes:
-        seed, effect, strength: that it was drawn with.
-        frequency_hz: of its two trials.
-        tried: sets of coefficients drawn until one swam forward.
-        truth: the coefficients.
-        rank: of the truth among 99 draws, from 0 to 99.
-        below: share of all draws below the truth.
-        q05, q50, q95, mean, sd: of the draws.
-        exact_width: of the 90 % interval by the exact likelihood.
-        r_hat, ess_bulk: of the draws.
-        box_sd_m: how far boxes were found to sit off their markers.
-        discrepancy: posterior median of the twin's relative error in wave and speed.
-        misfit_p: how often noise and nuisances alone would misfit as much.
-        flags: kinds.
-        simulations: of each trial.
-        seconds: that the posterior took, beside whatever else ran.
-    """
-
+    # seed, effect, strength: that it was drawn with
     seed: int
     effect: Effect
     strength: float
-    frequency_hz: tuple[float, ...]
-    tried: int
-    truth: Five
-    rank: tuple[int, ...]
-    below: Five
+    frequency_hz: tuple[float, ...]  # of its two trials
+    tried: int  # sets of coefficients drawn until one swam forward
+    truth: Five  # the coefficients
+    rank: tuple[int, ...]  # of the truth among 99 draws, from 0 to 99
+    below: Five  # share of all draws below the truth
+    # q05, q50, q95, mean, sd: of the draws
     q05: Five
     q50: Five
     q95: Five
     mean: Five
     sd: Five
-    exact_width: Five
+    exact_width: Five  # of the 90 % interval by the exact likelihood
+    # r_hat, ess_bulk: of the draws
     r_hat: Five
     ess_bulk: Five
-    box_sd_m: float
-    discrepancy: tuple[float, ...]
-    misfit_p: float
-    flags: tuple[str, ...]
-    simulations: int
-    seconds: float
+    box_sd_m: float  # how far boxes were found to sit off their markers
+    discrepancy: tuple[float, ...]  # posterior median of the twin's relative error in wave and speed
+    misfit_p: float  # how often noise and nuisances alone would misfit as much
+    flags: tuple[str, ...]  # kinds
+    simulations: int  # of each trial
+    seconds: float  # that the posterior took, beside whatever else ran
 
     @property
     def warnings(self) -> frozenset[str]:
@@ -105,16 +90,15 @@ class PosteriorScore:
         return (np.array(self.q95) - np.array(self.q05)) / np.array(self.exact_width, float)
 
 
-def score_session(seed: int, effect: Effect = "none", strength: float = 1.0, workers: int = 0) -> PosteriorScore:
-    """Draws a session, samples its posterior and compares it with the truth.
+def score_session(case: tuple[int, Effect, float]) -> PosteriorScore:
+    """Draws a session, samples its posterior and compares it with the truth, on one core.
 
     Args:
-        seed: of the session and of the sampler.
-        effect: that the twin leaves out; "any" is one of them in turn.
-        strength: of that, in shares of its full strength.
-        workers: threads; 0 for all cores.
+        case: seed of the session and of the sampler; the effect that the twin leaves out, "any" is one of them in turn;
+            strength of that, in shares of its full strength.
     """
-    drawn = draw_session(seed, effect_of(effect, seed), strength, workers)
+    seed, effect, strength = case
+    drawn = draw_session(seed, effect_of(effect, seed), strength, workers=1)
     began = time.perf_counter()
     posterior = sample_posterior(drawn.trials, drawn.twin, effective=EFFECTIVE, seed=seed)
     flags = (*posterior.flags, *score_tests(posterior, drawn.camera, catalogue().values()).flags)

@@ -34,33 +34,19 @@ _TRIES = 16  # coefficients that are tried at once
 
 @dataclass(frozen=True, eq=False)
 class DrawnSession:
-    """A session and its truth.
+    """A session and its truth."""
 
-    Attributes:
-        seed: it was drawn with.
-        truth: the coefficients.
-        trials: two swims as measured, by a session that believes every marker to be in its place.
-        held_out: further swims.
-        twin: of the robot as the session believes it to be.
-        camera: that filmed it.
-        robot: that swam.
-        effect: what the robot does that the twin leaves out.
-        strength: of that, in shares of its full strength.
-        noise: that its tracks were made with.
-        tried: how many sets of coefficients were drawn until one swam forward.
-    """
-
-    seed: int
-    truth: FluidCoefficients
-    trials: list[MeasuredTrial]
-    held_out: list[MeasuredTrial]
-    twin: Twin
-    camera: CameraSpec
-    robot: RobotSpec
-    effect: Effect
-    strength: float
-    noise: TrackingNoise
-    tried: int
+    seed: int  # it was drawn with
+    truth: FluidCoefficients  # the coefficients
+    trials: list[MeasuredTrial]  # two swims as measured, by a session that believes every marker to be in its place
+    held_out: list[MeasuredTrial]  # further swims
+    twin: Twin  # of the robot as the session believes it to be
+    camera: CameraSpec  # that filmed it
+    robot: RobotSpec  # that swam
+    effect: Effect  # what the robot does that the twin leaves out
+    strength: float  # of that, in shares of its full strength
+    noise: TrackingNoise  # that its tracks were made with
+    tried: int  # how many sets of coefficients were drawn until one swam forward
 
 
 def draw_session(

@@ -21,21 +21,13 @@ from benchmarks.reality.parameters import Parameters
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Where the links are and how they move.
+    """Where the links are and how they move."""
 
-    Attributes:
-        angle_rad: (n, l) psi of each link in the pool.
-        rate_rad_s: (n, l) its rate.
-        direction: (n, l) unit vectors along the links, complex.
-        origin_m: (n, l) of the links, complex, m.
-        velocity_m_s: (n, l) of the origins, complex, m/s.
-    """
-
-    angle_rad: np.ndarray
-    rate_rad_s: np.ndarray
-    direction: np.ndarray
-    origin_m: np.ndarray
-    velocity_m_s: np.ndarray
+    angle_rad: np.ndarray  # (n, l) psi of each link in the pool
+    rate_rad_s: np.ndarray  # (n, l) its rate
+    direction: np.ndarray  # (n, l) unit vectors along the links, complex
+    origin_m: np.ndarray  # (n, l) of the links, complex, m
+    velocity_m_s: np.ndarray  # (n, l) of the origins, complex, m/s
 
     @cached_property
     def relative(self) -> np.ndarray:
@@ -55,17 +47,11 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """The constants of a quadratic form in the velocities of all that the links carry, such as the kinetic energy.
+    """The constants of a quadratic form in the velocities of all that the links carry, such as the kinetic energy."""
 
-    Attributes:
-        total: (n,) all weights (masses).
-        moment: (n, l) G_a.
-        coupling: (n, l, l) C_ab.
-    """
-
-    total: np.ndarray
-    moment: np.ndarray
-    coupling: np.ndarray
+    total: np.ndarray  # (n,) all weights (masses)
+    moment: np.ndarray  # (n, l) G_a
+    coupling: np.ndarray  # (n, l, l) C_ab
 
     def matrix(self, pose: Pose) -> np.ndarray:
         """(n, N, N) of the form in the coordinates' rates: for masses the mass matrix."""

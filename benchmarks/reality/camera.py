@@ -7,16 +7,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera whose foot is the pool's origin, the pool's x to the right and its y up in the picture.
+    """A pinhole camera whose foot is the pool's origin, the pool's x to the right and its y up in the picture."""
 
-    Attributes:
-        height_m: of the lens above the plane of the picture's scale.
-        focal_px: focal length.
-        width_px, height_px: of the picture; the principal point is its centre.
-    """
-
-    height_m: float = 2.5
-    focal_px: float = 2700.0
+    height_m: float = 2.5  # of the lens above the plane of the picture's scale
+    focal_px: float = 2700.0  # focal length
+    # width_px, height_px: of the picture; the principal point is its centre
     width_px: int = 3840
     height_px: int = 2160
 
@@ -33,35 +28,20 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """One simulation at the moments its frames were exposed (f frames, m markers).
+    """One simulation at the moments its frames were exposed (f frames, m markers)."""
 
-    Attributes:
-        names: of the markers.
-        time_s: (f,) the moments, s.
-        marker_m: (f, m) places in the pool, complex, m.
-        axis: (f, m) unit vectors along the links that carry the markers, complex.
-        height_m: (f, m) above the plane of the scale.
-    """
-
-    names: tuple[str, ...]
-    time_s: np.ndarray
-    marker_m: np.ndarray
-    axis: np.ndarray
-    height_m: np.ndarray
+    names: tuple[str, ...]  # of the markers
+    time_s: np.ndarray  # (f,) the moments, s
+    marker_m: np.ndarray  # (f, m) places in the pool, complex, m
+    axis: np.ndarray  # (f, m) unit vectors along the links that carry the markers, complex
+    height_m: np.ndarray  # (f, m) above the plane of the scale
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """What a camera made of a sight, before any error of a tracker.
+    """What a camera made of a sight, before any error of a tracker."""
 
-    Attributes:
-        names: of the markers.
-        time_s: (f,) times the frames are said to be of, s.
-        position_px: (f, m, 2) x to the right and y down.
-        camera: that looked.
-    """
-
-    names: tuple[str, ...]
-    time_s: np.ndarray
-    position_px: np.ndarray
-    camera: Camera
+    names: tuple[str, ...]  # of the markers
+    time_s: np.ndarray  # (f,) times the frames are said to be of, s
+    position_px: np.ndarray  # (f, m, 2) x to the right and y down
+    camera: Camera  # that looked

@@ -13,31 +13,19 @@ from benchmarks.reality.world import Trial, World
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One trial in truth and in the picture, without any error of a tracker (f frames, m markers, g hinges).
+    """One trial in truth and in the picture, without any error of a tracker (f frames, m markers, g hinges)."""
 
-    Attributes:
-        trial: that was made.
-        markers: their names.
-        time_s: (f,) the times the frames are said to be of, s.
-        position_px: (f, m, 2) in the picture, x to the right and y down.
-        marker_m: (f, m, 2) in the pool when the frames were exposed, x and y (up in the picture), m.
-        head: (f, 3) x, y (m) and angle (rad) of the head's frame in the pool, whose x axis runs from nose to tail.
-        hinges_rad: (f, g) bend at each hinge of the robot's description.
-        crank_rad: (f,) angle of the crank.
-        crank_torque_n_m: (f,) that the tendons ask of the motor.
-        drive: the same between the frames too, whenever they were exposed.
-    """
-
-    trial: Trial
-    markers: tuple[str, ...]
-    time_s: np.ndarray
-    position_px: np.ndarray
-    marker_m: np.ndarray
+    trial: Trial  # that was made
+    markers: tuple[str, ...]  # their names
+    time_s: np.ndarray  # (f,) the times the frames are said to be of, s
+    position_px: np.ndarray  # (f, m, 2) in the picture, x to the right and y down
+    marker_m: np.ndarray  # (f, m, 2) in the pool when the frames were exposed, x and y (up in the picture), m
+    # (f, 3) x, y (m) and angle (rad) of the head's frame in the pool, whose x axis runs from nose to tail
     head: np.ndarray
-    hinges_rad: np.ndarray
-    crank_rad: np.ndarray
-    crank_torque_n_m: np.ndarray
-    drive: Drive
+    hinges_rad: np.ndarray  # (f, g) bend at each hinge of the robot's description
+    crank_rad: np.ndarray  # (f,) angle of the crank
+    crank_torque_n_m: np.ndarray  # (f,) that the tendons ask of the motor
+    drive: Drive  # the same between the frames too, whenever they were exposed
 
     def tracked_px(self, world: World, random: np.random.Generator) -> np.ndarray:
         """(f, m, 2) what the tracker of its world makes of it."""

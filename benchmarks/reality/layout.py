@@ -22,54 +22,33 @@ _TAIL_STRIP_M = 0.008  # longest strip of tail and fin
 
 @dataclass(frozen=True, eq=False)
 class Strips:
-    """The wetted surface cut across: keel, tail, caudal fin, from nose to tail.
+    """The wetted surface cut across: keel, tail, caudal fin, from nose to tail."""
 
-    Attributes:
-        link: (s,) index of the link that carries the strip.
-        plate: (s,) index of the rigid plate that it is part of: of one link, and of keel, tail or fin.
-        place_m: (s,) of its middle, from the link's origin, m.
-        length_m: (s,) along the link, m.
-        half_height_m: (s,) m.
-        half_thickness_m: (s,) m.
-        half_chord_m: (s,) half the length of the plate that the strip is part of, m.
-    """
-
-    link: np.ndarray
-    plate: np.ndarray
-    place_m: np.ndarray
-    length_m: np.ndarray
-    half_height_m: np.ndarray
-    half_thickness_m: np.ndarray
-    half_chord_m: np.ndarray
+    link: np.ndarray  # (s,) index of the link that carries the strip
+    plate: np.ndarray  # (s,) index of the rigid plate that it is part of: of one link, and of keel, tail or fin
+    place_m: np.ndarray  # (s,) of its middle, from the link's origin, m
+    length_m: np.ndarray  # (s,) along the link, m
+    half_height_m: np.ndarray  # (s,) m
+    half_thickness_m: np.ndarray  # (s,) m
+    half_chord_m: np.ndarray  # (s,) half the length of the plate that the strip is part of, m
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Links (l: the head, then one behind every hinge), strips (s) and tendon guides (g) of the straight fish.
+    """Links (l: the head, then one behind every hinge), strips (s) and tendon guides (g) of the straight fish."""
 
-    Attributes:
-        robot: that is cut.
-        hinges_per_gap: hinges that stand for one of the robot's.
-        origin_m: (l,) x of each link's origin, the head's at 0, the others' at their hinge, m.
-        reach_m: (l,) from each link's origin to the next one's, m; 0 for the last.
-        mass_kg, moment_kg_m, inertia_kg_m2: (l,) of each link, moment and inertia about its origin.
-        strips: of the surface.
-        guide_link: (g,) link of each pair of tendon guides.
-        guide_place_m: (g,) their distance behind the link's origin, m.
-        guide_offset_m: (2, g) of either tendon's guide across the link, m.
-    """
-
-    robot: RobotSpec
-    hinges_per_gap: int
-    origin_m: np.ndarray
-    reach_m: np.ndarray
+    robot: RobotSpec  # that is cut
+    hinges_per_gap: int  # hinges that stand for one of the robot's
+    origin_m: np.ndarray  # (l,) x of each link's origin, the head's at 0, the others' at their hinge, m
+    reach_m: np.ndarray  # (l,) from each link's origin to the next one's, m; 0 for the last
+    # mass_kg, moment_kg_m, inertia_kg_m2: (l,) of each link, moment and inertia about its origin
     mass_kg: np.ndarray
     moment_kg_m: np.ndarray
     inertia_kg_m2: np.ndarray
-    strips: Strips
-    guide_link: np.ndarray
-    guide_place_m: np.ndarray
-    guide_offset_m: np.ndarray
+    strips: Strips  # of the surface
+    guide_link: np.ndarray  # (g,) link of each pair of tendon guides
+    guide_place_m: np.ndarray  # (g,) their distance behind the link's origin, m
+    guide_offset_m: np.ndarray  # (2, g) of either tendon's guide across the link, m
 
     @property
     def hinges(self) -> int:

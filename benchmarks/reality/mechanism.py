@@ -76,13 +76,9 @@ AtStrength = Callable[[float], tuple[Mechanism, ...]]
 
 
 class Wearing(Mechanism, kw_only=True):
-    """Begins where the trials of a session before left it: what slackens, slips or breaks does not mend.
+    """Begins where the trials of a session before left it: what slackens, slips or breaks does not mend."""
 
-    Attributes:
-        before_s: that the robot has been in use in this session before the first frame.
-    """
-
-    before_s: float = 0.0
+    before_s: float = 0.0  # that the robot has been in use in this session before the first frame
 
 
 def worn(mechanisms: Iterable[Mechanism], before_s: float) -> tuple[Mechanism, ...]:
@@ -92,17 +88,12 @@ def worn(mechanisms: Iterable[Mechanism], before_s: float) -> tuple[Mechanism, .
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """One class of mechanism in the rows of a batch that have it.
+    """One class of mechanism in the rows of a batch that have it."""
 
-    Attributes:
-        mechanism: with a field (r, 1) for each of its numbers.
-        rows: (r,) of the batch; a slice where they stand side by side, whose part of an array costs nothing.
-        parameters: of these rows.
-    """
-
-    mechanism: Mechanism
+    mechanism: Mechanism  # with a field (r, 1) for each of its numbers
+    # (r,) of the batch; a slice where they stand side by side, whose part of an array costs nothing
     rows: np.ndarray | slice
-    parameters: Parameters
+    parameters: Parameters  # of these rows
 
     def overrides(self, hook: str) -> bool:
         """Whether this class does anything there."""

@@ -17,23 +17,16 @@ from benchmarks.reality.tendons import Pull, Tendons, Turn
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """mass q'' = force, with what of the force is stiff: its slopes -stiffness, -damping over q, q', and over time.
+    """mass q'' = force, with what of the force is stiff: its slopes -stiffness, -damping over q, q', and over time."""
 
-    Attributes:
-        mass: (n, N, N).
-        force: (n, N).
-        stiffness, damping: (n, N, N) symmetric, positive semidefinite.
-        force_rate: (n, N) slope of the force over time where the fish stands still.
-        now: what they hold for.
-        seen: the same for each group of mechanisms that acts while it swims, its rows alone; the whole for others.
-    """
-
-    mass: np.ndarray
-    force: np.ndarray
+    mass: np.ndarray  # (n, N, N)
+    force: np.ndarray  # (n, N)
+    # stiffness, damping: (n, N, N) symmetric, positive semidefinite
     stiffness: np.ndarray
     damping: np.ndarray
-    force_rate: np.ndarray
-    now: Instant
+    force_rate: np.ndarray  # (n, N) slope of the force over time where the fish stands still
+    now: Instant  # what they hold for
+    # the same for each group of mechanisms that acts while it swims, its rows alone; the whole for others
     seen: list[Instant]
 
 

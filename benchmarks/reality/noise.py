@@ -7,19 +7,12 @@ import numpy as np
 
 @dataclass(frozen=True)
 class PixelNoise:
-    """Errors of tracked boxes, independent between markers and axes.
+    """Errors of tracked boxes, independent between markers and axes."""
 
-    Attributes:
-        sd_px: of the error that wanders with time.
-        correlation_s: time in which its correlation falls to 1/e; 0: white.
-        placement_sd_px: of a box's offset from its marker, constant in a trial, another in the next.
-        grid_px: positions are multiples of it; 0: any.
-    """
-
-    sd_px: float = 0.5
-    correlation_s: float = 0.1
-    placement_sd_px: float = 2.0
-    grid_px: float = 0.5
+    sd_px: float = 0.5  # of the error that wanders with time
+    correlation_s: float = 0.1  # time in which its correlation falls to 1/e; 0: white
+    placement_sd_px: float = 2.0  # of a box's offset from its marker, constant in a trial, another in the next
+    grid_px: float = 0.5  # positions are multiples of it; 0: any
 
     def tracked(self, time_s: np.ndarray, position_px: np.ndarray, random: np.random.Generator) -> np.ndarray:
         """(f, m, 2) pixels that a tracker gives for true ones (f, m, 2) at times (f,) of one trial.

@@ -10,46 +10,32 @@ from benchmarks.reality.layout import Layout
 
 @dataclass(frozen=True, eq=False)
 class Parameters:
-    """Body, drive, water and markers of n simulations (l links, h hinges, s strips, m markers).
+    """Body, drive, water and markers of n simulations (l links, h hinges, s strips, m markers)."""
 
-    Attributes:
-        link_mass_kg, link_moment_kg_m, link_inertia_kg_m2: (n, l); moments about the link's origin.
-        hinge_stiffness_n_m: (n, h) per rad.
-        hinge_damping_n_m_s: (n, h) per rad.
-        hinge_rest_rad: (n, h) angle at which a hinge's spring is at rest.
-        tendon_stiffness_n_m, tendon_damping_n_s_m: (n, 2), left and right.
-        tendon_extra_m: (n, 2) free length beyond that of the straight fish.
-        anchor_radius_m: (n, 2) from the shaft to each tendon's anchor.
-        coefficients: (n, 5, s) blunt, slender and angular drag, Kutta and Magnus lift, on each strip.
-        density_kg_m3: (n, 1) of the fluid; 0 in air.
-        sunk_m: (n, 1) by how much more of the height of every strip is wet; mechanisms with heights in them keep to
-            the described ones, as their strengths do.
-        added_mass_reaction: (n, s) share at each strip, 0 to 1, of elongated body theory's reactive force; see
-            `reality.fluid`.
-        current_m_s: (n, 1) velocity of the water in the pool, complex.
-        head_clamped: (n, 1) whether the head is held where it is.
-        marker_m: (n, m) places from the origin of their link, in its axes, complex.
-        extra_implicit_stiffness_n_m, extra_implicit_damping_n_m_s: (n, h) what a mechanism's own torques add at
-            the hinges at most, so that the integrator stays stable; they exert nothing themselves.
-    """
-
+    # link_mass_kg, link_moment_kg_m, link_inertia_kg_m2: (n, l); moments about the link's origin
     link_mass_kg: np.ndarray
     link_moment_kg_m: np.ndarray
     link_inertia_kg_m2: np.ndarray
-    hinge_stiffness_n_m: np.ndarray
-    hinge_damping_n_m_s: np.ndarray
-    hinge_rest_rad: np.ndarray
+    hinge_stiffness_n_m: np.ndarray  # (n, h) per rad
+    hinge_damping_n_m_s: np.ndarray  # (n, h) per rad
+    hinge_rest_rad: np.ndarray  # (n, h) angle at which a hinge's spring is at rest
+    # tendon_stiffness_n_m, tendon_damping_n_s_m: (n, 2), left and right
     tendon_stiffness_n_m: np.ndarray
     tendon_damping_n_s_m: np.ndarray
-    tendon_extra_m: np.ndarray
-    anchor_radius_m: np.ndarray
-    coefficients: np.ndarray
-    density_kg_m3: np.ndarray
+    tendon_extra_m: np.ndarray  # (n, 2) free length beyond that of the straight fish
+    anchor_radius_m: np.ndarray  # (n, 2) from the shaft to each tendon's anchor
+    coefficients: np.ndarray  # (n, 5, s) blunt, slender and angular drag, Kutta and Magnus lift, on each strip
+    density_kg_m3: np.ndarray  # (n, 1) of the fluid; 0 in air
+    # (n, 1) by how much more of the height of every strip is wet; mechanisms with heights in them keep to the described
+    # ones, as their strengths do
     sunk_m: np.ndarray
+    # (n, s) share at each strip, 0 to 1, of elongated body theory's reactive force; see `reality.fluid`
     added_mass_reaction: np.ndarray
-    current_m_s: np.ndarray
-    head_clamped: np.ndarray
-    marker_m: np.ndarray
+    current_m_s: np.ndarray  # (n, 1) velocity of the water in the pool, complex
+    head_clamped: np.ndarray  # (n, 1) whether the head is held where it is
+    marker_m: np.ndarray  # (n, m) places from the origin of their link, in its axes, complex
+    # extra_implicit_stiffness_n_m, extra_implicit_damping_n_m_s: (n, h) what a mechanism's own torques add at the
+    # hinges at most, so that the integrator stays stable; they exert nothing themselves
     extra_implicit_stiffness_n_m: np.ndarray
     extra_implicit_damping_n_m_s: np.ndarray
 

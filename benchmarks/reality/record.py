@@ -12,34 +12,23 @@ _PLAUSIBLE_RAD, _PLAUSIBLE_M = np.pi, 20.0  # of a hinge, of the head's way: bey
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """The crank as a motor's log might tell it, every 4 ms from the run-in to the end of its trial.
+    """The crank as a motor's log might tell it, every 4 ms from the run-in to the end of its trial."""
 
-    Attributes:
-        time_s: (k,) since the first frame, s.
-        angle_rad: (k,).
-        torque_n_m: (k,) that the tendons ask of the motor.
-    """
-
-    time_s: np.ndarray
-    angle_rad: np.ndarray
-    torque_n_m: np.ndarray
+    time_s: np.ndarray  # (k,) since the first frame, s
+    angle_rad: np.ndarray  # (k,)
+    torque_n_m: np.ndarray  # (k,) that the tendons ask of the motor
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """n simulations at k instants, evenly apart.
+    """n simulations at k instants, evenly apart."""
 
-    Attributes:
-        start_s: (n, 1) time of the first instant.
-        step_s: between instants.
-        position, velocity: (n, k, N) coordinates and their rates.
-        crank_rad, crank_torque_n_m: (n, k).
-    """
-
-    start_s: np.ndarray
-    step_s: float
+    start_s: np.ndarray  # (n, 1) time of the first instant
+    step_s: float  # between instants
+    # position, velocity: (n, k, N) coordinates and their rates
     position: np.ndarray
     velocity: np.ndarray
+    # crank_rad, crank_torque_n_m: (n, k)
     crank_rad: np.ndarray
     crank_torque_n_m: np.ndarray
 

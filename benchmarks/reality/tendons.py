@@ -21,23 +21,14 @@ class Turn:
 
 @dataclass(frozen=True, eq=False)
 class Pull:
-    """The tendons at an instant.
+    """The tendons at an instant."""
 
-    Attributes:
-        stretch_m: (n, 2) length beyond the free length.
-        rate_m_s: (n, 2) at which it grows.
-        tension_n: (n, 2).
-        gradient_m: (n, 2, N) of the length to the coordinates.
-        per_turn_m: (n, 2) of the length to the crank's angle, per rad.
-        tension_rate_n_s: (n, 2) growth of the tension by the crank's turning alone.
-    """
-
-    stretch_m: np.ndarray
-    rate_m_s: np.ndarray
-    tension_n: np.ndarray
-    gradient_m: np.ndarray
-    per_turn_m: np.ndarray
-    tension_rate_n_s: np.ndarray
+    stretch_m: np.ndarray  # (n, 2) length beyond the free length
+    rate_m_s: np.ndarray  # (n, 2) at which it grows
+    tension_n: np.ndarray  # (n, 2)
+    gradient_m: np.ndarray  # (n, 2, N) of the length to the coordinates
+    per_turn_m: np.ndarray  # (n, 2) of the length to the crank's angle, per rad
+    tension_rate_n_s: np.ndarray  # (n, 2) growth of the tension by the crank's turning alone
 
     @property
     def crank_torque_n_m(self) -> np.ndarray:

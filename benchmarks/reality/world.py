@@ -16,71 +16,47 @@ TrialKind = Literal["swim", "dry", "free_decay"]
 
 @dataclass(frozen=True)
 class Nuisances:
-    """How this robot departs from its description, within what its maker would call alike.
+    """How this robot departs from its description, within what its maker would call alike."""
 
-    Attributes:
-        head_mass, tail_mass: factors of mass, moment and inertia.
-        hinge_stiffness, hinge_damping: factors, common to all hinges.
-        sunk_m: how much deeper it floats, m.
-        marker_shift_m: by marker, where it sits off its published place, along and across its link, m.
-    """
-
+    # head_mass, tail_mass: factors of mass, moment and inertia
     head_mass: float = 1.0
     tail_mass: float = 1.0
+    # hinge_stiffness, hinge_damping: factors, common to all hinges
     hinge_stiffness: float = 1.0
     hinge_damping: float = 1.0
-    sunk_m: float = 0.0
+    sunk_m: float = 0.0  # how much deeper it floats, m
+    # by marker, where it sits off its published place, along and across its link, m
     marker_shift_m: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class World:
-    """What is the same in all trials of a session.
+    """What is the same in all trials of a session."""
 
-    Attributes:
-        coefficients: blunt, slender and angular drag, Kutta and Magnus lift; see `reality.fluid`.
-        nuisances: of the robot.
-        mechanisms: that act; none in the base state.
-        camera: above the pool.
-        noise: of the tracker.
-    """
-
+    # blunt, slender and angular drag, Kutta and Magnus lift; see `reality.fluid`
     coefficients: tuple[float, float, float, float, float]
-    nuisances: Nuisances = field(default_factory=Nuisances)
-    mechanisms: tuple[Mechanism, ...] = ()
-    camera: Camera = field(default_factory=Camera)
-    noise: PixelNoise = field(default_factory=PixelNoise)
+    nuisances: Nuisances = field(default_factory=Nuisances)  # of the robot
+    mechanisms: tuple[Mechanism, ...] = ()  # that act; none in the base state
+    camera: Camera = field(default_factory=Camera)  # above the pool
+    noise: PixelNoise = field(default_factory=PixelNoise)  # of the tracker
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One recording.
+    """One recording."""
 
-    Attributes:
-        kind: "swim"; "dry": head clamped, in air; "free_decay": the same without tendons, from a bent tail.
-        duration_s: filmed.
-        frequency_hz: turns of the crank a second, as commanded.
-        phase_rad: of the crank in the first frame; the tail is straight at 0 and pulled to the left at pi / 2.
-        fps: frames a second.
-        run_in_s: simulated before the first frame, in which what the start left behind fades.
-        start_speed_m_s: forward, at the start of the run-in.
-        place_m: of the head's origin in the pool then, m.
-        heading_rad: which way the fish heads then, from the pool's +x counter-clockwise.
-        bent_rad: by hinge of the robot, in which a free decay is held until it is let go.
-        release_s: when.
-    """
-
-    kind: TrialKind
-    duration_s: float
-    frequency_hz: float = 0.0
+    kind: TrialKind  # "swim"; "dry": head clamped, in air; "free_decay": the same without tendons, from a bent tail
+    duration_s: float  # filmed
+    frequency_hz: float = 0.0  # turns of the crank a second, as commanded
+    # of the crank in the first frame; the tail is straight at 0 and pulled to the left at pi / 2
     phase_rad: float = 0.0
-    fps: float = 60.0
-    run_in_s: float = 1.0
-    start_speed_m_s: float = 0.1
-    place_m: complex = 0.0
-    heading_rad: float = np.pi
-    bent_rad: tuple[float, ...] = ()
-    release_s: float = 0.0
+    fps: float = 60.0  # frames a second
+    run_in_s: float = 1.0  # simulated before the first frame, in which what the start left behind fades
+    start_speed_m_s: float = 0.1  # forward, at the start of the run-in
+    place_m: complex = 0.0  # of the head's origin in the pool then, m
+    heading_rad: float = np.pi  # which way the fish heads then, from the pool's +x counter-clockwise
+    bent_rad: tuple[float, ...] = ()  # by hinge of the robot, in which a free decay is held until it is let go
+    release_s: float = 0.0  # when
 
     @property
     def lead_s(self) -> float:

@@ -51,29 +51,19 @@ class Clip(NamedTuple):
 
 @dataclass(frozen=True)
 class TrackingScore:
-    """How one tracker did on one clip.
+    """How one tracker did on one clip."""
 
-    Attributes:
-        clip, encoding, method: which.
-        rms_px: error an axis of the samples that are measured and on their marker.
-        bias_px: the larger of the two mean errors of the same.
-        lost: share of the visible samples that are not measured, or not on their marker.
-        astray: share of the samples that are measured but not on their marker.
-        silent: how many of those count in a fit all the same.
-        flagged: share of the good samples that do not count.
-        seconds: of tracking, the decoding included.
-    """
-
+    # clip, encoding, method: which
     clip: str
     encoding: str
     method: str
-    rms_px: float = float("nan")
-    bias_px: float = float("nan")
-    lost: float = 1.0
-    astray: float = 0.0
-    silent: int = 0
-    flagged: float = float("nan")
-    seconds: float = float("nan")
+    rms_px: float = float("nan")  # error an axis of the samples that are measured and on their marker
+    bias_px: float = float("nan")  # the larger of the two mean errors of the same
+    lost: float = 1.0  # share of the visible samples that are not measured, or not on their marker
+    astray: float = 0.0  # share of the samples that are measured but not on their marker
+    silent: int = 0  # how many of those count in a fit all the same
+    flagged: float = float("nan")  # share of the good samples that do not count
+    seconds: float = float("nan")  # of tracking, the decoding included
 
 
 def clips_of(names: Sequence[str] = ()) -> list[Clip]:

@@ -14,7 +14,7 @@ from benchmarks.video.plan import ClipPlan
 from benchmarks.video.render import Encoding, write_scene
 from benchmarks.video.scene import PoolScene
 from benchmarks.video.stage import staged
-from benchmarks.video.truth import ClipTruth, boxes_file, save_boxes
+from benchmarks.video.truth import boxes_file, save_boxes
 from session import Tracks
 from session.toml_source import Table
 from session.tracks import save_tracks
@@ -25,18 +25,14 @@ from synthetic.swims import TrueRun
 
 
 class SessionVideo(Table):
-    """How the swims of a session are filmed; its clock and scale are those of the plan's camera.
+    """How the swims of a session are filmed; its clock and scale are those of the plan's camera."""
 
-    Attributes:
-        trials: names of the filmed swims; None for all of them. Dry runs and free decays, in air, are tracked.
-        width_px, height_px: of the videos, multiples of 2 and 4, the middle of the camera's image; None for all of it.
-        crf: quality of the files, H.264.
-    """
-
+    # names of the filmed swims; None for all of them. Dry runs and free decays, in air, are tracked
     trials: tuple[str, ...] | None = None
+    # width_px, height_px: of the videos, multiples of 2 and 4, the middle of the camera's image; None for all of it
     width_px: int | None = None
     height_px: int | None = None
-    crf: Annotated[float, Field(ge=0, le=51)] = 23.0
+    crf: Annotated[float, Field(ge=0, le=51)] = 23.0  # quality of the files, H.264
 
     def films(self, trial: str) -> bool:
         """Whether a trial is filmed."""
@@ -47,8 +43,10 @@ class SessionVideo(Table):
         name, frames = swim.trial.name, len(swim.time_s)
         video = Path("trials") / f"{name}.mp4"
         scene = film_scene(swim, plan, self, number)
-        save_tracks(folder / "truth" / f"{name}.csv", true_tracks(scene.truth))
-        save_boxes(folder / boxes_file(video), scene.truth)
+        truth = scene.truth
+        perfect = Tracks(truth.markers, truth.time_s, truth.shown_px, np.ones(truth.shown_px.shape[:2]))
+        save_tracks(folder / "truth" / f"{name}.csv", perfect)
+        save_boxes(folder / boxes_file(video), truth)
         write_scene(scene, {folder / video: Encoding(crf=self.crf)}, lambda done: told(name, done, frames))
         return {"video": video.as_posix(), "boxes": boxes_file(video).as_posix()}
 
@@ -85,11 +83,6 @@ def film_scene(swim: TrueRun, plan: SyntheticPlan, video: SessionVideo, number: 
     motion = _placed(swim, robot, plan.markers, optics, swim.position_px[0] - inset_px)
     stage = staged(motion, robot, plan.markers, optics, swim.time_s)
     return PoolScene(clip, stage)
-
-
-def true_tracks(truth: ClipTruth) -> Tracks:
-    """The tracks that a perfect tracker would find in a filmed trial."""
-    return Tracks(truth.markers, truth.time_s, truth.shown_px, np.ones(truth.shown_px.shape[:2]))
 
 
 def _placed(swim: TrueRun, robot: RobotSpec, markers: tuple[str, ...], optics: Optics, first_px: np.ndarray) -> Motion:

@@ -22,30 +22,19 @@ _RUN_IN_S, _START_M_S = 8.0, -0.15  # as in a synthetic session: a developed swi
 
 
 class Pose(NamedTuple):
-    """Poses of the chain.
+    """Poses of the chain."""
 
-    Attributes:
-        head: (..., 3) x, y (m) and yaw (rad) of the head's frame in the pool.
-        hinges_rad: (..., h).
-    """
-
-    head: np.ndarray
-    hinges_rad: np.ndarray
+    head: np.ndarray  # (..., 3) x, y (m) and yaw (rad) of the head's frame in the pool
+    hinges_rad: np.ndarray  # (..., h)
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Poses of the robot, with a cubic spline between k samples.
+    """Poses of the robot, with a cubic spline between k samples."""
 
-    Attributes:
-        time_s: (k,) increasing; the first frame is at 0.
-        head: (k, 3) x, y (m) and yaw (rad) of the head's frame in the pool.
-        hinges_rad: (k, h).
-    """
-
-    time_s: np.ndarray
-    head: np.ndarray
-    hinges_rad: np.ndarray
+    time_s: np.ndarray  # (k,) increasing; the first frame is at 0
+    head: np.ndarray  # (k, 3) x, y (m) and yaw (rad) of the head's frame in the pool
+    hinges_rad: np.ndarray  # (k, h)
 
     def at(self, time_s: np.ndarray) -> Pose:
         """Poses at times of any shape, s."""

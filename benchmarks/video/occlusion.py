@@ -18,17 +18,11 @@ _DIRECTION = np.array([np.cos(np.radians(70.0)), -np.sin(np.radians(70.0))])  # 
 
 
 class Occlusion(Table):
-    """A pole, with a round tip, that covers a marker.
+    """A pole, with a round tip, that covers a marker."""
 
-    Attributes:
-        marker: over which the tip is held, following it.
-        first: the first frame in which the marker is wholly covered.
-        frames: how many in a row.
-    """
-
-    marker: str
-    first: Annotated[int, Field(ge=0)]
-    frames: Annotated[int, Field(ge=1)]
+    marker: str  # over which the tip is held, following it
+    first: Annotated[int, Field(ge=0)]  # the first frame in which the marker is wholly covered
+    frames: Annotated[int, Field(ge=1)]  # how many in a row
 
     def tip_px(self, frame: int, target_px: np.ndarray) -> np.ndarray:
         """(2,) of the tip's middle in a frame, for a marker at (2,): beyond it while it is covered."""

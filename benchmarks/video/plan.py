@@ -34,69 +34,41 @@ Gray = Annotated[float, Field(ge=0, le=255)]
 
 
 class Swim(Table):
-    """How the robot swims in a clip.
+    """How the robot swims in a clip."""
 
-    Attributes:
-        frequency_hz: turns of the twin's crank a second.
-        pace: the simulated swim is shown so many times as fast.
-        drift_m_s: mean velocity in the image, forward and to the robot's left; None keeps the twin's own.
-        heading_deg: where the nose points, counter-clockwise from the right of the image.
-        off_centre_px: of the middle of the swim, x to the right and y down.
-    """
-
-    frequency_hz: Positive = 1.0
-    pace: Positive = 1.0
+    frequency_hz: Positive = 1.0  # turns of the twin's crank a second
+    pace: Positive = 1.0  # the simulated swim is shown so many times as fast
+    # mean velocity in the image, forward and to the robot's left; None keeps the twin's own
     drift_m_s: tuple[float, float] | None = None
-    heading_deg: float = 180.0
-    off_centre_px: tuple[float, float] = (0.0, 0.0)
+    heading_deg: float = 180.0  # where the nose points, counter-clockwise from the right of the image
+    off_centre_px: tuple[float, float] = (0.0, 0.0)  # of the middle of the swim, x to the right and y down
 
 
 class MarkerLook(Table):
-    """How the markers look.
+    """How the markers look."""
 
-    Attributes:
-        diameter_px: of every marker; None for the usual ones, scaled with the picture.
-        gray: of the discs, 0 (black) to 255.
-        base_gray: of the wider discs below them.
-        body_gray: of the robot.
-        glow: share by which the light on a marker comes and goes with the waves.
-    """
-
-    diameter_px: Positive | None = None
-    gray: Gray = 236.0
-    base_gray: Gray = 30.0
-    body_gray: Gray = 42.0
+    diameter_px: Positive | None = None  # of every marker; None for the usual ones, scaled with the picture
+    gray: Gray = 236.0  # of the discs, 0 (black) to 255
+    base_gray: Gray = 30.0  # of the wider discs below them
+    body_gray: Gray = 42.0  # of the robot
+    # share by which the light on a marker comes and goes with the waves
     glow: Annotated[float, Field(ge=0, le=0.5)] = 0.04
 
 
 class ClipPlan(Table):
-    """A clip to be rendered.
+    """A clip to be rendered."""
 
-    Attributes:
-        frames: how many.
-        seed: of every random draw.
-        markers: the visible ones.
-        swim: the motion.
-        optics: the camera.
-        marker_look: of the markers.
-        water: the pool.
-        glints_per_s: how many appear in a second.
-        occlusions: poles over markers.
-        skipped: frames that the camera dropped: the clock runs on, so the rate varies.
-        robot: None for the built-in fish.
-    """
-
-    frames: Annotated[int, Field(ge=1)] = 240
-    seed: Annotated[int, Field(ge=0)] = 0
-    markers: tuple[str, ...] = FISHSIM_MARKERS
-    swim: Swim = Swim()
-    optics: Optics = Optics()
-    marker_look: MarkerLook = MarkerLook()
-    water: WaterLook = WaterLook()
-    glints_per_s: NonNegative = 6.0
-    occlusions: tuple[Occlusion, ...] = ()
-    skipped: tuple[int, ...] = ()
-    robot: RobotSpec | None = None
+    frames: Annotated[int, Field(ge=1)] = 240  # how many
+    seed: Annotated[int, Field(ge=0)] = 0  # of every random draw
+    markers: tuple[str, ...] = FISHSIM_MARKERS  # the visible ones
+    swim: Swim = Swim()  # the motion
+    optics: Optics = Optics()  # the camera
+    marker_look: MarkerLook = MarkerLook()  # of the markers
+    water: WaterLook = WaterLook()  # the pool
+    glints_per_s: NonNegative = 6.0  # how many appear in a second
+    occlusions: tuple[Occlusion, ...] = ()  # poles over markers
+    skipped: tuple[int, ...] = ()  # frames that the camera dropped: the clock runs on, so the rate varies
+    robot: RobotSpec | None = None  # None for the built-in fish
 
     @property
     def swimmer(self) -> RobotSpec:

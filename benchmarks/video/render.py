@@ -15,15 +15,10 @@ from benchmarks.video.writer import Codec, VideoWriter
 
 
 class Encoding(NamedTuple):
-    """How a video is packed.
+    """How a video is packed."""
 
-    Attributes:
-        codec: "h264", "hevc" or "ffv1" (lossless).
-        crf: quality of H.264 and HEVC, 0 (best) to 51; FFV1 takes none.
-    """
-
-    codec: Codec = "h264"
-    crf: float = 23
+    codec: Codec = "h264"  # "h264", "hevc" or "ffv1" (lossless)
+    crf: float = 23  # quality of H.264 and HEVC, 0 (best) to 51; FFV1 takes none
 
 
 ENCODINGS = (Encoding("ffv1"), Encoding("h264", 18), Encoding("h264", 23), Encoding("h264", 28), Encoding("hevc", 28))

@@ -16,21 +16,13 @@ _FEWEST_MOMENTS, _MOST_MOMENTS = 3, 24
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """The markers of a clip of n frames.
+    """The markers of a clip of n frames."""
 
-    Attributes:
-        motion: of the robot.
-        camera: that looks on.
-        time_s: (n,) middle of the exposure of the image's middle row, s.
-        position_px: (n, m, 2) where each marker would be seen in an instant, at `time_s`.
-        exposed_px: (n, s, m, 2) where it is seen at s moments, evenly over the exposure of its own row.
-    """
-
-    motion: Motion
-    camera: Optics
-    time_s: np.ndarray
-    position_px: np.ndarray
-    exposed_px: np.ndarray
+    motion: Motion  # of the robot
+    camera: Optics  # that looks on
+    time_s: np.ndarray  # (n,) middle of the exposure of the image's middle row, s
+    position_px: np.ndarray  # (n, m, 2) where each marker would be seen in an instant, at `time_s`
+    exposed_px: np.ndarray  # (n, s, m, 2) where it is seen at s moments, evenly over the exposure of its own row
 
     @property
     def shown_px(self) -> np.ndarray:

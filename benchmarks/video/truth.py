@@ -22,22 +22,14 @@ class ClipTruth:
     Measure a tracker against `shown_px`: it is the centre of gravity of the marker's disc in the noiseless picture.
     `position_px` is where the marker was at the frame's time; it differs from `shown_px` by the rolling shutter and,
     where the path bends within an exposure, by motion blur.
-
-    Attributes:
-        markers: names.
-        time_s: (n,) of the frames, the middle of the exposure of the middle row, s.
-        position_px: (n, m, 2) centre of each disc in the distorted image, in an instant at `time_s`.
-        shown_px: (n, m, 2) its mean over the exposure of the marker's own row.
-        visible_share: (n, m) of each disc's area that lies in the picture with nothing above it, 0 to 1.
-        diameter_px: (m,) of the discs.
     """
 
-    markers: tuple[str, ...]
-    time_s: np.ndarray
-    position_px: np.ndarray
-    shown_px: np.ndarray
-    visible_share: np.ndarray
-    diameter_px: np.ndarray
+    markers: tuple[str, ...]  # names
+    time_s: np.ndarray  # (n,) of the frames, the middle of the exposure of the middle row, s
+    position_px: np.ndarray  # (n, m, 2) centre of each disc in the distorted image, in an instant at `time_s`
+    shown_px: np.ndarray  # (n, m, 2) its mean over the exposure of the marker's own row
+    visible_share: np.ndarray  # (n, m) of each disc's area that lies in the picture with nothing above it, 0 to 1
+    diameter_px: np.ndarray  # (m,) of the discs
 
     @property
     def visible(self) -> np.ndarray:

@@ -21,17 +21,11 @@ _TILE_M, _GROUT_M, _LANE_M = 0.15, 0.004, 0.12
 
 
 class WaterLook(Table):
-    """How the water looks.
+    """How the water looks."""
 
-    Attributes:
-        ripple_mm: standard deviation of the surface.
-        caustics: brightness of the light that the waves gather on the floor; 0 for none.
-        sheen: brightness of the sky in the waves' slopes.
-    """
-
-    ripple_mm: NonNegative = 2.0
-    caustics: NonNegative = 0.3
-    sheen: NonNegative = 30.0
+    ripple_mm: NonNegative = 2.0  # standard deviation of the surface
+    caustics: NonNegative = 0.3  # brightness of the light that the waves gather on the floor; 0 for none
+    sheen: NonNegative = 30.0  # brightness of the sky in the waves' slopes
 
 
 class Water:

@@ -12,7 +12,6 @@ from benchmarks.effects.score import (
     Case,
     Measures,
     calibration_error,
-    confusion,
     error_by_chance,
     measures,
     measures_followed,
@@ -116,12 +115,6 @@ def test_what_weak_effects_shrink_by_is_not_held_against_the_oracle() -> None:
     for others in ((WEAK, weak), (no_form, clear)):
         assert value(measured((SLACK, clear), others, others), "shrinkage") == pytest.approx(0.75)
     assert np.isnan(value(measured((WEAK, weak)), "shrinkage"))
-
-
-def test_what_clear_effects_were_named_first_is_counted() -> None:
-    diagnoses = (told("named", (name,), **{name: 0.9}) for name in ("tendon_slack", "tendon_friction"))
-    cases = [Case(SLACK, each) for each in (*diagnoses, told("unexplained"))] + [Case(WEAK, told("no_gap"))]
-    assert confusion(cases) == {"tendon_slack": {"tendon_slack": 1, "tendon_friction": 1, "(none)": 1}}
 
 
 def test_probabilities_that_come_true_as_often_as_they_say_have_no_error() -> None:

@@ -25,8 +25,8 @@ def scored(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Seeds that were scored, without a simulation; session 13 fails."""
     seeds: list[int] = []
 
-    def measure(seed: int, _effect: Effect, _strength: float, workers: int) -> PosteriorScore:
-        assert workers == 1
+    def measure(case: tuple[int, Effect, float]) -> PosteriorScore:
+        seed = case[0]
         seeds.append(seed)
         if seed == 13:
             raise NotEnoughData("too short")
