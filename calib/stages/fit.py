@@ -188,7 +188,7 @@ class FitStage(Stage):
 
 
 class EvidenceStage(Stage):
-    """``results/evidence.json``: a free yaw, boxes put right, profiles, and with full effort other pairs of fit trials.
+    """``results/evidence.json``: boxes put right, profiles, and with full effort other pairs of fit trials.
 
     Args:
         job: the work on the session.
