@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from calib.text import filled
+from reports.page import environment
 from session import FaultCollector, Tracks
 from session.create import FISHSIM_MARKERS, new_folder
 from session.folder import SESSION_FILE
@@ -194,8 +194,8 @@ def _text(
 ) -> str:
     """`session.toml` with comments, and first what is left to fill in."""
     swims = [trial.name for trial in trials if trial.kind == "swim"]
-    return filled(
-        "session.toml.j2",
+    template = environment("calib", escaped=False).get_template("session.toml.j2")
+    return template.render(
         left=_left(trials, rate, robot_file),
         name=json.dumps(name),
         trials=trials,

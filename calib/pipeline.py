@@ -6,8 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
-from calib.job import Job
-from calib.options import EffortName, Options
+from calib.options import EffortName, Job, Options
 from calib.stages.diagnosis import DiagnosisStage, check_names
 from calib.stages.fit import EvidenceStage, FitStage
 from calib.stages.posterior import PosteriorStage
@@ -15,7 +14,8 @@ from calib.stages.recordings import Recordings
 from calib.stages.report import ReportStage
 from calib.stages.structure import StructureStage
 from fitting import Calibration, Comparison, MeasuredTrial, MethodName, Structure
-from session import FaultCollector, Session, load_session
+from session import InputError, Session, load_session
+from session.errors import Fault
 from swimmer import RobotSpec, Twin, load_robot
 from swimmer.effects import Effect
 
@@ -106,34 +106,17 @@ class Pipeline:
         """
         if (stage := self.standing_fit) is not None:
             return stage
-        faults = FaultCollector(str(self.fits.file))
-        stale = self.fits.file.is_file()
-        faults.add(
-            "",
-            "the fit that stands is out of date" if stale else "no fit stands",
-            found="one of other recordings, another program or edited by hand" if stale else "nothing",
-            expected="the fit of these recordings",
-            next_step=f"Run `calib fit {self.session.folder}`; what stands is kept aside."
-            if stale
-            else f"Run `calib fit {self.session.folder}`.",
-        )
-        faults.raise_if_any()
-        raise AssertionError("unreachable")
-
-    def posteriors(self, fit: FitStage, effort: EffortName | None = None) -> PosteriorStage:
-        """How sure a fit is."""
-        return PosteriorStage(self.job, fit, effort)
+        what, found, aside = "no fit stands", "nothing", ""
+        if self.fits.file.is_file():
+            what, aside = "the fit that stands is out of date", "; what stands is kept aside"
+            found = "one of other recordings, another program or edited by hand"
+        step = f"Run `calib fit {self.session.folder}`{aside}."
+        raise InputError([Fault(str(self.fits.file), "", what, found, "the fit of these recordings", next_step=step)])
 
     def standing_posterior(self, fit: FitStage) -> PosteriorStage | None:
         """The posterior of a fit that stands, whatever its effort; None where there is none."""
-        stages = (self.posteriors(fit, effort) for effort in get_args(EffortName))
+        stages = (PosteriorStage(self.job, fit, effort) for effort in get_args(EffortName))
         return next((stage for stage in stages if stage.is_current), None)
-
-    def diagnoses(
-        self, without: frozenset[str] = frozenset(), effort: EffortName | None = None, own: tuple[Effect, ...] = ()
-    ) -> DiagnosisStage:
-        """The gap, with a catalogue that lacks some effects and has some of the user's own."""
-        return DiagnosisStage(self.job, self.recordings, without, effort, own)
 
     def fit(self) -> Path:
         """`results/calibration.json` and `results/calibrated.xml`, up to date, and the structure they build on."""
@@ -176,7 +159,7 @@ class Pipeline:
             self.said.append(f"No fit of these recordings stood there; a {self.fits.name} was made first.")
             self.fit()
             fit = self.fits
-        stage = self.posteriors(fit)
+        stage = PosteriorStage(self.job, fit)
         if not stage.is_current:
             calibration = fit.read()
             stage.make(
@@ -198,7 +181,7 @@ class Pipeline:
             discrepancy: see `DiagnosisStage.make`.
             own: effects that the catalogue is to have besides.
         """
-        stage = self.diagnoses(without, own=own)
+        stage = DiagnosisStage(self.job, self.recordings, without, own=own)
         self.recordings.tracks()
         if not stage.is_current:
             stage.make(discrepancy)
@@ -206,15 +189,16 @@ class Pipeline:
 
     def supposition(self, names: Sequence[str]) -> "SuppositionResult":
         """What the swims say of effects that a user names; also in `results/supposed.json`."""
-        stage = self.diagnoses()
+        stage = DiagnosisStage(self.job, self.recordings)
         check_names("--test", names, stage.effects)
         self.recordings.tracks()
         return stage.suppose(names)
 
     def standing_diagnosis(self) -> DiagnosisStage | None:
         """The diagnosis that stands, whatever its effort and what its catalogue lacked; None of these recordings."""
-        lacking = self.diagnoses().withheld
-        stages = (self.diagnoses(lacking, effort) for effort in get_args(EffortName))
+        lacking = DiagnosisStage(self.job, self.recordings).withheld
+        efforts = get_args(EffortName)
+        stages = (DiagnosisStage(self.job, self.recordings, lacking, effort) for effort in efforts)
         return next((stage for stage in stages if stage.is_current), None)
 
     def report(self) -> Path:

@@ -104,19 +104,13 @@ def _effects_named(option: str, told: str | None) -> tuple[str, ...]:
     """
     names = tuple(name.strip() for name in (told or "").split(",") if name.strip())
     if told is not None and not names:
-        from session import FaultCollector
+        from session import InputError
+        from session.errors import Fault
         from swimmer.effects import catalogue
 
-        faults = FaultCollector(option)
-        faults.add(
-            "",
-            "names no effect",
-            found=repr(told),
-            expected="names of the catalogue, comma-separated",
-            choices=tuple(catalogue()),
-            next_step="Name some, or leave the option out; docs/effects.md has the table.",
-        )
-        faults.raise_if_any()
+        step = "Name some, or leave the option out; docs/effects.md has the table."
+        expected, choices = "names of the catalogue, comma-separated", tuple(catalogue())
+        raise InputError([Fault(option, "", "names no effect", repr(told), expected, choices, step)])
     return names
 
 

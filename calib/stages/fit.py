@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from calib.job import Job
-from calib.options import EFFORTS, EffortName
+from calib.options import EFFORTS, EffortName, Job
 from calib.stages.recordings import Recordings
 from calib.stages.structure import StructureStage
 from fitting import Calibration, CalibrationResult, Comparison, MeasuredTrial, MethodName, calibrate

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from calib.job import Job
+from calib.options import Job
 from calib.stages.recordings import Recordings
 from fitting.structure import BUILT_IN, STRUCTURE, Structure, assumed, identify_structure, read_structure
 from session.stage import Stage

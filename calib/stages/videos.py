@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import cv2
 import numpy as np
 
-from calib.job import Job
+from calib.options import Job
 from session import FaultCollector, InputError, TrialSpec
 from session.results import sha256_of, write_whole
 from session.stage import Stage

@@ -31,8 +31,9 @@ def free_decay_section(structure: Structure) -> Section:
     """What the decays say together, a table of them, and for each its spectrum and its curve beside the twin's."""
     plots = [plot for number, fit in enumerate(structure.decays, start=1) for plot in _plots(fit, number)]
     caveats = [sentence(f"{fit.name}: {flag.message}") for fit in structure.decays for flag in fit.flags]
+    caveats += [sentence(flag.message) for flag in (structure.hinges.flags if structure.hinges else ())]
     blocks = (Prose(f"{_result(structure.hinges)} {METHOD}"), _table(structure), Plots(tuple(plots)))
-    return Section(TITLE, ANCHOR, blocks, (*caveats, *_disagreement(structure.hinges)))
+    return Section(TITLE, ANCHOR, blocks, tuple(caveats))
 
 
 def _result(hinges: HingeEstimate | None) -> str:
@@ -86,7 +87,3 @@ def _plots(fit: DecayFit, number: int) -> tuple[Plot, Plot]:
             "straight tail.",
         ),
     )
-
-
-def _disagreement(hinges: HingeEstimate | None) -> tuple[str, ...]:
-    return () if hinges is None else tuple(sentence(flag.message) for flag in hinges.flags)

@@ -29,10 +29,18 @@ def build(context: ReportContext) -> Section | None:
 
 def motor_section(trials: tuple[LoggedTrial, ...]) -> Section:
     """Two tables of the trials, and their speeds drawn."""
+    turning = Table(
+        "Speed over the steady stretch beside the command as it was sent, in the motor’s steps, and the clock of the "
+        "log against the video’s, ± standard error.",
+        TURNING,
+        tuple(map(_turning_row, trials)),
+    )
+    caption = "What the motor drew over the steady stretch, and what it reported over the whole log."
+    supply = Table(caption, SUPPLY, tuple(map(_supply_row, trials)))
     return Section(
         "Motor",
         "motor",
-        (Prose(_text(trials)), _turning(trials), Plots(_plots(trials)), _supply(trials)),
+        (Prose(_text(trials)), turning, Plots(_plots(trials)), supply),
         tuple(sentence(f"{trial.name}: {flag.message}") for trial in trials for flag in trial.motor.flags),
     )
 
@@ -56,14 +64,6 @@ def _followed(trials: tuple[LoggedTrial, ...]) -> str:
     return f", and the twin’s crank follows the measured angle instead of an even turn{but}"
 
 
-def _turning(trials: tuple[LoggedTrial, ...]) -> Table:
-    caption = (
-        "Speed over the steady stretch beside the command as it was sent, in the motor’s steps, and the clock of the "
-        "log against the video’s, ± standard error."
-    )
-    return Table(caption, TURNING, tuple(map(_turning_row, trials)))
-
-
 def _turning_row(trial: LoggedTrial) -> tuple[str, ...]:
     motor, clock = trial.motor, trial.motor.clock
     return (
@@ -77,11 +77,6 @@ def _turning_row(trial: LoggedTrial) -> tuple[str, ...]:
         with_error(MILLION * (clock.rate - 1), MILLION * clock.rate_se, 0) if motor.laid else MISSING,
         clock.found_by if motor.usable else f"{clock.found_by}, not used",
     )
-
-
-def _supply(trials: tuple[LoggedTrial, ...]) -> Table:
-    caption = "What the motor drew over the steady stretch, and what it reported over the whole log."
-    return Table(caption, SUPPLY, tuple(map(_supply_row, trials)))
 
 
 def _supply_row(trial: LoggedTrial) -> tuple[str, ...]:

@@ -42,6 +42,7 @@ def _part(number: int, trial: CalibratedTrial, robot: RobotSpec) -> Section:
 
 def _scores(trial: CalibratedTrial) -> Table:
     measured, scores = trial.measured, trial.scores
+    phase_deg = float((np.degrees(trial.phase_rad) + 180) % 360 - 180)  # between -180 and 180
     beat = measured.beat or measured.frequency
     command = "" if measured.commanded_hz is None else f", commanded {shown(measured.commanded_hz, 2)} Hz"
     row = (
@@ -56,7 +57,7 @@ def _scores(trial: CalibratedTrial) -> Table:
     )
     return Table(
         f"Tail beat {shown(beat.hz, 4)} ± {shown(beat.se_hz, 4)} Hz{command}; "
-        f"the twin's crank {_turn(trial)} from a phase of {shown(_degrees(trial.phase_rad), 0)}°. "
+        f"the twin's crank {_turn(trial)} from a phase of {shown(phase_deg, 0)}°. "
         f"Scored over {shown(scored_seconds(measured))} s, speeds "
         f"over {counted(beats_compared(measured), 'whole beat')}.",
         SCORES,
@@ -69,11 +70,6 @@ def _turn(trial: CalibratedTrial) -> str:
     if motor is None or not motor.usable:
         return f"turns at {shown(trial.simulated_hz, 4)} Hz"
     return f"follows the motor's log ({shown(motor.measured_hz, 4)} turns/s)"
-
-
-def _degrees(phase_rad: float) -> float:
-    """The phase between -180 and 180 degrees."""
-    return float((np.degrees(phase_rad) + 180.0) % 360.0 - 180.0)
 
 
 def _envelope(trial: CalibratedTrial, robot: RobotSpec) -> Plot:
