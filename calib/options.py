@@ -1,7 +1,7 @@
 """The work on one session: how it is done, what every stage has to know, and what is told of it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -44,10 +44,6 @@ class Options:
     comparison: Comparison | None = None
     tracker: TrackerName | None = None
     tell: Tell = field(default=_silent)
-
-    def telling(self, tell: Tell) -> "Options":
-        """The same options with another receiver of progress."""
-        return replace(self, tell=tell)
 
 
 @dataclass(frozen=True, eq=False)

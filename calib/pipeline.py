@@ -2,20 +2,24 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from calib.options import EffortName, Job, Options
+from calib.progress import progress_bar
 from calib.stages.diagnosis import DiagnosisStage, check_names
-from calib.stages.fit import EvidenceStage, FitStage
+from calib.stages.fit import EvidenceStage, FitStage, StructureStage
 from calib.stages.posterior import PosteriorStage
 from calib.stages.recordings import Recordings
 from calib.stages.report import ReportStage
-from calib.stages.structure import StructureStage
 from fitting import Calibration, Comparison, MeasuredTrial, MethodName, Structure
 from session import InputError, Session, load_session
 from session.errors import Fault
+from session.folder import SESSION_FILE
+from session.lock import session_lock
 from swimmer import RobotSpec, Twin, load_robot
 from swimmer.effects import Effect
 
@@ -223,3 +227,17 @@ class Pipeline:
     def _twin(self) -> Twin:
         """Of the robot with its structure."""
         return Twin(self.structure.robot, self.trials[0].markers, workers=self.options.workers)
+
+
+@contextmanager
+def working(folder: Path, quiet: bool, options: Options | None = None) -> Iterator[Pipeline]:
+    """A locked session and its pipeline, with progress unless quiet.
+
+    Args:
+        folder: of the session, or its `session.toml`.
+        quiet: no progress.
+        options: effort, threads, methods; who is told of the progress is replaced.
+    """
+    session = open_session(folder.parent if folder.name == SESSION_FILE else folder)
+    with session_lock(session.folder), progress_bar(quiet) as tell:
+        yield Pipeline(session, replace(options or Options(), tell=tell))

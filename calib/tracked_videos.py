@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from calib.options import Options
-from calib.pipeline import Pipeline
+from calib.pipeline import Pipeline, working
 from calib.results.tracks import shares_of
 from calib.stages.videos import of_each
-from calib.working import working
 from session import CameraSpec, Flag, InputError, NotEnoughData, Session, TrialSpec
 from session.errors import Fault
 from session.results import plain_json

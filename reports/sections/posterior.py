@@ -11,14 +11,18 @@ from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import NAMES
-from reports.figures.posterior_checks import posterior_ranks_figure, posterior_trace_figure, posterior_whiteness_figure
+from reports.figures.posterior_checks import (
+    posterior_left_out_figure,
+    posterior_ranks_figure,
+    posterior_trace_figure,
+    posterior_whiteness_figure,
+)
 from reports.figures.posterior_coefficients import (
     intervals_of,
     posterior_corner_figure,
     posterior_further_figure,
     posterior_intervals_figure,
 )
-from reports.figures.posterior_left_out import posterior_left_out_figure
 from reports.figures.posterior_predicted import posterior_sweep_figure, posterior_trials_figure
 from reports.numbers import (
     MM,
