@@ -20,7 +20,7 @@ from session import InputError, Session, load_session
 from session.errors import Fault
 from session.folder import SESSION_FILE
 from session.lock import session_lock
-from swimmer import RobotSpec, Twin, load_robot
+from swimmer import Twin, load_robot
 from swimmer.effects import Effect
 
 if TYPE_CHECKING:
@@ -49,20 +49,10 @@ class Pipeline:
         self.job = Job(session, options or Options())
         self.session, self.options, self.made, self.said = session, self.job.options, self.job.made, self.job.said
 
-    @property
-    def robot(self) -> RobotSpec:
-        """The session's robot."""
-        return self.job.robot
-
     @cached_property
     def recordings(self) -> Recordings:
         """The session's tracks and videos."""
         return Recordings(self.job)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What the reader should know about the trials that were left out."""
-        return self.recordings.notes
 
     @property
     def trials(self) -> list[MeasuredTrial]:
@@ -215,7 +205,7 @@ class Pipeline:
         evidence = EvidenceStage(self.job, fit)
         stage = ReportStage(self.job, fit, evidence, self.standing_posterior(fit), self.standing_diagnosis())
         if not stage.is_current:
-            stage.make(fit.read(), self.notes)
+            stage.make(fit.read(), self.recordings.notes)
         return stage.file
 
     def _possible_fits(

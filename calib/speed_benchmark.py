@@ -15,6 +15,7 @@ from tracking import HeadFrame, to_head_frame
 
 FREQUENCIES_HZ = np.round(np.arange(0.3, 2.01, 0.1), 1)
 SECONDS, WARMUP_S, FINER = 8.0, 1.0, 8
+TIME_S = np.arange(0.0, SECONDS, 1 / 60)
 START_SPEED_M_S = 0.1
 _REPEATS = 7
 
@@ -155,11 +156,10 @@ def _real_time_batch(model: mujoco.MjModel, simulations: int = 32, hz: float = 1
 
 def _step_error(name: str, coefficients: FluidCoefficients) -> StepError:
     coarse, fine = _sweep(coefficients, SWIM.timestep_s), _sweep(coefficients, SWIM.timestep_s / FINER)
-    time_s = _times()
-    kept = time_s >= WARMUP_S
+    kept = TIME_S >= WARMUP_S
     distance = 1000 * np.linalg.norm(coarse.shape_m - fine.shape_m, axis=-1)[:, kept]  # (f, k, m)
     speeds = [
-        np.array([forward_speed(time_s, head.forward_m[i], kept, hz) for i, hz in enumerate(FREQUENCIES_HZ)])
+        np.array([forward_speed(TIME_S, head.forward_m[i], kept, hz) for i, hz in enumerate(FREQUENCIES_HZ)])
         for head in (coarse, fine)
     ]
     difference = np.abs(speeds[0] / speeds[1] - 1)
@@ -183,9 +183,5 @@ def _sweep(coefficients: FluidCoefficients, timestep_s: float) -> HeadFrame:
         phase_rad=np.zeros(count),
         velocity=np.tile([-START_SPEED_M_S, 0.0, 0.0], (count, 1)),
     )
-    markers = twin.simulate(runs, _times()).marker_m
+    markers = twin.simulate(runs, TIME_S).marker_m
     return to_head_frame(markers, twin.markers.index("nose"), twin.markers.index("neck"))
-
-
-def _times() -> np.ndarray:
-    return np.arange(0.0, SECONDS, 1 / 60)

@@ -101,7 +101,7 @@ def tell_tracks(session: Path, method: TrackerName | None, export: str, workers:
         tracks, exported = track_videos(pipeline, export)
         videos = pipeline.recordings.videos
         boxes = of_each(_filmed(pipeline.session), videos.boxes)
-    doubts = camera_doubts(tracks.values(), pipeline.session.camera, pipeline.robot)
+    doubts = camera_doubts(tracks.values(), pipeline.session.camera, pipeline.job.robot)
     if as_json:
         told = {
             name: shares_of(found)

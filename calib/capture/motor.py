@@ -119,7 +119,8 @@ class Motor:
         self.bus.write(GOAL_VELOCITY, 0)
         self.bus.write(BUS_WATCHDOG, WATCHDOG)
         self.bus.write(TORQUE_ENABLE, 1)
-        found = self._goals()
+        goal_velocity, set_to = struct.unpack("<4xii4x", self.bus.read(GOALS).data)
+        found = self.bus.read(BUS_WATCHDOG).data[0], goal_velocity, set_to
         if found != (WATCHDOG, 0, acceleration) or not self._torque():
             raise MotorFault(
                 "the motor does not keep its settings; found: watchdog, goal velocity and acceleration "
@@ -195,11 +196,6 @@ class Motor:
         """Drive mode, operating mode and velocity limit."""
         drive_mode, operating_mode = self.bus.read(MODES).data[:2]
         return drive_mode, operating_mode, int.from_bytes(self.bus.read(LIMITS).data[:4], "little")
-
-    def _goals(self) -> tuple[int, int, int]:
-        """Watchdog, goal velocity and profile acceleration."""
-        goal_velocity, acceleration = struct.unpack("<4xii4x", self.bus.read(GOALS).data)
-        return self.bus.read(BUS_WATCHDOG).data[0], goal_velocity, acceleration
 
     def _torque(self) -> bool:
         return bool(self.bus.read(TORQUE_ENABLE, tries=2).data[0])

@@ -49,7 +49,7 @@ def posterior_result(pipeline: Pipeline) -> PosteriorResult:
 
 def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
     """A diagnosis."""
-    found, robot, markers = stage.read(), pipeline.robot, pipeline.session.markers
+    found, robot, markers = stage.read(), pipeline.job.robot, pipeline.session.markers
     figures = GapFigures(stage, lambda: gap_plots(found, robot, markers))
     name = f"diagnosis of {stage.effort} effort"
     return GapResult(name=name, file=stage.file, data=found, plot=figures, **_common(pipeline))
@@ -80,10 +80,10 @@ def _context(pipeline: Pipeline) -> ReportContext:
     fit = pipeline.the_fit()
     provenance = replace(pipeline.job.provenance, effort=fit.effort)
     evidence = EvidenceStage(pipeline.job, fit).read()
-    return ReportContext(pipeline.session, fit.read(), provenance, pipeline.notes, evidence=evidence)
+    return ReportContext(pipeline.session, fit.read(), provenance, pipeline.recordings.notes, evidence=evidence)
 
 
 def _common(pipeline: Pipeline) -> dict[str, Any]:
     """What all results say: of which session, what was said, and the files that were made."""
-    notes = (*pipeline.said, *pipeline.notes)
+    notes = (*pipeline.said, *pipeline.recordings.notes)
     return {"session": pipeline.session, "notes": notes, "made": tuple(pipeline.made)}

@@ -33,7 +33,7 @@ def make_recording(pipeline: Pipeline) -> Path:
     if not specs:
         raise NotEnoughData(
             f"{session.name}: nothing to show. Expected at least one [[trial]] with a tracks file or a video; found "
-            f"{len(session.trials)} trials. {' '.join(pipeline.notes)}"
+            f"{len(session.trials)} trials. {' '.join(pipeline.recordings.notes)}"
         )
     untracked = [spec for spec in specs if spec.tracks is None and not pipeline.recordings.videos.stand(spec)]
     renew = f"run `calib track {session.folder}`"
@@ -67,7 +67,7 @@ def _recorded(
     proxy: Path | None = None
     if spec.tracks is not None:
         tracks = load_tracks(spec.tracks, session.markers, session.camera.fps)
-        tracked = TrackedTrial.of(tracks, check_tracks(tracks, pipeline.robot).flags)
+        tracked = TrackedTrial.of(tracks, check_tracks(tracks, pipeline.job.robot).flags)
     else:
         tracked = pipeline.recordings.videos.tracks(spec)
     if spec.video is not None:
