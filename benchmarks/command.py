@@ -25,7 +25,7 @@ def search(
     """Compares the searches on a session's fit trials: same budget, both objectives."""
     from benchmarks.searches import compare_methods
     from calib.options import Options
-    from calib.working import working
+    from calib.pipeline import working
     from swimmer import Twin
 
     with working(session, as_json, Options(workers=workers)) as pipeline:
@@ -48,7 +48,7 @@ def tracking(
 ) -> None:
     """Tracks rendered videos with known truth: the tracker, without CSRT, plain CSRT, threshold and nearest."""
     from benchmarks.tracking.report import measure_tracking
-    from calib.working import progress_bar
+    from calib.progress import progress_bar
 
     chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
@@ -72,7 +72,7 @@ def posterior(
     """Draws sessions from the prior; tells how often the posterior holds the truth (simulation-based calibration)."""
     from benchmarks.cases import Run
     from benchmarks.posterior.report import Asked, measure_posterior
-    from calib.working import progress_bar
+    from calib.progress import progress_bar
 
     asked, command = Asked(first, count, effect, strength), f"calib benchmark posterior --folder {folder or 'FOLDER'}"
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
@@ -118,7 +118,7 @@ def effects(
     from benchmarks.effects.rules import judge_suite
     from benchmarks.effects.run import make_suite
     from benchmarks.effects.suite import suite_named
-    from calib.working import progress_bar
+    from calib.progress import progress_bar
 
     try:
         size, shard = suite_named(suite)

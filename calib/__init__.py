@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def __getattr__(name: str) -> Any:
     if name != "__all__" and (name.startswith("_") or find_spec(f"{__name__}.{name}")):  # a module is no name of these
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from calib.shadowing import check_shadowing
+    from calib.entry import check_shadowing
 
     check_shadowing()
     from calib import interface

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from calib.capture.host import INTERRUPTED, let_go_of_a_lost_terminal
-from calib.commands import benchmarks, cameras, results, sessions, videos
+from calib.commands import benchmarks, cameras, results, videos
 from session import SwimcalError
 
 app = typer.Typer(
@@ -18,7 +18,7 @@ app = typer.Typer(
 camera = typer.Typer(no_args_is_help=True, help="The lens and the scale, from a printed board.")
 
 app.command()(results.run)
-app.command(cls=sessions.SeveralFiles)(sessions.new)
+app.command(cls=results.SeveralFiles)(results.new)
 app.command()(videos.track)
 app.command()(videos.edit)
 app.command()(results.fit)

@@ -80,22 +80,15 @@ def _checks(data: DiagnosisResult) -> list[str]:
             f"tails beat {abs(off):.0%} {'slower' if off < 0 else 'faster'} than commanded; fps of the camera, and "
             "commanded_hz in turns a second, should be sure before clock, gear or motor are blamed"
         )
-    ends = [f"{plain(effect)} ({plain(name)})" for effect, name in _at_bound(data.effect_parameters)]
+    fitted = {effect: parameters_of(data.effect_parameters, effect) for effect in data.effect_parameters}
+    ends = [
+        f"{plain(effect)} ({plain(name)})" for effect in fitted for name, own in fitted[effect].items() if own.at_bound
+    ]
     if ends:
         told.append(f"as strong as it may be, so perhaps stronger or something else: {', '.join(ends)}")
     if len(data.missing_forces.trials) == 1:
         told.append("one swim was fitted; two or more at different speeds tell far more")
     return told
-
-
-def _at_bound(parameters: EffectParameters) -> list[tuple[str, str]]:
-    """Effects and those of their parameters that are at a bound."""
-    return [
-        (effect, name)
-        for effect in parameters
-        for name, told in parameters_of(parameters, effect).items()
-        if told.at_bound
-    ]
 
 
 def supposition_lines(data: SuppositionResult) -> list[str]:
@@ -127,8 +120,9 @@ def _beside(what: str, before: float, after: float) -> str:
 
 
 def _fitted(parameters: EffectParameters, effect: str) -> str:
-    """The clearest of an effect's parameters."""
-    told = sorted(parameters_of(parameters, effect).items(), key=lambda item: -_clear(item[1]))[:3]
+    """The clearest of an effect's parameters, by how many half intervals they are from zero."""
+    found = parameters_of(parameters, effect).items()
+    told = sorted(found, key=lambda item: -abs(item[1].value) / max(item[1].ci95[1] - item[1].ci95[0], 1e-12))[:3]
     return ", ".join(_parameter(name, own) for name, own in told)
 
 
@@ -138,8 +132,3 @@ def _parameter(name: str, told: FittedParameter) -> str:
     places = max(1 - floor(log10(max(high - low, 1e-12) / 2)), 0)
     unit = "" if told.unit == "1" else f" {told.unit}"
     return f"{name} {told.value:.{places}f} ({low:.{places}f} to {high:.{places}f}){unit}"
-
-
-def _clear(told: FittedParameter) -> float:
-    """How many half intervals it is from zero."""
-    return abs(told.value) / max(told.ci95[1] - told.ci95[0], 1e-12)

@@ -1,12 +1,47 @@
-"""The command `calib`: a door in front of the command line, whose imports take a second that Ctrl-C may fall into."""
+"""The command `calib`: a door in front of the command line, whose imports take a second that Ctrl-C may fall into.
+
+Files of a user hide a package of this program where they have its name and lie where Python looks first: that is said.
+"""
 
 import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+PACKAGES = ("session", "swimmer", "tracking", "fitting", "synthetic", "diagnosis", "reports")
+_HOME = Path(__file__).resolve().parents[1]
+
+
+def check_shadowing() -> None:
+    """That every package of this program is the one that was installed with it.
+
+    Raises:
+        ImportError: another file has the name of one; names it and says what to do.
+    """
+    hidden = [(name, place) for name in PACKAGES if (place := _place(name)) is not None]
+    if hidden:
+        told = "; ".join(f"{place} hides the package `{name}`" for name, place in hidden)
+        raise ImportError(
+            f"calib cannot be loaded: {told}. Expected the packages in {_HOME}. Rename the file or folder, or start "
+            "Python in another folder; then restart the notebook's kernel."
+        )
+
+
+def _place(name: str) -> Path | None:
+    """Where the package of this name comes from, if not from here."""
+    module = sys.modules.get(name)
+    origin = getattr(module, "__file__", None) if module else None
+    if module is None:
+        spec = find_spec(name)
+        origin = None if spec is None else spec.origin or next(iter(spec.submodule_search_locations or ()), None)
+    if origin is None:
+        return None
+    path = Path(origin).resolve()
+    own = path.parent if path.name == "__init__.py" else path
+    return None if own == _HOME / name else path
 
 
 def main() -> None:
     """Entry point: Ctrl-C ends with one line and exit code 130 from the first import on."""
-    from calib.shadowing import check_shadowing
-
     try:
         check_shadowing()
         from calib.cli import main as command_line

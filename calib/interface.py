@@ -17,6 +17,8 @@ import pandas as pd
 
 from calib.options import EffortName, Options
 from calib.pipeline import open_session as _open_session
+from calib.pipeline import working
+from calib.progress import progress_bar
 from calib.results.fit import FitResult
 from calib.results.gap import EffectTest, GapResult
 from calib.results.made import fit_result, gap_result, posterior_result, structure_result, test_result, track_result
@@ -28,7 +30,6 @@ from calib.results.twin import SwimTwin
 from calib.stages.diagnosis import check_names
 from calib.stages.fit import nominal_mjcf
 from calib.tracked_videos import check_form, correct_track, track_videos
-from calib.working import progress_bar, working
 from fitting import Comparison, MethodName
 from reports import write_index
 from session import FaultCollector, InputError, NotEnoughData, Session, SwimcalError

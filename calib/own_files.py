@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from calib.text import filled
+from reports.page import environment
 from session import FaultCollector, Tracks
 from session.create import FISHSIM_MARKERS, new_folder
 from session.folder import SESSION_FILE
@@ -158,23 +158,6 @@ def _command(trials: Mapping[str, _Trial], commands_hz: Sequence[float]) -> None
             trial.commanded_hz = float(f"{told[1]}.{told[2]}")
 
 
-def _left(trials: Sequence[_Trial], rate: float | None, robot: str | Path | None) -> tuple[str, ...]:
-    left = [
-        f"commanded_hz of {trial.name}: crank turns a second that the motor was told"
-        for trial in trials
-        if trial.commanded_hz is None and trial.kind != "free_decay"
-    ]
-    if rate is None:
-        left.append(f"fps of the camera: no file tells it, {_FPS:g} is a guess")
-    if robot is None:
-        left.append("the robot: this is the published 0.57 m fish; describe another in a robot.toml")
-    if any(trial.video for trial in trials):
-        left.append(
-            "calibration of the camera: `calib camera lens` makes the file; without it the lens is taken as ideal"
-        )
-    return tuple(left)
-
-
 def _put(source: Path, target: Path) -> None:
     """A video in its place: linked where the file system can, so that hours of it are not copied."""
     try:
@@ -194,9 +177,8 @@ def _text(
 ) -> str:
     """`session.toml` with comments, and first what is left to fill in."""
     swims = [trial.name for trial in trials if trial.kind == "swim"]
-    return filled(
-        "session.toml.j2",
-        left=_left(trials, rate, robot_file),
+    template = environment("calib", escaped=False).get_template("session.toml.j2")
+    return template.render(
         name=json.dumps(name),
         trials=trials,
         rate=rate,

@@ -2,21 +2,25 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
-from calib.job import Job
-from calib.options import EffortName, Options
+from calib.options import EffortName, Job, Options
+from calib.progress import progress_bar
 from calib.stages.diagnosis import DiagnosisStage, check_names
-from calib.stages.fit import EvidenceStage, FitStage
+from calib.stages.fit import EvidenceStage, FitStage, StructureStage
 from calib.stages.posterior import PosteriorStage
 from calib.stages.recordings import Recordings
 from calib.stages.report import ReportStage
-from calib.stages.structure import StructureStage
 from fitting import Calibration, Comparison, MeasuredTrial, MethodName, Structure
-from session import FaultCollector, Session, load_session
-from swimmer import RobotSpec, Twin, load_robot
+from session import InputError, Session, load_session
+from session.errors import Fault
+from session.folder import SESSION_FILE
+from session.lock import session_lock
+from swimmer import Twin, load_robot
 from swimmer.effects import Effect
 
 if TYPE_CHECKING:
@@ -45,20 +49,10 @@ class Pipeline:
         self.job = Job(session, options or Options())
         self.session, self.options, self.made, self.said = session, self.job.options, self.job.made, self.job.said
 
-    @property
-    def robot(self) -> RobotSpec:
-        """The session's robot."""
-        return self.job.robot
-
     @cached_property
     def recordings(self) -> Recordings:
         """The session's tracks and videos."""
         return Recordings(self.job)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What the reader should know about the trials that were left out."""
-        return self.recordings.notes
 
     @property
     def trials(self) -> list[MeasuredTrial]:
@@ -106,34 +100,17 @@ class Pipeline:
         """
         if (stage := self.standing_fit) is not None:
             return stage
-        faults = FaultCollector(str(self.fits.file))
-        stale = self.fits.file.is_file()
-        faults.add(
-            "",
-            "the fit that stands is out of date" if stale else "no fit stands",
-            found="one of other recordings, another program or edited by hand" if stale else "nothing",
-            expected="the fit of these recordings",
-            next_step=f"Run `calib fit {self.session.folder}`; what stands is kept aside."
-            if stale
-            else f"Run `calib fit {self.session.folder}`.",
-        )
-        faults.raise_if_any()
-        raise AssertionError("unreachable")
-
-    def posteriors(self, fit: FitStage, effort: EffortName | None = None) -> PosteriorStage:
-        """How sure a fit is."""
-        return PosteriorStage(self.job, fit, effort)
+        what, found, aside = "no fit stands", "nothing", ""
+        if self.fits.file.is_file():
+            what, aside = "the fit that stands is out of date", "; what stands is kept aside"
+            found = "one of other recordings, another program or edited by hand"
+        step = f"Run `calib fit {self.session.folder}`{aside}."
+        raise InputError([Fault(str(self.fits.file), "", what, found, "the fit of these recordings", next_step=step)])
 
     def standing_posterior(self, fit: FitStage) -> PosteriorStage | None:
         """The posterior of a fit that stands, whatever its effort; None where there is none."""
-        stages = (self.posteriors(fit, effort) for effort in get_args(EffortName))
+        stages = (PosteriorStage(self.job, fit, effort) for effort in get_args(EffortName))
         return next((stage for stage in stages if stage.is_current), None)
-
-    def diagnoses(
-        self, without: frozenset[str] = frozenset(), effort: EffortName | None = None, own: tuple[Effect, ...] = ()
-    ) -> DiagnosisStage:
-        """The gap, with a catalogue that lacks some effects and has some of the user's own."""
-        return DiagnosisStage(self.job, self.recordings, without, effort, own)
 
     def fit(self) -> Path:
         """`results/calibration.json` and `results/calibrated.xml`, up to date, and the structure they build on."""
@@ -176,7 +153,7 @@ class Pipeline:
             self.said.append(f"No fit of these recordings stood there; a {self.fits.name} was made first.")
             self.fit()
             fit = self.fits
-        stage = self.posteriors(fit)
+        stage = PosteriorStage(self.job, fit)
         if not stage.is_current:
             calibration = fit.read()
             stage.make(
@@ -198,7 +175,7 @@ class Pipeline:
             discrepancy: see `DiagnosisStage.make`.
             own: effects that the catalogue is to have besides.
         """
-        stage = self.diagnoses(without, own=own)
+        stage = DiagnosisStage(self.job, self.recordings, without, own=own)
         self.recordings.tracks()
         if not stage.is_current:
             stage.make(discrepancy)
@@ -206,15 +183,16 @@ class Pipeline:
 
     def supposition(self, names: Sequence[str]) -> "SuppositionResult":
         """What the swims say of effects that a user names; also in `results/supposed.json`."""
-        stage = self.diagnoses()
+        stage = DiagnosisStage(self.job, self.recordings)
         check_names("--test", names, stage.effects)
         self.recordings.tracks()
         return stage.suppose(names)
 
     def standing_diagnosis(self) -> DiagnosisStage | None:
         """The diagnosis that stands, whatever its effort and what its catalogue lacked; None of these recordings."""
-        lacking = self.diagnoses().withheld
-        stages = (self.diagnoses(lacking, effort) for effort in get_args(EffortName))
+        lacking = DiagnosisStage(self.job, self.recordings).withheld
+        efforts = get_args(EffortName)
+        stages = (DiagnosisStage(self.job, self.recordings, lacking, effort) for effort in efforts)
         return next((stage for stage in stages if stage.is_current), None)
 
     def report(self) -> Path:
@@ -227,7 +205,7 @@ class Pipeline:
         evidence = EvidenceStage(self.job, fit)
         stage = ReportStage(self.job, fit, evidence, self.standing_posterior(fit), self.standing_diagnosis())
         if not stage.is_current:
-            stage.make(fit.read(), self.notes)
+            stage.make(fit.read(), self.recordings.notes)
         return stage.file
 
     def _possible_fits(
@@ -239,3 +217,17 @@ class Pipeline:
     def _twin(self) -> Twin:
         """Of the robot with its structure."""
         return Twin(self.structure.robot, self.trials[0].markers, workers=self.options.workers)
+
+
+@contextmanager
+def working(folder: Path, quiet: bool, options: Options | None = None) -> Iterator[Pipeline]:
+    """A locked session and its pipeline, with progress unless quiet.
+
+    Args:
+        folder: of the session, or its `session.toml`.
+        quiet: no progress.
+        options: effort, threads, methods; who is told of the progress is replaced.
+    """
+    session = open_session(folder.parent if folder.name == SESSION_FILE else folder)
+    with session_lock(session.folder), progress_bar(quiet) as tell:
+        yield Pipeline(session, replace(options or Options(), tell=tell))

@@ -15,6 +15,7 @@ from tracking import HeadFrame, to_head_frame
 
 FREQUENCIES_HZ = np.round(np.arange(0.3, 2.01, 0.1), 1)
 SECONDS, WARMUP_S, FINER = 8.0, 1.0, 8
+TIME_S = np.arange(0.0, SECONDS, 1 / 60)
 START_SPEED_M_S = 0.1
 _REPEATS = 7
 
@@ -56,6 +57,8 @@ class SpeedOutcome:
         real_time_all_cores: the same in a batch on all cores.
         real_time_without_fluid: a bare `mj_step` of the same file without water, one core.
         cores: how many.
+        fluid_cost: time of a step over that of a step without fluid.
+        scaling: all cores over one.
         step_errors: for each set of coefficients.
     """
 
@@ -64,22 +67,14 @@ class SpeedOutcome:
     real_time_all_cores: float
     real_time_without_fluid: float
     cores: int
+    fluid_cost: float
+    scaling: float
     step_errors: tuple[StepError, ...]
-
-    @property
-    def fluid_cost(self) -> float:
-        """Time of a step over that of a step without fluid."""
-        return self.real_time_without_fluid / self.real_time_one_core
-
-    @property
-    def scaling(self) -> float:
-        """All cores over one."""
-        return self.real_time_all_cores / self.real_time_one_core
 
     def to_json(self) -> dict[str, Any]:
         """Plain numbers."""
         errors = [vars(error) | {"coefficients": error.coefficients._asdict()} for error in self.step_errors]
-        return vars(self) | {"fluid_cost": self.fluid_cost, "scaling": self.scaling, "step_errors": errors}
+        return vars(self) | {"step_errors": errors}
 
 
 def measure_speed(calibrated: FluidCoefficients | None = None) -> SpeedOutcome:
@@ -93,12 +88,15 @@ def measure_speed(calibrated: FluidCoefficients | None = None) -> SpeedOutcome:
         sets["of the session"] = calibrated
     wet = _exported(FITTED, water=True)
     everything, cores = _real_time_batch(wet)
+    one, bare = _real_time(wet), _real_time(_exported(FITTED, water=False))
     return SpeedOutcome(
         timestep_s=float(wet.opt.timestep),
-        real_time_one_core=_real_time(wet),
+        real_time_one_core=one,
         real_time_all_cores=everything,
-        real_time_without_fluid=_real_time(_exported(FITTED, water=False)),
+        real_time_without_fluid=bare,
         cores=cores,
+        fluid_cost=bare / one,
+        scaling=everything / one,
         step_errors=tuple(_step_error(name, values) for name, values in sets.items()),
     )
 
@@ -158,11 +156,10 @@ def _real_time_batch(model: mujoco.MjModel, simulations: int = 32, hz: float = 1
 
 def _step_error(name: str, coefficients: FluidCoefficients) -> StepError:
     coarse, fine = _sweep(coefficients, SWIM.timestep_s), _sweep(coefficients, SWIM.timestep_s / FINER)
-    time_s = _times()
-    kept = time_s >= WARMUP_S
+    kept = TIME_S >= WARMUP_S
     distance = 1000 * np.linalg.norm(coarse.shape_m - fine.shape_m, axis=-1)[:, kept]  # (f, k, m)
     speeds = [
-        np.array([forward_speed(time_s, head.forward_m[i], kept, hz) for i, hz in enumerate(FREQUENCIES_HZ)])
+        np.array([forward_speed(TIME_S, head.forward_m[i], kept, hz) for i, hz in enumerate(FREQUENCIES_HZ)])
         for head in (coarse, fine)
     ]
     difference = np.abs(speeds[0] / speeds[1] - 1)
@@ -186,9 +183,5 @@ def _sweep(coefficients: FluidCoefficients, timestep_s: float) -> HeadFrame:
         phase_rad=np.zeros(count),
         velocity=np.tile([-START_SPEED_M_S, 0.0, 0.0], (count, 1)),
     )
-    markers = twin.simulate(runs, _times()).marker_m
+    markers = twin.simulate(runs, TIME_S).marker_m
     return to_head_frame(markers, twin.markers.index("nose"), twin.markers.index("neck"))
-
-
-def _times() -> np.ndarray:
-    return np.arange(0.0, SECONDS, 1 / 60)

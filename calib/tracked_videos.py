@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from calib.options import Options
-from calib.pipeline import Pipeline
+from calib.pipeline import Pipeline, working
 from calib.results.tracks import shares_of
 from calib.stages.videos import of_each
-from calib.working import working
-from session import CameraSpec, FaultCollector, Flag, InputError, NotEnoughData, Session, TrialSpec
+from session import CameraSpec, Flag, InputError, NotEnoughData, Session, TrialSpec
+from session.errors import Fault
 from session.results import plain_json
 from swimmer import RobotSpec
 from tracking import to_pool
@@ -57,10 +57,8 @@ def check_form(form: str, option: str) -> None:
     Raises:
         InputError: they cannot; lists the forms.
     """
-    faults = FaultCollector(option)
     if form not in FORMATS:
-        faults.add("", "no such form of tracks", found=repr(form), choices=FORMATS)
-    faults.raise_if_any()
+        raise InputError([Fault(option, "", "no such form of tracks", repr(form), "", tuple(FORMATS))])
 
 
 def write_click_pages(folder: Path, as_json: bool) -> None:
@@ -103,7 +101,7 @@ def tell_tracks(session: Path, method: TrackerName | None, export: str, workers:
         tracks, exported = track_videos(pipeline, export)
         videos = pipeline.recordings.videos
         boxes = of_each(_filmed(pipeline.session), videos.boxes)
-    doubts = camera_doubts(tracks.values(), pipeline.session.camera, pipeline.robot)
+    doubts = camera_doubts(tracks.values(), pipeline.session.camera, pipeline.job.robot)
     if as_json:
         told = {
             name: shares_of(found)
@@ -148,9 +146,8 @@ def _filmed(session: Session) -> list[TrialSpec]:
     """
     filmed = [spec for spec in session.trials if spec.video is not None and spec.tracks is None]
     if not filmed:
-        faults = FaultCollector(str(session.folder / "session.toml"))
-        faults.add("", "no video to track", found=f"{len(session.trials)} trials", expected='a trial with video = "…"')
-        faults.raise_if_any()
+        file, found = str(session.folder / "session.toml"), f"{len(session.trials)} trials"
+        raise InputError([Fault(file, "", "no video to track", found, 'a trial with video = "…"')])
     return filmed
 
 
@@ -161,11 +158,9 @@ def _log(session: Session, spec: TrialSpec) -> EditLog:
         InputError: the trial is not tracked from a video, its video cannot be read, or the log has faults.
     """
     if spec.video is None or spec.edits is None or spec.tracks is not None:
-        faults = FaultCollector(str(session.folder / "session.toml"))
         what = "it has no video" if spec.video is None else "its tracks come from a file, not from its video"
-        choices = [each.name for each in session.trials if each.video is not None and each.tracks is None]
-        expected = "a trial whose video is tracked here"
-        faults.add(f"trial {spec.name}", what, expected=expected, choices=choices)
-        raise InputError(faults.faults)
+        choices = tuple(each.name for each in session.trials if each.video is not None and each.tracks is None)
+        file, expected = str(session.folder / "session.toml"), "a trial whose video is tracked here"
+        raise InputError([Fault(file, f"trial {spec.name}", what, "", expected, choices)])
     with Video(spec.video) as video:
         return EditLog.load(spec.edits, session.markers, video.info.frames)

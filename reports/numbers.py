@@ -1,7 +1,7 @@
 """How numbers are printed: millimetres at this edge, a true minus, and a dash for what is not known."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 MISSING = "–"
 MM = 1000.0  # millimetres in a metre
@@ -51,6 +51,11 @@ def whole_percent(share: float) -> str:
 def of_its_size(value: float, *, signed: bool = False) -> str:
     """The number with two decimals, one from 10 on, none from 100 on."""
     return shown(value, 0 if abs(value) >= 100 else 1 if abs(value) >= 10 else 2, signed=signed)
+
+
+def spanned(low: float, high: float, how: Callable[[float], str] = significant) -> str:
+    """`0.4 to 7.8`; a dash where an end is not known."""
+    return f"{how(low)} to {how(high)}" if math.isfinite(low) and math.isfinite(high) else MISSING
 
 
 def counted(count: int, noun: str) -> str:

@@ -10,15 +10,17 @@ from reports.colours import INKS
 
 def render_page(template: str, **values: Any) -> str:
     """The page that a template of `reports/templates` makes of the values."""
-    return _environment().get_template(template).render(inks=INKS, **values)
+    return environment("reports", escaped=True).get_template(template).render(inks=INKS, **values)
 
 
-@lru_cache(maxsize=1)
-def _environment() -> Environment:
+@lru_cache
+def environment(package: str, escaped: bool) -> Environment:
+    """Templates of a package, for pages (`escaped`) or for plain text."""
     return Environment(
-        loader=PackageLoader("reports"),
-        autoescape=True,
+        loader=PackageLoader(package),
+        autoescape=escaped,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        keep_trailing_newline=not escaped,
     )

@@ -115,7 +115,9 @@ class Bus:
                 packet, result, error = self._exchange(instruction, params)
             except PORT_ERRORS as gone:
                 raise NoAnswer(f"the port is gone while trying to {what}: {gone}") from gone
-            data = _payload(packet) if result == COMM_SUCCESS else b""
+            data = b""
+            if result == COMM_SUCCESS:  # what stands between the error byte and the checksum of a whole packet
+                data = bytes(packet[9 : 5 + packet[5] + 256 * packet[6]])
             if result == COMM_SUCCESS and not error & ~ALERT and len(data) == size:
                 if attempt:
                     self._clock.sleep(SETTLE_S)
@@ -168,12 +170,6 @@ def _tune(port: Any, name: str) -> None:
     port.ser.write_timeout = WRITE_TIMEOUT_S
     with contextlib.suppress(*PORT_ERRORS, ValueError, AttributeError, NotImplementedError):
         port.ser.set_low_latency_mode(True)
-
-
-def _payload(packet: list[int]) -> bytes:
-    """The data of a whole status packet: what stands between its error byte and its checksum."""
-    length = packet[5] + 256 * packet[6]
-    return bytes(packet[9 : 5 + length])
 
 
 def _failure(what: str, result: int, error: int) -> MotorFault:

@@ -6,7 +6,6 @@ import contextlib
 import math
 import os
 from pathlib import Path
-from types import TracebackType
 from typing import TextIO
 
 from calib.capture import registers
@@ -47,13 +46,11 @@ class TrialLog:
             self._motor = _started(self.path, MOTOR_HEADER)
             self._commands = _started(self._commands_path, COMMANDS_HEADER)
         except UserError:
-            self.__exit__(None, None, None)
+            self.__exit__()
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         for file in (self._motor, self._commands):
             if file is not None:
                 _close(file)

@@ -1,12 +1,12 @@
 """The motor: made ready, driven, read and, above all, stopped."""
 
+import math
 import struct
 from typing import NamedTuple
 
 from calib.capture import registers
 from calib.capture.bus import Bus
 from calib.capture.errors import MotorFault, NoAnswer, UserError
-from calib.capture.freshness import Freshness
 from calib.capture.host import Clock
 from calib.capture.registers import (
     BUS_WATCHDOG,
@@ -26,6 +26,7 @@ from calib.capture.registers import (
     VELOCITY_MODE,
     WATCHDOG_S,
     Measured,
+    Unwrapped,
 )
 
 WATCHDOG = 20
@@ -35,6 +36,11 @@ SILENCE_S = WATCHDOG * WATCHDOG_S
 ACCELERATION_TURNS_PER_S2 = 4.0
 STOP_TRIES = 8
 BETWEEN_TRIES_S = 0.02
+
+
+TICK_S = 0.001
+SLOW_S = 0.01  # longer than the shortest exchange, and the time is unsure by half of it
+DRIFT = 0.02  # how far the two clocks may run apart, s/s
 
 
 class Reading(NamedTuple):
@@ -113,7 +119,8 @@ class Motor:
         self.bus.write(GOAL_VELOCITY, 0)
         self.bus.write(BUS_WATCHDOG, WATCHDOG)
         self.bus.write(TORQUE_ENABLE, 1)
-        found = self._goals()
+        goal_velocity, set_to = struct.unpack("<4xii4x", self.bus.read(GOALS).data)
+        found = self.bus.read(BUS_WATCHDOG).data[0], goal_velocity, set_to
         if found != (WATCHDOG, 0, acceleration) or not self._torque():
             raise MotorFault(
                 "the motor does not keep its settings; found: watchdog, goal velocity and acceleration "
@@ -190,11 +197,6 @@ class Motor:
         drive_mode, operating_mode = self.bus.read(MODES).data[:2]
         return drive_mode, operating_mode, int.from_bytes(self.bus.read(LIMITS).data[:4], "little")
 
-    def _goals(self) -> tuple[int, int, int]:
-        """Watchdog, goal velocity and profile acceleration."""
-        goal_velocity, acceleration = struct.unpack("<4xii4x", self.bus.read(GOALS).data)
-        return self.bus.read(BUS_WATCHDOG).data[0], goal_velocity, acceleration
-
     def _torque(self) -> bool:
         return bool(self.bus.read(TORQUE_ENABLE, tries=2).data[0])
 
@@ -217,3 +219,29 @@ class Motor:
             f"the motor's bus watchdog has stopped it: it heard nothing for {SILENCE_S:g} s. "
             "Was this program suspended, or the computer too busy? Start again."
         )
+
+
+class Freshness:
+    """Finds answers to earlier questions: the motor's clock is then behind.
+
+    A reading is taken somewhere between question and answer, so that motor clock minus host clock, taken halfway,
+    is right within half of what the exchange took. One that is further behind than that explains is stale; one that
+    took long is fresh, but nobody knows when it was taken.
+    """
+
+    def __init__(self) -> None:
+        self._tick = Unwrapped(registers.TICKS)
+        self._reference: tuple[float, float, float] | None = None
+        self._shortest_s = math.inf
+
+    def is_fresh(self, tick: int, time_s: float, took_s: float) -> bool:
+        """Judges a reading: its tick, the host's time halfway, and how long the exchange took."""
+        self._shortest_s = min(self._shortest_s, took_s)
+        off_s = self._tick.follow(tick) * TICK_S - time_s
+        if self._reference is not None:
+            last_off_s, last_s, last_took_s = self._reference
+            allowed_s = 2 * TICK_S + (took_s + last_took_s) / 2 + DRIFT * (time_s - last_s)
+            if off_s < last_off_s - allowed_s:
+                return False
+        self._reference = (off_s, time_s, took_s)
+        return took_s <= self._shortest_s + SLOW_S

@@ -134,7 +134,8 @@ class _Trial:
                 self._motor.prepare(max(registers.RATED_TURNS_PER_S, self._plan.hz))
                 self._drive(log)
         except CaptureError as error:
-            _tell_rest(log, tell)
+            if log.rows >= FEWEST_ROWS:
+                tell(f"{log.path} holds the {log.rows} rows until then; the trial was not added to the session")
             raise error
         return TrialResult(
             name=self._plan.name,
@@ -216,9 +217,3 @@ def _tell_result(result: TrialResult, tell: Tell) -> None:
         )
     if result.damaged:
         tell(f"warning: {result.damaged} answers were lost or damaged and asked for again; check cable and ground")
-
-
-def _tell_rest(log: TrialLog, tell: Tell) -> None:
-    """What is left of a trial that was cut short."""
-    if log.rows >= FEWEST_ROWS:
-        tell(f"{log.path} holds the {log.rows} rows until then; the trial was not added to the session")

@@ -22,8 +22,8 @@ def speed(
     as_json: AsJson = False,
 ) -> None:
     """Times real time on one core and on all, beside a bare step without fluid; distance to an 8 times finer step."""
+    from calib.pipeline import working
     from calib.speed_benchmark import measure_speed, speed_table
-    from calib.working import working
 
     coefficients = None
     if session is not None:

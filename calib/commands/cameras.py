@@ -39,7 +39,7 @@ def lens(
     as_json: AsJson = False,
 ) -> None:
     """Calibrates the lens from pictures of a board at many angles; the session names the file as its calibration."""
-    from calib.working import progress_bar
+    from calib.progress import progress_bar
     from tracking.lens import calibrate_lens, save_camera
 
     spec = _board(description)

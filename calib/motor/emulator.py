@@ -85,12 +85,6 @@ class Emulator:
         """True where it is not being driven: torque off, or held at a speed of zero."""
         return self.state.goal_velocity_rad_s == 0.0
 
-    def set_supply(self, volts: float) -> None:
-        """Sets the voltage at its terminals; outside its limits it raises the input voltage error."""
-        with self._lock:
-            self._servo.advance()
-            self._servo.physics.supply_v = volts
-
     def raise_error(self, error: HardwareError) -> None:
         """Raises a hardware error, as if the motor had found it; those in Shutdown (63) switch its torque off."""
         with self._lock:

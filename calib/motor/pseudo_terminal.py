@@ -12,7 +12,6 @@ import time
 import tty
 from collections import deque
 from collections.abc import Callable
-from types import TracebackType
 
 from calib.motor.emulator import BAUD_RATES, Emulator
 
@@ -47,9 +46,7 @@ class PseudoTerminal:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         os.write(self._wake_write, b"x")
         if self._thread is not None:
             self._thread.join()

@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 
 from reports.blocks import Plot
-from session import FaultCollector
+from session import InputError
+from session.errors import Fault
 from session.stage import Stage
 
 
@@ -24,10 +25,9 @@ class Figures:
     @cached_property
     def _plots(self) -> dict[str, Plot]:
         if not self._stage.is_current:
-            faults = FaultCollector(str(self._stage.file))
             next_step = "Ask for the result again, then for its figures."
-            faults.add("", "another result stands there now", next_step=next_step)
-            faults.raise_if_any()
+            what = "another result stands there now"
+            raise InputError([Fault(str(self._stage.file), "", what, "", "", next_step=next_step)])
         return dict(self._draw())
 
     @property
@@ -42,9 +42,7 @@ class Figures:
             InputError: there is none; the error lists the choices.
         """
         if name not in self._plots:
-            faults = FaultCollector("figure")
-            faults.add("", "no such figure", found=repr(name), expected="one of this result", choices=self.names)
-            faults.raise_if_any()
+            raise InputError([Fault("figure", "", "no such figure", repr(name), "one of this result", self.names)])
         return self._plots[name]
 
 

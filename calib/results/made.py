@@ -1,8 +1,7 @@
 """Results of a pipeline whose stages are up to date."""
 
 from dataclasses import replace
-from pathlib import Path
-from typing import TypedDict
+from typing import Any
 
 from calib.pipeline import Pipeline
 from calib.results.figures import FitFigures, GapFigures, PosteriorFigures
@@ -13,20 +12,14 @@ from calib.results.structure import StructureResult
 from calib.results.tracks import TrackResult
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.fit import EvidenceStage
+from calib.stages.posterior import PosteriorStage
 from diagnosis.result import SUPPOSITION, SuppositionResult
 from reports import ReportContext, gallery
 from reports.numbers import in_words, listed
 from reports.sections import SECTIONS, gap, posterior
 from reports.sections.gap_plots import gap_plots
-from session import Session
 
 _OF_FIT = tuple(build for build in SECTIONS if build not in (posterior.build, gap.build))
-
-
-class _Common(TypedDict):
-    session: Session
-    notes: tuple[str, ...]
-    made: tuple[Path, ...]
 
 
 def fit_result(pipeline: Pipeline) -> FitResult:
@@ -46,7 +39,7 @@ def fit_result(pipeline: Pipeline) -> FitResult:
 def posterior_result(pipeline: Pipeline) -> PosteriorResult:
     """The posterior of the fit that stands."""
     fit = pipeline.the_fit()
-    stage = pipeline.posteriors(fit)
+    stage = PosteriorStage(pipeline.job, fit)
     found = stage.read()
     assert found is not None
     figures = PosteriorFigures(stage, lambda: gallery(replace(_context(pipeline), posterior=found), (posterior.build,)))
@@ -56,7 +49,7 @@ def posterior_result(pipeline: Pipeline) -> PosteriorResult:
 
 def gap_result(pipeline: Pipeline, stage: DiagnosisStage) -> GapResult:
     """A diagnosis."""
-    found, robot, markers = stage.read(), pipeline.robot, pipeline.session.markers
+    found, robot, markers = stage.read(), pipeline.job.robot, pipeline.session.markers
     figures = GapFigures(stage, lambda: gap_plots(found, robot, markers))
     name = f"diagnosis of {stage.effort} effort"
     return GapResult(name=name, file=stage.file, data=found, plot=figures, **_common(pipeline))
@@ -87,10 +80,10 @@ def _context(pipeline: Pipeline) -> ReportContext:
     fit = pipeline.the_fit()
     provenance = replace(pipeline.job.provenance, effort=fit.effort)
     evidence = EvidenceStage(pipeline.job, fit).read()
-    return ReportContext(pipeline.session, fit.read(), provenance, pipeline.notes, evidence=evidence)
+    return ReportContext(pipeline.session, fit.read(), provenance, pipeline.recordings.notes, evidence=evidence)
 
 
-def _common(pipeline: Pipeline) -> _Common:
+def _common(pipeline: Pipeline) -> dict[str, Any]:
     """What all results say: of which session, what was said, and the files that were made."""
-    notes = (*pipeline.said, *pipeline.notes)
+    notes = (*pipeline.said, *pipeline.recordings.notes)
     return {"session": pipeline.session, "notes": notes, "made": tuple(pipeline.made)}

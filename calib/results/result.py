@@ -8,7 +8,8 @@ from typing import ClassVar
 
 import pandas as pd
 
-from session import FaultCollector, Flag, Session
+from session import Flag, InputError, Session
+from session.errors import Fault
 
 
 class Tables:
@@ -25,9 +26,8 @@ class Tables:
         """
         tables = self._tables()
         if table and table not in tables:
-            faults = FaultCollector("to_frame")
-            faults.add("", "no such table", found=repr(table), expected="a table of this result", choices=tuple(tables))
-            faults.raise_if_any()
+            expected = "a table of this result"
+            raise InputError([Fault("to_frame", "", "no such table", repr(table), expected, tuple(tables))])
         return tables[table or next(iter(tables))]()
 
     def summary(self) -> str:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fitting.speed import forward_speed
-from session import FaultCollector
+from session import InputError
+from session.errors import Fault
 from swimmer import FluidCoefficients, RobotSpec, Runs, Twin, build_mjcf
 from swimmer.effects import AffectedRuns, AffectedTwin
 from swimmer.scenery import add_scenery
@@ -74,7 +75,15 @@ class SwimTwin:
         import xarray as xr
 
         given = {name: np.atleast_1d(np.asarray(value, float)) for name, value in (parameters or {}).items()}
-        self._check(given)
+        faults = [
+            Fault(
+                "parameters", "", "no such parameter", repr(name), "a parameter of the twin's effects", self.parameters
+            )
+            for name in given
+            if name not in self.parameters
+        ]
+        if faults:
+            raise InputError(faults)
         hz = np.atleast_1d(np.asarray(frequency_hz, float))
         count = max(map(len, (hz, *given.values())))
         hz = np.broadcast_to(hz, count)
@@ -99,11 +108,3 @@ class SwimTwin:
             },
             {"time": time_s, "space": ["x", "y"], "keypoint": list(self.engine.markers)},
         )
-
-    def _check(self, given: Mapping[str, np.ndarray]) -> None:
-        faults = FaultCollector("parameters")
-        for name in given:
-            if name not in self.parameters:
-                expected = "a parameter of the twin's effects"
-                faults.add("", "no such parameter", found=repr(name), expected=expected, choices=self.parameters)
-        faults.raise_if_any()

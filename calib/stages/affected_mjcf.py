@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 
 from calib.stages.fit import mjcf_text
-from calib.text import filled
 from diagnosis.affected_swims import SettledTwin
 from diagnosis.ground import Ground
 from diagnosis.refit import Refit
 from fitting.forecast import fit_phase
 from fitting.signatures.affected_session import views_of
+from reports.page import environment
 from session.results import program_version, write_whole
 from swimmer import FluidCoefficients
 from swimmer.effects import AffectedRuns, AffectedTwin
@@ -55,8 +55,8 @@ def write_affected_twin(results: Path, ground: Ground, best: Refit, name: str, r
     paths = [results / f"calibrated+{name}.xml"]
     write_whole(paths[0], mjcf_text(spec))
     if not all(effect.in_mjcf() for effect in best.effects):
-        script = filled(
-            "affected_twin.py.j2",
+        template = environment("calib", escaped=False).get_template("affected_twin.py.j2")
+        script = template.render(
             names=names,
             program=program_version(),
             trial=ground.swims[0].name,

@@ -10,8 +10,7 @@ from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
-from calib.job import Job
-from calib.options import EffortName
+from calib.options import EffortName, Job
 from calib.stages.recordings import Recordings
 from session import FaultCollector, InputError, NotEnoughData
 from session.stage import Stage

@@ -1,4 +1,4 @@
-"""From measured swims to a calibrated twin (``calibration.json``, ``calibrated.xml``) and the evidence beside it."""
+"""From measured trials to the structure, the calibrated twin (``calibration.json``) and the evidence beside it."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from calib.job import Job
-from calib.options import EFFORTS, EffortName
+from calib.options import EFFORTS, EffortName, Job
 from calib.stages.recordings import Recordings
-from calib.stages.structure import StructureStage
 from fitting import Calibration, CalibrationResult, Comparison, MeasuredTrial, MethodName, calibrate
 from fitting.calibration import assemble
 from fitting.calibration_file import CALIBRATION, calibration_result
 from fitting.evidence import EVIDENCE, Evidence, gather_evidence
+from fitting.structure import BUILT_IN, STRUCTURE, Structure, assumed, identify_structure, read_structure
 from session import SwimcalError
 from session.results import Provenance, program_version, read_provenance, write_whole
 from session.stage import Stage
@@ -71,6 +70,46 @@ def mjcf_text(spec: mujoco.MjSpec) -> str:
     text: str = spec.to_xml()
     mujoco.MjModel.from_xml_string(text)  # what is written must load
     return text
+
+
+class StructureStage(Stage):
+    """``results/structure.json`` and its arrays in ``structure.npz``; neither is there without a dry experiment.
+
+    Args:
+        job: the work on the session.
+        recordings: of the session.
+    """
+
+    def __init__(self, job: Job, recordings: Recordings) -> None:
+        super().__init__(job.results / STRUCTURE.name, {}, {"form": 2}, [recordings])
+        self._job, self._recordings = job, recordings
+
+    def current(self) -> Structure:
+        """What the dry experiments say, up to date, and what had to be assumed.
+
+        Raises:
+            InputError, NotEnoughData: what is wrong with the trials, all of them at once.
+        """
+        job = self._job
+        if not self._recordings.has_experiments:
+            return assumed(job.robot, self._origin)
+        self.ensure(self._make)
+        return read_structure(job.results, job.robot, self._recordings.experiments.runs)
+
+    @property
+    def _origin(self) -> str:
+        """Where the robot is described, for the reader."""
+        file = self._job.session.robot_file
+        return BUILT_IN if file is None else file.name
+
+    def _make(self) -> tuple[Path, ...]:
+        job, experiments = self._job, self._recordings.experiments
+        found = identify_structure(experiments, job.robot, self._origin, job.options.workers, job.tell)
+        written = STRUCTURE.write(job.results, job.provenance, found)
+        job.made.extend(written)
+        for source in found.sources:
+            job.tell(source.sentence)
+        return written
 
 
 class FitStage(Stage):
@@ -188,7 +227,7 @@ class FitStage(Stage):
 
 
 class EvidenceStage(Stage):
-    """``results/evidence.json``: a free yaw, boxes put right, profiles, and with full effort other pairs of fit trials.
+    """``results/evidence.json``: boxes put right, profiles, and with full effort other pairs of fit trials.
 
     Args:
         job: the work on the session.

@@ -33,7 +33,7 @@ def make_recording(pipeline: Pipeline) -> Path:
     if not specs:
         raise NotEnoughData(
             f"{session.name}: nothing to show. Expected at least one [[trial]] with a tracks file or a video; found "
-            f"{len(session.trials)} trials. {' '.join(pipeline.notes)}"
+            f"{len(session.trials)} trials. {' '.join(pipeline.recordings.notes)}"
         )
     untracked = [spec for spec in specs if spec.tracks is None and not pipeline.recordings.videos.stand(spec)]
     renew = f"run `calib track {session.folder}`"
@@ -67,7 +67,7 @@ def _recorded(
     proxy: Path | None = None
     if spec.tracks is not None:
         tracks = load_tracks(spec.tracks, session.markers, session.camera.fps)
-        tracked = TrackedTrial.of(tracks, check_tracks(tracks, pipeline.robot).flags)
+        tracked = TrackedTrial.of(tracks, check_tracks(tracks, pipeline.job.robot).flags)
     else:
         tracked = pipeline.recordings.videos.tracks(spec)
     if spec.video is not None:
@@ -81,7 +81,14 @@ def _recorded(
     missing = None if forces is None else MissingOverTime.of(forces, fitted, len(tracked.state), first)
     more = tuple(flag for flag in fitted.flags if flag not in tracked.flags)
     tracked = replace(tracked, flags=(*tracked.flags, *more))
-    return RecordedTrial(spec.name, tracked, proxy, picture, twin_px, residual_mm, _metrics(fitted), missing)
+    metrics: dict[str, float | str] = {
+        "role": fitted.measured.role,
+        "frequency_hz": fitted.measured.frequency.hz,
+        "marker_error_mm": 1000 * fitted.scores.marker_error_m,
+        "speed_measured_m_s": fitted.measured.speed,
+        "speed_twin_m_s": fitted.speed_twin,
+    }
+    return RecordedTrial(spec.name, tracked, proxy, picture, twin_px, residual_mm, metrics, missing)
 
 
 def _proxy(pipeline: Pipeline, trial: str, video: Path, frames: int) -> Path:
@@ -113,16 +120,6 @@ def _twin(fitted: CalibratedTrial, tracked: TrackedTrial, first: int) -> tuple[n
     counts = trial.weight[trial.kept] > 0
     residual_mm[kept] = np.where(counts, 1000 * np.linalg.norm(difference_m, axis=-1), np.nan)
     return twin_px, residual_mm
-
-
-def _metrics(fitted: CalibratedTrial) -> dict[str, float | str]:
-    return {
-        "role": fitted.measured.role,
-        "frequency_hz": fitted.measured.frequency.hz,
-        "marker_error_mm": 1000 * fitted.scores.marker_error_m,
-        "speed_measured_m_s": fitted.measured.speed,
-        "speed_twin_m_s": fitted.speed_twin,
-    }
 
 
 def open_viewer(recording: Path) -> None:

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from calib.job import Job
+from calib.options import Job
 from calib.stages.videos import Videos, of_each
 from fitting import MeasuredTrial, measure_trial
 from fitting.dry_run import DryTrial, measure_dry_run
@@ -98,30 +98,21 @@ class Recordings:
 
     @property
     def out_of_water(self) -> OutOfWater:
-        """All usable free decays and dry runs that may be fitted, as a diagnosis reads them.
+        """All usable free decays and dry runs that may be fitted, as a diagnosis reads them: runs measured as swims.
 
         Raises:
             InputError, NotEnoughData: as `swims`.
         """
-        return OutOfWater(self._dry_gaits, self.experiments.decays)
-
-    @property
-    def _dry_gaits(self) -> list[MeasuredTrial]:
-        """All usable dry runs that may be fitted, measured as swims are; those that cannot be are left out.
-
-        Raises:
-            InputError: as `swims`.
-        """
-        found, robot = [], self._robot
+        runs, robot = [], self._robot
         for spec in self._usable:
             if spec.kind == "dry" and spec.role == "fit":
                 recorded, camera = self._recorded(spec), self._session.camera
                 tracks = recorded.counting.since(recorded.first_frame)
-                with suppress(NotEnoughData):
+                with suppress(NotEnoughData):  # one that cannot be measured is left out
                     motor = read_motor(spec, tracks, camera, robot)
                     run = measure_trial(spec, tracks, camera, robot, self._session.warmup_s, motor)
-                    found.append(self._flagged(run, recorded, run.metres_per_px))
-        return found
+                    runs.append(self._flagged(run, recorded, run.metres_per_px))
+        return OutOfWater(runs, self.experiments.decays)
 
     @property
     def has_swims(self) -> bool:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from calib.job import Job
+from calib.options import Job
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.fit import EvidenceStage, FitStage
 from calib.stages.posterior import PosteriorStage

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -9,7 +10,7 @@ from typing import Any, TypeVar
 import cv2
 import numpy as np
 
-from calib.job import Job
+from calib.options import Job
 from session import FaultCollector, InputError, TrialSpec
 from session.results import sha256_of, write_whole
 from session.stage import Stage
@@ -107,7 +108,9 @@ class Videos:
         """
         page, names = self.folder / f"{spec.name}.click.html", self._job.session.markers
         with self._opened(spec) as video:
-            suggested = self._suggested(spec, video)
+            suggested = None
+            with suppress(InputError):
+                suggested = self._given(spec, video) or self._found(spec, video, with_page=False)
             picture = next(video.frames()) if suggested is None else video.frame(suggested.frame)
             blobs = (*find_blobs(picture.luma, "bright"), *find_blobs(picture.luma, "dark"))
             layout_m = self._layout_m(names)
@@ -115,12 +118,6 @@ class Videos:
             click = ClickBoxes(picture.rgb(), names, spec.name, picture.number, suggested, blobs, layout_m, place)
             write_whole(page, click.html())
         return page
-
-    def _suggested(self, spec: TrialSpec, video: Video) -> StartBoxes | None:
-        try:
-            return self._given(spec, video) or self._found(spec, video, with_page=False)
-        except InputError:
-            return None
 
     def _boxes_file(self, spec: TrialSpec) -> Path:
         """Where a person's boxes belong: as the session names them, else beside the video, where they are found."""

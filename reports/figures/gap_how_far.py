@@ -95,7 +95,7 @@ def _rows(axes: Axes, before: np.ndarray, after: np.ndarray, changed: bool) -> N
         axes.text(
             max(start, end) + 0.05 * reach,
             -row,
-            _change(start, end) if changed else shown(start, 1),
+            f"{shown(start, 1)} → {shown(end, 1)}" if changed else shown(start, 1),
             va="center_baseline",
             fontsize=7,
             color=INK,
@@ -105,7 +105,3 @@ def _rows(axes: Axes, before: np.ndarray, after: np.ndarray, changed: bool) -> N
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", length=0)
     axes.locator_params(axis="x", nbins=4)
-
-
-def _change(before: float, after: float) -> str:
-    return f"{shown(before, 1)} → {shown(after, 1)}"

@@ -15,7 +15,18 @@ from fitting.objective import COEFFICIENT_BOUNDS
 from reports.colours import EBT, EBT_LARGE, INK, MUTED, SHADE, TWIN, WARN
 from reports.figures.coefficients import NAMES
 from reports.numbers import significant
-from reports.style import FULL_WIDTH_IN, HALF_WIDTH_IN, Grid, Margins, add_panel, legend_above, panel, panels, styled
+from reports.style import (
+    FULL_WIDTH_IN,
+    HALF_WIDTH_IN,
+    Grid,
+    Look,
+    Margins,
+    add_panel,
+    legend_above,
+    panel,
+    panels,
+    styled,
+)
 
 if TYPE_CHECKING:
     from fitting.posterior.findings import Findings
@@ -101,7 +112,10 @@ def posterior_corner_figure(found: Findings, fit: FluidCoefficients) -> Figure:
     for place, axes in enumerate(drawn):
         row, column = divmod(place, count)
         if row < column:
-            _correlation(axes, float(found.identifiability.correlation[row, column]))
+            value = float(found.identifiability.correlation[row, column])
+            look: Look = {"ha": "center", "va": "center", "fontsize": 7.5 + 6 * abs(value), "color": MUTED}
+            axes.text(0.5, 0.5, f"{value:+.2f}".replace("-", "−"), **look)
+            axes.set_axis_off()
             continue
         if row == column:
             _density(axes, draws[:, row], limits[row], fit[row])
@@ -151,12 +165,6 @@ def _contours(axes: Axes, pair: np.ndarray, limits: tuple[tuple[float, float], t
     if len(levels) > 1:
         axes.contourf(*middles, smooth, [levels[-1], smooth.max() * 1.01], colors=[TWIN], alpha=0.3)
     axes.contour(*middles, smooth, levels, colors=[TWIN], linewidths=0.9)
-
-
-def _correlation(axes: Axes, value: float) -> None:
-    axes.set_axis_off()
-    size = 7.5 + 6 * abs(value)
-    axes.text(0.5, 0.5, f"{value:+.2f}".replace("-", "−"), ha="center", va="center", fontsize=size, color=MUTED)
 
 
 def _dress(axes: Axes, row: int, column: int, limits: tuple[tuple[float, float], tuple[float, float]]) -> None:

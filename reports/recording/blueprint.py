@@ -32,7 +32,8 @@ def _picture(trial: RecordedTrial) -> rrb.Spatial2DView:
     if trial.picture_px is not None:
         width, height = trial.picture_px
         bounds = rrb.VisualBounds2D(x_range=[-0.5, width - 0.5], y_range=[-0.5, height - 0.5])
-    trails: Any = {picture_entity(trial, "trails"): _last(TRAIL_S, _frames_in(TRAIL_S, trial.time_s))}
+    frame_s = float(np.median(np.diff(trial.time_s))) if len(trial.time_s) > 1 else TRAIL_S
+    trails: Any = {picture_entity(trial, "trails"): _last(TRAIL_S, max(round(TRAIL_S / frame_s), 1))}
     return rrb.Spatial2DView(
         origin=picture_entity(trial), name=f"{trial.name}: picture", visual_bounds=bounds, overrides=trails
     )
@@ -73,9 +74,3 @@ def _last(seconds: float, frames: int) -> rrb.VisibleTimeRanges:
             rr.encodings.VisibleTimeRange(FRAME, start=boundary.cursor_relative(seq=-frames), end=now),
         ]
     )
-
-
-def _frames_in(seconds: float, time_s: np.ndarray) -> int:
-    if len(time_s) < 2:
-        return 1
-    return max(round(seconds / float(np.median(np.diff(time_s)))), 1)

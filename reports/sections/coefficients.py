@@ -15,7 +15,7 @@ from reports.figures.coefficients import (
     convergence_figure,
     search_trace_figure,
 )
-from reports.numbers import MISSING, counted, in_mm, listed, sentence, shown, significant
+from reports.numbers import MISSING, counted, in_mm, listed, sentence, shown, significant, spanned
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
 NEARLY = 1.1  # distance within this factor of the best: a value that the data hardly refuse
@@ -131,11 +131,6 @@ def _middle(fit: CoefficientFit) -> str:
     )
 
 
-def _range(values: np.ndarray) -> str:
-    """Least and greatest of several."""
-    return MISSING if len(values) == 1 else f"{significant(values.min())} to {significant(values.max())}"
-
-
 def _table(fit: CoefficientFit) -> Table:
     equals = _equals(fit)
     low, high = COEFFICIENT_BOUNDS
@@ -148,7 +143,7 @@ def _table(fit: CoefficientFit) -> Table:
                 significant(fit.coefficients[i]),
                 significant(PUBLISHED_COEFFICIENTS[i]),
                 MISSING if fit.interval is None else " to ".join(significant(end) for end in fit.interval[i]),
-                _range(equals[:, i]),
+                MISSING if len(equals) == 1 else spanned(equals[:, i].min(), equals[:, i].max()),
                 ", ".join(mind) or MISSING,
             )
         )

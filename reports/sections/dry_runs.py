@@ -13,7 +13,6 @@ from reports.numbers import MISSING, in_mm, listed, percent, sentence, shown
 
 T = TypeVar("T")
 
-TITLE, ANCHOR = "Dry runs: crank arm", "dry-runs"
 NOT_USED = "The arm below is not used: the swims were fitted with the assumed one."
 COLUMNS = table_head(
     "dry run | commanded [Hz] | speed [Hz, ± standard error] | off command [%] | phase [°] | distance [mm] | "
@@ -43,7 +42,10 @@ def dry_run_section(fit: CrankFit) -> Section:
         "from the diamond is what misplaced boxes on nose and neck do to the published distance.",
     )
     return Section(
-        TITLE, ANCHOR, (Prose(_arm(fit)), _table(fit), Plots((surface,)), Prose(_tendons(fit))), _caveats(fit)
+        "Dry runs: crank arm",
+        "dry-runs",
+        (Prose(_arm(fit)), _table(fit), Plots((surface,)), Prose(_tendons(fit))),
+        _caveats(fit),
     )
 
 
@@ -73,7 +75,7 @@ def _table(fit: CrankFit) -> Table:
 
 
 def _without_command(cells: tuple[T, ...]) -> tuple[T, ...]:
-    """Beside a log, which knows better over its whole drive how far a run is off: see the section on the motor."""
+    """Beside a log, which knows better how far a run is off: see the section on the motor."""
     return cells[:OFF_COMMAND] + cells[OFF_COMMAND + 1 :]
 
 

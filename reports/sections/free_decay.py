@@ -7,7 +7,6 @@ from reports.context import ReportContext
 from reports.figures.decay import decay_curve_figure, decay_spectrum_figure
 from reports.numbers import counted, in_mm, percent, sentence, shown, significant, with_error
 
-TITLE, ANCHOR = "Free decay: hinge stiffness", "free-decay"
 PUBLISHED_HZ = 3.5  # "Simple Models, Real Swimming" (2026)
 METHOD = (
     "The head is clamped in air, the tendons are off, the bent tail is let go, and the twin’s hinges are turned until "
@@ -31,8 +30,9 @@ def free_decay_section(structure: Structure) -> Section:
     """What the decays say together, a table of them, and for each its spectrum and its curve beside the twin's."""
     plots = [plot for number, fit in enumerate(structure.decays, start=1) for plot in _plots(fit, number)]
     caveats = [sentence(f"{fit.name}: {flag.message}") for fit in structure.decays for flag in fit.flags]
+    caveats += [sentence(flag.message) for flag in (structure.hinges.flags if structure.hinges else ())]
     blocks = (Prose(f"{_result(structure.hinges)} {METHOD}"), _table(structure), Plots(tuple(plots)))
-    return Section(TITLE, ANCHOR, blocks, (*caveats, *_disagreement(structure.hinges)))
+    return Section("Free decay: hinge stiffness", "free-decay", blocks, tuple(caveats))
 
 
 def _result(hinges: HingeEstimate | None) -> str:
@@ -86,7 +86,3 @@ def _plots(fit: DecayFit, number: int) -> tuple[Plot, Plot]:
             "straight tail.",
         ),
     )
-
-
-def _disagreement(hinges: HingeEstimate | None) -> tuple[str, ...]:
-    return () if hinges is None else tuple(sentence(flag.message) for flag in hinges.flags)

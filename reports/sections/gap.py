@@ -1,6 +1,5 @@
 """The sim-to-real gap: where it lies, which effect makes it, how far it shrinks with that."""
 
-from collections.abc import Sequence
 from math import isnan
 
 from markupsafe import Markup
@@ -95,7 +94,8 @@ def _which(found: DiagnosisResult) -> tuple[Block, ...]:
     blocks: list[Block] = [Prose(_VERDICTS[found.verdict])]
     if groups := found.groups:
         items = tuple(" or ".join(in_words(name) for name in group) for group in groups)
-        blocks.append(Points(_title(groups), items))
+        title = "Together" if len(groups) > 1 else "Named" if len(groups[0]) == 1 else "One of these"
+        blocks.append(Points(title, items))
     if found.verdict == "no_gap" and (chance := 1 - found.no_gap_probability) > _SUSPECT:
         blocks.append(Prose(_suspicion(found, chance)))
     if (rest := found.remainder) is not None:
@@ -112,12 +112,6 @@ def _suspicion(found: DiagnosisResult, chance: float) -> str:
         f"It is a near miss: something is there with a probability of {shown(chance, 2)}{suspect}. "
         "One more swim would settle it."
     )
-
-
-def _title(groups: Sequence[Sequence[str]]) -> str:
-    if len(groups) > 1:
-        return "Together"
-    return "Named" if len(groups[0]) == 1 else "One of these"
 
 
 def _remainder(rest: Remainder, added: str) -> str:

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 
-from diagnosis.result import DiagnosisResult, FittedParameter, FreeDecay, Place, parameters_of
+from diagnosis.result import DiagnosisResult, FittedParameter, FreeDecay, parameters_of
 from reports.blocks import Block, Prose, Table, table_head
 from reports.context import ReportContext
 from reports.figures.gap_forces import MILLI
 from reports.missing_forces import FORCES, LEAST_CLEAR, LEAST_LIKE, Likeness, MissingForces, force_name, likenesses
-from reports.numbers import MISSING, in_words, of_its_size, shown, significant, whole_percent
+from reports.numbers import MISSING, in_words, of_its_size, shown, significant, spanned, whole_percent
 from swimmer.effects import catalogue
 
 FORCE = table_head("missing | root mean square [] | clear of zero [% of beat] | goes with | correlation []")
@@ -125,7 +125,11 @@ def _explanations(found: DiagnosisResult) -> Table:
 
 def _elsewhere(found: DiagnosisResult) -> tuple[tuple[str, ...], ...]:
     told = [
-        (each.probability, _place(each), "alike" if each.same_in_all_trials else "each its own")
+        (
+            each.probability,
+            in_words(each.place) + (f", with {each.goes_with}" if each.goes_with else ""),
+            "alike" if each.same_in_all_trials else "each its own",
+        )
         for each in found.evidence.elsewhere
     ]
     sway, delay = found.evidence.sway_m, found.evidence.delay_s
@@ -137,17 +141,14 @@ def _elsewhere(found: DiagnosisResult) -> tuple[tuple[str, ...], ...]:
     return tuple((place, trials, shown(chance, 3)) for chance, place, trials in likeliest)
 
 
-def _place(told: Place) -> str:
-    """And what a force there goes with."""
-    return in_words(told.place) + (f", with {told.goes_with}" if told.goes_with else "")
-
-
 def _parameters(found: DiagnosisResult) -> Table:
     rows = []
     for effect in found.effect_parameters:
         fitted = parameters_of(found.effect_parameters, effect)
         rows += [(in_words(effect), in_words(name), *_fitted(own)) for name, own in fitted.items()]
-    physics = " ".join(f"{in_words(name)}: {_physics(name)}" for name in found.effect_parameters)
+    known = {name: effect.physics for name, effect in catalogue().items()}
+    told = ((name, known.get(name, "an effect of the user’s own.")) for name in found.effect_parameters)
+    physics = " ".join(f"{in_words(name)}: {what}" for name, what in told)
     caption = f"The effects as strong as the refit of the fitted swims has them; zero is the plain twin. {physics}"
     return Table(caption.strip(), PARAMETER, tuple(rows))
 
@@ -156,12 +157,7 @@ def _fitted(own: FittedParameter) -> tuple[str, str, str]:
     low, high = own.ci95
     unit = {"1": "–"}.get(own.unit, own.unit)
     bound = ", at its bound" if own.at_bound else ""
-    return significant(own.value, 3), f"{significant(low, 3)} to {significant(high, 3)}{bound}", unit
-
-
-def _physics(name: str) -> str:
-    effect = catalogue().get(name)
-    return "an effect of the user’s own." if effect is None else effect.physics
+    return significant(own.value, 3), f"{spanned(low, high)}{bound}", unit
 
 
 def next_experiments(found: DiagnosisResult) -> tuple[Block, ...]:

@@ -29,10 +29,18 @@ def build(context: ReportContext) -> Section | None:
 
 def motor_section(trials: tuple[LoggedTrial, ...]) -> Section:
     """Two tables of the trials, and their speeds drawn."""
+    turning = Table(
+        "Speed over the steady stretch beside the command as it was sent, in the motor’s steps, and the clock of the "
+        "log against the video’s, ± standard error.",
+        TURNING,
+        tuple(map(_turning_row, trials)),
+    )
+    caption = "What the motor drew over the steady stretch, and what it reported over the whole log."
+    supply = Table(caption, SUPPLY, tuple(map(_supply_row, trials)))
     return Section(
         "Motor",
         "motor",
-        (Prose(_text(trials)), _turning(trials), Plots(_plots(trials)), _supply(trials)),
+        (Prose(_text(trials)), turning, Plots(_plots(trials)), supply),
         tuple(sentence(f"{trial.name}: {flag.message}") for trial in trials for flag in trial.motor.flags),
     )
 
@@ -56,14 +64,6 @@ def _followed(trials: tuple[LoggedTrial, ...]) -> str:
     return f", and the twin’s crank follows the measured angle instead of an even turn{but}"
 
 
-def _turning(trials: tuple[LoggedTrial, ...]) -> Table:
-    caption = (
-        "Speed over the steady stretch beside the command as it was sent, in the motor’s steps, and the clock of the "
-        "log against the video’s, ± standard error."
-    )
-    return Table(caption, TURNING, tuple(map(_turning_row, trials)))
-
-
 def _turning_row(trial: LoggedTrial) -> tuple[str, ...]:
     motor, clock = trial.motor, trial.motor.clock
     return (
@@ -77,11 +77,6 @@ def _turning_row(trial: LoggedTrial) -> tuple[str, ...]:
         with_error(MILLION * (clock.rate - 1), MILLION * clock.rate_se, 0) if motor.laid else MISSING,
         clock.found_by if motor.usable else f"{clock.found_by}, not used",
     )
-
-
-def _supply(trials: tuple[LoggedTrial, ...]) -> Table:
-    caption = "What the motor drew over the steady stretch, and what it reported over the whole log."
-    return Table(caption, SUPPLY, tuple(map(_supply_row, trials)))
 
 
 def _supply_row(trial: LoggedTrial) -> tuple[str, ...]:
@@ -107,39 +102,28 @@ def _of(summary: Callable[[np.ndarray], float], values: np.ndarray) -> float:
 
 
 def _plots(trials: tuple[LoggedTrial, ...]) -> tuple[Plot, ...]:
-    known = sum(trial.motor.commanded_hz > 0 for trial in trials)
-    return (_speeds(trials), *((_commands(trials),) if known >= FEWEST_FOR_COMMAND else ()), _turns(trials))
-
-
-def _speeds(trials: tuple[LoggedTrial, ...]) -> Plot:
-    return Plot(
+    apart = listed([trial.name for trial in trials if not trial.motor.laid])
+    own = f"; of {apart}, which could not be laid on the video, from the beginning of the log" if apart else ""
+    speeds = Plot(
         motor_speed_figure(trials),
         "motor-speed",
         "Speed of the crank over each trial, as the motor measured it, beside what it was told. On grey ground the "
-        f"coded wiggles; the bar on top marks the steady stretch, over which the numbers are taken. {_times(trials)}",
+        "coded wiggles; the bar on top marks the steady stretch, over which the numbers are taken. Time is that of the "
+        f"video{own}.",
     )
-
-
-def _times(trials: tuple[LoggedTrial, ...]) -> str:
-    apart = listed([trial.name for trial in trials if not trial.motor.laid])
-    own = f"; of {apart}, which could not be laid on the video, from the beginning of the log" if apart else ""
-    return f"Time is that of the video{own}."
-
-
-def _commands(trials: tuple[LoggedTrial, ...]) -> Plot:
-    return Plot(
-        motor_command_figure(trials),
-        "motor-command",
-        "What becomes of a command: how far the mean speed is off it, and in the bar how far it swings within a turn. "
-        "A motor at its limit falls below the line.",
-    )
-
-
-def _turns(trials: tuple[LoggedTrial, ...]) -> Plot:
-    return Plot(
+    turns = Plot(
         motor_turn_figure(trials),
         "motor-turn",
         "Speed through a turn of the shaft, about its mean: what an even turn would leave out. Each grey line is one "
         "turn, the heavy one their mean; grey that spreads is no pattern of the shaft. A pattern that all trials share "
         "belongs to the mechanism, one that grows with the speed to the load.",
     )
+    if sum(trial.motor.commanded_hz > 0 for trial in trials) < FEWEST_FOR_COMMAND:
+        return speeds, turns
+    commands = Plot(
+        motor_command_figure(trials),
+        "motor-command",
+        "What becomes of a command: how far the mean speed is off it, and in the bar how far it swings within a turn. "
+        "A motor at its limit falls below the line.",
+    )
+    return speeds, commands, turns

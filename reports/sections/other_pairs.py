@@ -52,7 +52,7 @@ def _verdict(pairs: tuple[PairFit, ...]) -> str:
     theories = [form.name for form in FORMS if form.name in pairs[0].speed_mae]
     versus = [
         f"{in_mm(_mean(_errors(pairs, name)))} mm/s for {model_label(name)} (the twin is better in "
-        f"{_wins(pairs, name)} of {len(pairs)})"
+        f"{int((twin < _errors(pairs, name)).sum())} of {len(pairs)})"
         for name in theories
     ]
     theory = f", against {listed(versus)}" if versus else ""
@@ -93,11 +93,6 @@ def _mean(errors: np.ndarray) -> float:
 def _deviation(errors: np.ndarray) -> float:
     known = errors[np.isfinite(errors)]
     return float(known.std(ddof=1)) if len(known) > 1 else float("nan")
-
-
-def _wins(pairs: tuple[PairFit, ...], name: str) -> int:
-    """In how many pairs the twin's error is smaller than this model's."""
-    return int((_errors(pairs, "twin") < _errors(pairs, name)).sum())
 
 
 def _spread(pairs: tuple[PairFit, ...]) -> Table:

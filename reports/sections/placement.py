@@ -8,7 +8,7 @@ from fitting.placed_fit import PlacedFit
 from reports.blocks import Block, Column, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import NAMES
-from reports.figures.mean_shapes import mean_shapes_figure
+from reports.figures.trial import mean_shapes_figure
 from reports.numbers import counted, in_mm, in_words, sentence, shown, significant, with_error
 
 CLEAR, LEAST_DEG = 3.0, 0.2  # standard errors, and degrees a beat, from which a trial turns

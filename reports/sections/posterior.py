@@ -11,17 +11,20 @@ from fitting.objective import COEFFICIENT_BOUNDS
 from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.coefficients import NAMES
-from reports.figures.posterior_checks import posterior_ranks_figure, posterior_trace_figure, posterior_whiteness_figure
+from reports.figures.posterior_checks import (
+    posterior_left_out_figure,
+    posterior_ranks_figure,
+    posterior_trace_figure,
+    posterior_whiteness_figure,
+)
 from reports.figures.posterior_coefficients import (
     intervals_of,
     posterior_corner_figure,
     posterior_further_figure,
     posterior_intervals_figure,
 )
-from reports.figures.posterior_left_out import posterior_left_out_figure
 from reports.figures.posterior_predicted import posterior_sweep_figure, posterior_trials_figure
 from reports.numbers import (
-    MISSING,
     MM,
     counted,
     in_mm,
@@ -31,6 +34,7 @@ from reports.numbers import (
     sentence,
     shown,
     significant,
+    spanned,
     with_error,
 )
 from reports.sections.structure import WORDS
@@ -140,7 +144,7 @@ def _table(found: Findings) -> Table:
     ways = intervals_of(found)
     rows = []
     for i, (name, marginal) in enumerate(zip(NAMES, found.marginals.values(), strict=True)):
-        spans = [_span(ends[0, i], ends[2, i]) for ends in ways.values()]
+        spans = [spanned(ends[0, i], ends[2, i]) for ends in ways.values()]
         rows.append(
             (
                 name,
@@ -180,8 +184,8 @@ def _predicted(found: Findings) -> tuple[Block, ...]:
             trial.name,
             "fit" if trial.role == "fit" else "held out",
             in_mm(trial.speed),
-            f"{in_mm(trial.inner[0])} to {in_mm(trial.inner[-1])}",
-            f"{in_mm(trial.outer[0])} to {in_mm(trial.outer[-1])}",
+            spanned(trial.inner[0], trial.inner[-1], in_mm),
+            spanned(trial.outer[0], trial.outer[-1], in_mm),
             "yes" if trial.speed_inside else "no",
             shown(100 * trial.inside, 0),
         )
@@ -339,7 +343,3 @@ def _noise(found: Findings) -> Table:
         "the noise model does not explain of it, beside what 99 % of trials with white noise stay below."
     )
     return Table(caption, NOISE, rows)
-
-
-def _span(low: float, high: float) -> str:
-    return f"{significant(low)} to {significant(high)}" if np.isfinite([low, high]).all() else MISSING

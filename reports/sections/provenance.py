@@ -28,19 +28,15 @@ def _assumptions(context: ReportContext) -> tuple[str, ...]:
     structure = [sentence(source.sentence) for source in context.calibration.structure.sources if source.assumed]
     scale = f"The scale of every picture is the nose-neck distance of {shown(session.camera.scale_length_m * 1000)} mm"
     lens = session.camera.calibration
+    even = context.even
+    where = "" if len(even) == len(context.driven) else f" of {listed(even)}"
     return (
         *structure,
         f"{scale}; {'lens distortion is not corrected' if lens is None else 'the lens is calibrated'}.",
-        *_turns(context),
+        *((f"The crank{where} turns at a constant speed: the beat of the tail, not the command.",) if even else ()),
         "The robot swims level, at the surface, in still water far from walls.",
         "Elongated body theory is used in three forms; of the two numbers of each only the ratio c_D / β counts.",
     )
-
-
-def _turns(context: ReportContext) -> tuple[str, ...]:
-    even = context.even
-    where = "" if len(even) == len(context.driven) else f" of {listed(even)}"
-    return (f"The crank{where} turns at a constant speed: the beat of the tail, not the command.",) if even else ()
 
 
 def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:

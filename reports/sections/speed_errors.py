@@ -4,12 +4,12 @@ import numpy as np
 
 from fitting.command_forecast import beat_to_command, forecast_from_command
 from fitting.ebt import FORMS
-from fitting.speed_errors import Interval, SpeedErrors, speed_errors
+from fitting.speed_errors import SpeedErrors, speed_errors
 from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
 from reports.figures.speed import speed_intervals_figure
 from reports.models import model_label
-from reports.numbers import counted, in_mm, listed, sentence, shown, significant
+from reports.numbers import counted, in_mm, listed, sentence, shown, significant, spanned
 
 COLUMNS = table_head(
     "model | mean absolute error [mm/s, 90 % interval] | bias [mm/s, 90 % interval] | worst [mm/s, 90 % interval]"
@@ -77,12 +77,11 @@ def _by_command(context: ReportContext) -> tuple[Table | Prose, ...]:
 
 
 def _rows(errors: dict[str, SpeedErrors]) -> tuple[tuple[str, ...], ...]:
-    return tuple((model_label(name), *map(_with_interval, found)) for name, found in errors.items())
-
-
-def _with_interval(interval: Interval) -> str:
-    """`12.3 (4.1 to 20.0)`, mm/s."""
-    return f"{in_mm(interval.value)} ({in_mm(interval.low)} to {in_mm(interval.high)})"
+    """A model a row: value and interval of each error, `12.3 (4.1 to 20.0)`, mm/s."""
+    return tuple(
+        (model_label(name), *(f"{in_mm(each.value)} ({spanned(each.low, each.high, in_mm)})" for each in found))
+        for name, found in errors.items()
+    )
 
 
 def _identifiable(context: ReportContext) -> str:

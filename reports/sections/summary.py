@@ -5,11 +5,10 @@ from markupsafe import Markup
 
 from fitting import CalibratedTrial
 from fitting.calibration import Summary
-from fitting.marginal import Marginal
 from fitting.speed_line import speed_line
 from reports.blocks import Prose, Section, Terms
 from reports.context import ReportContext
-from reports.numbers import counted, in_mm, in_words, listed, of_its_size, shown
+from reports.numbers import counted, in_mm, in_words, listed, of_its_size, shown, spanned
 from reports.sections.doubts import doubts
 
 
@@ -67,14 +66,14 @@ def _how_sure(context: ReportContext) -> str:
     found = context.posterior
     if found is None:
         return "Not known: no posterior stands for this fit."
-    told = [f"{in_words(name)} {_interval(one)}" for name, one in found.marginals.items() if one.determined]
+    told = [
+        f"{in_words(name)} {spanned(one.q05, one.q95, of_its_size)}"
+        for name, one in found.marginals.items()
+        if one.determined
+    ]
     loose = [in_words(name) for name, one in found.marginals.items() if not one.determined]
     sure = f"Determined by these trials (90 % interval): {listed(told)}. " if told else ""
     return f"{sure}Not determined: {listed(loose) or 'none'}."
-
-
-def _interval(one: Marginal) -> str:
-    return f"{of_its_size(one.q05)} to {of_its_size(one.q95)}"
 
 
 def _what_is_missing(context: ReportContext) -> str:
@@ -110,11 +109,12 @@ def _headline(context: ReportContext) -> Markup:
             ).format(_trials(context.trials("holdout"), "held-out"), *_speed_errors(holdout))
         )
     if fit is not None:
+        beside = Markup(" and <strong>{}&nbsp;mm</strong> on the held-out ones")
         parts.append(
             Markup("The twin’s markers stay <strong>{}&nbsp;mm</strong> from the measured ones on {}{}.").format(
                 shown(fit.marker_error_mm, 0),
                 _trials(context.trials("fit"), "fit"),
-                _held_out_markers(holdout),
+                "" if holdout is None else beside.format(shown(holdout.marker_error_mm, 0)),
             )
         )
     if holdout is None and fit is not None:
@@ -138,9 +138,3 @@ def _speed_errors(summary: Summary) -> tuple[str, str, str]:
     """Of the twin, of elongated body theory as published and for large amplitudes, mm/s."""
     twin, published, large = (in_mm(summary.speed_mae[name], 0) for name in ("twin", "published", "large"))
     return twin, published, large
-
-
-def _held_out_markers(holdout: Summary | None) -> Markup | str:
-    if holdout is None:
-        return ""
-    return Markup(" and <strong>{}&nbsp;mm</strong> on the held-out ones").format(shown(holdout.marker_error_mm, 0))

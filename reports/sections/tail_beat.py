@@ -50,16 +50,10 @@ def _waves(trial: CalibratedTrial) -> Waves:
     """Measured and simulated; the measured one is nan for a marker that is flagged too often to tell."""
     measured = trial.measured
     wave = body_wave(measured, measured.head)
-    told = _shares(trial, wave.markers) >= TOLD
+    columns = [measured.markers.index(name) for name in wave.markers]
+    told = (measured.weight[measured.kept][:, columns] > 0).mean(axis=0) >= TOLD
     amplitude, lag = (np.where(told, values, np.nan) for values in (wave.amplitude_m, wave.lag_rad))
     return wave._replace(amplitude_m=amplitude, lag_rad=lag), body_wave(measured, trial.simulated)
-
-
-def _shares(trial: CalibratedTrial, markers: tuple[str, ...]) -> np.ndarray:
-    """(t,) share of the kept samples of these markers that count."""
-    measured = trial.measured
-    columns = [measured.markers.index(name) for name in markers]
-    return (measured.weight[measured.kept][:, columns] > 0).mean(axis=0)
 
 
 def _caveats(trials: tuple[CalibratedTrial, ...], waves: list[Waves]) -> tuple[str, ...]:

@@ -31,17 +31,17 @@ def build(context: ReportContext) -> Section:
 def _part(number: int, trial: CalibratedTrial, robot: RobotSpec) -> Section:
     measured = trial.measured
     role = "fit" if measured.role == "fit" else "held out"
-    plots = (_envelope(trial, robot), _path(trial), _lateral(trial, robot))
     return Section(
         f"{measured.name} – {shown(measured.frequency.hz, 2)} Hz, {role}",
         f"trial-{number}",
-        (_scores(trial), Plots(plots), _flags(trial)),
+        (_scores(trial), Plots(_plots(trial, robot)), _flags(trial)),
         trial_caveats(trial),
     )
 
 
 def _scores(trial: CalibratedTrial) -> Table:
     measured, scores = trial.measured, trial.scores
+    phase_deg = float((np.degrees(trial.phase_rad) + 180) % 360 - 180)  # between -180 and 180
     beat = measured.beat or measured.frequency
     command = "" if measured.commanded_hz is None else f", commanded {shown(measured.commanded_hz, 2)} Hz"
     row = (
@@ -56,7 +56,7 @@ def _scores(trial: CalibratedTrial) -> Table:
     )
     return Table(
         f"Tail beat {shown(beat.hz, 4)} ± {shown(beat.se_hz, 4)} Hz{command}; "
-        f"the twin's crank {_turn(trial)} from a phase of {shown(_degrees(trial.phase_rad), 0)}°. "
+        f"the twin's crank {_turn(trial)} from a phase of {shown(phase_deg, 0)}°. "
         f"Scored over {shown(scored_seconds(measured))} s, speeds "
         f"over {counted(beats_compared(measured), 'whole beat')}.",
         SCORES,
@@ -71,44 +71,34 @@ def _turn(trial: CalibratedTrial) -> str:
     return f"follows the motor's log ({shown(motor.measured_hz, 4)} turns/s)"
 
 
-def _degrees(phase_rad: float) -> float:
-    """The phase between -180 and 180 degrees."""
-    return float((np.degrees(phase_rad) + 180.0) % 360.0 - 180.0)
-
-
-def _envelope(trial: CalibratedTrial, robot: RobotSpec) -> Plot:
-    measured, simulated = beat_midlines(trial, robot)
-    return Plot(
+def _plots(trial: CalibratedTrial, robot: RobotSpec) -> tuple[Plot, ...]:
+    name, (measured, simulated) = trial.measured.name, beat_midlines(trial, robot)
+    envelope = Plot(
         tail_envelope_figure(trial, robot),
-        f"{trial.measured.name}-envelope",
+        f"{name}-envelope",
         "Midlines at sixteen phases of the beat, mean over all compared beats, to scale; the nose is at 0. "
         f"The dotted outline is the measured envelope in both. The last marker sweeps {_sweep(measured)} "
         f"mm, the twin's {_sweep(simulated)} mm.",
     )
+    path = Plot(
+        forward_path_figure(trial),
+        f"{name}-path",
+        "Distance swum along the head's own axis, 0 at the first compared frame. The lines part as fast as "
+        "the speeds differ; the dashed line has the slope that elongated body theory as published gives.",
+    )
+    lateral = Plot(
+        lateral_motion_figure(trial, robot),
+        f"{name}-lateral",
+        "Lateral motion of the tail markers relative to the head, from root (top) to fin, all to the scale "
+        "on the right. A steady lag is an error of phase, a growing one an error of frequency.",
+    )
+    return envelope, path, lateral
 
 
 def _sweep(midlines_m: np.ndarray) -> str:
     """Side to side of the last marker, mm."""
     tip = midlines_m[:, -1, 1]
     return MISSING if np.isnan(tip).all() else in_mm(float(np.nanmax(tip) - np.nanmin(tip)), 0)
-
-
-def _path(trial: CalibratedTrial) -> Plot:
-    return Plot(
-        forward_path_figure(trial),
-        f"{trial.measured.name}-path",
-        "Distance swum along the head's own axis, 0 at the first compared frame. The lines part as fast as "
-        "the speeds differ; the dashed line has the slope that elongated body theory as published gives.",
-    )
-
-
-def _lateral(trial: CalibratedTrial, robot: RobotSpec) -> Plot:
-    return Plot(
-        lateral_motion_figure(trial, robot),
-        f"{trial.measured.name}-lateral",
-        "Lateral motion of the tail markers relative to the head, from root (top) to fin, all to the scale "
-        "on the right. A steady lag is an error of phase, a growing one an error of frequency.",
-    )
 
 
 def _flags(trial: CalibratedTrial) -> Block:

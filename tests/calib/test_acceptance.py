@@ -61,8 +61,7 @@ class TestRealRobot:
         assert held_out.speed_mae["smoothed"] < held_out.speed_mae["published"]
 
     def test_its_diagnosis_names_clock_or_gear_and_what_the_camera_does(self, real: Real) -> None:
-        real.pipeline.diagnosis(frozenset())
-        told = real.pipeline.diagnoses().read()
+        told = real.pipeline.diagnosis().read()
 
         assert {"time_base_error", "drive_ratio_error", "camera_parallax"} <= set(told.effects)
         assert told.remainder is not None

@@ -12,8 +12,8 @@ import pytest
 
 import calib as front
 from calib import cli, interface
+from calib.entry import PACKAGES
 from calib.results.figures import Figures, FitFigures
-from calib.shadowing import PACKAGES
 from tests.calib.door import ROOT, files_in
 
 QUIET = {"effort": "quick", "progress": False}

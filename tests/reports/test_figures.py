@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from reports import ReportContext, gallery, picture_of_tracks
+from reports import ReportContext, gallery
 from reports.blocks import Plot
 from reports.colours import TWIN
 from reports.figures.flagged_samples import flagged_kinds
@@ -15,6 +15,7 @@ from reports.figures.residuals import marker_distances
 from reports.figures.speed import speed_sweep_figure
 from reports.figures.tail_beat import beat_loops
 from reports.figures.trial import beat_midlines
+from reports.sections.track_quality import picture_of_tracks
 from swimmer import load_robot
 from tests.reports.diagnoses import made_diagnosed, made_everything
 from tests.reports.sample import MARKERS, made_calibration, made_context, made_trial

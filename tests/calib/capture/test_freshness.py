@@ -1,4 +1,4 @@
-from calib.capture.freshness import Freshness
+from calib.capture.motor import Freshness
 
 TOOK_S = 0.002
 
