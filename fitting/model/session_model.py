@@ -10,10 +10,10 @@ from scipy.linalg import block_diag
 
 from fitting.free_decay.ring import NUMBERS as RING_NUMBERS
 from fitting.free_decay.ring import Ring
+from fitting.model.discrepancy import Discrepancy, wave_discrepancy
 from fitting.model.features import SPEED, beat_phase
 from fitting.model.robot_doubt import Doubt, doubted_twins, doubts_of
 from fitting.model.trial_model import Freedoms, TrialModel, freedoms_together, simulated_together
-from fitting.posterior.likelihood import Discrepancy, wave_discrepancy
 from fitting.structure import assumed
 from fitting.trial import MeasuredTrial
 from swimmer import Twin

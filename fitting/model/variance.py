@@ -13,9 +13,9 @@ import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 from scipy.optimize import minimize
 
+from fitting.model.discrepancy import wave_discrepancy
 from fitting.model.features import COURSE, SPEED, advanced, beat_phase, of_markers, places_of_markers, places_of_slides
 from fitting.model.trial_model import Freedoms, TrialModel
-from fitting.posterior.likelihood import wave_discrepancy
 
 LN_LENGTH = 0.7
 """Of the logarithm of frequency, over which the common discrepancy of the wave is alike: a factor of two."""

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fitting.model.discrepancy import wave_discrepancy
 from fitting.model.features import SPEED
 from fitting.model.noise import GaitNoise
 from fitting.model.session_model import START_PHASE_RAD
 from fitting.model.trial_model import TrialModel
-from fitting.posterior.likelihood import wave_discrepancy
 from fitting.posterior.posterior import Posterior
 from fitting.posterior.predictive import some_draws
 from fitting.posterior.shared import SharedNuisances

@@ -2,24 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
-from fitting.model.features import HARMONICS, harmonics_of
+from fitting.model.discrepancy import Discrepancy
 from fitting.posterior.emulator import Emulator, terms
 
 LEAST_DISCREPANCY, MOST_WAVE, MOST_SPEED = 1e-5, 1.0, 0.1  # of the twin, relative; uniform in its logarithm
-_LENGTH_M = 0.12  # over which discrepancies along the body are alike
-_OF_ITS_OWN = 0.2  # share of a discrepancy's variance that each marker has to itself
-_OF_HARMONIC = 0.5  # discrepancy of each harmonic over that of the one before
-
-
-class Discrepancy(NamedTuple):
-    """Of a twin that is off by 100 %: (k, k) covariance of its wave, and (k, t) how its speed in each trial shows."""
-
-    wave: np.ndarray
-    speed: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,23 +77,3 @@ class Likelihood:
         volume = volume + np.log(spread).sum(axis=-1) + np.linalg.slogdet(inner)[1]
         volume = volume + 2 * len(columns) * np.log(discrepancy[:, 1])
         return -0.5 * ((white**2 / spread).sum(axis=-1) - taken + volume)
-
-
-def wave_discrepancy(measured: np.ndarray, position_m: np.ndarray) -> np.ndarray:
-    """(k, k) covariance of a twin whose wave is off by 100 %, for one measured gait (k,) of m markers.
-
-    Of each marker the first harmonic by its own size, higher ones by half of the one before, alike for neighbours along
-    the body. Means do not count: they are those of the boxes.
-
-    Args:
-        measured: (k,).
-        position_m: (m,) of each marker along the body.
-    """
-    first = np.sqrt((np.abs(harmonics_of(measured)[..., 0]) ** 2).sum(axis=-1) / 2)  # (m,)
-    size = np.maximum(first, 0.1 * first.max())
-    smooth = np.exp(-0.5 * ((position_m[:, None] - position_m) / _LENGTH_M) ** 2)
-    alike = (1 - _OF_ITS_OWN) * smooth + _OF_ITS_OWN * np.eye(len(size))
-    of_column = np.append(0.0, np.repeat(_OF_HARMONIC ** np.arange(HARMONICS), 2)) ** 2  # (7,)
-    total = np.zeros((len(measured),) * 2)
-    total[1:, 1:] = np.kron(np.outer(size, size) * alike, np.diag(np.tile(of_column, 2)))
-    return total

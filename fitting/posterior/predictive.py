@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fitting.model.discrepancy import wave_discrepancy
 from fitting.model.features import OF_A_MARKER, SPEED, harmonics_of
 from fitting.model.robot_doubt import DoubtedTwin
 from fitting.model.session_model import START_PHASE_RAD
 from fitting.model.trial_model import TrialModel
-from fitting.posterior.likelihood import wave_discrepancy
 from fitting.posterior.posterior import Posterior
 from fitting.posterior.shared import SharedNuisances
 from fitting.posterior.step_shift import at_vanishing_step

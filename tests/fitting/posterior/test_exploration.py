@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fitting.model.discrepancy import Discrepancy
 from fitting.model.session_model import Disturbances
 from fitting.posterior.exploration import explore
-from fitting.posterior.likelihood import Discrepancy
 from fitting.posterior.sampling import R_HAT, Draws, sample
 from fitting.posterior.search_state import SearchState
 

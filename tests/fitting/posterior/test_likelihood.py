@@ -10,10 +10,11 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from benchmarks.posterior.truth import DrawnSession
+from fitting.model.discrepancy import Discrepancy, wave_discrepancy
 from fitting.model.features import HARMONICS, Gait
 from fitting.posterior import Posterior, naive
 from fitting.posterior.emulator import Emulator, exponents, fit_emulator, terms
-from fitting.posterior.likelihood import Discrepancy, Likelihood, wave_discrepancy
+from fitting.posterior.likelihood import Likelihood
 from fitting.posterior.naive import naive_posterior
 from tests.fitting.posterior.waves import ALONG_M, cruising, reader
 
