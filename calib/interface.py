@@ -20,8 +20,17 @@ from calib.pipeline import open_session as _open_session
 from calib.pipeline import working
 from calib.progress import progress_bar
 from calib.results.fit import FitResult
+from calib.results.forecast import ForecastResult
 from calib.results.gap import EffectTest, GapResult
-from calib.results.made import fit_result, gap_result, posterior_result, structure_result, test_result, track_result
+from calib.results.made import (
+    fit_result,
+    forecast_result,
+    gap_result,
+    posterior_result,
+    structure_result,
+    test_result,
+    track_result,
+)
 from calib.results.posterior import PosteriorResult
 from calib.results.result import Export
 from calib.results.structure import StructureResult
@@ -46,6 +55,7 @@ __all__ = [
     "EffectTest",
     "Export",
     "FitResult",
+    "ForecastResult",
     "GapResult",
     "InputError",
     "ModelMismatch",
@@ -69,6 +79,7 @@ __all__ = [
     "effects",
     "export_mjcf",
     "fit",
+    "forecast",
     "load_tracks",
     "load_twin",
     "new_public_session",
@@ -144,6 +155,36 @@ def fit(
             return structure_result(pipeline)
         pipeline.fit()
         return fit_result(pipeline)
+
+
+def forecast(
+    session: AnySession, effort: EffortName = "full", *, workers: int = 0, progress: bool = True
+) -> ForecastResult:
+    """Fits one hierarchical model to the fit trials and forecasts every trial, beside simple baselines.
+
+    The model has the five coefficients, what differs from trial to trial (trim, registration of the head frame, boxes,
+    start) and a model discrepancy over frequency. Each held-out trial is forecast by the twin alone, from its command,
+    and after its first two beats; beside these stand a line, a power law and a constant stride through the fitted
+    speeds, and "goes on as in its first two beats". The fit that stands is neither used nor changed.
+
+    Args:
+        session: opened, or its folder.
+        effort: how many starts.
+        workers: threads; 0 for all cores.
+        progress: show it on standard error.
+
+    Raises:
+        InputError, NotEnoughData, SimulationDiverged: as `fit`.
+
+    Source:
+        Kennedy and O'Hagan (2001), calibration with a discrepancy; Patterson and Thompson (1971), restricted
+        likelihood.
+
+    Example:
+        >>> forecast("datasets/sample", "quick").to_frame("errors")   # doctest: +SKIP
+    """
+    with _working(session, Options(effort, workers), progress) as pipeline:
+        return forecast_result(pipeline, pipeline.forecast())
 
 
 def posterior(

@@ -12,6 +12,7 @@ from calib.options import EffortName, Job, Options
 from calib.progress import progress_bar
 from calib.stages.diagnosis import DiagnosisStage, check_names
 from calib.stages.fit import EvidenceStage, FitStage, StructureStage
+from calib.stages.forecast import ForecastStage
 from calib.stages.posterior import PosteriorStage
 from calib.stages.recordings import Recordings
 from calib.stages.report import ReportStage
@@ -138,6 +139,14 @@ class Pipeline:
     def calibrated(self) -> Calibration:
         """The calibration: made when inputs, program, engine or effort changed, else read back."""
         return self.fits.current()
+
+    def forecast(self) -> ForecastStage:
+        """`results/forecast.json`, up to date; the fit that stands is neither used nor changed."""
+        self.recordings.tracks()
+        stage = ForecastStage(self.job, self.recordings, self.structures)
+        if not stage.is_current:
+            stage.make()
+        return stage
 
     def posterior(self) -> Path:
         """`results/posterior.nc` of the fit that stands, up to date, and its summary in `calibration.json`.

@@ -119,6 +119,24 @@ def fit(
     tell(found, as_json, verbose)
 
 
+def forecast(
+    session: SessionFolder,
+    effort: Effort = "full",
+    workers: Workers = 0,
+    verbose: Verbose = False,
+    as_json: AsJson = False,
+) -> None:
+    """Forecasts every trial by one hierarchical model of the fit trials, beside simple baselines.
+
+    Held-out trials are forecast from their command, and again after their first two beats; a line, a power law and a
+    constant stride through the fitted speeds stand beside it. The fit that stands is neither used nor changed.
+    """
+    from calib import interface
+    from calib.terminal import tell
+
+    tell(interface.forecast(session, effort, workers=workers, progress=not as_json), as_json, verbose)
+
+
 def posterior(
     session: SessionFolder,
     effort: Effort = "full",

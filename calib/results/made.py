@@ -6,12 +6,14 @@ from typing import Any
 from calib.pipeline import Pipeline
 from calib.results.figures import FitFigures, GapFigures, PosteriorFigures
 from calib.results.fit import FitResult
+from calib.results.forecast import ForecastResult
 from calib.results.gap import EffectTest, GapResult
 from calib.results.posterior import PosteriorResult
 from calib.results.structure import StructureResult
 from calib.results.tracks import TrackResult
 from calib.stages.diagnosis import DiagnosisStage
 from calib.stages.fit import EvidenceStage
+from calib.stages.forecast import ForecastStage
 from calib.stages.posterior import PosteriorStage
 from diagnosis.result import SUPPOSITION, SuppositionResult
 from reports import ReportContext, gallery
@@ -34,6 +36,12 @@ def fit_result(pipeline: Pipeline) -> FitResult:
         plot=figures,
         **_common(pipeline),
     )
+
+
+def forecast_result(pipeline: Pipeline, stage: ForecastStage) -> ForecastResult:
+    """Forecasts by the hierarchical model."""
+    name = f"forecasts of {stage.effort} effort"
+    return ForecastResult(name=name, file=stage.file, data=stage.read(), **_common(pipeline))
 
 
 def posterior_result(pipeline: Pipeline) -> PosteriorResult:

@@ -1,0 +1,165 @@
+"""The mode finds the truth of a drawn session, and its forecasts of a trial that was held out hold."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from benchmarks.posterior.truth import DrawnSession, draw_session
+from fitting.model import COMPONENTS, Block, Covariance, Mode, find_mode
+from fitting.model.features import SPEED
+from fitting.model.forecast import Windows, forecast_after_beats, forecast_from_command, repeated, scatter_of, tracks_of
+from fitting.model.robot_doubt import doubted_twins, doubts_of
+from fitting.model.session_forecast import BASELINES, forecast_session
+from fitting.model.session_model import START_PHASE_RAD, SessionModel
+from fitting.model.trial_model import TrialModel
+from fitting.model.variance import MEDIANS
+from fitting.structure import assumed
+from session import NotEnoughData
+from tests.session.sample import needs_fishsim
+
+HELD_OUT_HZ = 1.1
+FAR_SD = 3.5
+SESSIONS, HOLD = 20, 0.8  # of a long test of intervals, nominally 0.9: five coefficients of each
+
+
+def mode_of(drawn: DrawnSession, starts: int = 2) -> Mode:
+    doubted = doubted_twins(drawn.twin, doubts_of(assumed(drawn.twin.robot).sources))
+    windows = (TrialModel(drawn.twin, each, START_PHASE_RAD, doubted, with_course=True) for each in drawn.trials)
+    return find_mode(SessionModel(tuple(windows)), starts)
+
+
+@pytest.fixture(scope="module")
+def drawn() -> DrawnSession:
+    return draw_session(2, held_out_hz=(HELD_OUT_HZ,), step=1 / 16)
+
+
+@pytest.fixture(scope="module")
+def mode(drawn: DrawnSession) -> Mode:
+    return mode_of(drawn)
+
+
+def test_the_truth_is_found_from_starts_all_over_the_box(drawn: DrawnSession, mode: Mode) -> None:
+    sd = np.sqrt(np.diag(mode.coefficient_covariance))
+    assert np.abs((mode.coefficients - np.array(drawn.truth)) / sd).max() < FAR_SD
+    assert mode.ends[0].converged
+    start = mode.ends[0].start
+    assert np.abs(start - mode.coefficients).max() > 10 * np.median(sd)
+
+
+def test_a_held_out_trial_is_forecast_and_its_first_beats_tell_more(drawn: DrawnSession, mode: Mode) -> None:
+    trial = drawn.held_out[0]
+    windows = Windows.of(mode, trial)
+    scatter = scatter_of(mode)
+    before, after = forecast_from_command(mode, windows.late, scatter), forecast_after_beats(mode, windows, scatter)
+    measured = windows.late.measured[SPEED]
+    for told in (before, after):
+        assert abs(told.speed - measured) < FAR_SD * told.speed_sd
+    assert after.speed_sd < before.speed_sd
+    assert before.inside(trial.scored) > HOLD
+
+
+def test_a_fitted_trial_lies_within_the_bands_of_its_repeat(mode: Mode) -> None:
+    for number, block in enumerate(mode.blocks):
+        again = repeated(mode, number)
+        assert abs(again.speed - block.model.measured[SPEED]) < FAR_SD * again.speed_sd
+        assert again.inside(block.model.trial.scored) > HOLD
+
+
+def test_tracks_made_of_features_have_these_features(mode: Mode) -> None:
+    window = mode.blocks[0].model
+    tracks = tracks_of(window.measured[None], window)[0]
+    found = window.in_step(window.gait(tracks[window.trial.kept]))
+    assert found == pytest.approx(window.measured, abs=2e-3)
+
+
+def test_a_component_is_found_where_trials_tell_it_and_keeps_its_prior_where_they_do_not() -> None:
+    random = np.random.default_rng(4)
+    count = 400
+    units = {component.name: np.zeros((count, count)) for component in COMPONENTS}
+    units["turning"] = np.diag((np.arange(count) < count // 2).astype(float))
+    covariance = Covariance(1e-4 * np.eye(count), units)
+    residual = np.sqrt(np.diag(covariance.at(MEDIANS | {"turning": 0.2}))) * random.standard_normal(count)
+    found, _ = covariance.restricted(residual, np.zeros((count, 5)), MEDIANS)
+    assert found["turning"] == pytest.approx(0.2, rel=0.2)
+    for name, median in MEDIANS.items():
+        if name != "turning":
+            assert found[name] == pytest.approx(median)
+
+
+def test_windows_of_one_trial_share_its_own_draws_and_no_others(mode: Mode) -> None:
+    block = mode.blocks[0]
+    same, other = (Covariance.of([block, block._replace(trial=whose)]) for whose in (block.trial, block.trial + 1))
+    length = len(block.model.measured)
+    for component in COMPONENTS:
+        within = other.units[component.name][:length, :length]
+        between = other.units[component.name][:length, length:]
+        assert between == pytest.approx(np.zeros_like(within) if component.level == "trial" else within)
+        assert same.units[component.name][:length, length:] == pytest.approx(within)
+
+
+def test_baselines_go_through_what_they_are_fitted_to() -> None:
+    hz, speed = [0.75, 1.3], [0.08, 0.16]
+    assert BASELINES["line"](hz, speed, hz) == pytest.approx(speed)
+    assert BASELINES["power_law"](hz, speed, hz) == pytest.approx(speed)
+    assert BASELINES["power_law"]([1.0], [0.1], [2.0]) == pytest.approx([0.2])
+    assert BASELINES["constant_stride"](hz, [0.075, 0.13], [1.0]) == pytest.approx([0.1])
+    assert np.isnan(BASELINES["power_law"](hz, [0.1, -0.1], [1.0])).all()
+
+
+def test_a_session_without_a_fit_trial_is_refused(drawn: DrawnSession) -> None:
+    with pytest.raises(NotEnoughData, match='no swim has role = "fit"'):
+        forecast_session(drawn.held_out, drawn.twin, ())
+
+
+def test_a_block_of_another_speed_has_a_discrepancy_in_proportion(mode: Mode) -> None:
+    slow, fast = (Covariance.of([cast(Block, mode.blocks[0])._replace(speed=speed)]) for speed in (0.1, 0.2))
+    for name in ("speed_common", "speed_own"):
+        assert fast.units[name] == pytest.approx(4 * slow.units[name])
+
+
+@pytest.mark.long
+def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
+    inside: list[np.ndarray] = []
+    for seed in range(500, 500 + SESSIONS):
+        drawn = draw_session(seed)
+        mode = mode_of(drawn)
+        off = mode.coefficients - np.array(drawn.truth)
+        inside.append(np.abs(off) < 1.645 * np.sqrt(np.diag(mode.coefficient_covariance)))
+    assert np.mean(inside) >= HOLD
+
+
+@pytest.mark.long
+@needs_fishsim
+def test_two_beats_of_the_real_robot_tell_where_its_markers_go(real_trials: Any) -> None:
+    """At most 20 mm as tracked and 10 mm relative to the nose, over the three held-out trials."""
+    found = forecast_session(real_trials.trials, real_trials.twin, real_trials.doubts)
+    told = [each.forecasts["after_two_beats"] for each in found.trials.values() if each.role != "fit"]
+    assert len(told) == 3
+    assert np.mean([each.marker_error_mm for each in told]) < 20
+    assert np.mean([each.shape_error_mm for each in told]) < 10
+
+
+@pytest.fixture
+def real_trials(tmp_path: Any) -> SimpleNamespace:
+    from fitting import measure_trial
+    from session import load_session
+    from session.create import new_from_fishsim
+    from session.tracks import load_tracks
+    from swimmer import Twin, load_robot
+    from tests.session.sample import FISHSIM
+
+    session, robot = load_session(new_from_fishsim(tmp_path / "S", FISHSIM)), load_robot()
+    trials = [
+        measure_trial(
+            spec,
+            load_tracks(spec.tracks, session.markers, session.camera.fps),
+            session.camera,
+            robot,
+            session.warmup_s,
+        )
+        for spec in session.trials
+        if spec.tracks is not None
+    ]
+    return SimpleNamespace(trials=trials, twin=Twin(robot, session.markers), doubts=doubts_of(assumed(robot).sources))
