@@ -101,7 +101,7 @@ def effects(
     ] = "small",
     seed: Annotated[int, typer.Option(min=0, help="of the suite")] = 0,
     program: Annotated[
-        str, typer.Option(help="command that diagnoses, given SESSION [--without EFFECT]; default: the toolkit's own")
+        str, typer.Option(help="command that diagnoses, given SESSION [--exclude EFFECT]; default: the toolkit's own")
     ] = "",
     workers: Annotated[int, typer.Option(min=0, help="sessions at a time; 0: one on each core")] = 0,
     scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,

@@ -34,7 +34,7 @@ def diagnose(session: Path, discrepancy: Discrepancy, without: frozenset[str]) -
 
 @dataclass(frozen=True)
 class CommandLine:
-    """Any program that takes a session's folder, and `--without EFFECT[,EFFECT]`, as `calib diagnose` does.
+    """Any program that takes a session's folder, and `--exclude EFFECT[,EFFECT]`, as `calib diagnose` does.
 
     It may find the discrepancy beside the sessions; it is not told.
     """
@@ -47,7 +47,7 @@ class CommandLine:
         Raises:
             ProgramFailed: it ended with another status than 0.
         """
-        lacking = ("--without", ",".join(sorted(without))) if without else ()
+        lacking = ("--exclude", ",".join(sorted(without))) if without else ()
         ended = subprocess.run([*self.words, str(session), *lacking], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         if ended.returncode:
             said = ended.stderr.decode(errors="replace").strip().splitlines()

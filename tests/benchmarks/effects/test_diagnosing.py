@@ -152,7 +152,7 @@ def test_any_command_may_be_the_program(suite: SuiteFolder, tmp_path: Path) -> N
     assert diagnose_without(suite, program, ALONE) == ()
     whole, lacking = (json.loads((each / NAMES[1] / DIAGNOSIS).read_text()) for each in (suite.sessions, suite.without))
     assert whole["said"] == []
-    assert lacking["said"] == ["--without", "tendon_slack"]
+    assert lacking["said"] == ["--exclude", "tendon_slack"]
 
 
 def test_a_command_that_fails_is_told_with_its_last_words(suite: SuiteFolder) -> None:
