@@ -74,16 +74,7 @@ class SwimTwin:
         """
         import xarray as xr
 
-        given = {name: np.atleast_1d(np.asarray(value, float)) for name, value in (parameters or {}).items()}
-        faults = [
-            Fault(
-                "parameters", "", "no such parameter", repr(name), "a parameter of the twin's effects", self.parameters
-            )
-            for name in given
-            if name not in self.parameters
-        ]
-        if faults:
-            raise InputError(faults)
+        given = self._given(parameters or {})
         hz = np.atleast_1d(np.asarray(frequency_hz, float))
         count = max(map(len, (hz, *given.values())))
         hz = np.broadcast_to(hz, count)
@@ -108,3 +99,19 @@ class SwimTwin:
             },
             {"time": time_s, "space": ["x", "y"], "keypoint": list(self.engine.markers)},
         )
+
+    def _given(self, parameters: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+        """(n,) or (1,) of each parameter.
+
+        Raises:
+            InputError: a parameter that the effects do not have.
+        """
+        expected = "a parameter of the twin's effects"
+        faults = [
+            Fault("parameters", "", "no such parameter", repr(name), expected, self.parameters)
+            for name in parameters
+            if name not in self.parameters
+        ]
+        if faults:
+            raise InputError(faults)
+        return {name: np.atleast_1d(np.asarray(value, float)) for name, value in parameters.items()}

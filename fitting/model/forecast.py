@@ -7,6 +7,7 @@ first beats tell what is its own: trim, registration of the head frame, boxes (R
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -120,19 +121,35 @@ class Windows:
         return cls(first, late)
 
 
+class Scatter(NamedTuple):
+    """By how much two windows of one trial differ: a fish does not beat as evenly as its model.
+
+    Attributes:
+        noise: mean squared difference of features against what tracking noise makes of them, at least 1.
+        speed: relative standard deviation of the speed of a window about that of its trial.
+    """
+
+    noise: float = 1.0
+    speed: float = 0.03
+
+
+EVEN = Scatter()
+"""Of a fish of which nothing is known."""
+
+
 def repeated(mode: Mode, number: int) -> FeatureForecast:
     """Of a repeat of a fitted trial: all that is a trial's own is drawn anew."""
     block = mode.blocks[number]
     return _conditional(mode, [block._replace(trial=len(mode.blocks))], mode.simulated(number), [], [])
 
 
-def forecast_from_command(mode: Mode, window: TrialModel, scatter: float = 1.0) -> FeatureForecast:
+def forecast_from_command(mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> FeatureForecast:
     """Of a window of a new trial, by what the fitted trials alone tell; in step with its tail."""
     blocks, simulated = _blocks(mode, [window], scatter)
     return _conditional(mode, blocks, simulated[0], [], [])
 
 
-def forecast_after_beats(mode: Mode, windows: Windows, scatter: float = 1.0) -> FeatureForecast:
+def forecast_after_beats(mode: Mode, windows: Windows, scatter: Scatter = EVEN) -> FeatureForecast:
     """Of the late window of a new trial, by the fitted trials and its own early window.
 
     Raises:
@@ -144,12 +161,9 @@ def forecast_after_beats(mode: Mode, windows: Windows, scatter: float = 1.0) -> 
     return _conditional(mode, blocks, late, [windows.early.measured - early], [1])
 
 
-def scatter_of(mode: Mode) -> float:
-    """By how much features of two windows of one fitted trial differ, against what tracking noise makes of them.
-
-    Mean squared ratio, at least 1: a fish does not beat as evenly as its model.
-    """
-    ratios = []
+def scatter_of(mode: Mode) -> Scatter:
+    """What the fitted trials show, each parted after its first two beats; of the speed the default counts as one."""
+    noise, speed = [], [EVEN.speed**2]
     for block in mode.blocks:
         try:
             windows = Windows.of(mode, block.model.trial.with_role("holdout"))
@@ -158,25 +172,27 @@ def scatter_of(mode: Mode) -> float:
         if windows.early is None:
             continue
         difference = windows.early.measured - windows.late.measured
-        noise = sum(np.diag(_noise(mode, each)) for each in (windows.early, windows.late))
-        ratios.append(float(np.median(difference**2 / noise)) / _MEDIAN_OF_SQUARE)
-    return max(1.0, float(np.mean(ratios))) if ratios else 1.0
+        of_tracks = sum(np.diag(_noise(mode, each)) for each in (windows.early, windows.late))
+        noise.append(float(np.median(difference**2 / of_tracks)) / _MEDIAN_OF_SQUARE)
+        speed.append(float((difference[SPEED] / block.speed) ** 2 / 2))
+    return Scatter(max(1.0, float(np.mean(noise))) if noise else 1.0, float(np.sqrt(np.mean(speed))))
 
 
 _MEDIAN_OF_SQUARE = 0.4549  # of a standard normal number
 
 
-def _blocks(mode: Mode, windows: Sequence[TrialModel], scatter: float) -> tuple[list[Block], list[np.ndarray]]:
+def _blocks(mode: Mode, windows: Sequence[TrialModel], scatter: Scatter) -> tuple[list[Block], list[np.ndarray]]:
     """Windows of one new trial, and what the twin simulates of each."""
     freedoms = [_bounded(each) for each in freedoms_together(windows, mode.coefficients)]
     plain = [window.simulated(mode.coefficients[None])[0] for window in windows]
     shifts = np.split(step_shift(windows, mode.coefficients), len(windows))
     simulated = [each + shift for each, shift in zip(plain, shifts, strict=True)]
     speed = float(simulated[0][SPEED])
-    blocks = [
-        Block(window, own, scatter * _noise(mode, window), len(mode.blocks), speed)
-        for window, own in zip(windows, freedoms, strict=True)
-    ]
+    blocks = []
+    for window, own in zip(windows, freedoms, strict=True):
+        noise = scatter.noise * _noise(mode, window)
+        noise[SPEED, SPEED] += (scatter.speed * speed) ** 2
+        blocks.append(Block(window, own, noise, len(mode.blocks), speed))
     return blocks, simulated
 
 

@@ -12,6 +12,7 @@ from fitting.model.features import SPEED
 from fitting.model.forecast import (
     NORMAL_90,
     FeatureForecast,
+    Scatter,
     Windows,
     forecast_after_beats,
     forecast_from_command,
@@ -86,7 +87,7 @@ class SessionForecast:
         coefficients: the mode of the model.
         ci90: of each coefficient, by the curvature at the mode.
         components: standard deviation of each variance component (see `fitting.model.variance`).
-        scatter: by how much beats differ within a trial, against what tracking noise makes of them.
+        scatter: by how much beats differ within a trial.
         trials: by name.
         flags: when not to believe it.
     """
@@ -94,7 +95,7 @@ class SessionForecast:
     coefficients: FluidCoefficients
     ci90: Mapping[str, tuple[float, float]]
     components: Mapping[str, float]
-    scatter: float
+    scatter: Scatter
     trials: Mapping[str, ForecastTrial]
     flags: tuple[Flag, ...]
 
@@ -157,7 +158,7 @@ def _fitted(mode: Mode, number: int, seed: int) -> ForecastTrial:
 
 
 def _held_out(
-    mode: Mode, trial: MeasuredTrial, fitted: Sequence[MeasuredTrial], scatter: float, seed: int
+    mode: Mode, trial: MeasuredTrial, fitted: Sequence[MeasuredTrial], scatter: Scatter, seed: int
 ) -> ForecastTrial:
     windows = Windows.of(mode, trial)
     told = forecast_from_command(mode, windows.late, scatter)
