@@ -13,7 +13,7 @@ from swimmer import Twin
 STARTS = {"quick": 2, "full": 4}
 """Of the search for the mode, by effort."""
 
-_FORM = 1
+_FORM = 2
 
 
 class ForecastStage(Stage):
