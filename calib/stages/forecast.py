@@ -13,7 +13,7 @@ from swimmer import Twin
 STARTS = {"quick": 2, "full": 4}
 """Of the search for the mode, by effort."""
 
-_FORM = 2
+_FORM = 3
 
 
 class ForecastStage(Stage):

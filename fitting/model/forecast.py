@@ -174,7 +174,7 @@ def scatter_of(mode: Mode) -> Scatter:
         difference = windows.early.measured - windows.late.measured
         of_tracks = sum(np.diag(_noise(mode, each)) for each in (windows.early, windows.late))
         noise.append(float(np.median(difference**2 / of_tracks)) / _MEDIAN_OF_SQUARE)
-        speed.append(float((difference[SPEED] / block.speed) ** 2 / 2))
+        speed.append(float((difference[SPEED] / block.features[SPEED]) ** 2 / 2))
     return Scatter(max(1.0, float(np.mean(noise))) if noise else 1.0, float(np.sqrt(np.mean(speed))))
 
 
@@ -187,12 +187,11 @@ def _blocks(mode: Mode, windows: Sequence[TrialModel], scatter: Scatter) -> tupl
     plain = [window.simulated(mode.coefficients[None])[0] for window in windows]
     shifts = np.split(step_shift(windows, mode.coefficients), len(windows))
     simulated = [each + shift for each, shift in zip(plain, shifts, strict=True)]
-    speed = float(simulated[0][SPEED])
     blocks = []
-    for window, own in zip(windows, freedoms, strict=True):
+    for window, own, features in zip(windows, freedoms, simulated, strict=True):
         noise = scatter.noise * _noise(mode, window)
-        noise[SPEED, SPEED] += (scatter.speed * speed) ** 2
-        blocks.append(Block(window, own, noise, len(mode.blocks), speed))
+        noise[SPEED, SPEED] += (scatter.speed * features[SPEED]) ** 2
+        blocks.append(Block(window, own, noise, len(mode.blocks), features))
     return blocks, simulated
 
 

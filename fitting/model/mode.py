@@ -146,8 +146,7 @@ def blocks_at(model: SessionModel, coefficients: np.ndarray) -> tuple[Block, ...
     freedoms = freedoms_together(model.trials, coefficients)
     trials = zip(model.trials, freedoms, strict=True)
     return tuple(
-        Block(each, own, each.noise_covariance, number, float(each.measured[SPEED]))
-        for number, (each, own) in enumerate(trials)
+        Block(each, own, each.noise_covariance, number, each.measured) for number, (each, own) in enumerate(trials)
     )
 
 
@@ -202,6 +201,8 @@ class _Descent:
             before, at = at, self._stepped(at, residual, jacobian, covariance.at(sizes), shift)
             root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(covariance.at(sizes), jacobian)))
             converged = bool(np.linalg.norm(root.T @ (at - before)) < _STILL) and round_ >= _RENEWED[1]
+        if not converged:  # the last step has not been looked at yet
+            residual, jacobian = self._residual(at, shift), jacobian_at(self.model.trials, at)
         end = End(self.start, at, -deviance, converged, True)
         return Mode(self.model, at, sizes, covariance, blocks, residual, jacobian, shift, (end,), self.simulated)
 

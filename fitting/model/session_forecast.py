@@ -35,7 +35,6 @@ from swimmer import FluidCoefficients, Twin
 from tracking import HeadFrame
 
 TWIN, COMMAND, BEATS, REPEAT, CONTINUED = "twin", "from_command", "after_two_beats", "repeat", "continued"
-MODEL = (TWIN, COMMAND, BEATS)
 BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
 _MM = 1000.0
 _AT_BOUND = 1e-3

@@ -66,14 +66,15 @@ class Block(NamedTuple):
         freedoms: what its nuisances do, by their standard deviations.
         noise: (k, k) of the tracks.
         trial: number of its trial: windows of one trial share all that is the trial's own.
-        speed: m/s, that relative discrepancies of the speed refer to: the measured one of a fitted trial.
+        features: (k,) that nuisances and discrepancies refer to: measured of a fitted trial, simulated of a new one, so
+            that nothing of what is scored enters a forecast.
     """
 
     model: TrialModel
     freedoms: Freedoms
     noise: np.ndarray
     trial: int
-    speed: float
+    features: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,7 @@ class Covariance:
             middle_hz: where the common power law of the speed has no exponent; default: the middle of the blocks.
         """
         whose = np.array([block.trial for block in blocks])
-        length = len(blocks[0].model.measured)
+        length = len(blocks[0].features)
         same = np.kron(np.equal.outer(whose, whose), np.ones((length, length)))
 
         def own(columns: Sequence[np.ndarray]) -> np.ndarray:
@@ -110,13 +111,13 @@ class Covariance:
             return stacked @ stacked.T
 
         freedoms = [block.freedoms for block in blocks]
-        waves = _wave_roots([block.model for block in blocks])
+        waves = _wave_roots(blocks)
         of_course = [_unit_columns(length, places) for places in _course_places(length)]
         noise = block_diag(*[block.noise for block in blocks])
         count = len(blocks)
         units = {
             "box_placement": own([each.boxes for each in freedoms]),
-            "head_registration": own([_turned(block.model.measured)[:, None] for block in blocks]),
+            "head_registration": own([_turned(block.features)[:, None] for block in blocks]),
             "sideways_drift": own([of_course[0]] * count),
             "turning": own([of_course[1]] * count),
             "marker_drift": own([of_course[2]] * count),
@@ -124,7 +125,7 @@ class Covariance:
             "wave_common": common(waves) * np.kron(_nearness(blocks), np.ones((length, length))),
             "wave_own": own(waves),
             "speed_common": common(_power_laws(blocks, length, middle_hz or middle_of(blocks))),
-            "speed_own": own([block.speed * _unit_columns(length, [SPEED]) for block in blocks]),
+            "speed_own": own([block.features[SPEED] * _unit_columns(length, [SPEED]) for block in blocks]),
         }
         known = noise + own([each.own for each in freedoms]) + common([each.robot for each in freedoms])
         return cls(known, units)
@@ -191,16 +192,16 @@ def _turned(features: np.ndarray) -> np.ndarray:
     return found
 
 
-def _wave_roots(models: Sequence[TrialModel]) -> list[np.ndarray]:
+def _wave_roots(blocks: Sequence[Block]) -> list[np.ndarray]:
     """(k, q) each, of a wave that is off by 100 %: alike in all where their tails are farthest left."""
-    length = len(models[0].measured)
+    length, first = len(blocks[0].features), blocks[0].model
     markers = slice(places_of_markers(length).stop)
-    along_m = models[0].twin.robot.marker_positions_m(models[0].trial.markers)[:, 0]
-    mean = np.mean([wave_discrepancy(model.measured[markers], along_m) for model in models], axis=0)
+    along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
+    mean = np.mean([wave_discrepancy(block.features[markers], along_m) for block in blocks], axis=0)
     values, vectors = np.linalg.eigh(mean)
     root = np.zeros((length, markers.stop))
     root[markers] = vectors * np.sqrt(np.maximum(values, 0.0))
-    phases = [float(beat_phase(model.measured, list(model.trial.tail))) for model in models]
+    phases = [float(beat_phase(block.features, list(block.model.trial.tail))) for block in blocks]
     return [advanced(root.T, np.full(root.shape[1], phase)).T for phase in phases]
 
 
@@ -220,5 +221,5 @@ def _power_laws(blocks: Sequence[Block], length: int, middle_hz: float) -> list[
     unit, found = _unit_columns(length, [SPEED]), []
     for block in blocks:
         octaves = np.log(block.model.trial.frequency.hz / middle_hz) / _OCTAVE
-        found.append(block.speed * np.hstack([unit, octaves * unit]))
+        found.append(block.features[SPEED] * np.hstack([unit, octaves * unit]))
     return found

@@ -1,13 +1,14 @@
 """The mode finds the truth of a drawn session, and its forecasts of a trial that was held out hold."""
 
+from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.model import COMPONENTS, Block, Covariance, Mode, find_mode
+from fitting.model import COMPONENTS, Covariance, Mode, find_mode
 from fitting.model.features import SPEED
 from fitting.model.forecast import Windows, forecast_after_beats, forecast_from_command, repeated, scatter_of, tracks_of
 from fitting.model.robot_doubt import doubted_twins, doubts_of
@@ -114,9 +115,23 @@ def test_a_session_without_a_fit_trial_is_refused(drawn: DrawnSession) -> None:
 
 
 def test_a_block_of_another_speed_has_a_discrepancy_in_proportion(mode: Mode) -> None:
-    slow, fast = (Covariance.of([cast(Block, mode.blocks[0])._replace(speed=speed)]) for speed in (0.1, 0.2))
+    block = mode.blocks[0]
+    faster = np.array(block.features)
+    faster[SPEED] *= 2
+    slow, fast = (Covariance.of([block._replace(features=features)]) for features in (block.features, faster))
     for name in ("speed_common", "speed_own"):
         assert fast.units[name] == pytest.approx(4 * slow.units[name])
+
+
+def test_nothing_of_what_is_scored_enters_a_forecast(drawn: DrawnSession, mode: Mode) -> None:
+    """But its phase, in which features are compared."""
+    late = Windows.of(mode, drawn.held_out[0]).late
+    place = np.array(late.trial.position_m)
+    place[late.trial.kept] *= 1.1
+    other = replace(late, trial=replace(late.trial, position_m=place))
+    one, same = (forecast_from_command(mode, window) for window in (late, other))
+    assert same.mean == pytest.approx(one.mean, abs=1e-5)
+    assert same.covariance == pytest.approx(one.covariance, abs=1e-6)
 
 
 @pytest.mark.long
