@@ -5,7 +5,7 @@ the head frame, trim). delta_i: model discrepancy, a Gaussian process over frequ
 and one of each trial. e_i: tracking noise. All but theta enter linearly, so they join one covariance.
 """
 
-from fitting.model.mode import Mode, find_mode
+from fitting.model.mode import Mode, find_mode, mode_at
 from fitting.model.variance import COMPONENTS, Block, Covariance
 
-__all__ = ["COMPONENTS", "Block", "Covariance", "Mode", "find_mode"]
+__all__ = ["COMPONENTS", "Block", "Covariance", "Mode", "find_mode", "mode_at"]

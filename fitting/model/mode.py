@@ -141,6 +141,24 @@ def find_mode(
     return replace(found[order[0]], ends=tuple(ends[i] for i in order), simulations=spent)
 
 
+def mode_at(
+    model: SessionModel, coefficients: np.ndarray, sizes: Mapping[str, float], ends: tuple[End, ...] = ()
+) -> Mode:
+    """The normal approximation about coefficients (5,) that are known, with variance components of known sizes.
+
+    Args:
+        model: the trials.
+        coefficients: where.
+        sizes: standard deviation of each variance component, by its name.
+        ends: of the search that found them.
+    """
+    blocks, shift = blocks_at(model, coefficients), step_shift(model.trials, coefficients)
+    residual = model.measured - model.simulated(coefficients[None])[0] - shift
+    jacobian = jacobian_at(model.trials, coefficients)
+    covariance = Covariance.of(blocks)
+    return Mode(model, coefficients, sizes, covariance, blocks, residual, jacobian, shift, ends, simulations=0)
+
+
 def blocks_at(model: SessionModel, coefficients: np.ndarray) -> tuple[Block, ...]:
     """The blocks of trials that are fitted, with what nuisances do at coefficients (5,)."""
     freedoms = freedoms_together(model.trials, coefficients)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.posterior.truth import DrawnSession, draw_session
-from fitting.model import COMPONENTS, Covariance, Mode, find_mode
+from fitting.model import COMPONENTS, Covariance, Mode, find_mode, mode_at
 from fitting.model.features import SPEED
 from fitting.model.forecast import Windows, forecast_after_beats, forecast_from_command, repeated, scatter_of, tracks_of
 from fitting.model.robot_doubt import doubted_twins, doubts_of
@@ -178,3 +178,10 @@ def real_trials(tmp_path: Any) -> SimpleNamespace:
         if spec.tracks is not None
     ]
     return SimpleNamespace(trials=trials, twin=Twin(robot, session.markers), doubts=doubts_of(assumed(robot).sources))
+
+
+def test_a_mode_that_is_known_is_made_again_without_a_search(mode: Mode) -> None:
+    again = mode_at(mode.model, mode.coefficients, mode.sizes)
+    sd = np.sqrt(np.diag(mode.coefficient_covariance))
+    assert np.sqrt(np.diag(again.coefficient_covariance)) == pytest.approx(sd, rel=0.1)
+    assert np.abs(again.residual - mode.residual).max() < 1e-3
