@@ -54,7 +54,7 @@ def test_forecasts_stand_beside_the_best_simple_baseline(full: Page) -> None:
 def test_without_a_held_out_trial_nothing_is_said_of_forecasts() -> None:
     page = page_of(names=("medium", "fast"))
     assert "forecasts" not in page.ids
-    assert "Not known: no trial is held out." in page.text
+    assert "No trial is held out: nothing says how well" in page.text
 
 
 def test_bands_that_miss_are_called_too_narrow() -> None:
