@@ -48,7 +48,7 @@ def page_of(calibration: Calibration, session: Session | None = None) -> Page:
 
 
 def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
-    sections = ["summary", "doubts", "forecasts", "speed", "errors", "trials", "residuals", "tail-beat", "coefficients"]
+    sections = ["summary", "doubts", "forecasts", "speed", "trials", "residuals", "tail-beat", "coefficients"]
     sections += ["gap", "robot-sketch", "structure", "tracks", "provenance", "reading"]
     links = [target[1:] for target in page.targets if target.startswith("#")]
 

@@ -78,14 +78,6 @@ def test_what_differs_between_trials_is_told_with_its_size(full: Page) -> None:
     assert "wave common never 5 %" in full.text
 
 
-def test_every_model_has_its_errors_with_intervals(full: Page) -> None:
-    held_out = full.text.split("Speed errors over 1 held-out trial.")[1].split("Elongated body theory has two")[0]
-
-    for label in ("twin", "EBT, published", "EBT, smoothed", "EBT, large amplitude (twin’s tail)"):
-        assert re.search(rf"{re.escape(label)} [\d.]+ \([\d.]+ to [\d.]+\)", held_out), label
-    assert "With 1 held-out trial the intervals" in full.text
-
-
 def test_it_says_what_of_the_theory_is_identifiable(full: Page) -> None:
     assert "only their ratio c_D / β is identifiable" in full.text
     assert "1.63 (EBT, published), 1.15 (EBT, smoothed) and 0.33 (EBT, large amplitude)" in full.text
