@@ -1,4 +1,4 @@
-"""What `calib benchmark` can do in a checkout: `search`, `tracking`, `posterior`, `effects`."""
+"""What `calib benchmark` can do in a checkout: `tracking`, `posterior`, `effects`."""
 
 import json
 from contextlib import nullcontext
@@ -9,30 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from benchmarks.posterior.effect_names import Effect
-from calib.commands.arguments import AsJson, SessionFolder, Workers
+from calib.commands.arguments import AsJson
 
 if TYPE_CHECKING:
     from benchmarks.scores import Scores
-
-
-def search(
-    session: SessionFolder,
-    seeds: Annotated[int, typer.Option(min=1, help="of each search")] = 3,
-    budget: Annotated[float, typer.Option(min=100.0, help="simulated seconds of each search")] = 18_000.0,
-    workers: Workers = 0,
-    as_json: AsJson = False,
-) -> None:
-    """Compares the searches on a session's fit trials: same budget, both objectives."""
-    from benchmarks.searches import compare_methods
-    from calib.options import Options
-    from calib.pipeline import working
-    from swimmer import Twin
-
-    with working(session, as_json, Options(workers=workers)) as pipeline:
-        fitted = [trial for trial in pipeline.trials if trial.role == "fit"]
-        twin = Twin(pipeline.structure.robot, fitted[0].markers, workers=workers)
-        scores = compare_methods(fitted, twin, seeds, budget, tell=pipeline.job.tell)
-    _tell(scores, as_json)
 
 
 def tracking(
@@ -85,11 +65,10 @@ def effects(
         Path, typer.Argument(help="of the suite; to score, also a cases.jsonl, of one shard or of several")
     ],
     part: Annotated[
-        Literal["make", "rules", "diagnose", "withhold", "follow", "score"],
+        Literal["make", "diagnose", "withhold", "score"],
         typer.Option(
-            help="make the sessions; judge them by trivial rules; diagnose them; diagnose those with one effect by a "
-            "catalogue that lacks it; make the trial that is recommended where an effect stays one of several, and "
-            "diagnose with it; score all that was said, into scores.json and cases.jsonl"
+            help="make the sessions; diagnose them; diagnose those with one effect by a catalogue that lacks it; "
+            "score all diagnoses, into scores.json and cases.jsonl"
         ),
     ] = "make",
     suite: Annotated[
@@ -114,8 +93,6 @@ def effects(
     from benchmarks.cases import Run
     from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without, program_of
     from benchmarks.effects.folder import SuiteFolder
-    from benchmarks.effects.following import follow_suite
-    from benchmarks.effects.rules import judge_suite
     from benchmarks.effects.run import make_suite
     from benchmarks.effects.suite import suite_named
     from calib.progress import progress_bar
@@ -128,10 +105,8 @@ def effects(
         of, run = SuiteFolder(folder), Run(workers, scheduler, tell)
         if part == "make":
             failures = make_suite(of, seed, size, run, shard)
-        elif part == "rules":
-            failures = judge_suite(of, run)
         else:
-            do = {"diagnose": diagnose_suite, "withhold": diagnose_without, "follow": follow_suite}[part]
+            do = {"diagnose": diagnose_suite, "withhold": diagnose_without}[part]
             failures = do(of, program_of(program), run)
     told = {"failed": [failure._asdict() for failure in failures]}
     print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
@@ -143,7 +118,7 @@ def _score_effects(folder: Path, as_json: bool) -> None:
     """Of a suite, or of its cases in a file."""
     from benchmarks.cases import write_lines
     from benchmarks.effects.folder import SuiteFolder
-    from benchmarks.effects.scoring import PROGRAM, score_all, score_file
+    from benchmarks.effects.scoring import score_all, score_file
 
     command = f"calib benchmark effects {folder} --part score"
     if folder.suffix == ".jsonl":
@@ -151,7 +126,7 @@ def _score_effects(folder: Path, as_json: bool) -> None:
     else:
         outcome = score_all(SuiteFolder(folder))
         scores = outcome.scores(command)
-        write_lines(folder / "cases.jsonl", outcome.cases[PROGRAM])
+        write_lines(folder / "cases.jsonl", outcome.cases)
         scores.write(folder / "scores.json")
     _tell(scores, as_json)
 
@@ -160,4 +135,4 @@ def _tell(scores: "Scores", as_json: bool) -> None:
     print(scores.json() if as_json else scores.text(), end="" if as_json else "\n")
 
 
-COMMANDS = (search, tracking, posterior, effects)
+COMMANDS = (tracking, posterior, effects)

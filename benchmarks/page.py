@@ -16,8 +16,7 @@ _WIDTH = 120  # characters of a line
 _HEAD = """# Benchmark results
 
 Written by `python -m benchmarks.page` from the files in `scores/`; do not edit. Intervals are 95 % intervals unless a
-table states otherwise. Methods: [withheld effects](withheld.md), [posterior](posterior.md), [tracking](tracking.md),
-[searches](identification.md)."""
+table states otherwise. Methods: [withheld effects](withheld.md), [posterior](posterior.md), [tracking](tracking.md)."""
 
 
 def page() -> str:

@@ -98,7 +98,7 @@ def fit(
     session: SessionFolder,
     effort: Effort = "full",
     workers: Workers = 0,
-    method: Annotated[MethodOption, typer.Option(help="the search; see `calib benchmark search`")] = "gradient",
+    method: Annotated[MethodOption, typer.Option(help="the search")] = "gradient",
     objective: Annotated[
         ComparisonOption,
         typer.Option(help="published: markers in the head frame; shape: relative to the nose in every frame"),

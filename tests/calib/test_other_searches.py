@@ -2,19 +2,16 @@
 
 import json
 import shutil
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks import searches
 from calib.pipeline import Options, Pipeline, open_session
 from fitting.evidence import EVIDENCE
-from fitting.methods import METHODS
 from fitting.objective import Swims
-from tests.calib.door import TINY, Front, files_in, with_little_effort
+from tests.calib.door import Front, with_little_effort
 from tests.calib.test_run import remade
 from tests.cases import later
 
@@ -103,19 +100,3 @@ def test_distances_beside_it_are_the_published_ones(otherwise: Path) -> None:
     assert distances["published"] > 1.2 * distances["shape"]
     assert [evidence.profiles.best_m, fit.mean_distance_m] == pytest.approx([distances["published"]] * 2, rel=1e-9)
     assert fit.trace[-1][1] == pytest.approx(distances[calibration.objective], rel=1e-9)
-
-
-@pytest.mark.long
-def test_the_searches_are_compared(calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(searches, "compare_methods", partial(searches.compare_methods, effort=TINY))
-    before = files_in(finished / "results")
-    outcome = calib("benchmark", "search", finished, "--seeds", "1", "--budget", "100", "--json")
-
-    told = json.loads(outcome.out)
-    assert outcome.code == 0
-    assert files_in(finished / "results") == before
-    assert [table["caption"] for table in told["tables"]] == [
-        f"The {comparison} objective, 1 seeds" for comparison in ("published", "shape")
-    ]
-    for table in told["tables"]:
-        assert [row[0] for row in table["rows"]] == [*METHODS.values()]
