@@ -26,7 +26,7 @@ def tracking(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Tracks rendered videos with known truth: the tracker, without CSRT, plain CSRT, threshold and nearest."""
+    """Tracks rendered videos with known truth: the tracker, the tracker without CSRT, plain CSRT."""
     from benchmarks.tracking.report import measure_tracking
     from calib.progress import progress_bar
 

@@ -12,7 +12,6 @@ import numpy as np
 import tracking
 from benchmarks.cases import Records, Run, Tell, code_of, run_cases
 from benchmarks.scores import Table
-from benchmarks.tracking.nearest_spot import track_nearest
 from benchmarks.video.clips import BENCHMARK_CLIPS
 from benchmarks.video.render import ENCODINGS, Encoding, render_encodings
 from benchmarks.video.truth import ClipTruth, load_truth, truth_file
@@ -26,7 +25,7 @@ from tracking.video import Video
 
 WRONG = 0.5  # diameters from its marker, from which on a measured sample is on something else
 SPEED_CLIP = "speed_4k"
-METHODS = {"hybrid": "the tracker", "spots": "without CSRT", "csrt": "plain CSRT", "nearest": "nearest spot"}
+METHODS = {"hybrid": "the tracker", "spots": "without CSRT", "csrt": "plain CSRT"}
 COMPARED = Encoding("h264", 23)
 """All trackers are compared on videos of this quality; the tracker itself is measured on all."""
 
@@ -130,8 +129,6 @@ def score_clip(clip: Clip, folder: Path) -> TrackingScore:
 def _track(path: Path, truth: ClipTruth, method: str) -> TrackedTrial:
     boxes = StartBoxes(0, {name: Box(*box) for name, box in truth.start_boxes().items()})
     with Video(path) as video:
-        if method == "nearest":
-            return track_nearest(video, boxes, truth.markers)
         return follow_video(video, boxes, truth.markers, method)  # type: ignore[arg-type]
 
 

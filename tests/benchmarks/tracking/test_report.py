@@ -37,7 +37,7 @@ def test_every_tracker_is_measured_once_and_stands_beside_the_others(
     assert found["hybrid"].lost == found["hybrid"].astray == 0.0
     own, _, beside = scores.tables
     assert own.rows == (("short", f"{found['hybrid'].rms_px:.3f}"),)
-    assert beside.columns[1:] == ("the tracker", "without CSRT", "plain CSRT", "nearest spot")
+    assert beside.columns[1:] == ("the tracker", "without CSRT", "plain CSRT")
     monkeypatch.setattr(accuracy, "score_clip", None)  # what is kept is not measured again
     assert measure_tracking(tmp_path, "accuracy", ("short",), quiet) == scores
 
