@@ -18,7 +18,7 @@ import numpy as np
 
 from session.errors import Fault, InputError, ResultsNotWritable
 from session.flags import Flag
-from session.records import Elsewhere, from_plain, schema_of, to_plain
+from session.records import Elsewhere, from_plain, to_plain
 
 T = TypeVar("T")
 
@@ -160,17 +160,6 @@ class ResultFile(Generic[T]):
                 return cast(T, from_plain(self.kind, rest, elsewhere, arrays))
         except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
             raise _unreadable(path, "not a result of this version", str(error), "what `calib run` writes") from error
-
-    def schema(self) -> dict[str, Any]:
-        """The JSON schema of the file."""
-        head, own = schema_of(Provenance), schema_of(self.kind)
-        return {
-            "$schema": "https://json-schema.org/draft/2020-12/schema",
-            "title": f"results/{self.name}",
-            **own,
-            "required": [*head["properties"], *own["required"]],
-            "properties": head["properties"] | own["properties"],
-        }
 
 
 def read_provenance(path: Path) -> Provenance:
