@@ -12,7 +12,7 @@ EffortOption = Literal["quick", "full"]
 MethodOption = Literal["gradient", "bo-nm"]
 ComparisonOption = Literal["published", "shape"]
 TrackerOption = Literal["hybrid", "spots", "csrt"]
-FORMS = ("swimcal", "deeplabcut", "movement", "movement-legacy", "fishsim")
+FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
 """Of tracks, for help; what is given is held against `tracking.records.FORMATS`."""
 
 SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]

@@ -72,14 +72,6 @@ def test_markers_that_are_not_there_are_told_with_the_choices(tmp_path, form):
         import_tracks(tmp_path / "tracks", ("nek", "nose"), FPS)
 
 
-def test_an_unknown_form_is_told_with_the_choices(tmp_path):
-    with pytest.raises(
-        InputError, match="found 'sleap'; choices: swimcal, deeplabcut, movement, movement-legacy, fishsim"
-    ):
-        export_tracks(steady_trial(0), tmp_path / "x", "sleap")
-    assert not list(tmp_path.iterdir())
-
-
 def test_deeplabcut_frames_give_the_time_and_empty_cells_are_missing(tmp_path):
     tracks = import_tracks(written(tmp_path, DLC), ("nose", "neck"), FPS)
     assert np.allclose(tracks.time_s, [0.06, 0.08])
@@ -135,7 +127,8 @@ def test_a_movement_dataset_has_the_layout_of_the_package():
 
 def test_a_movement_file_of_others_without_our_variables_is_read_with_its_frames_as_times(tmp_path):
     trial = steady_trial(4)
-    data = to_movement(trial, legacy_names=True).drop_vars(["state", "size"])
+    older = {"keypoint": "keypoints", "individual": "individuals"}  # before version 0.17
+    data = to_movement(trial).drop_vars(["state", "size"]).rename(older)
     data = data.assign_coords(time=np.arange(data.sizes["time"]))
     data.attrs["time_unit"] = "frames"
     data.to_netcdf(tmp_path / "f.nc", engine="h5netcdf")
