@@ -109,18 +109,17 @@ def _found(value: Any) -> str:
     return shown(list(value) if isinstance(value, tuple) else value)
 
 
-def load_toml(path: Path, model: type[Model], file: str | None = None) -> Model:
+def load_toml(path: Path, model: type[Model]) -> Model:
     """Reads a TOML file as `model`.
 
     Args:
         path: the file.
         model: a pydantic model of the whole file, best derived from `Table`.
-        file: the name for messages; default: the path.
 
     Raises:
         InputError: not there, not TOML, or every way in which it does not fit the model, at once.
     """
-    source = read_toml(path, file)
+    source = read_toml(path)
     faults = FaultCollector(source.file)
     content = source.validate(model, faults)
     faults.raise_if_any()
@@ -128,14 +127,13 @@ def load_toml(path: Path, model: type[Model], file: str | None = None) -> Model:
     return content
 
 
-def read_toml(path: Path, file: str | None = None) -> TomlSource:
+def read_toml(path: Path) -> TomlSource:
     """Reads a TOML file, for validation in several steps.
 
     Raises:
         InputError: not there, or not TOML.
     """
-    file = file or str(path)
-    return TomlSource(file, read_text(path, file))
+    return TomlSource(str(path), read_text(path))
 
 
 def key_error(
