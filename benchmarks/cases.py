@@ -25,7 +25,7 @@ from session.records import from_plain, to_plain
 from session.results import plain_json, sha256_of, write_whole
 from session.stage import fingerprint_of
 
-Tell = Callable[[str, float | None], None]
+Progress = Callable[[str, float | None], None]
 _PATIENCE_S = 10.0  # with a scheduler
 Case = TypeVar("Case")
 Record = TypeVar("Record")
@@ -44,7 +44,7 @@ class Run(NamedTuple):
 
     workers: int = 0  # cases at a time, each in a process of its own; 0 for one on each core
     scheduler: str | None = None  # address of a dask scheduler whose workers do it instead
-    tell: Tell | None = None  # of the progress
+    progress: Progress | None = None
 
 
 def run_cases(
@@ -74,8 +74,8 @@ def run_cases(
             failures.append(outcome)
         else:
             keep(name, outcome)
-        if run.tell is not None:
-            run.tell(f"{done} of {len(cases)}", done / len(cases))
+        if run.progress is not None:
+            run.progress(f"{done} of {len(cases)}", done / len(cases))
     return tuple(failures)
 
 

@@ -31,9 +31,9 @@ def tracking(
     from calib.progress import progress_bar
 
     chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
-    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
-        scores = measure_tracking(Path(place), part, chosen, tell)
-    _tell(scores, as_json)
+    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
+        scores = measure_tracking(Path(place), part, chosen, progress)
+    _print(scores, as_json)
 
 
 def posterior(
@@ -55,9 +55,9 @@ def posterior(
     from calib.progress import progress_bar
 
     asked, command = Asked(first, count, effect, strength), f"calib benchmark posterior --folder {folder or 'FOLDER'}"
-    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
-        outcome = measure_posterior(Path(place), asked, Run(workers, scheduler, tell))
-    _tell(outcome.scores(command), as_json)
+    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
+        outcome = measure_posterior(Path(place), asked, Run(workers, scheduler, progress))
+    _print(outcome.scores(command), as_json)
 
 
 def effects(
@@ -101,15 +101,15 @@ def effects(
         size, shard = suite_named(suite)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--suite") from error
-    with progress_bar(as_json) as tell:
-        of, run = SuiteFolder(folder), Run(workers, scheduler, tell)
+    with progress_bar(as_json) as progress:
+        of, run = SuiteFolder(folder), Run(workers, scheduler, progress)
         if part == "make":
             failures = make_suite(of, seed, size, run, shard)
         else:
             do = {"diagnose": diagnose_suite, "withhold": diagnose_without}[part]
             failures = do(of, program_of(program), run)
-    told = {"failed": [failure._asdict() for failure in failures]}
-    print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
+    found = {"failed": [failure._asdict() for failure in failures]}
+    print(json.dumps(found, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
     for failure in [] if as_json else failures:
         print(f"{failure.name}: {failure.message}")
 
@@ -128,10 +128,10 @@ def _score_effects(folder: Path, as_json: bool) -> None:
         scores = outcome.scores(command)
         write_lines(folder / "cases.jsonl", outcome.cases)
         scores.write(folder / "scores.json")
-    _tell(scores, as_json)
+    _print(scores, as_json)
 
 
-def _tell(scores: "Scores", as_json: bool) -> None:
+def _print(scores: "Scores", as_json: bool) -> None:
     print(scores.json() if as_json else scores.text(), end="" if as_json else "\n")
 
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 import tracking
-from benchmarks.cases import Records, Run, Tell, code_of, run_cases
+from benchmarks.cases import Progress, Records, Run, code_of, run_cases
 from benchmarks.scores import Table
 from benchmarks.video.clips import BENCHMARK_CLIPS
 from benchmarks.video.render import ENCODINGS, Encoding, render_encodings
@@ -72,7 +72,7 @@ def clips_of(names: Sequence[str] = ()) -> list[Clip]:
     return own + [Clip(name, COMPARED, method) for name in chosen for method in list(METHODS)[1:]]
 
 
-def render_clips(todo: Sequence[Clip], folder: Path, tell: Tell) -> None:
+def render_clips(todo: Sequence[Clip], folder: Path, progress: Progress) -> None:
     """Renders what is not in the folder yet, each clip once for all its encodings."""
     for name in dict.fromkeys(each.clip for each in todo):
         videos = {each.file(folder): each.encoding for each in todo if each.clip == name}
@@ -82,17 +82,17 @@ def render_clips(todo: Sequence[Clip], folder: Path, tell: Tell) -> None:
             render_encodings(
                 BENCHMARK_CLIPS[name],
                 missing,
-                lambda done, name=name, frames=frames: tell(f"rendering {name}", done / frames),  # type: ignore[misc]
+                lambda done, name=name, frames=frames: progress(f"rendering {name}", done / frames),  # type: ignore[misc]
             )
 
 
-def measure_accuracy(todo: Sequence[Clip], folder: Path, tell: Tell) -> list[TrackingScore]:
+def measure_accuracy(todo: Sequence[Clip], folder: Path, progress: Progress) -> list[TrackingScore]:
     """Tracks every clip from the boxes that a person would draw; one after the other, for their times.
 
     Args:
         todo: what to track; rendered before.
         folder: where the videos are; scores are kept there as they come, and taken from there the next time.
-        tell: of the progress.
+        progress: called with a message and the share done.
     """
     here = Path(tracking.__file__).parent
     records = Records(
@@ -101,7 +101,7 @@ def measure_accuracy(todo: Sequence[Clip], folder: Path, tell: Tell) -> list[Tra
     names = {f"{each.file(folder).stem}.{each.method}": each for each in todo}
     truths = {name: sha256_of(truth_file(each.file(folder))) for name, each in names.items()}
     missing = {name: (each, folder) for name, each in names.items() if records.read(name, truths[name]) is None}
-    run = Run(workers=1, tell=tell)
+    run = Run(workers=1, progress=progress)
     failures = run_cases(_tracked, missing, run, lambda name, score: records.keep(name, score, truths[name]))
     if failures:
         raise RuntimeError(f"{failures[0].name}: {failures[0].message}")

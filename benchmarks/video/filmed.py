@@ -38,7 +38,7 @@ class SessionVideo(Table):
         """Whether a trial is filmed."""
         return self.trials is None or trial in self.trials
 
-    def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, told: Progress) -> dict[str, str]:
+    def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, progress: Progress) -> dict[str, str]:
         """Writes ``trials/<name>.mp4``, start boxes beside it, and ``truth/<name>.csv``, where the markers are."""
         name, frames = swim.trial.name, len(swim.time_s)
         video = Path("trials") / f"{name}.mp4"
@@ -47,7 +47,7 @@ class SessionVideo(Table):
         perfect = Tracks(truth.markers, truth.time_s, truth.shown_px, np.ones(truth.shown_px.shape[:2]))
         save_tracks(folder / "truth" / f"{name}.csv", perfect)
         save_boxes(folder / boxes_file(video), truth)
-        write_scene(scene, {folder / video: Encoding(crf=self.crf)}, lambda done: told(name, done, frames))
+        write_scene(scene, {folder / video: Encoding(crf=self.crf)}, lambda done: progress(name, done, frames))
         return {"video": video.as_posix(), "boxes": boxes_file(video).as_posix()}
 
     def optics(self, plan: SyntheticPlan) -> Optics:
