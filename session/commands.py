@@ -1,4 +1,4 @@
-"""What a motor was told and when, on the clock of its log."""
+"""What speeds a motor was commanded and when, on the clock of its log."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ PARTS = ("rest", "start_code", "drive", "end_code")
 
 @dataclass(frozen=True, eq=False)
 class MotorCommands:
-    """The k speeds that a motor was told to turn at.
+    """The k speeds that a motor was commanded to turn at.
 
     Attributes:
-        time_s: (k,) when each was told, seconds on the clock of the motor's log, strictly increasing.
+        time_s: (k,) when each was commanded, seconds on the clock of the motor's log, strictly increasing.
         part: what each belongs to, one of `PARTS`.
         velocity_rad_s: (k,) shaft speed, held until the next.
         flags: what is doubtful about the file.

@@ -71,7 +71,7 @@ class TrialSpec:
 
     @property
     def commands(self) -> Path | None:
-        """What the motor was told, ``<x>.commands.csv`` beside a log ``<x>.motor.csv``; None where it is not there."""
+        """Commands to the motor, ``<x>.commands.csv`` next to a log ``<x>.motor.csv``; None where it is not there."""
         return None if self.motor is None else commands_beside(self.motor)
 
 
@@ -188,7 +188,7 @@ def _read_session_file(folder: Path) -> TomlSource:
 
 
 def _robot(source: TomlSource, folder: Path, robot_of: RobotOf | None, faults: FaultCollector) -> DescribedRobot | None:
-    """The session's robot; None where it cannot be told."""
+    """The session's robot; None where it is not known."""
     robot = source.data.get("robot", {})
     named = "robot" in source.data
     file = _present(folder, robot.get("file")) if isinstance(robot, dict) else None

@@ -122,11 +122,11 @@ def check_rates(
         if rate_is_off(fps, median_s, mean_s):
             off.setdefault(f"{1 / mean_s:.4g}", []).append(name)
     if off:
-        told = "; ".join(f"{rate} in {', '.join(names)}" for rate, names in off.items())
+        rates = "; ".join(f"{rate} in {', '.join(names)}" for rate, names in off.items())
         faults.add(
             source.where(("camera", "fps")),
             "the time stamps of tracks tell another frame rate",
-            found=f"{fps:g}; by their time_s {told}",
+            found=f"{fps:g}; by their time_s {rates}",
             expected="1 / the spacing of time_s, within 5 %",
             next_step="Which of them is right? Correct the other: frequencies and speeds go by it.",
         )

@@ -61,8 +61,8 @@ class TomlSource:
         try:
             return model.model_validate(_as_tuples(self.data))
         except ValidationError as error:
-            told = [details for details in error.errors() if not _only_follows(details)]
-            faults.extend(fault_of(model, one, self.file, self.where(tuple(one["loc"]))) for one in told)
+            own = [details for details in error.errors() if not _only_follows(details)]
+            faults.extend(fault_of(model, one, self.file, self.where(tuple(one["loc"]))) for one in own)
         except RecursionError:
             faults.add("", "nested too deeply", expected="the few levels of the documented form")
         return None

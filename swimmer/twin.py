@@ -223,9 +223,9 @@ class Twin:
 
 
 def simulate_together(twins: Sequence[Twin], runs: Sequence[Runs], time_s: Sequence[np.ndarray]) -> list[Trajectories]:
-    """Several lots of runs, each beside a twin and at times (f,) of its own, s; what diverges is nan.
+    """Several lots of runs, each with a twin and at times (f,) of its own, s; what diverges is nan.
 
-    Those beside the same twin are simulated at once, so that the cores share them.
+    Those with the same twin are simulated at once, so that the cores share them.
     """
     found: dict[int, Trajectories] = {}
     for twin in {id(twin): twin for twin in twins}.values():
@@ -233,11 +233,11 @@ def simulate_together(twins: Sequence[Twin], runs: Sequence[Runs], time_s: Seque
         longest = max(len(time_s[lot]) for lot in lots)
         padded = [np.pad(time_s[lot], (0, longest - len(time_s[lot])), mode="edge") for lot in lots]
         stamped = np.repeat(padded, [len(runs[lot]) for lot in lots], axis=0)
-        told = twin.simulate(runs[lots[0]].joined([runs[lot] for lot in lots]), stamped, allow_divergence=True)
+        simulated = twin.simulate(runs[lots[0]].joined([runs[lot] for lot in lots]), stamped, allow_divergence=True)
         end = 0
         for lot in lots:
             begin, end = end, end + len(runs[lot])
-            found[lot] = told.part(np.arange(begin, end), len(time_s[lot]))
+            found[lot] = simulated.part(np.arange(begin, end), len(time_s[lot]))
     return [found[lot] for lot in range(len(twins))]
 
 

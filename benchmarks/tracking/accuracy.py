@@ -137,7 +137,7 @@ def _score(clip: Clip, truth: ClipTruth, judged: TrackedTrial, tracked: TrackedT
     measured = tracked.state == SampleState.MEASURED
     on_marker = np.linalg.norm(error, axis=2) < WRONG * truth.diameter_px
     good, astray = measured & on_marker & truth.visible, measured & ~on_marker
-    told = judged.weight == 0
+    flagged = judged.weight == 0
     return TrackingScore(
         clip=clip.clip,
         encoding=clip.quality,
@@ -146,8 +146,8 @@ def _score(clip: Clip, truth: ClipTruth, judged: TrackedTrial, tracked: TrackedT
         bias_px=float(np.abs(error[good].mean(axis=0)).max()),
         lost=float((truth.visible & ~good).sum() / truth.visible.sum()),
         astray=float(astray.mean()),
-        silent=int((astray & ~told).sum()),
-        flagged=float((good & told).sum() / good.sum()),
+        silent=int((astray & ~flagged).sum()),
+        flagged=float((good & flagged).sum() / good.sum()),
         seconds=seconds,
     )
 

@@ -26,7 +26,7 @@ FORMATS: dict[str, Callable[[Path, TrackedTrial], None]] = {
 
 
 def import_tracks(path: Path, markers: Sequence[str], fps: float) -> Tracks:
-    """Reads tracks in any of the forms in `FORMATS`, which is told from the content, not from the name.
+    """Reads tracks in any of the forms in `FORMATS`, which is recognised by the content, not by the name.
 
     Args:
         path: the file; text may be packed (.gz).

@@ -59,8 +59,8 @@ class Video:
     @property
     def damage(self) -> str | None:
         """What is missing from the file, and what of it could not be decoded so far; None if nothing."""
-        told = [part for part in (self.info.damage, lost_frames(self._lost, self._index)) if part]
-        return "; ".join(told) or None
+        messages = [part for part in (self.info.damage, lost_frames(self._lost, self._index)) if part]
+        return "; ".join(messages) or None
 
     @property
     def suspect(self) -> np.ndarray:

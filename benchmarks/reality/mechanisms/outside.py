@@ -94,8 +94,8 @@ class SlippingCoupling(LateCrank):
         """By the torque of the moment."""
         _, lost, slip = np.split(state, 3, axis=1)
         torque = now.pull.crank_torque_n_m
-        told = self.slip_rad_n_m_s * np.sign(torque) * np.maximum(np.abs(torque) - self.holds_n_m, 0.0)
-        slower = told + np.exp(-step_s / _LAG_S) * (slip - told)
+        steady = self.slip_rad_n_m_s * np.sign(torque) * np.maximum(np.abs(torque) - self.holds_n_m, 0.0)
+        slower = steady + np.exp(-step_s / _LAG_S) * (slip - steady)
         return np.concatenate([now.time_s + step_s, lost + slip * step_s, slower], axis=1)
 
 
