@@ -95,7 +95,7 @@ class Measure(NamedTuple):
 
 
 class Table(NamedTuple):
-    """Text in rows; the first column says what a row is about."""
+    """Text in rows; the first column names what a row is about."""
 
     caption: str
     columns: tuple[str, ...]
@@ -103,7 +103,7 @@ class Table(NamedTuple):
 
     @classmethod
     def of(cls, caption: str, measured: Mapping[str, Mapping[str, Measure]]) -> Table:
-        """A row for each measure, a column for each subject; the first column says what is required."""
+        """A row for each measure, a column for each subject; the first column gives what is required."""
         first, *others = measured.values()
         rows = [
             (row.label, row.asked, str(row.found), *(str(each[name].found) for each in others))

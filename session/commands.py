@@ -43,7 +43,7 @@ class MotorCommands:
 
 
 def load_commands(path: Path) -> MotorCommands:
-    """Reads ``<trial>.commands.csv``, which `calib capture` writes beside the motor log; header `COMMAND_COLUMNS`.
+    """Reads ``<trial>.commands.csv``, which `calib capture` writes next to the motor log; header `COMMAND_COLUMNS`.
 
     A last row cut short is left out and flagged, as in `load_motor`.
 

@@ -81,7 +81,7 @@ def check_trials(source: TomlSource, faults: FaultCollector) -> None:
                 choices=RECORDINGS,
             )
         if "boxes" in trial and "video" not in trial:
-            faults.add(source.where((*key, "boxes")), "boxes without a video", expected='video = "…" beside them')
+            faults.add(source.where((*key, "boxes")), "boxes without a video", expected='video = "…" next to them')
         if trial.get("kind") in ("swim", "dry") and "commanded_hz" not in trial:
             faults.add(
                 source.where((*key, "commanded_hz")),
@@ -147,7 +147,7 @@ def check_markers(source: TomlSource, robot: Collection[str] | None, faults: Fau
     """
     names = markers_in(source)
     if not names:
-        return  # said by the form of the file already
+        return  # reported by the form of the file already
     keys: list[Key] = [("markers", "names", number) for number in range(len(names))]
     _check_differ(source, list(zip(keys, names, strict=True)), "marker", faults)
     for marker in HEAD_MARKERS:
@@ -178,7 +178,7 @@ def is_file(path: Path) -> bool:
 
 
 def _check_differ(source: TomlSource, named: Iterable[tuple[Key, str]], noun: str, faults: FaultCollector) -> None:
-    """No name stands twice; names that differ in case only would share a file on some systems."""
+    """No name is used twice; names that differ in case only would share a file on some systems."""
     first: dict[str, Key] = {}
     for key, name in named:
         earlier = first.setdefault(name.casefold(), key)

@@ -96,7 +96,7 @@ def fault_of(model: type[BaseModel], details: ErrorDetails, file: str, where: st
 
 
 def _only_follows(details: ErrorDetails) -> bool:
-    """Whether a list is called too short only because what it holds is faulty, which is said item by item."""
+    """Whether a list is called too short only because what it holds is faulty, which is reported item by item."""
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
@@ -139,7 +139,7 @@ def read_toml(path: Path) -> TomlSource:
 def key_error(
     what: str, *, expected: str, found: str = "", choices: Sequence[str] = (), next_step: str = ""
 ) -> PydanticCustomError:
-    """The error for a validator of a model to raise, so that its fault says all that a `Fault` can say.
+    """The error for a validator of a model to raise, so that its fault has all that a `Fault` can have.
 
     >>> raise key_error("no such tendon", found=name, expected="a tendon of the robot", choices=names)
     """

@@ -198,7 +198,7 @@ def _check_samples(
             Fault(
                 table.file,
                 f"line {table.rows[row].line}",
-                f"marker {tracks.markers[marker]!r} lies beyond any image",
+                f"marker {tracks.markers[marker]!r} is beyond any image",
                 "({:g}, {:g})".format(*tracks.position_px[row, marker]),
                 f"pixels, no further than {FARTHEST_PX:g} from the corner, or an empty cell for a missing sample",
             )

@@ -45,7 +45,7 @@ class CrankTurn:
     def measured(cls, time_s: np.ndarray, angle_rad: np.ndarray) -> "CrankTurn":
         """From k readings (k,), smoothed by a cubic spline (Woltring 1986).
 
-        Which way round the shaft turned is left out: the tail of a robot with equal tendons moves alike either way,
+        Which way round the shaft turned is left out: the tail of a robot with equal tendons moves the same either way,
         half a turn apart.
 
         Raises:

@@ -25,7 +25,7 @@ _DECIMALS_PX, _DECIMALS_S = 2, 6
 
 
 class Filming(Protocol):
-    """What films swims instead of tracking them; a renderer is in `benchmarks.video`."""
+    """What films swim trials instead of tracking them; a renderer is in `benchmarks.video`."""
 
     def films(self, trial: str) -> bool:
         """Whether a trial is filmed."""
@@ -40,7 +40,7 @@ class Recorder:
     Args:
         folder: of the session.
         plan: what to make.
-        video: what films, and which swims; None for tracks alone.
+        video: what films, and which swim trials; None for tracks alone.
         progress: called with the progress of the videos.
     """
 

@@ -39,7 +39,7 @@ def make_session(
     Args:
         folder: new or empty.
         plan: what to make.
-        video: what films swims, and which; None for tracks alone. A renderer is in `benchmarks.video`.
+        video: what films swim trials, and which; None for tracks alone. A renderer is in `benchmarks.video`.
         progress: called with the progress of the videos.
 
     Returns:
@@ -69,7 +69,7 @@ def make_session(
 
 
 def _without_tracker(plan: SyntheticPlan, video: Filming) -> SyntheticPlan:
-    """The plan without the errors of a tracker in the swims that are filmed."""
+    """The plan without the errors of a tracker in the swim trials that are filmed."""
     names = [trial.name for trial in plan.trials]
     trials = tuple(t.model_copy(update={"faults": ()}) if video.films(t.name) else t for t in plan.trials)
     tracked = plan.dry_runs or plan.free_decays or not all(map(video.films, names))

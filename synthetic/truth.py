@@ -81,7 +81,7 @@ class Truth(Table):
         mujoco: version of the engine that made it.
         plan: what was asked for: coefficients, noise, faults, seed, the clocks of motors.
         structure: of the robot.
-        trials: what came of the swims, by trial.
+        trials: of the swim trials, by name.
         dry_runs, free_decays: what came of the others.
     """
 

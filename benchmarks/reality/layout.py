@@ -2,7 +2,7 @@
 
 Planar vectors are complex numbers throughout the package, x + i y; a link's own axes are x along it, tailwards, and y
 across it. Every flexible gap of the tail bends at several hinges, evenly spread over its middle, each stiffer in
-proportion, so that the gap as a whole bends as the robot's description says.
+proportion, so that the gap as a whole bends as in the robot's description.
 """
 
 from dataclasses import dataclass
@@ -159,5 +159,5 @@ def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
 
 
 def _link_at(origin: np.ndarray, x: float) -> int:
-    """The link that holds a place x on the straight fish; whatever lies before the first hinge is the head's."""
+    """The link that holds a place x on the straight fish; whatever is before the first hinge is the head's."""
     return 0 if x < origin[1] else int(np.searchsorted(origin, x, side="right")) - 1

@@ -17,7 +17,7 @@ from benchmarks.reality.tendons import Pull, Tendons, Turn
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """mass q'' = force, with what of the force is stiff: its slopes -stiffness, -damping over q, q', and over time."""
+    """mass q'' = force, with derivatives of the force's stiff part: -stiffness, -damping over q, q', and over time."""
 
     mass: np.ndarray  # (n, N, N)
     force: np.ndarray  # (n, N)

@@ -153,7 +153,7 @@ def _score(clip: Clip, truth: ClipTruth, judged: TrackedTrial, tracked: TrackedT
 
 
 def accuracy_tables(scores: Sequence[TrackingScore]) -> list[Table]:
-    """The tracker over clips and encodings, and beside the others."""
+    """The tracker over clips and encodings, and compared to the others."""
     own = [score for score in scores if score.method == "hybrid"]
     clips, encodings = (list(dict.fromkeys(getattr(score, key) for score in own)) for key in ("clip", "encoding"))
     rms = {(score.clip, score.encoding): f"{score.rms_px:.3f}" for score in own}
@@ -170,6 +170,6 @@ def accuracy_tables(scores: Sequence[TrackingScore]) -> list[Table]:
     )
     compared = [score for score in scores if score.encoding == Clip("", COMPARED).quality]
     cells = {(s.clip, s.method): f"{s.rms_px:.3f}, {s.bias_px:.3f}, {s.lost:.2%}" for s in compared}
-    beside = [(clip, *(cells.get((clip, method), "") for method in METHODS)) for clip in clips]
+    comparison = [(clip, *(cells.get((clip, method), "") for method in METHODS)) for clip in clips]
     caption = f"All trackers at {Clip('', COMPARED).quality}: rms and bias in px, lost"
-    return [accuracy, losses, Table(caption, ("clip", *METHODS.values()), tuple(beside))]
+    return [accuracy, losses, Table(caption, ("clip", *METHODS.values()), tuple(comparison))]

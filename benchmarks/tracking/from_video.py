@@ -1,6 +1,6 @@
 """What the tracker's error costs in each coefficient: a known swimmer filmed, tracked and fitted.
 
-It is fitted on perfect tracks beside that. The swimmer is the twin at a finer step, so what the twin leaves out of
+It is fitted on perfect tracks for comparison. The swimmer is the twin at a finer step, so what the twin leaves out of
 real water costs nothing here.
 """
 
@@ -27,7 +27,7 @@ def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], prog
     """Films a swimmer at three speeds, and fits it from perfect tracks and from each tracker's.
 
     Args:
-        folder: for the sessions; videos that stand there are used again.
+        folder: for the sessions; videos that are there are used again.
         crf: quality of the H.264 videos.
         trackers: to be compared.
         progress: called with a message and the share done.

@@ -1,4 +1,4 @@
-"""Trials as videos: a synthetic session whose swims are filmed instead of tracked."""
+"""Trials as videos: a synthetic session whose swim trials are filmed instead of tracked."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from synthetic.swims import TrueRun
 
 
 class SessionVideo(Table):
-    """How the swims of a session are filmed; its clock and scale are those of the plan's camera."""
+    """How the swim trials of a session are filmed; its clock and scale are those of the plan's camera."""
 
-    # names of the filmed swims; None for all of them. Dry runs and free decays, in air, are tracked
+    # names of the filmed swim trials; None for all of them. Dry runs and free decays, in air, are tracked
     trials: tuple[str, ...] | None = None
     # width_px, height_px: of the videos, multiples of 2 and 4, the middle of the camera's image; None for all of it
     width_px: int | None = None

@@ -20,7 +20,7 @@ _Line = Annotated[str, StringConstraints(pattern=r"^.*\S.*$")]
 
 
 class _Form(BaseModel):
-    """What every effect says of itself, in class attributes."""
+    """The class attributes that describe every effect."""
 
     model_config = ConfigDict(from_attributes=True)
 

@@ -155,7 +155,7 @@ class AffectedTwin(Twin):
         """As the plain twin's, moved by as much as models with the effects settle elsewhere."""
         position, velocity = super().start(runs)
         if self._changes_models and self.scene.with_tendons:
-            by, slope = self._settled_elsewhere(runs)
+            by, slope = self._rest_pose_change(runs)
             position[:, self._hinges] += by
             velocity[:, self._hinges] += slope * runs.start_speed_rad_s[:, None]
         return position, velocity
@@ -168,7 +168,7 @@ class AffectedTwin(Twin):
     def _changes_models(self) -> bool:
         return any(way in effect.enters() for effect in self.effects for way in MODEL_WAYS)
 
-    def _settled_elsewhere(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+    def _rest_pose_change(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
         """(n, h) by how much the pose at each run's phase differs from the plain robot's, and its slope with phase."""
         scene, values = replace(DRY, timestep_s=self.scene.timestep_s), self._values(runs)
         both = np.column_stack([np.vstack([values, np.zeros_like(values)]), np.tile(runs.phase_rad, 2)])
@@ -240,15 +240,15 @@ class AffectedTwin(Twin):
             rolled[row, end:] = rolled[row, end - 1]  # what came of it after its end does not count
         return rolled
 
-    def _alike(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+    def _distinct(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
         """Cameras and clocks move nothing: fish that only look different are simulated once."""
         if not isinstance(runs, AffectedRuns):
-            return super()._alike(runs)
+            return super()._distinct(runs)
         moves = np.zeros_like(runs.values)
         for effect, columns in self._own:
             if set(effect.enters()) & set(MOVING_WAYS):
                 moves[:, columns] = runs.values[:, columns]
-        return replace(runs, values=moves).alike()
+        return replace(runs, values=moves).distinct()
 
     def _forces(self, runs: Runs) -> list[tuple[Effect, StepForce]]:
         values = self._values(runs)

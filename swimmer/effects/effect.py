@@ -91,7 +91,7 @@ StepDamper = Callable[[StepState], StepDamping]
 class Effect(ABC):
     """Something that real robots do and the plain twin does not.
 
-    An effect says what it is in class attributes, and enters by whichever of the methods below it overrides. Each is
+    An effect is described by class attributes, and enters by whichever of the methods below it overrides. Each is
     given its own parameters as values (p,) and must change nothing at all where they are zero. A user's own effects are
     found through the entry point group ``swimcal.effects``.
 

@@ -80,7 +80,7 @@ class LooseTendons:
 
 
 class TendonSlack(Effect):
-    """Each tendon is too long by `length`: between pulling and pushing lies a dead band of twice that."""
+    """Each tendon is too long by `length`: between pulling and pushing is a dead band of twice that."""
 
     name = "tendon_slack"
     family = "tendons"

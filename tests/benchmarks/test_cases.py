@@ -76,7 +76,7 @@ def test_all_lines_that_are_no_records_are_reported(tmp_path: Path) -> None:
     file = tmp_path / "records.jsonl"
     good = '{"number": 1, "value": 1.0}\n'
     file.write_text(f'{good}{good}{{"number": 1}}\nnonsense\n[]\n')
-    with pytest.raises(InputError, match=r"(?s)line 2.*stands there twice.*line 3.*line 4.*line 5"):
+    with pytest.raises(InputError, match=r"(?s)line 2.*is listed twice.*line 3.*line 4.*line 5"):
         read_lines(file, Square, lambda record: str(record.number))
     file.write_text("")
     for path, fault in ((file, "holds no record"), (tmp_path / "none.jsonl", "cannot be read")):

@@ -87,7 +87,7 @@ CASES = {
     "segment too short for its guide": (
         ("length_m = 0.015", "length_m = 0.002"),
         lambda: [
-            f"line {line_of('length_m')}, tail.segment[0].length_m: the tendon guide lies before the segment; "
+            f"line {line_of('length_m')}, tail.segment[0].length_m: the tendon guide is before the segment; "
             "found 0.002; expected at least tail.guide_inset_m = 0.003"
         ],
     ),

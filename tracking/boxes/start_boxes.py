@@ -1,4 +1,4 @@
-"""Start boxes: where each marker stands in one frame of a video, as a JSON file.
+"""Start boxes: where each marker is in one frame of a video, as a JSON file.
 
     {"frame": 0, "boxes": {"nose": [x, y, width, height], …}}
 
@@ -27,7 +27,7 @@ from tracking.video import VideoInfo
 SMALLEST_SIDE_PX = 3.0
 """A box with a shorter side holds no marker."""
 ONE_SPOT = 0.25
-"""Two centres closer than this share of the smaller box stand on one spot."""
+"""Two centres closer than this share of the smaller box are on one spot."""
 FORM = '{"frame": 0, "boxes": {"nose": [x, y, width, height], …}}'
 AGAIN = "Click the markers again with `calib track SESSION --click`."
 
@@ -185,7 +185,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _check_inside(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCollector) -> None:
-    """Every box lies in the picture, half a pixel of rounding aside."""
+    """Every box is in the picture, half a pixel of rounding aside."""
     for name, (x, y, width, height) in boxes.items():
         if min(x, y) < -0.5 or x + width > size[0] + 0.5 or y + height > size[1] + 0.5:
             found = f"x {x:g} to {x + width - 1:g}, y {y:g} to {y + height - 1:g}"
@@ -194,7 +194,7 @@ def _check_inside(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCol
 
 
 def _check_apart(boxes: dict[str, Box], faults: FaultCollector) -> None:
-    """No two boxes stand on one spot."""
+    """No two boxes are on one spot."""
     for (first, one), (second, other) in combinations(boxes.items(), 2):
         apart = math.dist(one.centre_px, other.centre_px)
         if apart < (nearest := ONE_SPOT * min(*one[2:], *other[2:])):

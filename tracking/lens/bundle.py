@@ -2,7 +2,7 @@
 
 What of a lens parameter's effect a change of pose can mimic tells nothing about it; the rest, over all views, gives the
 reduced normal equations (Triggs and others, "Bundle Adjustment: A Modern Synthesis", 2000, section 6.1). They serve the
-fit and its covariance alike.
+fit and its covariance.
 """
 
 from dataclasses import dataclass, replace

@@ -32,7 +32,7 @@ EXAMPLE = 'one edit, as {"op": "drop", "markers": ["nose"], "frames": [50, 61]}'
 
 
 class LoggedEdit(NamedTuple):
-    """One edit and the line of the file it stands on, counted from 1."""
+    """One edit and the line of the file it is on, counted from 1."""
 
     line: int
     edit: Edit
@@ -77,13 +77,13 @@ class EditLog:
         return log
 
     def append(self, text: str) -> EditLog:
-        """Adds an edit at the end of the file, which is made when it is not there; all that stands there stays.
+        """Adds an edit at the end of the file, which is made when it is not there; all that is there stays.
 
         Args:
             text: the edit as JSON, as a line of the file has it.
 
         Returns:
-            The log as it then stands in the file.
+            The log as it then is in the file.
 
         Raises:
             InputError: not an edit, or one that names a marker, frame or line that is not there, or the file has

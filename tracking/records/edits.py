@@ -52,9 +52,9 @@ def apply_edits(tracked: TrackedTrial, log: EditLog, retrack: Retracker | None =
                 k = names.index(marker)
                 samples[frame, k] = (box.centre_px, 1.0, SampleState.BY_HAND, np.nan, False)
                 if retrack is not None:
-                    found, doubts = retrack(samples["position_px"], k, box)
+                    found, new_flags = retrack(samples["position_px"], k, box)
                     samples[frame + 1 : frame + 1 + len(found), k] = found
-                    flags += doubts
+                    flags += new_flags
     return tracked.with_samples(samples, (*only_csrt_flags(samples["by_csrt"], names), *flags))
 
 

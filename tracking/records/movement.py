@@ -41,7 +41,7 @@ def to_movement(tracked: TrackedTrial, *, source_file: str = "") -> xr.Dataset:
 
     tracks = tracked.tracks
     step_s = np.median(np.diff(tracks.time_s)) if len(tracks.time_s) > 1 else np.nan
-    meanings = {  # of the numbers of the states, as the CF conventions say it (section 3.5, flags)
+    meanings = {  # of the numbers of the states, as the CF conventions have it (section 3.5, flags)
         "flag_values": np.array(list(SampleState), dtype=np.int8),
         "flag_meanings": " ".join(state.word for state in SampleState),
     }

@@ -172,7 +172,7 @@ class MarkerTracker:
     def _believable(
         self, luma: np.ndarray, centres: Centres, position: np.ndarray, seen: np.ndarray
     ) -> tuple[Centres, np.ndarray]:
-        """Drops what lies on the picture's border or wandered off its spot; (m,) bool of what is left."""
+        """Drops what is on the picture's border or wandered off its spot; (m,) bool of what is left."""
         height, width = luma.shape
         margin = _BORDER * self.look.diameter_px[seen]
         place = centres.position_px
