@@ -125,7 +125,7 @@ def check_rates(
         rates = "; ".join(f"{rate} in {', '.join(names)}" for rate, names in off.items())
         faults.add(
             source.where(("camera", "fps")),
-            "the time stamps of tracks tell another frame rate",
+            "the time stamps of tracks show another frame rate",
             found=f"{fps:g}; by their time_s {rates}",
             expected="1 / the spacing of time_s, within 5 %",
             next_step="Which of them is right? Correct the other: frequencies and speeds go by it.",
@@ -133,7 +133,7 @@ def check_rates(
 
 
 def rate_is_off(fps: float, median_s: float, mean_s: float) -> bool:
-    """Whether both the median and the mean spacing of time stamps tell another frame rate."""
+    """Whether both the median and the mean spacing of time stamps show another frame rate."""
     return min(abs(1 / (each * fps) - 1) for each in (median_s, mean_s)) > RATE_OFF
 
 

@@ -32,8 +32,8 @@ def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
     along = mujoco.mjtCamLight.mjCAMLIGHT_TRACK
     middle = robot.fin_root_x_m / 2
     length = robot.fin_root_x_m
-    beside = np.array([middle - 0.6 * length, -1.6 * length, 1.1 * length])
-    head.add_camera(name="follow", mode=along, pos=beside, xyaxes=_looking(beside, np.array([middle, 0.0, 0.0])))
+    place = np.array([middle - 0.6 * length, -1.6 * length, 1.1 * length])
+    head.add_camera(name="follow", mode=along, pos=place, xyaxes=_looking(place, np.array([middle, 0.0, 0.0])))
     head.add_camera(name="above", mode=along, pos=(middle, 0.0, 1.2), xyaxes=(1, 0, 0, 0, 1, 0))
     motor = spec.actuator("motor")
     motor.ctrlrange = (-2 * np.pi * FASTEST_TURNS_PER_S, 2 * np.pi * FASTEST_TURNS_PER_S)

@@ -1,4 +1,4 @@
-"""A synthetic session: the twin moves, a camera and a faulty tracker look on, the truth is kept beside it."""
+"""A synthetic session: the twin moves, a camera and a faulty tracker look on, the truth is kept next to it."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path

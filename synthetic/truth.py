@@ -1,4 +1,4 @@
-"""`truth.json`: what a synthetic session was made with, beside its `session.toml`.
+"""`truth.json`: what a synthetic session was made with, next to its `session.toml`.
 
 The program never reads it: it is there for whoever judges a result. It holds the plan whole, so that the
 session can be made again from it, and what came of the plan in the simulation.

@@ -17,7 +17,7 @@ and per unit of length:
   Brennen 1982, A review of added mass and fluid inertial forces), in Kirchhoff's terms without acceleration:
   force (mu v_y w, 0) and torque -mu v_x v_y, which do no work.
 
-The reactive force of elongated bodies, which replaces the last term at a share of its own, is in `reality.reactive`.
+The reactive force of elongated bodies, which replaces the last term at a share of its own, is in `.reactive`.
 """
 
 from dataclasses import dataclass

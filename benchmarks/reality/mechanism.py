@@ -1,4 +1,4 @@
-"""Where a mechanism enters: the five places at which reality can be made to differ from its base state.
+"""Where a mechanism enters: the five places at which the second simulator can be made to differ from its base state.
 
 A mechanism is a frozen dataclass of numbers whose class overrides what it needs of `Mechanism`. All simulations of a
 batch with the same mechanism are handled together: in the hooks of a running simulation (start, advance, force, turn,

@@ -89,7 +89,7 @@ def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S
     """What to raise of trials of which some, (n,) marked, blew up."""
     first = trials[int(np.flatnonzero(lost)[0])]
     return SimulationDiverged(
-        f"{int(lost.sum())} of {len(trials)} simulations of reality diverged; the first a {first.kind} at "
+        f"{int(lost.sum())} of {len(trials)} reference simulations diverged; the first a {first.kind} at "
         f"{first.frequency_hz:g} Hz. Expected a bounded motion; try a smaller time step than {step_s:g} s."
     )
 

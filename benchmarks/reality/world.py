@@ -1,4 +1,4 @@
-"""One reality: a robot as it truly is, its water and camera, and whatever mechanisms act; and the trials made in it."""
+"""One reference world: a robot as it truly is, its water and camera, its mechanisms, and the trials made in it."""
 
 from dataclasses import dataclass, field, replace
 from typing import Literal

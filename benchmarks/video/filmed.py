@@ -39,7 +39,7 @@ class SessionVideo(Table):
         return self.trials is None or trial in self.trials
 
     def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, progress: Progress) -> dict[str, str]:
-        """Writes ``trials/<name>.mp4``, start boxes beside it, and ``truth/<name>.csv``, where the markers are."""
+        """Writes ``trials/<name>.mp4``, start boxes next to it, and ``truth/<name>.csv``, where the markers are."""
         name, frames = swim.trial.name, len(swim.time_s)
         video = Path("trials") / f"{name}.mp4"
         scene = film_scene(swim, plan, self, number)

@@ -1,4 +1,4 @@
-"""Rendering: a plan becomes a video, in one or more encodings, with its truth beside it."""
+"""Rendering: a plan becomes a video, in one or more encodings, with its truth next to it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ENCODINGS = (Encoding("ffv1"), Encoding("h264", 18), Encoding("h264", 23), Encod
 
 
 def render_encodings(plan: ClipPlan, videos: Mapping[Path, Encoding], progress: Callable[[int], None]) -> ClipTruth:
-    """Renders a clip once and packs it in several ways, each with its truth and start boxes beside it.
+    """Renders a clip once and packs it in several ways, each with its truth and start boxes next to it.
 
     Args:
         plan: of the clip.

@@ -1,4 +1,4 @@
-"""What is known of a rendered clip, kept beside it."""
+"""What is known of a rendered clip, kept next to it."""
 
 from __future__ import annotations
 

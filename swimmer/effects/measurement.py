@@ -161,12 +161,12 @@ _MOST_M, _SD_M = 0.05, 0.004
 
 
 class MarkerOffset(Effect):
-    """Each marker but nose and neck is glued, or its box placed, beside its place, along the body and across."""
+    """Each marker but nose and neck is glued, or its box placed, off its place, along the body and across."""
 
     name = "marker_offset"
     family = "measurement"
     stage = "camera"
-    physics = "A marker that rides on its link beside its place is off by a constant vector in the link's frame."
+    physics = "A marker that rides on its link off its place is off by a constant vector in the link's frame."
     source = "Rigid-body kinematics; markers are glued and boxes placed by hand."
     seen_in = frozenset({"free_decay", "dry", "swim"})
 

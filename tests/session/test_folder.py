@@ -168,7 +168,7 @@ def test_stamps_of_another_frame_rate_are_refused_once(tmp_path: Path, spacing_s
     stamped(folder, np.full(89, spacing_s))
     (folder / "fast.csv").write_bytes((folder / "slow.csv").read_bytes())
     assert faults_of(folder).endswith(
-        "session.toml: line 5, camera.fps: the time stamps of tracks tell another frame rate; found 60; by their "
+        "session.toml: line 5, camera.fps: the time stamps of tracks show another frame rate; found 60; by their "
         f"time_s {rate} in slow, fast; expected 1 / the spacing of time_s, within 5 %. Which of them is right? Correct "
         "the other: frequencies and speeds go by it."
     )

@@ -23,7 +23,7 @@ BOX_DIAMETERS = 1.4
 """Side of a box in diameters of its marker."""
 SMALLEST_BOX_PX = 9.0
 LONGER = 1.12
-"""A marker longer than wide by this factor more than those before and behind it runs into what is beside it."""
+"""A marker longer than wide by this factor more than those before and behind it runs into what is next to it."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def find_boxes(
     chosen = [best.blobs[k] for k in best.bodies.blobs[0]]
     if merged := _merged(chosen, layout_m):
         found = f"{', '.join(markers[k] for k in merged)} longer than wide, other than the markers before and behind"
-        raise _refusal(file, frame, "a marker runs into something beside it", found, "a disc, set off all around")
+        raise _refusal(file, frame, "a marker runs into something next to it", found, "a disc, set off all around")
     boxes = {name: _box(blob, chosen, luma.shape) for name, blob in zip(markers, chosen, strict=True)}
     return StartBoxes(frame, boxes)
 

@@ -133,7 +133,7 @@ def _rim(box: Box, towards: np.ndarray) -> np.ndarray:
 
 
 def label_spots(centre_px: np.ndarray, view: View) -> np.ndarray:
-    """(m, 2) places of labels that overlap neither each other nor the body: two rows, or two columns, beside it.
+    """(m, 2) places of labels that overlap neither each other nor the body: two rows, or two columns, next to it.
 
     Markers well off the line through the others go to their own side, the rest take turns; on each side the labels
     keep the markers' order, as near to them as their width allows (isotonic regression: the least squares solution

@@ -134,7 +134,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _frame(data: dict[str, Any], faults: FaultCollector) -> int:
-    """The frame's number; unknown keys beside it are faults too."""
+    """The frame's number; unknown keys next to it are faults too."""
     known = ("frame", "boxes")
     for key in data.keys() - set(known):
         faults.add(key, "unknown key", choices=known, next_step=did_you_mean(key, known))

@@ -85,9 +85,9 @@ def _enclosed(
             alone = not apart_ahead[start : last + 1].any() and not apart_back[first : end + 1].any()
             if first - 2 <= last < first and alone and max(end - first, last - start) + 1 >= LASTING:
                 found.append((start, last) if last - start <= 3 * (end - first + 1) else (first, end))
-            left = position_px[last, k] - back.place_px[last, k]
+            exited = position_px[last, k] - back.place_px[last, k]
             seen = (apart_ahead | apart_back)[first : last + 1].mean() if last >= first else 0.0
-            if not turned and seen >= LEAST_SEEN and np.linalg.norm(entered - left) <= tolerance_px:
+            if not turned and seen >= LEAST_SEEN and np.linalg.norm(entered - exited) <= tolerance_px:
                 found.append((first, last))
                 break
             if abs(last - end) <= 1:  # it was back before

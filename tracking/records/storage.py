@@ -124,7 +124,7 @@ def _load_states(path: Path, tracks: Tracks) -> tuple[np.ndarray, np.ndarray]:
     if not fit:
         expected = f"a row for each of {len(absent)} frames, missing where there is no position"
         found = f"{len(table.rows)} rows of {shown(table.header)}"
-        raise InputError([Fault(table.file, "", "not the states of the tracks beside it", found, expected, (), AGAIN)])
+        raise InputError([Fault(table.file, "", "not the states of the tracks next to it", found, expected, (), AGAIN)])
     return state, size_px
 
 

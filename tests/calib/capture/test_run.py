@@ -102,7 +102,7 @@ def test_what_fails_stops_the_motor_and_is_told_and_the_log_stays(tmp_path: Path
         one.capture(tmp_path, 0.6, seconds=10.0)
     assert not one.motor.state.torque_enabled
     assert load_motor(logged(tmp_path)).time_s.size > 200
-    assert any("the trial was not added to the session" in line for line in one.told)
+    assert any("the trial was not added to the session" in line for line in one.messages)
     assert not (tmp_path / "session.toml").exists()
 
 

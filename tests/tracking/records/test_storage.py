@@ -46,7 +46,7 @@ def test_states_that_do_not_fit_the_tracks_are_told_with_what_is_wrong_beside_th
     files.flags.write_text("[3]")
     with pytest.raises(InputError, match="not a list of flags") as raised:
         load_tracked(tmp_path, "f1_00")
-    assert "not the states of the tracks beside it; found 12 rows" in str(raised.value)
+    assert "not the states of the tracks next to it; found 12 rows" in str(raised.value)
     assert "Make it again with `calib track`" in str(raised.value)
 
 

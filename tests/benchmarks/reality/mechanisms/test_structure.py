@@ -58,9 +58,9 @@ def test_lumps_on_the_tail_lower_the_frequency(decays: list[Recording]) -> None:
 
 
 def test_twice_the_damping_squares_the_decay(decays: list[Recording]) -> None:
-    left = [np.abs(decay.hinges_rad[-70:, 0]).max() / decay.hinges_rad[0, 0] for decay in (decays[0], decays[3])]
-    assert left[1] == pytest.approx(left[0] ** 2, rel=0.1)
-    assert left[0] < 0.8
+    remaining = [np.abs(decay.hinges_rad[-70:, 0]).max() / decay.hinges_rad[0, 0] for decay in (decays[0], decays[3])]
+    assert remaining[1] == pytest.approx(remaining[0] ** 2, rel=0.1)
+    assert remaining[0] < 0.8
 
 
 def test_water_is_carried_in_water_alone(decays: list[Recording]) -> None:
