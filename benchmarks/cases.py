@@ -184,7 +184,7 @@ def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str])
     Args:
         path: of the file.
         kind: of the records.
-        name_of: tells one record from another.
+        name_of: identifies a record.
 
     Raises:
         InputError: it cannot be read, holds one case twice, or something that is no record; all faults at once.

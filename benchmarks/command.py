@@ -49,7 +49,7 @@ def posterior(
     scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Draws sessions from the prior; tells how often the posterior holds the truth (simulation-based calibration)."""
+    """Draws sessions from the prior; measures how often posteriors hold the truth (simulation-based calibration)."""
     from benchmarks.cases import Run
     from benchmarks.posterior.report import Asked, measure_posterior
     from calib.progress import progress_bar

@@ -37,7 +37,7 @@ class CameraCalibration(Table):
 
 @dataclass(frozen=True)
 class CameraSpec:
-    """What a session says about its camera.
+    """What a session states about its camera.
 
     Attributes:
         fps: nominal frames a second; a video's own time stamps win over it.

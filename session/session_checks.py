@@ -112,7 +112,7 @@ def check_rates(
 
     Args:
         source: the file.
-        fps: that it says.
+        fps: that it states.
         stamps: median and mean spacing of the time stamps, s, by trial. Those of a coarse clock show in the mean,
             those with frames left out in the median.
         faults: where faults go.

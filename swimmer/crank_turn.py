@@ -13,7 +13,7 @@ _FEWEST = 5  # readings that a smoothing spline needs
 
 
 class Turn(Protocol):
-    """How a crank turns from time 0 on; `logged` where a log tells, so that it turns like that whatever pulls at it."""
+    """How a crank turns from time 0 on; `logged` where a log shows it, so that it turns so whatever pulls at it."""
 
     @property
     def logged(self) -> bool: ...  # noqa: D102

@@ -113,7 +113,7 @@ class LensDistortion(Effect):
 class TimeBaseError(Effect):
     """A second on the camera's clock lasts longer by the share `relative`.
 
-    The swim frequency is measured on that clock too, so a crank that no motor log tells of is slower by as much.
+    The swim frequency is measured on that clock too, so a crank that no motor log shows is slower by as much.
     """
 
     name = "time_base_error"
@@ -135,7 +135,7 @@ class TimeBaseError(Effect):
         return drive._replace(frequency_hz=float(drive.frequency_hz / (1 + values[0])))
 
     def measured_hz(self, turned_hz: float, values: np.ndarray) -> float:
-        """As the camera's clock tells it."""
+        """By the camera's clock."""
         return float(turned_hz * (1 + values[0]))
 
 

@@ -56,7 +56,7 @@ def test_robot_and_camera_files_are_read(tmp_path: Path) -> None:
     assert names == ["session.toml", "robot.toml", "cam.toml", "slow.csv", "fast.csv"]
 
 
-def test_an_unknown_trial_is_told_with_the_choices(tmp_path: Path) -> None:
+def test_an_unknown_trial_is_reported_with_the_choices(tmp_path: Path) -> None:
     session = load_session(make_session(tmp_path / "pool"))
     with pytest.raises(InputError, match=r"found 'slwo'; .*choices: slow, fast\. Did you mean 'slow'\?"):
         session.trial("slwo")
@@ -133,7 +133,7 @@ def test_an_unknown_trial_is_told_with_the_choices(tmp_path: Path) -> None:
         ("0.142", '0.142\ncalibration = "slow.csv"', "slow.csv: line 1: not valid TOML"),
     ],
 )
-def test_a_fault_is_told_with_its_line_and_what_would_be_right(
+def test_a_fault_is_reported_with_its_line_and_what_would_be_right(
     tmp_path: Path, old: str, new: str, message: str
 ) -> None:
     assert old in SESSION_TOML

@@ -103,7 +103,7 @@ class Small:
 
 
 @pytest.mark.parametrize("table", [[[1.0, np.nan]], np.zeros((0, 5)), [True, False]])
-def test_arrays_stand_in_the_file_unless_they_are_kept_apart(table: Any) -> None:
+def test_arrays_are_in_the_file_unless_they_are_kept_apart(table: Any) -> None:
     made = Small("a", np.array(table), Pair(1.0, 2))
     plain = json.loads(json.dumps(plain_json(to_plain(made))))
     read = from_plain(Small, plain)

@@ -46,7 +46,7 @@ def test_a_failure_midway_leaves_the_old_file_and_nothing_else(tmp_path: Path, f
     assert names_in(tmp_path) == ["a.json"]
 
 
-def test_a_failure_of_the_system_is_told_and_leaves_the_old_file(
+def test_a_failure_of_the_system_is_reported_and_leaves_the_old_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.json"
@@ -112,7 +112,7 @@ def test_what_is_no_data_is_no_result(tmp_path: Path) -> None:
         (json.dumps({"schema": 1, "count": 3}), "not a result of this version; found 'array'; expected what"),
     ],
 )
-def test_a_damaged_result_is_told(tmp_path: Path, text: str | None, message: str) -> None:
+def test_a_damaged_result_is_reported(tmp_path: Path, text: str | None, message: str) -> None:
     if text is not None:
         (tmp_path / "r.json").write_text(text)
     with pytest.raises(InputError) as caught:

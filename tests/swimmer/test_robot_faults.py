@@ -115,7 +115,7 @@ CASES = {
 
 
 @pytest.mark.parametrize(("change", "expected"), CASES.values(), ids=CASES.keys())
-def test_a_fault_is_told_with_its_line_and_what_would_be_right(
+def test_a_fault_is_reported_with_its_line_and_what_would_be_right(
     change: tuple[str, str], expected: Callable[[], list[str]], tmp_path: Path
 ) -> None:
     text = message(tmp_path, change)

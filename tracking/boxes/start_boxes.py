@@ -166,7 +166,7 @@ def _boxes(data: dict[str, Any], markers: Sequence[str], faults: FaultCollector)
 
 
 def _box(name: str, value: Any, faults: FaultCollector) -> Box | None:
-    """One box, or a fault that says what is wrong with it."""
+    """One box, or a fault that states what is wrong with it."""
     where = f"boxes.{name}"
     numbers = isinstance(value, list) and all(_is_number(item) for item in value)
     if not numbers or len(value) != len(Box._fields):

@@ -15,7 +15,7 @@ from tracking.lens.lens_fit import LensFit, fit_lens
 from tracking.lens.pictures import each_picture
 
 LEAST_CORNERS = 8
-"""Fewer corners tell little more than the pose of the board."""
+"""Fewer corners determine little more than the pose of the board."""
 LEAST_VIEWS = 3
 """Zhang 2000, section 3.1: each view gives two equations for the pinhole camera, which has four numbers or more."""
 OUTLYING_VIEW = 3.0

@@ -77,7 +77,7 @@ def fill_gaps(tracked: TrackedTrial) -> TrackedTrial:
 
     A gap is a stretch of a marker without samples that are measured or set by hand; it is taken from those alone,
     so filling twice is the same as once. A filled sample is INTERPOLATED; other samples stay bit for bit. A gap
-    that is not filled stays as it is, is flagged ``gap`` and the flag says why: it is longer than the limit,
+    that is not filled stays as it is, is flagged ``gap`` and the flag states why: it is longer than the limit,
     has no sample on one side, or could only be guessed. Earlier flags of this kind are replaced.
 
     Args:

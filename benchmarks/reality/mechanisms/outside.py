@@ -229,7 +229,7 @@ class VortexBuffeting(Mechanism):
 
     lift: float  # its root mean square over 1/2 rho S U^2, S the fin's area
     width_m: float  # D, of what sheds
-    luck: float  # 0 to 1, tells the phases of the lines
+    luck: float  # 0 to 1, sets the phases of the lines
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, 1) widths travelled, from a beginning that another place or crank changes."""

@@ -21,7 +21,7 @@ BASE = World(COEFFICIENTS)
 SWIM = Trial("swim", 0.6, 1.0, phase_rad=0.4, run_in_s=0.2)
 
 
-def test_the_crank_is_told_for_as_long_as_the_trial_whatever_its_company():
+def test_the_crank_is_recorded_for_as_long_as_the_trial_whatever_else_is_simulated():
     short, longer = (BASE, SWIM), (BASE, replace(SWIM, duration_s=1.1))
     (alone,), (joint, other) = simulate([short]), simulate([short, longer])
     assert np.array_equal(joint.drive.time_s, alone.drive.time_s)

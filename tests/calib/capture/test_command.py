@@ -112,7 +112,7 @@ def test_another_program_on_the_port_is_refused(
     assert "in use by another program" in capsys.readouterr().err
 
 
-def test_a_wrong_baud_rate_is_told(
+def test_a_wrong_baud_rate_is_reported(
     terminal: PseudoTerminal, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([*arguments(terminal.path, tmp_path), "--baud", "57600"]) == 2
@@ -160,7 +160,7 @@ def test_an_emulated_motor_that_cannot_be_is_refused(capsys: pytest.CaptureFixtu
     assert "--id: found 300" in printed
 
 
-def test_all_that_is_wrong_with_the_options_is_said_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_faults_of_the_options_are_reported_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bad = ["run", "--port", "x", "--baud", "12", "--id", "300", "--hz", "0.6,fast,9,-1", "--seconds", "0"]
     assert main([*bad, "--max-current", "nan", "--out", str(tmp_path / "new")]) == 2
     printed = capsys.readouterr().err

@@ -47,7 +47,7 @@ def test_a_bent_robot_passes_at_any_heading_and_scale(
     assert faults(places_px(BENT.but(markers=markers, heading_deg=heading_deg, px_per_m=px_per_m)), markers) == ""
 
 
-def test_what_was_found_and_what_is_expected_is_told_in_mm_and_degrees() -> None:
+def test_what_was_found_and_what_is_expected_is_reported_in_mm_and_degrees() -> None:
     found = faults(exchanged(places_px(Scene()), "tail_3", "tail_1"))
     assert "f1.boxes.json: boxes.tail_2: no place for tail_2 behind tail_1" in found
     assert "found 32 mm from it, at 180 degrees to the way from neck to dorsal_fin; expected 13 to 72 mm" in found
@@ -70,6 +70,6 @@ def test_a_box_far_from_the_body_is_refused_by_name_without_a_guess() -> None:
     assert "calib track SESSION --click" in found
 
 
-def test_with_three_markers_in_a_row_nothing_can_be_told() -> None:
+def test_with_three_markers_in_a_row_nothing_can_be_reported() -> None:
     few = ("nose", "neck", "tail_1")
     assert faults(np.array([[0.0, 0.0], [50.0, 0.0], [-400.0, 9.0]]), few) == ""

@@ -81,7 +81,7 @@ def test_an_undo_leaves_what_was_in_force_before_the_edit(tmp_path_factory, seve
     assert [one.line for one in redone.in_force] == [*(one.line for one in log.in_force), line]
 
 
-def test_all_faults_are_told_at_once_with_their_lines(tmp_path):
+def test_all_faults_are_reported_at_once_with_their_lines(tmp_path):
     with pytest.raises(InputError) as raised:
         loaded(
             tmp_path / "f.edits.jsonl",

@@ -189,7 +189,7 @@ class Holed(Video):
         return (frame for frame in super().frames(start, stop) if frame.number not in self.LOST)
 
 
-def test_unreadable_frames_are_rows_without_samples_and_the_trial_says_so(clip: Path) -> None:
+def test_unreadable_frames_are_rows_without_samples_and_the_trial_reports_it(clip: Path) -> None:
     with Holed(clip) as video:
         trial = follow_video(video, POOL.boxes(NAMES), NAMES)
     readable = np.setdiff1d(np.arange(FRAMES), Holed.LOST)

@@ -117,7 +117,7 @@ def test_friction_at_rest_holds_more_than_when_sliding() -> None:
     assert hinge_torque(together.force(at.now, roots - 0.25e-3)[0]) == pytest.approx(-0.03 * 1.4, rel=1e-3)
 
 
-def test_lumps_keep_the_total_mass_and_lie_at_the_guides() -> None:
+def test_lumps_keep_the_total_mass_and_are_at_the_guides() -> None:
     plain, lumped = prepared(), prepared((MassDistribution(0.01, (0.0, 0.0, 0.0, 0.0, 1.0)),))
     assert lumped.link_mass_kg.sum() == pytest.approx(plain.link_mass_kg.sum(), rel=1e-12)
     extra, link = lumped.link_mass_kg - plain.link_mass_kg, LAYOUT.guide_link[-1]
