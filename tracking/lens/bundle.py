@@ -1,6 +1,6 @@
 """Bundle adjustment of one camera and a flat board in v poses, by Levenberg and Marquardt with the poses eliminated.
 
-What of a lens parameter's effect a change of pose can mimic has no information on it; the rest, over all views, gives the
+What of a lens parameter's effect a change of pose can mimic is not information; the rest, over all views, gives the
 reduced normal equations (Triggs and others, "Bundle Adjustment: A Modern Synthesis", 2000, section 6.1). They serve the
 fit and its covariance.
 """
