@@ -158,7 +158,7 @@ class MassDistribution(Effect):
     name = "mass_distribution"
     family = "structure"
     stage = "tail"
-    physics = "Glue, guides, markers and lines weigh on the tail what a balance has told of the whole robot alone."
+    physics = "Glue, guides, markers and lines weigh on the tail what was weighed of the whole robot alone."
     source = "Newton's second law; the tail's mass follows from volume and density alone, 35 g of 1.4 kg."
     seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("share", "1", 0.0, 0.1, 0.01),)
