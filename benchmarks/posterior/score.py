@@ -23,7 +23,15 @@ from swimmer.effects import catalogue
 
 RANKED = 99  # draws among which the truth has a rank: 100 ranks, ten to a bin
 EFFECTIVE, STARTS = 100, 3
-WARNINGS = ("model_discrepancy", "effect_left_out", "robot_off", "emulator_off", "not_converged", "noise_not_white", "fit_outside")
+WARNINGS = (
+    "model_discrepancy",
+    "effect_left_out",
+    "robot_off",
+    "emulator_off",
+    "not_converged",
+    "noise_not_white",
+    "fit_outside",
+)
 """Flags that tell a reader not to believe the intervals."""
 Five = tuple[float, ...]
 

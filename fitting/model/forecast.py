@@ -145,7 +145,7 @@ def repeated(mode: Mode, number: int) -> FeatureForecast:
 
 def forecast_from_command(mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> FeatureForecast:
     """Of a window of a new trial, by what the fitted trials alone tell; in step with its tail."""
-    blocks, simulated = _blocks(mode, [window], scatter)
+    blocks, simulated = blocks_of_windows(mode, [window], scatter)
     return _conditional(mode, blocks, simulated[0], [], [])
 
 
@@ -157,7 +157,7 @@ def forecast_after_beats(mode: Mode, windows: Windows, scatter: Scatter = EVEN) 
     """
     if windows.early is None:
         raise NotEnoughData(f"trial {windows.late.trial.name}: its first two beats are too short to tell anything")
-    blocks, (late, early) = _blocks(mode, [windows.late, windows.early], scatter)
+    blocks, (late, early) = blocks_of_windows(mode, [windows.late, windows.early], scatter)
     return _conditional(mode, blocks, late, [windows.early.measured - early], [1])
 
 
@@ -181,7 +181,9 @@ def scatter_of(mode: Mode) -> Scatter:
 _MEDIAN_OF_SQUARE = 0.4549  # of a standard normal number
 
 
-def _blocks(mode: Mode, windows: Sequence[TrialModel], scatter: Scatter) -> tuple[list[Block], list[np.ndarray]]:
+def blocks_of_windows(
+    mode: Mode, windows: Sequence[TrialModel], scatter: Scatter
+) -> tuple[list[Block], list[np.ndarray]]:
     """Windows of one new trial, and what the twin simulates of each."""
     freedoms = [_bounded(each) for each in freedoms_together(windows, mode.coefficients)]
     simulated = [window.simulated(mode.coefficients[None])[0] for window in windows]

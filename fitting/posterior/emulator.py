@@ -14,7 +14,7 @@ from scipy.linalg import solve_triangular
 from fitting.objective import COEFFICIENT_BOUNDS
 
 _RIDGE = 1e-8
-_SPARE = 1.6  # points over terms, at least
+_SPARE = 2.5  # points over terms, at least
 _FARTHEST = 2.0  # leverage up to which it is trusted
 
 

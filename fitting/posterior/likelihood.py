@@ -26,7 +26,7 @@ class Likelihood:
         known: (k, k) covariance of all but the two discrepancies, the emulator's error included.
         wave: (k, k) covariance of the wave's discrepancy, of unit size.
         speed: (k, t) columns of the speed's, of unit size.
-        emulator: of the simulated row, of a twin whose time step vanishes.
+        emulator: of the simulated row.
         ln_mean, ln_sd: (2,) of the normal priors of the ln sizes of wave and speed.
     """
 

@@ -21,8 +21,8 @@ EFFECTIVE = 400
 MISFIT_P = 0.01  # below which noise and nuisances alone do not explain a misfit
 _MARKERS_OFF_M = 0.005  # from which where markers sit is worth a flag
 _DISCREPANT = 0.02  # relative, from which the error of the twin's wave is worth a flag
-_BESIDE = 0.1  # of the draws that may lie beside a fit within its interval
-_AT_BOUND = 1e-3  # of the range
+_BESIDE = 0.1  # share of the draws that a 90 % interval leaves out
+_NORMAL_90 = 1.645
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +72,21 @@ class Posterior:
     def outside(self) -> tuple[str, ...]:
         """Names of coefficients whose fit lies outside the 90 % interval.
 
-        Where the fit is at a bound the interval is one-sided: it ends at that bound and holds the nearest 90 % of draws.
+        Where the fit presses against a bound (nearer than half its own 90 % interval) the interval is one-sided: from
+        that bound on.
         """
+        reach = _NORMAL_90 * np.sqrt(np.diag(self.mode.coefficient_covariance))
         low, high = COEFFICIENT_BOUNDS
         found = []
-        for name, fit, draws in zip(NAMES, self.mode.coefficients, self.coefficients.T, strict=True):
-            at_bound = min(fit - low, high - fit) < _AT_BOUND * (high - low)
-            if not at_bound and min((draws < fit).mean(), (draws > fit).mean()) < _BESIDE / 2:
+        for name, fit, draws, near in zip(NAMES, self.mode.coefficients, self.coefficients.T, reach, strict=True):
+            below, above = float((draws < fit).mean()), float((draws > fit).mean())
+            if fit - low < near:
+                outside = above < _BESIDE
+            elif high - fit < near:
+                outside = below < _BESIDE
+            else:
+                outside = min(below, above) < _BESIDE / 2
+            if outside:
                 found.append(name)
         return tuple(found)
 

@@ -66,9 +66,9 @@ class PredictedTrial:
         if self.role != "fit" or (self.speed_inside and self.inside >= _FEWEST_INSIDE):
             return ()
         message = (
-            f"{self.name} was fitted and lies outside its own predictive bands: its speed, {1000 * self.speed:.0f} mm/s, "
-            f"should be {1000 * self.outer[0]:.0f} to {1000 * self.outer[-1]:.0f}, and {100 * self.inside:.0f} % of its "
-            "marker coordinates lie in theirs"
+            f"{self.name} was fitted and lies outside its own predictive bands: it swims at {1000 * self.speed:.0f} "
+            f"mm/s, should at {1000 * self.outer[0]:.0f} to {1000 * self.outer[-1]:.0f}, and {100 * self.inside:.0f} % "
+            "of its marker coordinates lie in theirs"
         )
         return (Flag("fit_outside", message=message),)
 

@@ -18,10 +18,10 @@ from fitting.posterior.sampling import WALKERS, placed, sampler
 
 _FIRST, _ROUND = 112, 64  # simulations: for a cubic (56 terms) with as many to spare; of each further round
 _ROUNDS = 8  # most
-_STEPS = 300  # of the walkers in each round
+_STEPS = 500  # of the walkers in each round
 _OUTWARD = 1.7  # by which draws are moved from their middle: beyond where walkers will go
 _GOOD_ENOUGH = 1.0  # standard deviation of emulated minus simulated ln likelihood, below which no round follows
-_STABLE_SD = 0.25  # by which means may still move from round to round, in standard deviations
+_STABLE_SD = 0.4  # by which medians and ends of intervals may still move from round to round, in standard deviations
 
 
 class Surrogate(NamedTuple):
@@ -32,7 +32,7 @@ class Surrogate(NamedTuple):
         walkers: (w, 7) draws to start from.
         simulations: of each trial.
         error: standard deviation of emulated minus simulated ln likelihood at fresh draws.
-        settled: whether the means stood still in the last round, and the emulator missed fresh draws by no more than
+        settled: whether intervals stood still in the last round, and the emulator missed fresh draws by no more than
             the error that the likelihood counts.
     """
 
@@ -55,22 +55,22 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
     points = _about(mode, _FIRST, _OUTWARD, random)
     good, features = _simulated(mode, points)
     points, features = points[good], features[good]
-    walkers, before, error, settled = _begin(mode, random), mode.coefficients, np.inf, False
+    walkers, before, error, settled = _begin(mode, random), np.full((3, 5), np.inf), np.inf, False
     for round_ in range(_ROUNDS):
         tell(f"emulating the twin, round {round_ + 1}", round_ / _ROUNDS)
         likelihood = Likelihood.of(mode, fit_emulator(points, features))
         ensemble = sampler(likelihood, random)
         ensemble.run_mcmc(placed(walkers, likelihood, random), _STEPS, skip_initial_state_check=True)
         walkers, drawn = ensemble.get_last_sample().coords, ensemble.get_chain(discard=_STEPS // 2, flat=True)
-        middle, spread = drawn[:, :5].mean(axis=0), drawn[:, :5].std(axis=0)
+        places, spread = np.quantile(drawn[:, :5], [0.05, 0.5, 0.95], axis=0), drawn[:, :5].std(axis=0)
         fresh = drawn[random.choice(len(drawn), _ROUND, replace=False)]
-        fresh[_ROUND // 2 :, :5] = _reflected(middle + _OUTWARD * (fresh[_ROUND // 2 :, :5] - middle))
+        fresh[_ROUND // 2 :, :5] = _reflected(places[1] + _OUTWARD * (fresh[_ROUND // 2 :, :5] - places[1]))
         good, more = _simulated(mode, fresh[:, :5])
         inner = good & (np.arange(_ROUND) < _ROUND // 2)
         error, held = _missed(likelihood, fresh[inner], more[inner])
         points, features = np.vstack([points, fresh[good, :5]]), np.vstack([features, more[good]])
-        settled = held and bool((np.abs(middle - before) < _STABLE_SD * spread).all())
-        before = middle
+        settled = held and bool((np.abs(places - before) < _STABLE_SD * spread).all())
+        before = places
         if settled and error < _GOOD_ENOUGH:
             break
     likelihood = Likelihood.of(mode, fit_emulator(points, features))
@@ -78,8 +78,8 @@ def fit_surrogate(mode: Mode, seed: int = 0, tell: Progress = lambda _message, _
 
 
 def _simulated(mode: Mode, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(s,) whether the twin stood at points (s, 5), and (s, k) features there, of a vanishing time step."""
-    features = mode.model.simulated(points) + mode.shift
+    """(s,) whether the twin stood at points (s, 5), and (s, k) features there."""
+    features = mode.model.simulated(points)
     return np.isfinite(features).all(axis=1), features
 
 
