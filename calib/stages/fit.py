@@ -26,7 +26,7 @@ from swimmer.scenery import add_scenery
 if TYPE_CHECKING:
     from fitting.marginal import Marginal
 
-_FORM = 8  # of calibration.json
+_FORM = 9  # of calibration.json
 _UPON = ("posterior.nc", "report.html")  # results that rest on a fit
 
 
@@ -80,7 +80,7 @@ class StructureStage(Stage):
     """
 
     def __init__(self, job: Job, recordings: Recordings) -> None:
-        super().__init__(job.results / STRUCTURE.name, {}, {"form": 2}, [recordings])
+        super().__init__(job.results / STRUCTURE.name, {}, {"form": 3}, [recordings])
         self._job, self._recordings = job, recordings
 
     def current(self) -> Structure:
