@@ -89,7 +89,7 @@ def _panel_each(x: str) -> tuple[Figure, list[Axes]]:
 
 @styled
 def posterior_whiteness_figure(found: PosteriorSummary) -> Figure:
-    """A panel a fit trial: autocorrelation of the tracks' residuals, of the model, and of what it leaves."""
+    """A panel a fit trial: autocorrelation of the tracks' residuals, and of what the noise model leaves."""
     width, columns = small_multiples(len(found.whiteness))
     wide = width > HALF_WIDTH_IN
     grid = Grid(columns if wide else min(columns, 2), 1.3, gap_in=(0.16, 0.36))
@@ -97,8 +97,7 @@ def posterior_whiteness_figure(found: PosteriorSummary) -> Figure:
     name_panels(drawn, [shortened(white.trial) for white in found.whiteness], grid.columns)
     for axes, white in zip(drawn, found.whiteness, strict=True):
         axes.plot(white.lag_s, white.raw, "o", color=MUTED, markersize=2.8, label="tracks beside a smooth swim")
-        axes.plot(white.lag_s, white.modelled, color=MUTED, linewidth=1.0, label="noise model")
-        axes.plot(white.lag_s, white.left, "o", color=TWIN, markersize=3.2, label="left after it")
+        axes.plot(white.lag_s, white.innovations, "o", color=TWIN, markersize=3.2, label="left after the noise model")
         axes.axhspan(-white.limit, white.limit, facecolor=FAINT, linewidth=0, label="white, 95 %")
         axes.set_ylim(-0.35, 1.0)
         axes.set_xlim(left=0)

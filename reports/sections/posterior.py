@@ -293,8 +293,8 @@ def _checks(found: PosteriorSummary) -> tuple[Block, ...]:
     white = Plot(
         posterior_whiteness_figure(found),
         "posterior-whiteness",
-        "Errors of the tracks beside a smooth swim are alike from frame to frame (grey), as the noise model has it "
-        "(line). What it leaves (blue) should lie within the band of white noise.",
+        "Errors of the tracks beside a smooth swim are alike from frame to frame (grey). What the noise model leaves "
+        "(blue) should lie within the band of white noise.",
     )
     trace = Plot(
         posterior_trace_figure(found),
@@ -319,8 +319,8 @@ def _noise(found: PosteriorSummary) -> Table:
             shown(white.lasts_s, 2),
             shown(100 * white.white, 0),
             shown(float(np.median(white.sd_m)) * MM, 2),
-            shown(float(white.beside_before[1]), 2),
-            f"{shown(float(white.beside[1]), 2)} (chance {shown(float(white.beside_limit[1]), 2)})",
+            shown(float(white.alike_raw[1]), 2),
+            f"{shown(float(white.alike[1]), 2)} (chance {shown(float(white.neighbours_limit[1]), 2)})",
             "yes" if white.is_white else "no",
         )
         for white in found.whiteness

@@ -113,4 +113,4 @@ def _whiteness(name: str) -> Whiteness:
     left = np.where(np.arange(10) % 2, 0.01, -0.01)
     beside = np.full((2, len(MARKERS) - 1), 0.5), np.full((2, len(MARKERS) - 1), 0.04), np.array([0.07, 0.2])
     sd_m = np.full(len(MARKERS), 0.0008)
-    return Whiteness(name, lag_s, lasting, lasting, left, 0.03, *beside, 150, 21.0, 0.1, 0.1, sd_m)
+    return Whiteness(name, lag_s, lasting, left, 0.03, *beside, 150, 21.0, 0.1, 0.1, sd_m)

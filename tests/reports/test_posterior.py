@@ -91,7 +91,7 @@ def test_checks_carry_their_numbers(page: Page) -> None:
 @pytest.mark.usefixtures("words_alone")
 def test_noise_that_neighbours_still_share_is_said() -> None:
     found = made_summary()
-    alike = tuple(replace(white, beside_left=0.4 + 0 * white.beside_left) for white in found.whiteness)
+    alike = tuple(replace(white, neighbours=0.4 + 0 * white.neighbours) for white in found.whiteness)
     text = page_of(replace(found, whiteness=alike, flags=tuple(noise_flags(alike)))).text
 
     assert "medium 150 21 0.10 10 0.80 0.50 0.40 (chance 0.20) no" in text

@@ -142,4 +142,4 @@ def test_a_summary_is_read_back_as_it_was_written(tmp_path: Path) -> None:
         np.testing.assert_equal(kept._asdict(), told._asdict())
     assert after.identifiability.sentence == before.identifiability.sentence
     assert after.whiteness[0].is_white
-    np.testing.assert_allclose(after.whiteness[0].beside_left, before.whiteness[0].beside_left)
+    np.testing.assert_allclose(after.whiteness[0].neighbours, before.whiteness[0].neighbours)
