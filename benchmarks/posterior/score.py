@@ -69,7 +69,7 @@ class PosteriorScore:
 
     @property
     def warnings(self) -> frozenset[str]:
-        """Kinds of flags by which a reader was told not to believe the intervals."""
+        """Kinds of flags by which a reader is warned not to believe the intervals."""
         misfit = {"model_discrepancy"} if self.misfit_p < MISFIT_P else set()
         return frozenset(misfit | (set(WARNINGS) & set(self.flags)))
 

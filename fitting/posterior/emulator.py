@@ -13,9 +13,9 @@ from scipy.linalg import solve_triangular
 
 from fitting.objective import COEFFICIENT_BOUNDS
 
-_RIDGE = 1e-8
-_SPARE = 2.5  # points over terms, at least
-_FARTHEST = 2.0  # leverage up to which it is trusted
+_RIDGE = 1e-8  # of the mean moment of the terms, so that these can be inverted
+_SPARE = 2.5  # points over terms, at least: with 1.6 the long tail of Magnus lift on the real robot was cut short
+_FARTHEST = 2.0  # leverage up to which it is trusted; a point that the polynomials must meet has 1
 
 
 @dataclass(frozen=True, eq=False)

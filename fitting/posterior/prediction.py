@@ -25,14 +25,14 @@ from swimmer import Runs
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 DRAWS = 40
 SECONDS = 5.0  # of a further trial
-_RUN_IN_BEATS = 4.0  # before it
+_RUN_IN_BEATS = 4.0  # before it: the speed settles
 _NOISES = 20  # draws of everything else for each
 _FEWEST_INSIDE = 0.8  # share of marker coordinates within 90 % bands: chance leaves 0.83 and more in 19 of 20 trials
 
 
 @dataclass(frozen=True, eq=False)
 class PredictedTrial:
-    """One trial beside what the posterior predicts of it.
+    """One trial and what the posterior predicts of it.
 
     Attributes:
         name, role: of the trial.
@@ -96,7 +96,7 @@ class PredictedSweep:
 
 
 def predict_trials(posterior: Posterior, trials: Sequence[MeasuredTrial], seed: int = 0) -> tuple[PredictedTrial, ...]:
-    """Each trial beside draws from the posterior, fit and held-out ones."""
+    """Each trial by draws from the posterior, fit and held-out ones."""
     mode, random = posterior.mode, np.random.default_rng([seed, 4])
     draws, scatter = _some(posterior, random), scatter_of(mode)
     fitted = {block.model.trial.name: block for block in mode.blocks}
@@ -108,7 +108,7 @@ def predict_trials(posterior: Posterior, trials: Sequence[MeasuredTrial], seed: 
         else:
             (block,), (at_mode,) = blocks_of_windows(mode, [Windows.of(mode, trial).late], scatter)
             simulated = _simulated(mode, block, at_mode, draws)
-        found.append(_beside(trial, block, *_predicted(posterior, block, draws, simulated), random, seed))
+        found.append(_of_trial(trial, block, *_predicted(posterior, block, draws, simulated), random, seed))
     return tuple(found)
 
 
@@ -156,7 +156,7 @@ def _predicted(
     return simulated + off @ gain, total[count:, count:] - cross.T @ gain
 
 
-def _beside(
+def _of_trial(
     trial: MeasuredTrial,
     block: Block,
     mean: np.ndarray,

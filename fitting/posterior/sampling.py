@@ -17,8 +17,8 @@ VARIABLES = (*NAMES, "ln_wave_discrepancy", "ln_speed_discrepancy")
 WALKERS = 64
 R_HAT = 1.01
 _MOVES = ((emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.2), (emcee.moves.KDEMove(), 0.2))
-_CHUNK, _LONGEST = 1000, 40_000  # steps
-_BURN_IN = 0.2
+_CHUNK, _LONGEST = 1000, 40_000  # steps: some 10 autocorrelation times at least, and a few minutes at most
+_BURN_IN = 0.2  # of the steps, though walkers begin within the posterior
 _APART = 1e-6  # relative, by which copies of walkers differ: a snooker move from one to its double is undefined
 
 
@@ -70,7 +70,7 @@ def sampler(likelihood: Likelihood, random: np.random.Generator) -> emcee.Ensemb
 
 
 def placed(walkers: np.ndarray, likelihood: Likelihood, random: np.random.Generator) -> np.ndarray:
-    """(w, 7) walkers, those that stand where nothing is known put beside others."""
+    """(w, 7) walkers, those that stand where nothing is known put next to others."""
     known = np.isfinite(log_posterior(likelihood, walkers))
     others = walkers[random.choice(np.flatnonzero(known), len(walkers))]
     others = others * (1 + _APART * random.standard_normal(others.shape))

@@ -109,7 +109,7 @@ def summarise(
     tell("predicting the speed over frequency", 0.3)
     sweep = predict_sweep(posterior, sweep_frequencies([t.frequency.hz for t in trials], SWEPT), seed)
     white = tuple(whiteness(trial) for trial in posterior.mode.model.trials)
-    beside = [flag for trial in predicted for flag in trial.flags]
+    missed = [flag for trial in predicted for flag in trial.flags]
     return PosteriorSummary(
         marginals=posterior.marginals,
         chains=draws.chains,
@@ -128,5 +128,5 @@ def summarise(
         sweep=sweep,
         trials=predicted,
         whiteness=white,
-        flags=(*posterior.flags, *beside, *noise_flags(white), *robot_flags(robot), *left_out.flags),
+        flags=(*posterior.flags, *missed, *noise_flags(white), *robot_flags(robot), *left_out.flags),
     )

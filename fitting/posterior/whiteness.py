@@ -1,6 +1,6 @@
 """Is the noise of the tracks as the model has it? What it leaves must be white, in time and between neighbours.
 
-All samples of a trial are freed at once of what the noise model correlates, beside a smooth swim.
+All samples of a trial are freed at once of what the noise model correlates, and of a smooth swim.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ _RATES = ("", ", up to the third harmonic")
 
 @dataclass(frozen=True, eq=False)
 class Whiteness:
-    """Correlation of one trial's tracks beside a smooth swim, before and after the noise model.
+    """Correlation of the residuals of one trial's tracks about a smooth swim, before and after the noise model.
 
     Attributes:
         trial: its name.
@@ -81,7 +81,7 @@ class Whiteness:
 
     @property
     def across(self) -> bool:
-        """Whether neighbours are left with no more correlation than chance gives."""
+        """Whether neighbours are no more alike after the model than by chance."""
         return not (self.alike > self.neighbours_limit).any()
 
     @property
@@ -91,7 +91,7 @@ class Whiteness:
 
     @property
     def fault(self) -> str:
-        """What is left that should not be, in words; empty where the noise is white."""
+        """What is not white after the model, in words; empty where all is."""
         said = []
         if not self.in_time:
             said.append(
@@ -134,14 +134,14 @@ def whiteness(model: TrialModel) -> Whiteness:
     fastest_hz = HARMONICS * np.ptp(gait.turn_rad) / (2 * np.pi * np.ptp(gait.time_s))
     time_s = gait.time_s[: len(at)]
     slow = np.exp(-0.5 * (2 * np.pi * fastest_hz * (time_s[:, None] - time_s)) ** 2)
-    beside = []
+    found = []
     for first, second in zip(at.T[:-1], at.T[1:], strict=True):
         both = (first >= 0) & (second >= 0)
         if both.sum() >= _ENOUGH:
             weights = (None, slow[np.ix_(both, both)])
-            beside.append([_pair(samples, first[both], second[both], weight) for weight in weights])
-    raw, left, variance = np.moveaxis(np.array(beside).reshape(-1, 2, 3), -1, 0).swapaxes(1, 2)  # (2, m - 1) each
-    count = max(len(beside), 1)
+            found.append([_pair(samples, first[both], second[both], weight) for weight in weights])
+    raw, innovations, variance = np.moveaxis(np.array(found).reshape(-1, 2, 3), -1, 0).swapaxes(1, 2)  # (2, m - 1) each
+    count = max(len(found), 1)
     return Whiteness(
         trial=model.trial.name,
         lag_s=lag_s,
@@ -149,7 +149,7 @@ def whiteness(model: TrialModel) -> Whiteness:
         innovations=in_time[:, 1],
         limit=1.96 / np.sqrt(max(2 * len(samples.white), 1)),
         neighbours_raw=raw,
-        neighbours=left,
+        neighbours=innovations,
         neighbours_limit=np.sqrt(chi2.ppf(_BY_CHANCE, count) * variance.sum(axis=1)) / count,
         frames=len(gait.time_s),
         effective=noise.effective,
@@ -160,7 +160,7 @@ def whiteness(model: TrialModel) -> Whiteness:
 
 
 class _Samples(NamedTuple):
-    """Of s samples: (s, 2) residuals beside a smooth swim, and innovations; (s, c) what that swim took of these."""
+    """Of s samples: (s, 2) residuals about a smooth swim, and innovations; (s, c) what that swim took of these."""
 
     raw: np.ndarray
     white: np.ndarray
