@@ -17,7 +17,7 @@ from fitting.model.features import COURSE, HARMONICS, SPEED, Gait, advanced, of_
 from fitting.model.mode import Mode, jacobian_at, time_step_errors
 from fitting.model.noise import GaitNoise
 from fitting.model.trial_model import Freedoms, TrialModel, freedoms_together
-from fitting.model.variance import COEFFICIENT_SD, FORECAST_SPEED, Block, Covariance
+from fitting.model.variance import COEFFICIENT_SD, Block, Covariance
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData
 from tracking import HeadFrame
@@ -145,7 +145,7 @@ def repeated(mode: Mode, number: int) -> FeatureForecast:
 
 def forecast_from_command(mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> FeatureForecast:
     """Of a window of a new trial, by what the fitted trials alone tell; in step with its tail."""
-    return _conditional(mode, _late_block(mode, window, scatter), jacobian_at([window], mode.coefficients), None)
+    return _conditional(mode, block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), None)
 
 
 def forecast_after_beats(mode: Mode, windows: Windows, scatter: Scatter = EVEN) -> FeatureForecast:
@@ -156,7 +156,7 @@ def forecast_after_beats(mode: Mode, windows: Windows, scatter: Scatter = EVEN) 
     """
     if windows.early is None:
         raise NotEnoughData(f"trial {windows.late.trial.name}: its first two beats are too short to tell anything")
-    late = _late_block(mode, windows.late, scatter)
+    late = block_of(mode, windows.late, scatter)
     early = _early_block(mode, windows.early, late, scatter)
     return _conditional(mode, late, jacobian_at([windows.late], mode.coefficients), early)
 
@@ -181,8 +181,8 @@ def scatter_of(mode: Mode) -> Scatter:
 _MEDIAN_OF_SQUARE = 0.4549  # of a standard normal number
 
 
-def _late_block(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
-    """Of a new trial; its features are what the twin simulates."""
+def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
+    """A window of a new trial; its features are what the twin simulates."""
     (freedoms,) = freedoms_together([window], mode.coefficients)
     (time_step,) = time_step_errors([window], mode.coefficients)
     simulated = window.simulated(mode.coefficients[None])[0]
@@ -243,7 +243,7 @@ def _conditional(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Blo
         block, phase = early
         blocks, rows = [*blocks, block], [*rows, _ahead(jacobian, phase)]
         residual = np.append(residual, block.model.measured - block.features)
-    total = Covariance.of(blocks, mode.blocks).at({**mode.sizes, "speed_common": FORECAST_SPEED})
+    total = Covariance.of(blocks, mode.blocks).at(mode.forecast_sizes)
     slopes = np.vstack(rows)
     total += COEFFICIENT_SD**2 * slopes @ slopes.T
     count, length = len(mode.residual), len(late.features)
