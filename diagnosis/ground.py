@@ -11,6 +11,7 @@ from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.generic import GenericGap, generic_covariance
 from fitting.free_decay import Ring
+from fitting.model.features import OF_A_MARKER, places_of_markers, places_of_slides
 from fitting.model.session_model import START_PHASE_RAD, Disturbances, PlacesOff, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
@@ -24,6 +25,7 @@ from swimmer import Twin
 from swimmer.mjcf import DRY
 
 STARTS = ((0.6, 3.0, 6.0, 4.0, 1.5), (1.2, 1.5, 4.0, 3.0, 0.5))
+_LEAST_FRAMES = 28  # of a marker, from which its mean, harmonics, drift and noise are told
 _CLEARLY = 1.0  # -2 ln of probability by which a later start has to be likelier
 _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the means happen to agree
 
@@ -199,6 +201,45 @@ class Ground:
     def swims(self) -> tuple[MeasuredTrial, ...]:
         """Without the dry runs."""
         return tuple(each.trial for each in self.model.trials if not each.twin.scene.head_clamped)
+
+    @cached_property
+    def trial_of(self) -> np.ndarray:
+        """(k,) number of the trial that each number of the row is of; -1 of free decays."""
+        trials = np.arange(len(self.trials))
+        own = len(self.model.measured) // len(trials)
+        whose = [np.repeat(trials, own), trials, np.array(self.model.logged, int), np.full(self.model.of_rings, -1)]
+        return np.concatenate(whose)
+
+    @cached_property
+    def observed(self) -> np.ndarray:
+        """(g,) gait features that the tracks tell: not those of a marker that is masked in nearly all frames."""
+        told = []
+        for model in self.model.trials:
+            seen = model.gait.usable.sum(axis=0) >= _LEAST_FRAMES  # (m,)
+            length = len(model.measured)
+            places, slides = np.ones(length, bool), places_of_slides(length)
+            places[places_of_markers(length)] = np.repeat(seen, 2 * OF_A_MARKER)
+            places[slides] = seen[: slides.stop - slides.start]
+            told.append(places)
+        return np.concatenate(told)
+
+    def whitened(self, left: np.ndarray) -> np.ndarray:
+        """(k,) of unit noise, a residual (k,)."""
+        return np.asarray(solve_triangular(self.space.root, left, lower=True))
+
+    @cached_property
+    def told(self) -> np.ndarray:
+        """(q,) places of the observed gait features of all swims, which are scored."""
+        gaits = len(self.model.measured) // len(self.trials) * len(self.swims)
+        return np.flatnonzero(self.observed[:gaits])
+
+    def whitened_swims(self, left: np.ndarray) -> np.ndarray:
+        """(..., q) of unit noise, the observed gait features of all swims in residuals (..., k).
+
+        Without frequencies and decays, which are data of their own.
+        """
+        root = np.linalg.cholesky(self.covariance[np.ix_(self.told, self.told)])
+        return np.asarray(solve_triangular(root, left[..., self.told].T, lower=True).T)
 
     @property
     def has_dry(self) -> bool:
