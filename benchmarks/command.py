@@ -1,4 +1,4 @@
-"""What `calib benchmark` can do in a checkout: `search`, `tracking`, `posterior`, `effects`."""
+"""What `calib benchmark` can do in a checkout: `tracking`, `posterior`, `effects`."""
 
 import json
 from contextlib import nullcontext
@@ -9,30 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from benchmarks.posterior.effect_names import Effect
-from calib.commands.arguments import AsJson, SessionFolder, Workers
+from calib.commands.arguments import AsJson
 
 if TYPE_CHECKING:
     from benchmarks.scores import Scores
-
-
-def search(
-    session: SessionFolder,
-    seeds: Annotated[int, typer.Option(min=1, help="of each search")] = 3,
-    budget: Annotated[float, typer.Option(min=100.0, help="simulated seconds of each search")] = 18_000.0,
-    workers: Workers = 0,
-    as_json: AsJson = False,
-) -> None:
-    """Compares the searches on a session's fit trials: same budget, both objectives."""
-    from benchmarks.searches import compare_methods
-    from calib.options import Options
-    from calib.pipeline import working
-    from swimmer import Twin
-
-    with working(session, as_json, Options(workers=workers)) as pipeline:
-        fitted = [trial for trial in pipeline.trials if trial.role == "fit"]
-        twin = Twin(pipeline.structure.robot, fitted[0].markers, workers=workers)
-        scores = compare_methods(fitted, twin, seeds, budget, tell=pipeline.job.tell)
-    _tell(scores, as_json)
 
 
 def tracking(
@@ -160,4 +140,4 @@ def _tell(scores: "Scores", as_json: bool) -> None:
     print(scores.json() if as_json else scores.text(), end="" if as_json else "\n")
 
 
-COMMANDS = (search, tracking, posterior, effects)
+COMMANDS = (tracking, posterior, effects)

@@ -15,16 +15,14 @@ from typing import Any
 
 import pandas as pd
 
-from calib.options import EffortName, Options
+from calib.options import EffortName, ObjectiveName, Options
 from calib.pipeline import open_session as _open_session
 from calib.pipeline import working
 from calib.progress import progress_bar
 from calib.results.fit import FitResult
-from calib.results.forecast import ForecastResult
 from calib.results.gap import EffectTest, GapResult
 from calib.results.made import (
     fit_result,
-    forecast_result,
     gap_result,
     posterior_result,
     structure_result,
@@ -39,7 +37,6 @@ from calib.results.twin import SwimTwin
 from calib.stages.diagnosis import check_names
 from calib.stages.fit import nominal_mjcf
 from calib.tracked_videos import check_form, correct_track, track_videos
-from fitting import Comparison, MethodName
 from reports import write_index
 from session import FaultCollector, InputError, NotEnoughData, Session, SwimcalError
 from session.create import FISHSIM_MARKERS, new_from_fishsim
@@ -55,7 +52,6 @@ __all__ = [
     "EffectTest",
     "Export",
     "FitResult",
-    "ForecastResult",
     "GapResult",
     "InputError",
     "ModelMismatch",
@@ -79,7 +75,6 @@ __all__ = [
     "effects",
     "export_mjcf",
     "fit",
-    "forecast",
     "load_tracks",
     "load_twin",
     "new_public_session",
@@ -118,11 +113,15 @@ def fit(
     effort: EffortName = "full",
     *,
     workers: int = 0,
-    method: MethodName = "gradient",
-    objective: Comparison = "published",
+    objective: ObjectiveName = "likelihood",
     progress: bool = True,
 ) -> FitResult | StructureResult:
-    """Fits the five fluid coefficients, with hinges, crank, frequencies, phases and elongated body theory.
+    """Fits the five fluid coefficients, with hinges, crank, frequencies, phases and elongated body theory; forecasts.
+
+    The coefficients are the likeliest in a hierarchical model of the fit trials: beside them it has what differs from
+    trial to trial (trim, registration of the head frame, boxes, start) and a model discrepancy over frequency. Every
+    held-out trial is forecast by the twin alone, from its command, and after its first two beats; beside these stand a
+    line, a power law and a constant stride through the fitted speeds, and "goes on as in its first two beats".
 
     Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not recorded
     is assumed to be as the robot is described. Another fit that stands there is kept in `results/kept`.
@@ -131,8 +130,8 @@ def fit(
         session: opened, or its folder.
         effort: how hard to search.
         workers: threads; 0 for all cores.
-        method: the search: "gradient", or "bo-nm" (Bayesian optimisation, then Nelder-Mead, as published).
-        objective: "published" compares markers in the head frame, "shape" relative to the nose in every frame.
+        objective: "published" also runs the published search (Bayesian optimisation, then Nelder-Mead, of the mean
+            marker distance) and keeps it beside the fit, for comparison; it takes minutes.
         progress: show it on standard error.
 
     Returns:
@@ -142,49 +141,22 @@ def fit(
         InputError, NotEnoughData, SimulationDiverged: what keeps trials from being fitted, all at once.
 
     Source:
-        Michelis et al. (2026), "Simple Models, Real Swimming": objective, crank grid search, head frame.
+        Kennedy and O'Hagan (2001), calibration with a discrepancy; Patterson and Thompson (1971), restricted
+        likelihood. Michelis et al. (2026), "Simple Models, Real Swimming": crank grid search, head frame.
 
     Example:
         >>> found = fit("datasets/sample", "quick")             # doctest: +SKIP
         >>> found.coefficients.kutta_lift, found.verdict        # doctest: +SKIP
         (4.59, 'doubtful')
     """
-    with _working(session, Options(effort, workers, method, objective), progress) as pipeline:
+    with _working(session, Options(effort, workers), progress) as pipeline:
         if pipeline.only_dry:
             pipeline.structured()
             return structure_result(pipeline)
         pipeline.fit()
+        if objective == "published":
+            pipeline.published()
         return fit_result(pipeline)
-
-
-def forecast(
-    session: AnySession, effort: EffortName = "full", *, workers: int = 0, progress: bool = True
-) -> ForecastResult:
-    """Fits one hierarchical model to the fit trials and forecasts every trial, beside simple baselines.
-
-    The model has the five coefficients, what differs from trial to trial (trim, registration of the head frame, boxes,
-    start) and a model discrepancy over frequency. Each held-out trial is forecast by the twin alone, from its command,
-    and after its first two beats; beside these stand a line, a power law and a constant stride through the fitted
-    speeds, and "goes on as in its first two beats". The fit that stands is neither used nor changed.
-
-    Args:
-        session: opened, or its folder.
-        effort: how many starts.
-        workers: threads; 0 for all cores.
-        progress: show it on standard error.
-
-    Raises:
-        InputError, NotEnoughData, SimulationDiverged: as `fit`.
-
-    Source:
-        Kennedy and O'Hagan (2001), calibration with a discrepancy; Patterson and Thompson (1971), restricted
-        likelihood.
-
-    Example:
-        >>> forecast("datasets/sample", "quick").to_frame("errors")   # doctest: +SKIP
-    """
-    with _working(session, Options(effort, workers), progress) as pipeline:
-        return forecast_result(pipeline, pipeline.forecast())
 
 
 def posterior(
@@ -405,7 +377,6 @@ def run(
             pipeline.structured()
             return structure_result(pipeline)
         pipeline.fit()
-        pipeline.evidence()
         if effort == "full":
             try:
                 pipeline.posterior()

@@ -6,8 +6,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
-from fitting import Comparison, MethodName
-from fitting.coefficients import FULL, QUICK
 from session import Session
 from session.folder import file_hashes
 from session.results import Provenance
@@ -16,7 +14,11 @@ from swimmer.engine import ENGINE, model_sha256
 from tracking.tracker import TrackerName
 
 EffortName = Literal["quick", "full"]
-EFFORTS = {"quick": QUICK, "full": FULL}
+ObjectiveName = Literal["likelihood", "published"]
+STARTS = {"quick": 2, "full": 4}
+"""Of the search for the coefficients, by effort."""
+PUBLISHED_S = {"quick": 3_000.0, "full": 18_000.0}
+"""Seconds that the published search may simulate, by effort."""
 Tell = Callable[[str, float | None], None]
 """Called with what is going on and the share done, None when unknown."""
 
@@ -32,16 +34,12 @@ class Options:
     Attributes:
         effort: "quick" or "full".
         workers: threads; 0 for all cores.
-        method: the search, see `fitting.methods`; None: that of the calibration which stands, else gradient.
-        comparison: what it minimises, see `fitting.Swims`; None: as in the calibration which stands, else published.
         tracker: see `tracking.tracker.TRACKERS`; None: that of the tracks which stand there, else hybrid.
         tell: receives progress.
     """
 
     effort: EffortName = "full"
     workers: int = 0
-    method: MethodName | None = None
-    comparison: Comparison | None = None
     tracker: TrackerName | None = None
     tell: Tell = field(default=_silent)
 

@@ -1,6 +1,5 @@
 """From a session folder to its results, stage by stage; what has not changed is not made again."""
 
-import itertools
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -11,12 +10,11 @@ from typing import TYPE_CHECKING, get_args
 from calib.options import EffortName, Job, Options
 from calib.progress import progress_bar
 from calib.stages.diagnosis import DiagnosisStage, check_names
-from calib.stages.fit import EvidenceStage, FitStage, StructureStage
-from calib.stages.forecast import ForecastStage
+from calib.stages.fit import FitStage, PublishedStage, StructureStage
 from calib.stages.posterior import PosteriorStage
 from calib.stages.recordings import Recordings
 from calib.stages.report import ReportStage
-from fitting import Calibration, Comparison, MeasuredTrial, MethodName, Structure
+from fitting import Calibration, MeasuredTrial, Structure
 from session import InputError, Session, load_session
 from session.errors import Fault
 from session.folder import SESSION_FILE
@@ -77,21 +75,19 @@ class Pipeline:
 
     @cached_property
     def fits(self) -> FitStage:
-        """The fit as asked for, else by the search of the calibration that stands, else the usual.
-
-        So that a fit by another search is reported, and not replaced by the usual one.
-        """
-        options = self.options
-        methods = get_args(MethodName) if options.method is None else (options.method,)
-        comparisons = get_args(Comparison) if options.comparison is None else (options.comparison,)
-        possible = list(self._possible_fits((options.effort,), methods, comparisons))  # the usual one comes first
-        return next((stage for stage in possible if stage.is_current), possible[0])
+        """The fit as asked for."""
+        return self._fit_of(self.options.effort)
 
     @property
     def standing_fit(self) -> FitStage | None:
-        """The fit that stands, whatever its effort and search; None where there is none of these recordings."""
-        fits = self._possible_fits(get_args(EffortName), get_args(MethodName), get_args(Comparison))
+        """The fit that stands, whatever its effort; None where there is none of these recordings."""
+        fits = map(self._fit_of, get_args(EffortName))
         return next((stage for stage in fits if stage.is_current), None)
+
+    def standing_published(self) -> PublishedStage | None:
+        """The published search that stands, whatever its effort; None where there is none of these recordings."""
+        stages = (self._published_of(effort) for effort in get_args(EffortName))
+        return next((stage for stage in stages if stage.is_current), None)
 
     def the_fit(self) -> FitStage:
         """The fit that stands.
@@ -122,11 +118,11 @@ class Pipeline:
             self.calibrated()
         return self.fits.file
 
-    def evidence(self) -> Path:
-        """`results/evidence.json` of the fit as asked for, both up to date; other pairs with full effort only."""
-        stage = EvidenceStage(self.job, self.fits)
-        if not (self.fits.is_current and stage.is_current):
-            stage.make(self.calibrated(), self.trials, self._twin())
+    def published(self) -> Path:
+        """`results/published.json`, up to date: what the published search leads to, for comparison."""
+        stage = self._published_of(self.options.effort)
+        if not stage.is_current:
+            stage.make()
         return stage.file
 
     def structured(self) -> Path:
@@ -139,14 +135,6 @@ class Pipeline:
     def calibrated(self) -> Calibration:
         """The calibration: made when inputs, program, engine or effort changed, else read back."""
         return self.fits.current()
-
-    def forecast(self) -> ForecastStage:
-        """`results/forecast.json`, up to date; the fit that stands is neither used nor changed."""
-        self.recordings.tracks()
-        stage = ForecastStage(self.job, self.recordings, self.structures)
-        if not stage.is_current:
-            stage.make()
-        return stage
 
     def posterior(self) -> Path:
         """`results/posterior.nc` of the fit that stands, up to date, and its summary in `calibration.json`.
@@ -211,21 +199,17 @@ class Pipeline:
             InputError: no fit of these recordings stands.
         """
         fit = self.the_fit()
-        evidence = EvidenceStage(self.job, fit)
-        stage = ReportStage(self.job, fit, evidence, self.standing_posterior(fit), self.standing_diagnosis())
+        beside = self.standing_published(), self.standing_posterior(fit), self.standing_diagnosis()
+        stage = ReportStage(self.job, fit, *beside)
         if not stage.is_current:
             stage.make(fit.read(), self.recordings.notes)
         return stage.file
 
-    def _possible_fits(
-        self, efforts: Sequence[EffortName], methods: Sequence[MethodName], comparisons: Sequence[Comparison]
-    ) -> Iterator[FitStage]:
-        for way in itertools.product(efforts, methods, comparisons):
-            yield FitStage(self.job, self.recordings, self.structures, *way)
+    def _fit_of(self, effort: EffortName) -> FitStage:
+        return FitStage(self.job, self.recordings, self.structures, effort)
 
-    def _twin(self) -> Twin:
-        """Of the robot with its structure."""
-        return Twin(self.structure.robot, self.trials[0].markers, workers=self.options.workers)
+    def _published_of(self, effort: EffortName) -> PublishedStage:
+        return PublishedStage(self.job, self.recordings, self.structures, effort)
 
 
 @contextmanager
@@ -235,7 +219,7 @@ def working(folder: Path, quiet: bool, options: Options | None = None) -> Iterat
     Args:
         folder: of the session, or its `session.toml`.
         quiet: no progress.
-        options: effort, threads, methods; who is told of the progress is replaced.
+        options: effort, threads; who is told of the progress is replaced.
     """
     session = open_session(folder.parent if folder.name == SESSION_FILE else folder)
     with session_lock(session.folder), progress_bar(quiet) as tell:

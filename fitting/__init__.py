@@ -3,8 +3,6 @@
 from fitting.calibration import CalibratedTrial, Calibration, calibrate
 from fitting.calibration_file import CalibrationResult
 from fitting.coefficient_fit import CoefficientFit
-from fitting.methods import MethodName
-from fitting.objective import Comparison
 from fitting.structure import Structure
 from fitting.trial import MeasuredTrial, measure_trial
 
@@ -13,9 +11,7 @@ __all__ = [
     "Calibration",
     "CalibrationResult",
     "CoefficientFit",
-    "Comparison",
     "MeasuredTrial",
-    "MethodName",
     "Structure",
     "calibrate",
     "measure_trial",

@@ -1,16 +1,17 @@
 """The first identification from end to end: measured swims in, a calibrated twin with its scores out."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fitting.coefficient_fit import CoefficientFit
-from fitting.coefficients import FULL, Effort, Progress
-from fitting.ebt import EbtFit, fit_every_form, speeds_beside
+from fitting.coefficient_fit import CoefficientFit, fit_coefficients
+from fitting.ebt import FORMS, EbtFit, fit_every_form, speeds_beside
 from fitting.forecast import fit_phase, forecast
-from fitting.methods import search
-from fitting.objective import Comparison, Swims
+from fitting.model.robot_doubt import doubts_of
+from fitting.model.session_forecast import TWIN, Forecast, SessionForecast, forecast_session
+from fitting.objective import Swims
+from fitting.published_search import PublishedFit, published_search
 from fitting.scoring import Scores, score
 from fitting.structure import Structure
 from fitting.sweep import SpeedSweep, sweep_frequencies, sweep_speed
@@ -19,6 +20,8 @@ from session import Flag, NotEnoughData
 from session.errors import SimulationDiverged
 from swimmer import FluidCoefficients, RobotSpec, Twin
 from tracking import HeadFrame
+
+Tell = Callable[[str, float | None], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +84,7 @@ class Calibration:
         ebts: elongated body theory in its forms, each fitted to the same fit trials, by name.
         trials: all swims, in the order of the session.
         sweep: simulated speed over frequency.
-        objective: what the search minimised, see `Swims`; every distance told here is the published one all the same.
+        forecasts: of every trial by the hierarchical model, and by simple baselines.
     """
 
     structure: Structure
@@ -89,7 +92,7 @@ class Calibration:
     ebts: Mapping[str, EbtFit]
     trials: tuple[CalibratedTrial, ...]
     sweep: SpeedSweep
-    objective: Comparison = "published"
+    forecasts: SessionForecast
 
     @property
     def robot(self) -> RobotSpec:
@@ -113,58 +116,83 @@ class Calibration:
 
     def summary(self, role: str) -> Summary | None:
         """Means over the fit or the held-out trials; None when there are none."""
-        chosen = [t for t in self.trials if t.measured.role == role]
-        if not chosen:
-            return None
-        errors = [{name: abs(speed - t.measured.speed) for name, speed in t.speeds.items()} for t in chosen]
-        speed_mae = {name: float(np.mean([error[name] for error in errors])) for name in errors[0]}
-        error_mm = 1000.0 * float(np.mean([t.scores.marker_error_m for t in chosen]))
-        return Summary(error_mm, speed_mae["twin"], speed_mae["published"], speed_mae)
+        return summarise([trial for trial in self.trials if trial.measured.role == role])
+
+
+def summarise(trials: Sequence[CalibratedTrial]) -> Summary | None:
+    """Means over some trials; None when there are none."""
+    if not trials:
+        return None
+    errors = [{name: abs(speed - t.measured.speed) for name, speed in t.speeds.items()} for t in trials]
+    speed_mae = {name: float(np.mean([error[name] for error in errors])) for name in errors[0]}
+    error_mm = 1000.0 * float(np.mean([t.scores.marker_error_m for t in trials]))
+    return Summary(error_mm, speed_mae["twin"], speed_mae["published"], speed_mae)
 
 
 def calibrate(
-    trials: list[MeasuredTrial],
+    trials: Sequence[MeasuredTrial],
     structure: Structure,
-    effort: Effort = FULL,
+    starts: int = 3,
     seed: int = 0,
     workers: int = 0,
-    method: str = "gradient",
-    comparison: Comparison = "published",
-    progress: Progress | None = None,
+    tell: Tell = lambda _message, _share: None,
 ) -> Calibration:
-    """Fits the coefficients and elongated body theory on the fit trials, then compares every trial.
+    """Fits the coefficients and elongated body theory on the fit trials, then compares and forecasts every trial.
 
     Args:
         trials: all swims, fit and held-out.
         structure: of the robot, see `fitting.structure.assumed` where only its description is known.
-        effort: how hard to search.
+        starts: of the search for the coefficients.
         seed: of the search.
         workers: threads; 0 for all cores.
-        method: a key of `fitting.methods.METHODS`.
-        comparison: what the search minimises, see `Swims`; scores, and the fit's mean distance, are the published
-            ones whatever it was.
-        progress: see `fit_coefficients`.
+        tell: of the progress.
 
     Raises:
         NotEnoughData: no fit trial, or trials without a usable sample; all of them at once.
+        SimulationDiverged: from every start, or at the end.
     """
     _refuse_unusable(trials)
-    fitted = [trial for trial in trials if trial.role == "fit"]
     twin = Twin(structure.robot, trials[0].markers, workers=workers)
-    swims = Swims(twin, tuple(fitted), comparison)
-    fit = search(method, swims, effort, seed, progress=progress)
-    if comparison != "published":
-        fit = replace(fit, mean_distance_m=_published_distance(replace(swims, comparison="published"), fit))
-    phases = dict(zip([t.name for t in fitted], fit.phase_rad, strict=True))
-    return assemble(trials, twin, fit, phases, structure, comparison)
+    fitted = [trial for trial in trials if trial.role == "fit"]
+    fit, mode = fit_coefficients(fitted, twin, doubts_of(structure.sources), starts, seed, tell)
+    tell("forecasting the trials", 0.9)
+    found = assemble(trials, twin, fit, {}, structure, forecast_session(mode, trials, seed))
+    return replace(found, forecasts=found.forecasts.with_models({t.measured.name: _alone(t) for t in found.trials}))
 
 
-def _published_distance(swims: Swims, fit: CoefficientFit) -> float:
-    """Of a fit that another objective led to, m."""
-    return float(swims.mean_distance(np.append(fit.coefficients, fit.phase_rad)[:, None])[0])
+def _alone(trial: CalibratedTrial) -> dict[str, Forecast]:
+    """What the twin says of a trial by itself, and elongated body theory from its measured tail."""
+    mm = 1000.0
+    twin = Forecast(trial.speed_twin, None, mm * trial.scores.marker_error_m, mm * trial.scores.shape_error_m)
+    return {TWIN: twin} | {f"ebt_{form.name}": Forecast(trial.speeds[form.name]) for form in FORMS}
 
 
-def _refuse_unusable(trials: list[MeasuredTrial]) -> None:
+def calibrate_as_published(
+    trials: Sequence[MeasuredTrial],
+    structure: Structure,
+    budget_s: float,
+    seed: int = 0,
+    workers: int = 0,
+    tell: Tell = lambda _message, _share: None,
+) -> tuple[PublishedFit, tuple[CalibratedTrial, ...]]:
+    """The published search on the fit trials, and every trial beside the twin that it leads to; for comparison.
+
+    Args, Raises:
+        As `calibrate`; `budget_s` are simulated seconds.
+    """
+    _refuse_unusable(trials)
+    twin = Twin(structure.robot, trials[0].markers, workers=workers)
+    fitted = tuple(trial for trial in trials if trial.role == "fit")
+
+    def told(share: float, best_m: float) -> None:
+        tell(f"searching as published, {1000 * best_m:.1f} mm so far", share)
+
+    fit = published_search(Swims(twin, fitted), budget_s, seed, told)
+    phases = dict(zip([trial.name for trial in fitted], fit.phase_rad, strict=True))
+    return fit, compare_trials(trials, twin, fit.coefficients, phases, fit_every_form(fitted, structure.robot))
+
+
+def _refuse_unusable(trials: Sequence[MeasuredTrial]) -> None:
     problems = []
     if not any(trial.role == "fit" for trial in trials):
         problems.append('no swim has role = "fit"; give at least one trial of session.toml that role')
@@ -180,12 +208,12 @@ def _refuse_unusable(trials: list[MeasuredTrial]) -> None:
 
 
 def assemble(
-    trials: list[MeasuredTrial],
+    trials: Sequence[MeasuredTrial],
     twin: Twin,
     fit: CoefficientFit,
-    phases: dict[str, float],
+    phases: Mapping[str, float],
     structure: Structure,
-    objective: Comparison = "published",
+    forecasts: SessionForecast,
 ) -> Calibration:
     """Every trial beside a twin whose coefficients are known.
 
@@ -195,26 +223,41 @@ def assemble(
         fit: the coefficients.
         phases: crank phase of each trial by name; those that are missing are found from the trial's known part.
         structure: that the coefficients were fitted with.
-        objective: that they were found by.
+        forecasts: of the trials.
     """
-    robot = structure.robot
     fitted = [trial for trial in trials if trial.role == "fit"]
-    ebts = fit_every_form(fitted, robot)
-    fitted_hz = (min(t.frequency.hz for t in fitted), max(t.frequency.hz for t in fitted))
-    compared = []
-    for trial in trials:
-        known = phases.get(trial.name)
-        phase = fit_phase(twin, trial, fit.coefficients) if known is None else float(known)
-        compared.append(_compare(twin, trial, fit.coefficients, ebts, phase, fitted_hz))
+    ebts = fit_every_form(fitted, structure.robot)
     frequencies = sweep_frequencies([trial.frequency.hz for trial in trials])
     return Calibration(
         structure=structure,
         fit=fit,
         ebts=ebts,
-        trials=tuple(compared),
-        sweep=sweep_speed(twin, fit.coefficients, ebts, frequencies, fitted_hz),
-        objective=objective,
+        trials=compare_trials(trials, twin, fit.coefficients, phases, ebts),
+        sweep=sweep_speed(twin, fit.coefficients, ebts, frequencies, _fitted_hz(fitted)),
+        forecasts=forecasts,
     )
+
+
+def compare_trials(
+    trials: Sequence[MeasuredTrial],
+    twin: Twin,
+    coefficients: FluidCoefficients,
+    phases: Mapping[str, float],
+    ebts: Mapping[str, EbtFit],
+) -> tuple[CalibratedTrial, ...]:
+    """Every trial beside the twin with some coefficients; arguments as for `assemble`."""
+    fitted_hz = _fitted_hz([trial for trial in trials if trial.role == "fit"])
+    compared = []
+    for trial in trials:
+        known = phases.get(trial.name)
+        phase = fit_phase(twin, trial, coefficients) if known is None else float(known)
+        compared.append(_compare(twin, trial, coefficients, ebts, phase, fitted_hz))
+    return tuple(compared)
+
+
+def _fitted_hz(fitted: Sequence[MeasuredTrial]) -> tuple[float, float]:
+    hz = [trial.frequency.hz for trial in fitted]
+    return min(hz), max(hz)
 
 
 def _compare(

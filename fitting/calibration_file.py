@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from fitting.calibration import CalibratedTrial, Calibration, Summary
+from fitting.calibration import CalibratedTrial, Calibration, Summary, summarise
 from fitting.coefficient_fit import CoefficientFit
 from fitting.command_forecast import CommandForecast, forecast_from_command
 from fitting.ebt import FORMS, FROM_TWIN
 from fitting.marginal import Marginal
-from fitting.objective import Comparison
+from fitting.model.session_forecast import SessionForecast
+from fitting.published_search import PublishedFit
 from fitting.structure import Source, Structure
 from session import Flag
 from session.results import ResultFile
@@ -90,8 +91,8 @@ class CalibrationResult:
         ebt: elongated body theory.
         summary: by role; None where there is no trial of it.
         flags: of the fit as a whole.
-        objective: what the search minimised, see `Swims`.
         fit: how the coefficients were found.
+        forecasts: of every trial by the hierarchical model, and by simple baselines.
         posterior: of each coefficient; empty until it was sampled.
     """
 
@@ -104,8 +105,8 @@ class CalibrationResult:
     ebt: EbtResult
     summary: Mapping[str, Summary | None]
     flags: tuple[Flag, ...]
-    objective: Comparison
     fit: CoefficientFit
+    forecasts: SessionForecast
     posterior: Mapping[str, Marginal] = field(default_factory=dict)
 
 
@@ -129,9 +130,34 @@ def calibration_result(calibration: Calibration) -> CalibrationResult:
         ),
         summary={role: calibration.summary(role) for role in ("fit", "holdout")},
         flags=calibration.flags,
-        objective=calibration.objective,
         fit=calibration.fit,
+        forecasts=calibration.forecasts,
     )
+
+
+@dataclass(frozen=True)
+class PublishedResult:
+    """The content of `published.json`: what the published objective and search lead to, for comparison.
+
+    Attributes:
+        fit: coefficients, and how they were found.
+        summary: by role; None where there is no trial of it.
+        trials: all swims by name; nothing is forecast from their commands.
+    """
+
+    fit: PublishedFit
+    summary: Mapping[str, Summary | None]
+    trials: Mapping[str, TrialResult]
+
+
+PUBLISHED = ResultFile("published.json", PublishedResult)
+
+
+def published_result(fit: PublishedFit, trials: tuple[CalibratedTrial, ...]) -> PublishedResult:
+    """The record of a published search."""
+    of_role = {role: [t for t in trials if t.measured.role == role] for role in ("fit", "holdout")}
+    summary = {role: summarise(chosen) for role, chosen in of_role.items()}
+    return PublishedResult(fit, summary, {t.measured.name: _trial(t, None) for t in trials})
 
 
 def _experiments(structure: Structure) -> dict[str, Experiment]:

@@ -15,8 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.mean_distance import SOFTENING_M
-from fitting.scoring import residuals
 from fitting.trial import MeasuredTrial
 from tracking import HeadFrame
 
@@ -25,6 +23,7 @@ MARKER_SD_M = 0.010  # of a marker from its described place, each way: 11 to 12 
 _ERROR_SD_M = (0.001, 0.010)  # of one beat, of what neither explains: at least; to begin with
 _MEAN_DISTANCE = np.sqrt(np.pi / 2)  # of errors of unit standard deviation each way
 _REWEIGHTED = 3
+_SOFTENING_M = 0.004  # distances below are quadratic
 _SPAN_M = 0.142  # between nose and neck, about
 _OF_BOXES = np.array(
     [
@@ -122,36 +121,6 @@ def place(
     return Placement(boxes, boxes_sd, marker_m, marker_sd_m)
 
 
-def placed_residuals(trials: Sequence[MeasuredTrial], simulated: Sequence[HeadFrame]) -> list[np.ndarray]:
-    """Simulated minus measured over the k scored frames of each trial, each column with its likeliest placement.
-
-    Markers are common to all trials, so the residuals of one trial depend a little on the simulation of another.
-
-    Args:
-        trials: t measured.
-        simulated: (s, n, m, 2) of each; column by column they belong together. It may end after the last scored frame.
-
-    Returns:
-        (s, k, m, 2) of each trial, m; nan where the simulation is.
-    """
-    free = _free(trials[0])
-    shapes = [_Shapes.of(t, head.shape_m, t.scored) for t, head in zip(trials, simulated, strict=True)]
-    found, _ = _likeliest(shapes)
-    markers = found[:, _OWN * len(trials) :].reshape(len(found), -1, 2)
-    left = []
-    for number, (trial, head, each) in enumerate(zip(trials, simulated, shapes, strict=True)):
-        boxes = found[:, _OWN * number : _OWN * (number + 1)]
-        larger, turned = (boxes @ _OF_BOXES.T)[:, :2].T[..., None, None]
-        frames = trial.scored[: head.path_m.shape[-2]]
-        first = int(np.flatnonzero(frames)[0])
-        path = head.path_m[:, frames] - head.path_m[:, first : first + 1]
-        error = residuals(trial, head, trial.scored) + (larger * path + turned * _quarter(path))[:, :, None]
-        error[:, :, free] += np.einsum("skicp,sp->skic", each.features, boxes)
-        error[:, :, free] += np.einsum("skicd,sid->skic", each.links, markers)
-        left.append(error)
-    return left
-
-
 @dataclass(frozen=True, eq=False)
 class _Shapes:
     """All markers but nose and neck of one trial.
@@ -205,7 +174,7 @@ def _likeliest(
             error = error - np.einsum("skicd,sid->skic", each.links, found[:, size:].reshape(columns, count, 2))
             square = (error**2).sum(axis=-1)  # (s, k, i)
             distances += (each.weight * np.sqrt(square)).sum(axis=(1, 2)) / total
-            weight = each.weight / (error_sd[:, None, None] * np.sqrt(square + SOFTENING_M**2))
+            weight = each.weight / (error_sd[:, None, None] * np.sqrt(square + _SOFTENING_M**2))
             normal[:, own, own] += np.einsum("ski,skicp,skicq->spq", weight, each.features, each.features)
             against[:, own] += np.einsum("ski,skicp,skic->sp", weight, each.features, each.off)
             cross = np.einsum("ski,skicp,skicd->spid", weight, each.features, each.links).reshape(columns, _OWN, -1)

@@ -1,68 +1,171 @@
-"""The published search: Bayesian optimisation of the coefficients, then Nelder-Mead over coefficients and phases.
+"""The published search, for comparison: Bayesian optimisation of the coefficients, then Nelder-Mead with the phases.
 
 "Simple Models, Real Swimming" (2026) finds its five coefficients so, on the mean marker distance after warm-up. The
 proposals of the Bayesian optimisation come in batches (constant liar) so that all cores are used; its Gaussian
-process runs on one BLAS thread, which is several times faster at this size.
+process runs on one BLAS thread, which is several times faster at this size. A point counts as a new best only if its
+twin swims forward from rest (see `fitting.from_rest`).
 """
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import nlopt
 import numpy as np
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.published_objective import PublishedObjective
+from fitting.forecast import phase_from_harmonic
+from fitting.from_rest import seconds_from_rest, swims_forward
+from fitting.objective import COEFFICIENT_BOUNDS, Swims
+from session.errors import SimulationDiverged
+from swimmer import FluidCoefficients
 
-INITIAL, BATCH = 16, 4  # Sobol points before the first proposal; proposals a batch
-BAYESIAN_SHARE = 0.3  # of the budget, the rest is Nelder-Mead's
-SIMPLEX = (1.0, 0.1)  # first steps of the simplex, in coefficients and in phases (rad)
-
-
-def bayesian(objective: PublishedObjective, budget_s: float, seed: int) -> None:
-    """Spends a budget of simulated seconds on Bayesian optimisation over the five coefficients."""
-    from bayes_opt import BayesianOptimization, acquisition  # half a second that no other search needs
-
-    low, high = COEFFICIENT_BOUNDS
-    names = [f"c{i}" for i in range(5)]
-    liar = acquisition.ConstantLiar(acquisition.ExpectedImprovement(xi=5e-4))
-    search = BayesianOptimization(
-        None, dict.fromkeys(names, (low, high)), acquisition_function=liar, random_state=seed, verbose=0
-    )
-
-    def evaluate(coefficients: np.ndarray) -> None:
-        distances = objective(objective.phased(coefficients))
-        for values, distance in zip(coefficients, distances, strict=True):
-            search.register(dict(zip(names, values, strict=True)), -float(distance))
-
-    with threadpool_limits(1):
-        evaluate(low + (high - low) * qmc.Sobol(5, rng=np.random.default_rng(seed)).random(INITIAL))
-        while objective.spent_s < budget_s:
-            proposals = [search.suggest() for _ in range(BATCH)]
-            evaluate(np.array([[float(p[name]) for name in names] for p in proposals]))
+Progress = Callable[[float, float], None]
+_INITIAL, _BATCH = 16, 4  # Sobol points before the first proposal; proposals a batch
+_BAYESIAN_SHARE = 0.3  # of the budget, the rest is Nelder-Mead's
+_SIMPLEX = (1.0, 0.1)  # first steps of the simplex, in coefficients and in phases (rad)
+_FREE_TURNS_RAD = 100.0  # phases are free; the optimiser asks for finite bounds
+_PENALTY = 1.5  # factor on the distance of what swims backward
 
 
-def nelder_mead(objective: PublishedObjective, budget_s: float, start: np.ndarray) -> bool:
-    """Spends the rest of a budget on bounded Nelder-Mead (nlopt) from a point (p,) of coefficients and phases.
+@dataclass(frozen=True, eq=False)
+class PublishedFit:
+    """What the published search finds.
 
-    Whether it converged: its simplex became small before the budget was spent.
+    Attributes:
+        coefficients: the best that swim forward from rest.
+        phase_rad: (t,) crank phase of each fit trial at its time 0.
+        mean_distance_m: the objective there, m.
+        converged: the simplex became small before the budget was spent.
+        simulations: how often the fit trials were simulated.
+        simulated_s: seconds simulated.
+        seconds: wall time.
+    """
+
+    coefficients: FluidCoefficients
+    phase_rad: np.ndarray
+    mean_distance_m: float
+    converged: bool
+    simulations: int
+    simulated_s: float
+    seconds: float
+
+
+def published_search(
+    swims: Swims, budget_s: float, seed: int = 0, progress: Progress = lambda _share, _best_m: None
+) -> PublishedFit:
+    """Runs it; in which order the trials come does not matter.
 
     Args:
-        objective: counts what is spent and keeps the best.
-        budget_s: simulated seconds at which it ends, unless it has converged before.
-        start: the first point.
+        swims: the fit trials and the twin.
+        budget_s: simulated seconds.
+        seed: of every random draw.
+        progress: called with the share done, 0 to 1, and the best mean distance so far, m.
+
+    Raises:
+        SimulationDiverged: no point that swims forward was found within the budget.
     """
-    optimiser = nlopt.opt(nlopt.LN_NELDERMEAD, len(start))
-    low, high = objective.bounds
-    optimiser.set_lower_bounds(low)
-    optimiser.set_upper_bounds(high)
-    steps = np.append(np.full(5, SIMPLEX[0]), np.full(len(start) - 5, SIMPLEX[1]))
-    steps[start + steps > high] *= -1
-    optimiser.set_initial_step(steps)
-    optimiser.set_xtol_rel(1e-5)
-    return objective.minimised(optimiser, np.clip(start, low, high), np.array, budget_s)
+    began = time.perf_counter()
+    order = np.argsort([trial.name for trial in swims.trials], kind="stable")  # draws go by a trial's place
+    search = _Search(Swims(swims.twin, tuple(swims.trials[i] for i in order)), budget_s, progress)
+    search.bayesian(_BAYESIAN_SHARE * budget_s, seed)
+    converged = search.nelder_mead()
+    if not np.isfinite(search.best_m):
+        raise SimulationDiverged(
+            f"Bayesian optimisation, then Nelder-Mead: none of {search.simulations} points within {budget_s:g} "
+            "simulated seconds swims forward from rest; take the recommended fit, or a larger effort"
+        )
+    return PublishedFit(
+        coefficients=FluidCoefficients(*map(float, search.best[:5])),
+        phase_rad=search.best[5:][np.argsort(order)],
+        mean_distance_m=search.best_m,
+        converged=converged,
+        simulations=search.simulations,
+        simulated_s=search.spent_s,
+        seconds=time.perf_counter() - began,
+    )
 
 
-def bayesian_then_nelder_mead(objective: PublishedObjective, budget_s: float, seed: int) -> bool:
-    """The published order of the two; whether the second converged."""
-    bayesian(objective, BAYESIAN_SHARE * budget_s, seed)
-    return nelder_mead(objective, budget_s, objective.best_point)
+class _Search:
+    """The objective over coefficients and phases, what it has cost, and the best so far."""
+
+    def __init__(self, swims: Swims, budget_s: float, progress: Progress) -> None:
+        self.simulations, self.spent_s = 0, 0.0
+        self.best_m, self.best = np.inf, np.zeros(5 + len(swims.trials))
+        self._swims, self._budget_s, self._progress = swims, budget_s, progress
+        self._seconds = sum(float(trial.time_s[trial.scored][-1]) for trial in swims.trials)
+        self._seconds_from_rest = seconds_from_rest(swims.trials)
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """(s,) distances of points (p, s), m; a point that would be best but swims backward is penalised."""
+        distances = self._swims.mean_distance(points)
+        self.simulations += points.shape[1]
+        self.spent_s += self._seconds * points.shape[1]
+        result = distances.copy()
+        for i in np.argsort(distances):
+            if distances[i] >= self.best_m:
+                break
+            self.spent_s += self._seconds_from_rest
+            if swims_forward(self._swims.twin, points[:5, i][None], self._swims.trials)[0]:
+                self.best_m, self.best = float(distances[i]), points[:, i].copy()
+                break
+            result[i] *= _PENALTY
+        self._progress(min(self.spent_s / self._budget_s, 1.0), self.best_m)
+        return result
+
+    def bayesian(self, budget_s: float, seed: int) -> None:
+        """Spends a budget of simulated seconds on Bayesian optimisation over the five coefficients."""
+        from bayes_opt import BayesianOptimization, acquisition  # half a second that nothing else needs
+
+        low, high = COEFFICIENT_BOUNDS
+        names = [f"c{i}" for i in range(5)]
+        liar = acquisition.ConstantLiar(acquisition.ExpectedImprovement(xi=5e-4))
+        search = BayesianOptimization(
+            None, dict.fromkeys(names, (low, high)), acquisition_function=liar, random_state=seed, verbose=0
+        )
+
+        def evaluate(coefficients: np.ndarray) -> None:
+            distances = self(self._in_step(coefficients))
+            for values, distance in zip(coefficients, distances, strict=True):
+                search.register(dict(zip(names, values, strict=True)), -float(distance))
+
+        with threadpool_limits(1):
+            evaluate(low + (high - low) * qmc.Sobol(5, rng=np.random.default_rng(seed)).random(_INITIAL))
+            while self.spent_s < budget_s:
+                proposals = [search.suggest() for _ in range(_BATCH)]
+                evaluate(np.array([[float(p[name]) for name in names] for p in proposals]))
+
+    def nelder_mead(self) -> bool:
+        """Spends the rest of the budget on bounded Nelder-Mead (nlopt) from the best; whether it converged."""
+        start, free = self.best, np.full(len(self.best) - 5, _FREE_TURNS_RAD)
+        low, high = (
+            np.append(np.full(5, end), sign * free) for end, sign in zip(COEFFICIENT_BOUNDS, (-1, 1), strict=True)
+        )
+        optimiser = nlopt.opt(nlopt.LN_NELDERMEAD, len(start))
+        optimiser.set_lower_bounds(low)
+        optimiser.set_upper_bounds(high)
+        steps = np.append(np.full(5, _SIMPLEX[0]), np.full(len(free), _SIMPLEX[1]))
+        steps[start + steps > high] *= -1
+        optimiser.set_initial_step(steps)
+        optimiser.set_xtol_rel(1e-5)
+
+        def value(place: np.ndarray, _gradient: np.ndarray) -> float:
+            if self.spent_s >= self._budget_s:
+                raise nlopt.ForcedStop
+            return float(self(place[:, None])[0])
+
+        optimiser.set_min_objective(value)
+        try:
+            optimiser.optimize(np.clip(start, low, high))
+        except nlopt.ForcedStop:
+            return False
+        return bool(optimiser.last_optimize_result() == nlopt.XTOL_REACHED)
+
+    def _in_step(self, coefficients: np.ndarray) -> np.ndarray:
+        """(p, s) points of coefficients (s, 5), with the crank phases that bring the tail in step."""
+        self.simulations += len(coefficients)
+        self.spent_s += self._seconds * len(coefficients)
+        twin = self._swims.twin
+        phases = [phase_from_harmonic(twin, t, coefficients, t.frequency.hz) for t in self._swims.trials]
+        return np.vstack([coefficients.T, *phases])

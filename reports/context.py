@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 from diagnosis.result import DiagnosisResult
 from fitting import CalibratedTrial, Calibration, MeasuredTrial
+from fitting.calibration_file import PublishedResult
 from fitting.dry_run import DryTrial
-from fitting.evidence import Evidence
 from reports.logged_trial import LoggedTrial
 from session import Session
 from session.results import Provenance
@@ -26,7 +26,7 @@ class ReportContext:
         calibration: the calibrated twin beside every trial.
         provenance: what it was made with.
         notes: further sentences for the reader, such as what was left out.
-        evidence: what stands beside the fit; None where it was not worked out.
+        published: what the published search leads to; None where it was not run.
         posterior: how sure the coefficients are; None where it was not sampled.
         diagnosed: where the sim-to-real gap lies and what makes it; None where it was not diagnosed.
         diagnosis_effort: that it was made with.
@@ -36,7 +36,7 @@ class ReportContext:
     calibration: Calibration
     provenance: Provenance
     notes: tuple[str, ...] = ()
-    evidence: Evidence | None = None
+    published: PublishedResult | None = None
     posterior: Findings | None = None
     diagnosed: DiagnosisResult | None = None
     diagnosis_effort: str = "full"

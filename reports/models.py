@@ -1,6 +1,5 @@
-"""Models and objectives as the reader meets them: a label each, and a colour for models whose speeds are compared."""
+"""Models as the reader meets them: a label each, and a colour for models whose speeds are compared."""
 
-from fitting import Comparison
 from reports.colours import EBT, EBT_LARGE, EBT_SMOOTHED, MUTED, TWIN
 
 _LABELS = {
@@ -10,12 +9,6 @@ _LABELS = {
     "large": "EBT, large amplitude",
 }
 _COLOURS = {"twin": TWIN, "published": EBT, "smoothed": EBT_SMOOTHED, "large": EBT_LARGE}
-
-OBJECTIVES: dict[Comparison, str] = {
-    "published": "published objective: mean marker distance in the head frame",
-    "shape": "shape-only objective: distance relative to the nose, so that a drift in heading does not hide the tail",
-}
-"""What a search may minimise."""
 
 
 def model_label(name: str) -> str:

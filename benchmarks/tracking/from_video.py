@@ -84,7 +84,9 @@ def _fitted(folder: Path, tracker: TrackerName | None, tell: Tell) -> tuple[str,
     pipeline = Pipeline(open_session(folder), replace(Options(tracker=tracker), tell=told))
     calibration = pipeline.calibrated()
     errors = (found / true - 1 for found, true in zip(calibration.coefficients, PLAUSIBLE_COEFFICIENTS, strict=True))
-    marker_mm = 1000 * calibration.fit.mean_distance_m
+    summary = calibration.summary("fit")
+    assert summary is not None
+    marker_mm = summary.marker_error_mm
     track_px = _track_rms(pipeline) if tracker else 0.0
     return name, f"{track_px:.3f}", f"{marker_mm:.2f}", *(f"{error:+.1%}" for error in errors)
 

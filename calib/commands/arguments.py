@@ -9,8 +9,7 @@ from typing import Annotated, Literal
 import typer
 
 EffortOption = Literal["quick", "full"]
-MethodOption = Literal["gradient", "bo-nm"]
-ComparisonOption = Literal["published", "shape"]
+ObjectiveOption = Literal["likelihood", "published"]
 TrackerOption = Literal["hybrid", "spots", "csrt"]
 FORMS = ("swimcal", "deeplabcut", "movement", "movement-legacy", "fishsim")
 """Of tracks, for help; what is given is held against `tracking.records.FORMATS`."""

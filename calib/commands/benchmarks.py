@@ -40,7 +40,7 @@ def add_development_benchmarks() -> None:
     """
     about = "Measures what is claimed of speed and accuracy."
     if not ((CHECKOUT / "benchmarks" / "command.py").is_file() and (CHECKOUT / "pyproject.toml").is_file()):
-        benchmark.info.help = f"{about} Tracking, posterior, effects and searches: from a checkout of swimcal only."
+        benchmark.info.help = f"{about} Tracking, posterior and effects: from a checkout of swimcal only."
         return
     benchmark.info.help = about
     if str(CHECKOUT) not in sys.path:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from calib.commands.arguments import AsJson, ComparisonOption, Effort, MethodOption, SessionFolder, Verbose, Workers
+from calib.commands.arguments import AsJson, Effort, ObjectiveOption, SessionFolder, Verbose, Workers
 
 _MANY = ("--videos", "--tracks")
 
@@ -98,11 +98,10 @@ def fit(
     session: SessionFolder,
     effort: Effort = "full",
     workers: Workers = 0,
-    method: Annotated[MethodOption, typer.Option(help="the search; see `calib benchmark search`")] = "gradient",
     objective: Annotated[
-        ComparisonOption,
-        typer.Option(help="published: markers in the head frame; shape: relative to the nose in every frame"),
-    ] = "published",
+        ObjectiveOption,
+        typer.Option(help="published: the published search as well (minutes), for comparison with the fit"),
+    ] = "likelihood",
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
@@ -110,31 +109,15 @@ def fit(
 
     Hinge stiffness and damping come from free decays, and with these the crank arm from dry runs. What was not
     recorded is assumed to be as the robot is described, and that is said. Without a swim it ends with hinges and crank.
-    The other commands take the fit that stands, whatever its effort and search; only another fit replaces it.
-    """
-    from calib import interface
-    from calib.terminal import tell
-
-    found = interface.fit(session, effort, workers=workers, method=method, objective=objective, progress=not as_json)
-    tell(found, as_json, verbose)
-
-
-def forecast(
-    session: SessionFolder,
-    effort: Effort = "full",
-    workers: Workers = 0,
-    verbose: Verbose = False,
-    as_json: AsJson = False,
-) -> None:
-    """Forecasts every trial by one hierarchical model of the fit trials, beside simple baselines.
-
     Held-out trials are forecast from their command, and again after their first two beats; a line, a power law and a
-    constant stride through the fitted speeds stand beside it. The fit that stands is neither used nor changed.
+    constant stride through the fitted speeds stand beside it. The other commands take the fit that stands, whatever its
+    effort; only another fit replaces it.
     """
     from calib import interface
     from calib.terminal import tell
 
-    tell(interface.forecast(session, effort, workers=workers, progress=not as_json), as_json, verbose)
+    found = interface.fit(session, effort, workers=workers, objective=objective, progress=not as_json)
+    tell(found, as_json, verbose)
 
 
 def posterior(

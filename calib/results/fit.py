@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
-from functools import cached_property
 from math import nan
 from pathlib import Path
 
@@ -14,14 +13,14 @@ from calib.results.figures import FitFigures
 from calib.results.posterior import interval_lines
 from calib.results.result import Result, flag_frame, flag_lines
 from fitting import CalibrationResult
-from fitting.calibration_file import TrialResult
-from fitting.speed_line import speed_line
+from fitting.calibration_file import PublishedResult, TrialResult
+from fitting.model.session_forecast import SessionForecast
+from reports.forecast_words import MODELS, beaten, marker_sentence, mean_speed_errors, speed_sentence
 from reports.numbers import in_words, listed, of_its_size, shown
 from session import Flag
 from swimmer import FluidCoefficients
 
-_LINE, _MM = "straight_line", 1000.0
-_THROUGH = 2  # fit trials that a straight line goes through
+_MM = 1000.0
 _HIDDEN = ("flags", "from_command", "speed_ebt_of_twin")  # of a trial, no columns of their own
 _SAID_ELSEWHERE = ("ebt_ratio_only",)  # kinds of flags that are true of every fit
 
@@ -30,13 +29,16 @@ _SAID_ELSEWHERE = ("ebt_ratio_only",)  # kinds of flags that are true of every f
 class FitResult(Result):
     """A calibrated twin beside every swim trial; what `calibration.json` holds, read from there.
 
-    Speeds in m/s, forward positive. Tables of `to_frame`: "trials" (a row a swim trial), "coefficients" (value, and
-    posterior interval where there is one), "speed_errors" (mean absolute error by model and role, m/s, beside a
-    straight line in frequency) and "flags". Frames have the keys of the file as columns.
+    Speeds in m/s, forward positive. Tables of `to_frame`: "trials" (a row a swim trial), "coefficients" (value with its
+    90 % interval at the mode, of the published search and of the posterior where they stand), "components" (standard
+    deviation of each variance component), "forecasts" (a row a trial and model, simple baselines among them),
+    "speed_errors" (mean absolute error by model and role, m/s) and "flags". Frames have the keys of the file as
+    columns.
 
     Attributes:
         mjcf_file: `results/calibrated.xml`.
         data: all that the file holds.
+        published: the published search, for comparison; None where it was not run.
         plot: its figures.
     """
 
@@ -44,6 +46,7 @@ class FitResult(Result):
 
     mjcf_file: Path
     data: CalibrationResult = field(repr=False)
+    published: PublishedResult | None = field(repr=False)
     plot: FitFigures = field(repr=False)
 
     @property
@@ -61,42 +64,38 @@ class FitResult(Result):
         """What is doubtful about the fit as a whole; flags of a trial stand in `trials`."""
         return self.data.flags
 
-    @cached_property
-    def line_speeds(self) -> dict[str, float]:
-        """Speed of each trial by a straight line in frequency through the fit trials, m/s: the baseline to beat."""
-        fitted = [trial for trial in self.trials.values() if trial.role == "fit"]
-        hz, speed = [trial.frequency_hz for trial in fitted], [trial.speed_measured for trial in fitted]
-        told = speed_line(hz, speed, [trial.simulated_hz for trial in self.trials.values()])
-        return dict(zip(self.trials, told, strict=True))
+    @property
+    def forecasts(self) -> SessionForecast:
+        """Every trial by the model and by simple baselines."""
+        return self.data.forecasts
 
     @property
     def verdict(self) -> str:
-        """One word: good, doubtful (flags), unchecked (no held-out trial) or worse_than_line (of the forecasts)."""
-        errors = self._speed_errors()
-        if "holdout" not in errors:
+        """One word: good, doubtful (flags), unchecked (no held-out trial) or worse_than_baseline (of the forecasts)."""
+        if not self.forecasts.held_out:
             return "unchecked"
-        if errors.holdout["twin"] > errors.holdout[_LINE]:
-            return "worse_than_line"
+        if not beaten(self.forecasts):
+            return "worse_than_baseline"
         return "doubtful" if self._doubts() else "good"
 
     def summary(self) -> str:
-        """What was found, how far to trust it, and what to do next, in six lines."""
+        """How well it forecasts, what was found, how far to trust it, and what to do next."""
         fitted = [name for name, trial in self.trials.items() if trial.role == "fit"]
         held = [name for name, trial in self.trials.items() if trial.role == "holdout"]
         coefficients = self.coefficients._asdict()
         values = ", ".join(f"{in_words(name)} {of_its_size(value)}" for name, value in coefficients.items())
         doubts = self._doubts()
         more = f" (and {len(doubts) - 1} more kinds of doubt)" if len(doubts) > 1 else ""
-        return "\n".join(
-            [
-                f"{self.session.name}: {self.name}, fitted to {listed(fitted)}; held out: {listed(held) or 'none'}.",
-                f"Coefficients: {values}.",
-                f"Marker error: {self._marker_errors()}.",
-                f"Speed error: {self._speeds_in_words()}.",
-                f"Biggest doubt: {doubts[0]}{more}." if doubts else "No doubt was raised.",
-                f"Verdict: {in_words(self.verdict)}. Next: calib posterior {self.session.folder}",
-            ]
-        )
+        lines = [
+            f"{self.session.name}: {speed_sentence(self.forecasts)}",
+            marker_sentence(self.forecasts),
+            f"{self.name.capitalize()}, fitted to {listed(fitted)}; held out: {listed(held) or 'none'}.",
+            f"Coefficients: {values}.",
+            f"Mean speed error, mm/s: {self._speeds_in_words()}.",
+            f"Biggest doubt: {doubts[0]}{more}." if doubts else "No doubt was raised.",
+            f"Verdict: {in_words(self.verdict)}. Next: calib posterior {self.session.folder}",
+        ]
+        return "\n".join(filter(None, lines))
 
     def details(self) -> list[str]:
         """A line a trial, then structure, coefficients, means, and every flag, each once."""
@@ -124,6 +123,8 @@ class FitResult(Result):
         return {
             "trials": self._trials,
             "coefficients": self._coefficients,
+            "components": lambda: pd.DataFrame({"sd": dict(self.data.fit.components)}).rename_axis("component"),
+            "forecasts": self._forecasts,
             "speed_errors": self._speed_errors,
             "flags": lambda: flag_frame(self._all_flags()),
         }
@@ -136,25 +137,36 @@ class FitResult(Result):
         rows = {}
         for name, trial in self.trials.items():
             row = {key: value for key, value in asdict(trial).items() if key not in _HIDDEN}
-            rows[name] = row | {"speed_line": self.line_speeds.get(name, nan), "flags": len(trial.flags)}
+            line = self.forecasts.trials[name].forecasts.get("line")
+            rows[name] = row | {"speed_line": nan if line is None else line.speed, "flags": len(trial.flags)}
         return pd.DataFrame.from_dict(rows, orient="index").rename_axis("trial")
 
     def _coefficients(self) -> pd.DataFrame:
-        frame = pd.DataFrame({"value": self.coefficients._asdict()}).rename_axis("coefficient")
+        fit, published = self.data.fit, self.published
+        low, high = (dict(zip(self.coefficients._fields, ends, strict=True)) for ends in np.transpose(fit.interval))
+        columns = {"value": self.coefficients._asdict(), "fit_q05": low, "fit_q95": high}
+        if published is not None:
+            columns["published"] = published.fit.coefficients._asdict()
+        frame = pd.DataFrame(columns).rename_axis("coefficient")
         if not self.data.posterior:
             return frame
         posterior = {name: marginal._asdict() for name, marginal in self.data.posterior.items()}
         return frame.join(pd.DataFrame.from_dict(posterior, orient="index"))
 
+    def _forecasts(self) -> pd.DataFrame:
+        rows = {}
+        for name, trial in self.forecasts.trials.items():
+            for model, forecast in trial.forecasts.items():
+                low, high = forecast.speed_ci90 or (nan, nan)
+                row = {key: value for key, value in asdict(forecast).items() if key != "speed_ci90"}
+                of_trial = {"role": trial.role, "speed_measured": trial.speed_measured}
+                rows[name, model] = of_trial | row | {"speed_q05": low, "speed_q95": high}
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis(["trial", "model"])
+
     def _speed_errors(self) -> pd.DataFrame:
-        found = {}
-        for role, summary in self.data.summary.items():
-            if summary is not None:
-                of_role = [name for name, trial in self.trials.items() if trial.role == role]
-                missed = [self.trials[name].speed_measured - self.line_speeds.get(name, nan) for name in of_role]
-                through = role == "fit" and len(of_role) <= _THROUGH  # where it errs by nothing, and that tells nothing
-                found[role] = dict(summary.speed_mae) | {_LINE: nan if through else float(np.mean(np.abs(missed)))}
-        return pd.DataFrame(found).rename_axis("model")
+        frame = self._forecasts()
+        frame = frame.assign(error=(frame.speed - frame.speed_measured).abs())
+        return frame.pivot_table("error", "model", "role", sort=False).rename_axis(None, axis=1)
 
     def _all_flags(self) -> Iterator[tuple[str, Flag]]:
         yield from (("", flag) for flag in self.flags)
@@ -163,19 +175,12 @@ class FitResult(Result):
         for name, trial in self.trials.items():
             yield from ((name, flag) for flag in trial.flags)
 
-    def _marker_errors(self) -> str:
-        words = (("fit", "on fit trials"), ("holdout", "held out"))
-        found = ((self.data.summary[role], word) for role, word in words)
-        return ", ".join(f"{shown(each.marker_error_mm, 1)} mm {word}" for each, word in found if each is not None)
-
     def _speeds_in_words(self) -> str:
-        errors = _MM * self._speed_errors()
-        role = "holdout" if "holdout" in errors else "fit"
-        told = errors[role]
-        fit = f"{shown(errors.fit['twin'], 1)} mm/s on fit trials" if "fit" in errors else ""
-        held = f", {shown(told['twin'], 1)} mm/s held out" if role == "holdout" else ""
-        beside = f"straight line {shown(told[_LINE], 1)}, elongated body theory {shown(told['published'], 1)}"
-        return f"{fit}{held} ({beside} mm/s)"
+        errors = mean_speed_errors(self.forecasts)
+        if errors:
+            return ", ".join(f"{MODELS[name]} {shown(_MM * error)}" for name, error in errors.items())
+        summary = self.data.summary["fit"]
+        return "" if summary is None else f"{shown(_MM * summary.speed_mae_twin)} on fit trials"
 
     def _doubts(self) -> list[str]:
         """A sentence a kind of flag: of the fit first, then of trials, those that concern most frames first."""

@@ -6,16 +6,14 @@ from typing import Any
 from calib.pipeline import Pipeline
 from calib.results.figures import FitFigures, GapFigures, PosteriorFigures
 from calib.results.fit import FitResult
-from calib.results.forecast import ForecastResult
 from calib.results.gap import EffectTest, GapResult
 from calib.results.posterior import PosteriorResult
 from calib.results.structure import StructureResult
 from calib.results.tracks import TrackResult
 from calib.stages.diagnosis import DiagnosisStage
-from calib.stages.fit import EvidenceStage
-from calib.stages.forecast import ForecastStage
 from calib.stages.posterior import PosteriorStage
 from diagnosis.result import SUPPOSITION, SuppositionResult
+from fitting.calibration_file import PublishedResult
 from reports import ReportContext, gallery
 from reports.numbers import in_words, listed
 from reports.sections import SECTIONS, gap, posterior
@@ -33,15 +31,10 @@ def fit_result(pipeline: Pipeline) -> FitResult:
         file=stage.file,
         mjcf_file=stage.mjcf_file,
         data=stage.result(),
+        published=_published(pipeline),
         plot=figures,
         **_common(pipeline),
     )
-
-
-def forecast_result(pipeline: Pipeline, stage: ForecastStage) -> ForecastResult:
-    """Forecasts by the hierarchical model."""
-    name = f"forecasts of {stage.effort} effort"
-    return ForecastResult(name=name, file=stage.file, data=stage.read(), **_common(pipeline))
 
 
 def posterior_result(pipeline: Pipeline) -> PosteriorResult:
@@ -87,8 +80,12 @@ def track_result(pipeline: Pipeline) -> TrackResult:
 def _context(pipeline: Pipeline) -> ReportContext:
     fit = pipeline.the_fit()
     provenance = replace(pipeline.job.provenance, effort=fit.effort)
-    evidence = EvidenceStage(pipeline.job, fit).read()
-    return ReportContext(pipeline.session, fit.read(), provenance, pipeline.recordings.notes, evidence=evidence)
+    return ReportContext(pipeline.session, fit.read(), provenance, pipeline.recordings.notes, _published(pipeline))
+
+
+def _published(pipeline: Pipeline) -> PublishedResult | None:
+    stage = pipeline.standing_published()
+    return None if stage is None else stage.read()
 
 
 def _common(pipeline: Pipeline) -> dict[str, Any]:

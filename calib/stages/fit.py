@@ -1,4 +1,4 @@
-"""From measured trials to the structure, the calibrated twin (``calibration.json``) and the evidence beside it."""
+"""From measured trials to the structure, the calibrated twin (``calibration.json``) and the published fit."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from calib.options import EFFORTS, EffortName, Job
+from calib.options import PUBLISHED_S, STARTS, EffortName, Job
 from calib.stages.recordings import Recordings
-from fitting import Calibration, CalibrationResult, Comparison, MeasuredTrial, MethodName, calibrate
-from fitting.calibration import assemble
-from fitting.calibration_file import CALIBRATION, calibration_result
-from fitting.evidence import EVIDENCE, Evidence, gather_evidence
+from fitting import Calibration, CalibrationResult, calibrate
+from fitting.calibration import assemble, calibrate_as_published
+from fitting.calibration_file import CALIBRATION, PUBLISHED, PublishedResult, calibration_result, published_result
 from fitting.structure import BUILT_IN, STRUCTURE, Structure, assumed, identify_structure, read_structure
 from session import SwimcalError
 from session.results import Provenance, program_version, read_provenance, write_whole
@@ -27,8 +26,8 @@ from swimmer.scenery import add_scenery
 if TYPE_CHECKING:
     from fitting.marginal import Marginal
 
-_FORM = 7  # of calibration.json and evidence.json
-_UPON = ("posterior.nc", "evidence.json", "report.html")  # results that rest on a fit
+_FORM = 8  # of calibration.json
+_UPON = ("posterior.nc", "report.html")  # results that rest on a fit
 
 
 def calibrated_mjcf(calibration: Calibration) -> str:
@@ -119,7 +118,7 @@ class FitStage(Stage):
         job: the work on the session.
         recordings: of the session.
         structures: of its robot.
-        effort, method, comparison: how hard, how and for what is searched.
+        effort: how hard is searched.
     """
 
     def __init__(
@@ -128,13 +127,11 @@ class FitStage(Stage):
         recordings: Recordings,
         structures: StructureStage,
         effort: EffortName,
-        method: MethodName,
-        comparison: Comparison,
     ) -> None:
         self._job, self._recordings, self._structures = job, recordings, structures
-        self.effort, self.method, self.comparison = effort, method, comparison
-        settings = {"seed": job.session.seed, "effort": effort, "method": method, "comparison": comparison}
-        super().__init__(job.results / CALIBRATION.name, {}, settings | {"form": _FORM}, [recordings])
+        self.effort = effort
+        settings = {"seed": job.session.seed, "effort": effort, "form": _FORM}
+        super().__init__(job.results / CALIBRATION.name, {}, settings, [recordings])
 
     def current(self) -> Calibration:
         """The calibration, up to date: searched for, or read back and every trial simulated again.
@@ -158,7 +155,7 @@ class FitStage(Stage):
         structure = self._structures.current()
         trials = self._recordings.swims
         twin = Twin(structure.robot, trials[0].markers, workers=job.options.workers)
-        return assemble(trials, twin, result.fit, phases, structure, result.objective)
+        return assemble(trials, twin, result.fit, phases, structure, result.forecasts)
 
     def result(self) -> CalibrationResult:
         """The content of `calibration.json`.
@@ -182,7 +179,7 @@ class FitStage(Stage):
     @property
     def name(self) -> str:
         """What it is, in words."""
-        return f"fit of {self.effort} effort ({self.method} search, {self.comparison} objective)"
+        return f"fit of {self.effort} effort"
 
     @property
     def _provenance(self) -> Provenance:
@@ -192,17 +189,8 @@ class FitStage(Stage):
         job = self._job
         self._say_why_again()
         structure, trials = self._structures.current(), self._recordings.swims  # that stands even without a swim
-        job.tell("fitting the coefficients", 0.0)
-        calibration = calibrate(
-            trials,
-            structure,
-            effort=EFFORTS[self.effort],
-            seed=job.session.seed,
-            workers=job.options.workers,
-            method=self.method,
-            comparison=self.comparison,
-            progress=lambda share, best_m: job.tell(f"fitting the coefficients, {1000 * best_m:.1f} mm so far", share),
-        )
+        starts, workers = STARTS[self.effort], job.options.workers
+        calibration = calibrate(trials, structure, starts, job.session.seed, workers, job.tell)
         mjcf = calibrated_mjcf(calibration)
         if (kept := self.keep_aside(job.results / name for name in _UPON)) is not None:
             job.said.append(f"The fit that stood there is kept in {kept}, with what rested on it.")
@@ -216,39 +204,46 @@ class FitStage(Stage):
         """Notes what differs from the calibration that stands there and is about to be replaced."""
         job = self._job
         try:
-            made_with, result = read_provenance(self.file), self.result()
+            made_with = read_provenance(self.file)
         except SwimcalError:
             return
-        then = made_with.to_json() | {"method": result.fit.method, "objective": result.objective}
-        now = self._provenance.to_json() | {"method": self.method, "objective": self.comparison}
+        then, now = made_with.to_json(), self._provenance.to_json()
         differ = [f"{key} {_short(then[key])} -> {_short(now[key])}" for key in now if then[key] != now[key]]
         if differ:
             job.said.append(f"{self.file} was made otherwise ({'; '.join(differ)}) and is made again.")
 
 
-class EvidenceStage(Stage):
-    """``results/evidence.json``: boxes put right, profiles, and with full effort other pairs of fit trials.
+class PublishedStage(Stage):
+    """``results/published.json``: the published objective and search, for comparison; the fit stays as it is.
 
     Args:
         job: the work on the session.
-        fit: that it stands beside.
+        recordings: of the session.
+        structures: of its robot.
+        effort: how long it may search.
     """
 
-    def __init__(self, job: Job, fit: FitStage) -> None:
-        self._job, self._fit = job, fit
-        super().__init__(job.results / EVIDENCE.name, {}, {}, [fit])
+    def __init__(self, job: Job, recordings: Recordings, structures: StructureStage, effort: EffortName) -> None:
+        self._job, self._recordings, self._structures, self.effort = job, recordings, structures, effort
+        settings = {"seed": job.session.seed, "effort": self.effort}
+        super().__init__(job.results / PUBLISHED.name, {}, settings, [recordings])
 
-    def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> None:
-        """Gathers and writes it."""
-        job, pairs = self._job, self._fit.effort == "full"
-        evidence = gather_evidence(trials, twin, calibration.fit, pairs, job.session.seed, job.tell)
-        written = EVIDENCE.write(job.results, replace(job.provenance, effort=self._fit.effort), evidence)
+    def make(self) -> None:
+        """Searches and writes what it finds.
+
+        Raises:
+            SimulationDiverged: no point that swims forward was found.
+        """
+        job, structure = self._job, self._structures.current()
+        budget_s, workers = PUBLISHED_S[self.effort], job.options.workers
+        found = calibrate_as_published(self._recordings.swims, structure, budget_s, job.session.seed, workers, job.tell)
+        written = PUBLISHED.write(job.results, replace(job.provenance, effort=self.effort), published_result(*found))
         self.mark(written)
         job.made.extend(written)
 
-    def read(self) -> Evidence | None:
-        """The evidence that stands beside this fit; None where there is none."""
-        return EVIDENCE.read(self._job.results) if self.is_current else None
+    def read(self) -> PublishedResult:
+        """What was found."""
+        return PUBLISHED.read(self._job.results)
 
 
 def _short(value: object) -> str:

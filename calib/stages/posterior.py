@@ -69,7 +69,7 @@ class PosteriorStage(Stage):
         from fitting.signatures.score_tests import score_tests
 
         job, chain = self._job, self._chain()
-        starts = [calibration.coefficients, *(restart.coefficients for restart in calibration.fit.restarts)]
+        starts = [calibration.coefficients, *(end.coefficients for end in calibration.fit.ends)]
         posterior = sample_posterior(
             [trial for trial in trials if trial.role == "fit"],
             twin,

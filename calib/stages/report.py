@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from calib.options import Job
 from calib.stages.diagnosis import DiagnosisStage
-from calib.stages.fit import EvidenceStage, FitStage
+from calib.stages.fit import FitStage, PublishedStage
 from calib.stages.posterior import PosteriorStage
 from fitting import Calibration
 from reports import ReportContext, write_report
@@ -18,7 +18,7 @@ class ReportStage(Stage):
     Args:
         job: the work on the session.
         fit: that it reports.
-        evidence: beside the fit; shown where it is current.
+        published: the published search; shown where there is one.
         posterior: of the fit; shown where there is one.
         diagnosis: shown where there is one.
     """
@@ -27,20 +27,20 @@ class ReportStage(Stage):
         self,
         job: Job,
         fit: FitStage,
-        evidence: EvidenceStage,
+        published: PublishedStage | None,
         posterior: PosteriorStage | None,
         diagnosis: DiagnosisStage | None,
     ) -> None:
         inputs = {}
-        if evidence.is_current:
-            inputs["evidence"] = sha256_of(evidence.file)
+        if published is not None:
+            inputs["published"] = sha256_of(published.file)
         if posterior is not None:
             inputs["posterior"] = sha256_of(posterior.findings_file)
         if diagnosis is not None:
             inputs["diagnosis"] = sha256_of(diagnosis.file)
         super().__init__(job.results / "report.html", inputs, {}, [fit])
         self._fit = fit
-        self._job, self._evidence, self._posterior, self._diagnosis = job, evidence, posterior, diagnosis
+        self._job, self._published, self._posterior, self._diagnosis = job, published, posterior, diagnosis
 
     def make(self, calibration: Calibration, notes: tuple[str, ...]) -> None:
         """Writes the report.
@@ -59,7 +59,7 @@ class ReportStage(Stage):
             calibration,
             replace(job.provenance, effort=self._fit.effort),
             notes,
-            evidence=self._evidence.read(),
+            published=None if self._published is None else self._published.read(),
             posterior=None if self._posterior is None else self._posterior.read(),
             diagnosed=None if self._diagnosis is None else self._diagnosis.read(),
             diagnosis_effort="" if self._diagnosis is None else self._diagnosis.effort,

@@ -6,6 +6,7 @@ and one of each trial. e_i: tracking noise. All but theta enter linearly, so the
 """
 
 from fitting.model.mode import Mode, find_mode, mode_at
+from fitting.model.session_model import SessionModel
 from fitting.model.variance import COMPONENTS, Block, Covariance
 
-__all__ = ["COMPONENTS", "Block", "Covariance", "Mode", "find_mode", "mode_at"]
+__all__ = ["COMPONENTS", "Block", "Covariance", "Mode", "SessionModel", "find_mode", "mode_at"]

@@ -25,6 +25,7 @@ from swimmer import PUBLISHED_COEFFICIENTS
 
 Progress = Callable[[str, float | None], None]
 _SCREENED = 48
+_MORE_STARTS = 3  # times as many, until a twin swims forward from rest
 _ROUNDS = 10
 _RENEWED = (0, 2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
 _ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
@@ -117,7 +118,8 @@ def find_mode(
 
     Args:
         model: the trials; their features hold the course.
-        starts: how many of the screened points are gone on from.
+        starts: how many of the screened points are gone on from; some more where the twins of all these would swim
+            backward from rest.
         seed: of the screening.
         tell: of the progress.
 
@@ -126,19 +128,20 @@ def find_mode(
     """
     points = _screened(seed)
     simulated = model.simulated(points)
+    trials = tuple(each.trial for each in model.trials)
     found: list[Mode] = []
-    for number, start in enumerate(_promising(model, points, simulated, starts)):
-        tell("fitting the coefficients", number / starts)
+    for number, start in enumerate(_promising(model, points, simulated, _MORE_STARTS * starts)):
+        if number >= starts and any(each.ends[0].forward for each in found):
+            break
+        tell("fitting the coefficients", min(number / starts, 0.9))
         if (each := _Descent(model, start).run()) is not None:
-            found.append(each)
+            forward = swims_forward(model.trials[0].twin, each.coefficients[None], trials)
+            found.append(replace(each, ends=(each.ends[0]._replace(forward=bool(forward[0])),)))
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
-    at = np.array([each.coefficients for each in found])
-    forward = swims_forward(model.trials[0].twin, at, tuple(each.trial for each in model.trials))
-    ends = [each.ends[0]._replace(forward=bool(swims)) for each, swims in zip(found, forward, strict=True)]
-    order = sorted(range(len(ends)), key=lambda i: (not ends[i].forward, -ends[i].log_density))
+    found.sort(key=lambda each: (not each.ends[0].forward, -each.ends[0].log_density))
     spent = len(points) + sum(each.simulations for each in found)
-    return replace(found[order[0]], ends=tuple(ends[i] for i in order), simulations=spent)
+    return replace(found[0], ends=tuple(each.ends[0] for each in found), simulations=spent)
 
 
 def mode_at(

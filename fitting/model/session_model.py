@@ -98,11 +98,17 @@ class SessionModel:
     rings: tuple[Ring, ...] = ()
 
     @classmethod
-    def of(cls, twin: Twin, trials: list[MeasuredTrial], doubts: Sequence[Doubt] | None = None) -> "SessionModel":
+    def of(
+        cls,
+        twin: Twin,
+        trials: Sequence[MeasuredTrial],
+        doubts: Sequence[Doubt] | None = None,
+        with_course: bool = False,
+    ) -> "SessionModel":
         """Of measured trials, with what is doubted of the robot; by default, that nobody measured it."""
         doubts = doubts_of(assumed(twin.robot).sources) if doubts is None else doubts
         doubted = doubted_twins(twin, doubts)
-        return cls(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted) for trial in trials))
+        return cls(tuple(TrialModel(twin, trial, START_PHASE_RAD, doubted, with_course) for trial in trials))
 
     @property
     def logged(self) -> tuple[int, ...]:

@@ -1,6 +1,6 @@
 """Speeds over frequency, and how far off each model's are."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,18 +9,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fitting import Calibration
-from fitting.pairs import PairFit
 from fitting.speed_errors import SpeedErrors
 from fitting.sweep import SpeedSweep
-from reports.colours import INK, MUTED, SHADE, SURFACE, TWIN
-from reports.figures.coefficients import spread_of
+from reports.colours import INK, MUTED, SHADE, TWIN
 from reports.models import model_colour, model_label
 from reports.numbers import MM, shortened
-from reports.style import HALF_WIDTH_IN, Look, Margins, legend_above, panel, role_handles, role_marker, styled
+from reports.style import HALF_WIDTH_IN, Margins, legend_above, panel, role_handles, role_marker, styled
 
 _THEORY = ("published", "smoothed", "large")
 _SHOWN = {"twin": 0.22, "published": 0.0, "large": -0.22}  # models, and how far above their row
-_SPREAD = 0.42  # of a row that the dots of pairs are spread over
 _AXIS = {
     "mean_absolute": "mean absolute speed error (mm/s)",
     "bias": "bias of the speed (mm/s)",
@@ -124,27 +121,4 @@ def speed_intervals_figure(errors: Mapping[str, Mapping[str, SpeedErrors]], meas
     axes.set_ylim(-0.6, len(names) - 0.4)
     axes.set_xlabel(_AXIS[measure])
     legend_above(axes, 2, handles=role_handles(MUTED, errors))
-    return figure
-
-
-@styled
-def pair_errors_figure(pairs: Sequence[PairFit], own: frozenset[str]) -> Figure:
-    """A row for each model, a dot for each pair; `own` are the session's own fit trials, drawn open."""
-    names = list(pairs[0].speed_mae)
-    figure, axes = panel(HALF_WIDTH_IN, 1.0 + 0.44 * len(names), Margins(left=1.4))
-    for row, name in enumerate(reversed(names)):
-        error, colour = np.array([pair.speed_mae[name] for pair in pairs]) * MM, model_colour(name)
-        for pair, value, above in zip(pairs, error, spread_of(len(pairs), -_SPREAD), strict=True):
-            face = SURFACE if frozenset(pair.fitted) == own else colour
-            axes.plot(value, row + above, "o", color=colour, markerfacecolor=face, markersize=4.5, zorder=3)
-        if np.isfinite(error).any():
-            axes.plot([np.nanmean(error)] * 2, [row - 0.34, row + 0.34], color=INK, linewidth=1.6)
-    axes.set_yticks(range(len(names)), [model_label(name).replace(" (", "\n(") for name in reversed(names)])
-    axes.set(ylim=(-0.6, len(names) - 0.4), xlabel="mean absolute speed error over the others (mm/s)")
-    axes.set_xlim(left=0.0)
-    dot: Look = {"color": MUTED, "marker": "o", "markersize": 4.5, "linestyle": "none"}
-    handles = [Line2D([], [], label="a pair", **dot), Line2D([], [], color=INK, linewidth=1.6, label="mean")]
-    if any(frozenset(pair.fitted) == own for pair in pairs):
-        handles.append(Line2D([], [], label="this session’s", markerfacecolor=SURFACE, **dot))
-    legend_above(axes, 3, handles=handles)
     return figure

@@ -1,157 +1,112 @@
-"""The five fluid coefficients: where they ended, how far the data hold them, and how the search went."""
+"""The five fluid coefficients: the likeliest, how far the data hold them, and how the published objective differs."""
 
 import numpy as np
 
 from fitting import CoefficientFit
-from fitting.coefficient_fit import equals_of, is_polished
-from fitting.evidence import Evidence
-from fitting.methods import METHODS
+from fitting.calibration import Summary
+from fitting.calibration_file import PublishedResult
+from fitting.model import COMPONENTS
 from fitting.objective import COEFFICIENT_BOUNDS
-from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
+from reports.blocks import Block, Plot, Plots, Prose, Section, Table, table_head
 from reports.context import ReportContext
-from reports.figures.coefficients import (
-    coefficient_profiles_figure,
-    coefficients_figure,
-    convergence_figure,
-    search_trace_figure,
-)
-from reports.numbers import MISSING, counted, in_mm, listed, sentence, shown, significant, spanned
+from reports.figures.coefficients import coefficients_figure
+from reports.numbers import MISSING, counted, in_mm, in_words, sentence, shown, significant
 from swimmer import PUBLISHED_COEFFICIENTS, FluidCoefficients
 
-NEARLY = 1.1  # distance within this factor of the best: a value that the data hardly refuse
-
-COLUMNS = table_head("coefficient | value [] | published [] | 95 % interval [] | range of equals [] | mind")
+_COLUMNS = table_head("coefficient | value [] | 90 % interval [] | published search [] | authors' values [] | mind")
+_ERRORS = table_head("over | quantity | recommended fit | published search")
+_COMPONENTS = table_head("component | differs | standard deviation | meaning")
+_AS_LIKELY = 2.0  # log density within which ends are as likely
 
 
 def build(context: ReportContext) -> Section:
-    """Values with bounds, the objective along each, and the way the search went."""
-    fit = context.calibration.fit
-    method = METHODS[fit.method]
+    """Values with intervals, what differs between trials, and the published search beside them."""
+    fit, published = context.calibration.fit, context.published
+    best = fit.ends[0]
+    equals = sum(end.log_density > best.log_density - _AS_LIKELY for end in fit.ends)
     text = (
-        f"Found by {method}: {counted(len(fit.restarts), 'start')}, {fit.evaluations} simulations of the fit trials, "
-        f"{shown(fit.seconds)} s. At the best, the mean marker distance over the fit trials is "
-        f"{in_mm(fit.mean_distance_m)} mm. {_middle(fit)}{_agreement(fit)} {_determined(fit, context.evidence)}"
+        "The likeliest coefficients of a hierarchical model of the fit trials, by Gauss-Newton and restricted "
+        f"likelihood from {counted(len(fit.ends), 'start')} ({fit.simulations} simulations of the fit trials, "
+        f"{shown(fit.seconds)} s). {counted(equals, 'start')} ended as likely. Beside the coefficients the model has "
+        "what differs from trial to trial and a discrepancy of the twin; their sizes stand below."
     )
-    caveats = tuple(sentence(flag.message or flag.kind) for flag in fit.flags)
-    blocks = (Plots(_values(fit, context.evidence)), Prose(text.strip()), _table(fit), Plots(_ways(fit)))
-    return Section("Fluid coefficients", "coefficients", blocks, caveats)
-
-
-def _values(fit: CoefficientFit, evidence: Evidence | None) -> tuple[Plot, ...]:
-    values = Plot(
-        coefficients_figure(fit),
+    figure = Plot(
+        coefficients_figure(fit, None if published is None else published.fit.coefficients),
         "coefficient-values",
-        "Each coefficient within its bounds (grey). Dots where other starts ended: those far from the best "
-        "and yet as good would mean that the data do not determine the coefficient. Crosses swim backward "
-        "from rest, which the robot does not.",
+        "Each coefficient within its bounds (grey) with its 90 % interval. Dots where other starts ended: those far "
+        "from the best and yet as likely would mean that the data do not determine the coefficient. Crosses swim "
+        "backward from rest, which the robot does not.",
     )
-    if evidence is None:
-        return (values,)
-    figure = coefficient_profiles_figure(evidence.profiles, fit.coefficients)
-    profiles = Plot(
-        figure,
-        "coefficient-profiles",
-        "Mean marker distance along each coefficient, from bound to bound: dashed with all else held, solid where the "
-        "others follow (to first order); dots where other starts that swim forward ended. The true profile may lie "
-        "below the solid line, not above it: the line is an upper bound at its corners, which the dots below it are "
-        "among. A narrow valley is a coefficient that the data hold; a flat one can slide at no cost; a valley that is "
-        "narrow dashed and wide solid is traded against the others.",
-    )
-    return values, profiles
+    blocks: list[Block] = [Prose(text), Plots((figure,)), _table(fit, published), *_beside(context), _components(fit)]
+    caveats = tuple(sentence(flag.message or flag.kind) for flag in fit.flags)
+    return Section("Fluid coefficients", "coefficients", tuple(blocks), caveats)
 
 
-def _ways(fit: CoefficientFit) -> tuple[Plot, ...]:
-    restarts = Plot(
-        convergence_figure(fit),
-        "convergence",
-        "The objective, a softened mean marker distance, after each iteration of each start. A filled end "
-        "converged; an open one ran out of iterations or budget or was given up for a better start. Where a search "
-        "has no iterations, or Nelder-Mead finished it, its line has a step for each new best; these are chosen by "
-        "the mean marker distance itself, so that the softened one may rise.",
-    )
-    if not fit.trace:
-        return (restarts,)
-    trace = Plot(
-        search_trace_figure(fit),
-        "trace",
-        "Best mean marker distance so far over the simulated time that the whole search had spent. A long flat end "
-        "says that more of the same search would hardly help.",
-    )
-    return restarts, trace
-
-
-def _determined(fit: CoefficientFit, evidence: Evidence | None) -> str:
-    """How far each coefficient can slide within a tenth of the distance, by its profile."""
-    if evidence is None:
-        return "Their profiles were not made for this session; `calib run` makes them."
-    profiles = evidence.profiles
-    ranges = []
-    for i, name in enumerate(FluidCoefficients._fields):
-        value, distance_m = profiles.curve(i, fit.coefficients[i])
-        ends = _reach(value, distance_m / profiles.best_m)
-        ranges.append(f"{name.replace('_', ' ')} {' to '.join(significant(end) for end in ends)}")
-    return (
-        f"By their profiles the distance comes within a tenth of the best over {listed(ranges)}; profiles are upper "
-        "bounds, so the true ranges may be wider."
-    )
-
-
-def _reach(value: np.ndarray, ratio: np.ndarray) -> tuple[float, float]:
-    """From the least to the greatest value at which a profile lies below NEARLY; straight between values (n,) on the
-    square-root scale, some of which lie below.
-    """
-    root, below = np.sqrt(value), np.flatnonzero(ratio <= NEARLY)
-    first, last = int(below[0]), int(below[-1])
-    low = root[0] if first == 0 else np.interp(NEARLY, ratio[[first, first - 1]], root[[first, first - 1]])
-    high = root[-1] if last == len(root) - 1 else np.interp(NEARLY, ratio[last : last + 2], root[last : last + 2])
-    return float(low**2), float(high**2)
-
-
-def _equals(fit: CoefficientFit) -> np.ndarray:
-    """(r, 5) the coefficients of the starts that fit as well as the best and swim the same way from rest."""
-    if not fit.restarts:
-        return np.array([fit.coefficients], float)
-    return np.array([restart.coefficients for restart in equals_of(fit.restarts)], float)
-
-
-def _agreement(fit: CoefficientFit) -> str:
-    equals = len(_equals(fit))
-    before = ", as it was before Nelder-Mead" if is_polished(fit.restarts) else ""
-    if equals == 1:
-        return f"No other start came within 1 % of it{before}."
-    return f"{equals} starts fit equally well (within 1 % of the best{before}); the table shows how far apart they are."
-
-
-def _middle(fit: CoefficientFit) -> str:
-    if not fit.in_the_middle:
-        return ""
-    return (
-        "The values are the middle of the objective's rough floor, at most 10 % further from the tracks than the "
-        "lowest point found: that point leans to where the search came from. "
-    )
-
-
-def _table(fit: CoefficientFit) -> Table:
-    equals = _equals(fit)
+def _table(fit: CoefficientFit, published: PublishedResult | None) -> Table:
     low, high = COEFFICIENT_BOUNDS
     rows = []
     for i, name in enumerate(FluidCoefficients._fields):
-        mind = [flag.kind.replace("_", " ") for flag in fit.flags if name in flag.message]
+        mind = [in_words(flag.kind) for flag in fit.flags if name in flag.message]
         rows.append(
             (
-                name.replace("_", " "),
+                in_words(name),
                 significant(fit.coefficients[i]),
+                " to ".join(significant(end) for end in fit.interval[i]),
+                MISSING if published is None else significant(published.fit.coefficients[i]),
                 significant(PUBLISHED_COEFFICIENTS[i]),
-                MISSING if fit.interval is None else " to ".join(significant(end) for end in fit.interval[i]),
-                MISSING if len(equals) == 1 else spanned(equals[:, i].min(), equals[:, i].max()),
                 ", ".join(mind) or MISSING,
             )
         )
     caption = (
-        f"Coefficients of the fluid forces (no unit), bounds {low:g} to {high:g}. “Equals” are the starts "
-        "whose objective lies within 1 % of the best, as it was before Nelder-Mead, which no other start gets; "
-        "“published” values belong to the authors' own model. The interval is from the curvature at the best and the "
-        "noise around it: it knows of no other valley, and takes what the twin cannot follow for noise. In a study on "
-        "synthetic tracks with known truth 83 % of these 95 % intervals held it."
+        f"Coefficients of the fluid forces (no unit), bounds {low:g} to {high:g}. The interval is that of the normal "
+        "approximation about the likeliest; the posterior knows better. The authors' values belong to their own model."
     )
-    return Table(caption, COLUMNS, tuple(rows))
+    return Table(caption, _COLUMNS, tuple(rows))
+
+
+def _beside(context: ReportContext) -> tuple[Block, ...]:
+    """How the published search differs, and why."""
+    published = context.published
+    if published is None:
+        return (
+            Prose(
+                "The published search (Bayesian optimisation, then Nelder-Mead, of the mean marker distance) was not "
+                "run for comparison; calib fit SESSION --objective published does."
+            ),
+        )
+    rows = []
+    for role, words in (("fit", "fit trials"), ("holdout", "held-out trials")):
+        own, other = context.calibration.summary(role), published.summary[role]
+        if own is not None and other is not None:
+            rows += [
+                (words, "markers, as tracked [mm]", *(shown(each.marker_error_mm) for each in (own, other))),
+                (words, "speed, twin alone [mm/s]", *map(_speed, (own, other))),
+            ]
+    caption = (
+        "How the published search differs. It makes the mean distance of the markers as tracked small, and takes trim "
+        "(a steady turn and slip, which displace the markers by centimetres in seconds), boxes off their markers and "
+        "the twin's own errors for the water's doing. The recommended fit counts them as what they are: its markers "
+        "may lie farther off as tracked where trials turn, and its coefficients do not answer for it. "
+        f"{counted(published.fit.simulations, 'simulation')} of the fit trials, {shown(published.fit.seconds)} s; "
+        f"{'converged' if published.fit.converged else 'not converged within its budget'}."
+    )
+    return (Table(caption, _ERRORS, tuple(rows)),)
+
+
+def _speed(summary: Summary) -> str:
+    return in_mm(summary.speed_mae_twin)
+
+
+def _components(fit: CoefficientFit) -> Table:
+    rows = []
+    for component in COMPONENTS:
+        size, unit = fit.components[component.name], "%" if component.unit == "1" else component.unit
+        value = 100 * size if component.unit == "1" else np.degrees(size) if "rad" in unit else 1000 * size
+        shown_unit = unit.replace("rad", "°") if "rad" in unit else unit if unit == "%" else f"m{unit}"
+        level = "from trial to trial" if component.level == "trial" else "never"
+        rows.append((in_words(component.name), level, f"{significant(value, 2)} {shown_unit}", component.meaning))
+    caption = (
+        "Variance components of the fit trials by restricted likelihood with priors: what moves a trial beside the "
+        "coefficients. “Never” is common to all trials."
+    )
+    return Table(caption, _COMPONENTS, tuple(rows), (), True)

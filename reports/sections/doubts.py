@@ -1,12 +1,10 @@
 """What makes the numbers of a report doubtful."""
 
 from diagnosis.result import DiagnosisResult
-from fitting import Comparison
 from fitting.ebt import EBT_RATIO_ONLY
 from reports.blocks import Block, Points, Section
 from reports.caveats import whole_trial_flags
 from reports.context import ReportContext
-from reports.models import OBJECTIVES
 from reports.numbers import in_words, listed, sentence, shown
 from session.flags import FLAG_KINDS
 
@@ -25,8 +23,6 @@ def doubts(context: ReportContext) -> tuple[str, ...]:
     """Flags of the fit in full, those of whole trials by kind."""
     calibration = context.calibration
     doubts = [sentence(flag.message or flag.kind) for flag in calibration.flags if flag.kind != EBT_RATIO_ONLY]
-    if calibration.objective != "published":
-        doubts.insert(0, _other_objective(calibration.objective))
     names: dict[str, list[str]] = {}
     for trial in calibration.trials:
         for kind in dict.fromkeys(flag.kind for flag in whole_trial_flags(trial)):
@@ -48,14 +44,6 @@ def _of_the_gap(found: DiagnosisResult | None) -> tuple[str, ...]:
         f"names {named}, which this fit leaves out" if named else "finds a gap that no effect of its catalogue explains"
     )
     return (f"The diagnosis {what}: see the sim-to-real gap.",)
-
-
-def _other_objective(objective: Comparison) -> str:
-    return (
-        f"The coefficients were found by the {OBJECTIVES[objective]}. Marker distances in this report are the "
-        "published ones all the same, which these coefficients were not chosen to make small; only the convergence of "
-        "the search is told in what it minimised."
-    )
 
 
 def _off_command(context: ReportContext) -> str:

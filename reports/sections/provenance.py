@@ -1,9 +1,7 @@
 """Where the numbers come from: inputs, versions, the robot, and what was assumed rather than measured."""
 
-from fitting.methods import METHODS
 from reports.blocks import Points, Section, Table, Terms, table_head
 from reports.context import ReportContext
-from reports.models import OBJECTIVES
 from reports.numbers import MISSING, listed, sentence, shown, significant
 
 
@@ -40,15 +38,14 @@ def _assumptions(context: ReportContext) -> tuple[str, ...]:
 
 
 def _made_with(context: ReportContext) -> tuple[tuple[str, str], ...]:
-    made, fit = context.provenance, context.calibration.fit
+    made = context.provenance
     return (
         ("program", made.program),
         ("engine", f"MuJoCo {made.mujoco}"),
         ("model sha256", made.model_sha256),
         ("seed", str(made.seed)),
         ("effort", made.effort),
-        ("search", METHODS[fit.method]),
-        ("minimised", OBJECTIVES[context.calibration.objective]),
+        ("fit", "likeliest coefficients of the hierarchical model, Gauss-Newton and restricted likelihood"),
         ("warm-up", f"{context.session.warmup_s:g} s of every trial left out"),
     )
 

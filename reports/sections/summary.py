@@ -1,13 +1,12 @@
 """The first screen: the key numbers in two sentences, and an answer to each question."""
 
-import numpy as np
 from markupsafe import Markup
 
 from fitting import CalibratedTrial
 from fitting.calibration import Summary
-from fitting.speed_line import speed_line
 from reports.blocks import Prose, Section, Terms
 from reports.context import ReportContext
+from reports.forecast_words import marker_sentence, speed_sentence
 from reports.numbers import counted, in_mm, in_words, listed, of_its_size, shown, spanned
 from reports.sections.doubts import doubts
 
@@ -23,7 +22,7 @@ def _answers(context: ReportContext) -> tuple[tuple[str, str], ...]:
     more = f" {counted(len(found) - 1, 'further doubt')} below." if len(found) > 1 else ""
     return (
         ("What", _what(context)),
-        ("How good", _beside_a_line(context)),
+        ("How good", _beside_baselines(context)),
         ("How sure", _how_sure(context)),
         ("What is missing", _what_is_missing(context)),
         ("Biggest doubt", f"{found[0]}{more}" if found else "None was raised."),
@@ -41,25 +40,12 @@ def _what(context: ReportContext) -> str:
     )
 
 
-def _beside_a_line(context: ReportContext) -> str:
-    """The twin's forecasts beside those that a straight line makes."""
-    trials = context.trials("holdout")
-    if not trials:
+def _beside_baselines(context: ReportContext) -> str:
+    """The twin's forecasts beside those that simple baselines make."""
+    forecasts = context.calibration.forecasts
+    if not forecasts.held_out:
         return "Not known: no trial is held out. Give one the role “holdout” in session.toml."
-    fitted = [trial.measured for trial in context.trials("fit")]
-    line = speed_line(
-        [trial.frequency.hz for trial in fitted],
-        [trial.speed for trial in fitted],
-        [trial.simulated_hz for trial in trials],
-    )
-    measured = np.array([trial.measured.speed for trial in trials])
-    twin = float(np.mean(np.abs([trial.speed_twin for trial in trials] - measured)))
-    of_line = float(np.mean(np.abs(np.array(line) - measured)))
-    verdict = "better than" if twin < of_line else "not better than"
-    return (
-        f"Its forecasts are {verdict} a straight line in frequency through the fitted speeds: mean absolute error "
-        f"{in_mm(twin, 1)} mm/s, the line {in_mm(of_line, 1)} mm/s, over {counted(len(trials), 'held-out trial')}."
-    )
+    return f"{speed_sentence(forecasts)} {marker_sentence(forecasts)}".strip()
 
 
 def _how_sure(context: ReportContext) -> str:

@@ -46,7 +46,6 @@ def finished_session(fresh_session: Path, tmp_path_factory: pytest.TempPathFacto
             with_little_effort(patch)
             pipeline = Pipeline(open_session(folder), Options("quick"))
             pipeline.fit()
-            pipeline.evidence()
             pipeline.report()
 
     return made_once(tmp_path_factory, "finished", finish)

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -16,8 +15,8 @@ from calib.stages import diagnosis as diagnosis_stage
 from calib.stages import fit as fit_stage
 from calib.stages import posterior as posterior_stage
 from calib.stages import report as report_stage
-from fitting import calibration, placed_fit, profile
-from fitting.coefficients import QUICK
+from fitting import calibration
+from fitting.model import mode
 from fitting.posterior import exploration, findings, further_trial, naive, predictive, sampling
 from fitting.sweep import sweep_frequencies
 from session.results import write_whole
@@ -25,9 +24,6 @@ from swimmer.effects import catalogue
 from synthetic import SyntheticPlan, SyntheticTrial, TrackingNoise
 
 ROOT = Path(__file__).resolve().parents[2]
-
-TINY = replace(QUICK, screened=8, starts=1, finalists=1, heat_iterations=1, final_iterations=1, budget_s=100.0)
-"""Just enough of a search for the machinery around it."""
 
 FEW_EFFECTS = {name: catalogue()[name] for name in ("crank_arm_error", "scale_error")}
 
@@ -71,9 +67,11 @@ def front_door(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 
 def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> None:
     """A short search, little beside it, and a report without figures."""
-    patch.setattr(fit_stage, "EFFORTS", {"quick": TINY, "full": TINY})
-    patch.setattr(placed_fit, "ITERATIONS", 1)
-    patch.setattr(profile, "POINTS", 2)
+    patch.setattr(fit_stage, "STARTS", {"quick": 1, "full": 1})
+    patch.setattr(fit_stage, "PUBLISHED_S", {"quick": 100.0, "full": 100.0})
+    patch.setattr(mode, "_SCREENED", 8)
+    patch.setattr(mode, "_MORE_STARTS", 1)
+    patch.setattr(mode, "_ROUNDS", 2)
     for stage in (diagnosis_stage, posterior_stage):
         patch.setattr(stage, "catalogue", lambda: FEW_EFFECTS)
     patch.setattr(calibration, "sweep_frequencies", partial(sweep_frequencies, count=3))

@@ -8,9 +8,7 @@ import pytest
 
 import calib
 from calib.commands import arguments
-from calib.options import EFFORTS
-from fitting import Comparison
-from fitting.methods import METHODS
+from calib.options import STARTS, ObjectiveName
 from tracking.records.formats import FORMATS
 from tracking.tracker import TRACKERS
 
@@ -59,8 +57,7 @@ main()
 
 
 def test_what_its_options_offer_is_what_there_is() -> None:
-    assert get_args(arguments.EffortOption) == tuple(EFFORTS)
-    assert get_args(arguments.MethodOption) == tuple(METHODS)
-    assert set(get_args(arguments.ComparisonOption)) < set(get_args(Comparison))
+    assert get_args(arguments.EffortOption) == tuple(STARTS)
+    assert get_args(arguments.ObjectiveOption) == get_args(ObjectiveName)
     assert get_args(arguments.TrackerOption) == tuple(TRACKERS)
     assert tuple(FORMATS) == arguments.FORMS

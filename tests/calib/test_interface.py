@@ -48,7 +48,7 @@ def test_a_finished_fit_is_read_and_nothing_is_computed(finished: Path, monkeypa
     assert isinstance(found, front.FitResult)
     assert list(found.to_frame().index) == ["slow", "fast"]
     assert list(found.to_frame("coefficients").index) == list(found.coefficients._fields)
-    assert "straight_line" in found.to_frame("speed_errors").index
+    assert "line" in found.to_frame("speed_errors").index
     assert set(found.to_frame("flags").trial) <= {"", "slow", "fast"}
     assert len(found.summary().splitlines()) <= 7
     assert found.summary().splitlines()[0] in found._repr_html_()

@@ -17,7 +17,7 @@ from tests.reports.undrawn import nothing_drawn
 
 SCHEMA = ROOT.parent / "shared" / "design" / "schema" / "calibration.schema.json"
 FIT = {"calibration.json", "calibrated.xml", "tracks/slow.csv", "tracks/fast.csv"}
-RESULTS = FIT | {"evidence.json", "report.html"}
+RESULTS = FIT | {"report.html"}
 
 
 def results_of(folder: Path) -> dict[str, int]:

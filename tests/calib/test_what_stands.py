@@ -11,7 +11,7 @@ from calib.pipeline import Options, Pipeline, open_session
 from tests.calib.door import Front, assert_told, edit, little_posterior, with_little_effort
 from tests.once import made_once
 
-OF_FIT = {"calibration.json", "calibrated.xml", "evidence.json", "report.html"}
+OF_FIT = {"calibration.json", "calibrated.xml", "report.html"}
 OF_POSTERIOR = {"posterior.nc", "posterior.json"}
 
 

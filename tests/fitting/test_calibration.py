@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from fitting import Calibration, MeasuredTrial, calibrate
-from fitting.coefficients import QUICK
 from fitting.ebt import FORMS, fit_ebt
 from fitting.objective import Swims
 from fitting.structure import assumed
@@ -17,12 +16,12 @@ from fitting.tail_tip import measured_tail
 from session import NotEnoughData
 from swimmer import load_robot
 
-EFFORT = replace(QUICK, screened=8, starts=1, finalists=1, heat_iterations=2, final_iterations=4)
+STARTS = 1
 
 
 @pytest.fixture(scope="module")
 def calibration(trials: dict[str, MeasuredTrial]) -> Calibration:
-    return calibrate(list(trials.values()), assumed(load_robot()), EFFORT)
+    return calibrate(list(trials.values()), assumed(load_robot()), STARTS)
 
 
 def test_every_swim_is_compared_in_the_order_of_the_session(calibration: Calibration) -> None:
@@ -50,7 +49,7 @@ def test_the_summary_is_the_mean_over_the_trials_of_a_role(calibration: Calibrat
 @pytest.mark.long
 def test_trials_beyond_the_fitted_speeds_are_flagged(trials: dict[str, MeasuredTrial]) -> None:
     within, beyond = trials["new"], replace(trials["fast"], role="holdout")
-    compared = calibrate([trials["slow"], replace(within, role="fit"), beyond], assumed(load_robot()), EFFORT).trials
+    compared = calibrate([trials["slow"], replace(within, role="fit"), beyond], assumed(load_robot()), STARTS).trials
 
     assert "extrapolated" not in [flag.kind for flag in compared[1].flags]
     (flag,) = [flag for flag in compared[2].flags if flag.kind == "extrapolated"]
@@ -59,7 +58,7 @@ def test_trials_beyond_the_fitted_speeds_are_flagged(trials: dict[str, MeasuredT
 
 def test_without_a_fit_trial_it_is_refused(trials: dict[str, MeasuredTrial]) -> None:
     with pytest.raises(NotEnoughData, match='no swim has role = "fit"'):
-        calibrate([trials["new"]], assumed(load_robot()), EFFORT)
+        calibrate([trials["new"]], assumed(load_robot()), STARTS)
 
 
 def test_trials_with_nothing_to_compare_are_refused_by_name(trials: dict[str, MeasuredTrial]) -> None:
@@ -69,7 +68,7 @@ def test_trials_with_nothing_to_compare_are_refused_by_name(trials: dict[str, Me
     lost = without(trials["slow"], trials["slow"].scored)
     blind = without(trials["new"], trials["new"].known)
     with pytest.raises(NotEnoughData) as refused:
-        calibrate([lost, trials["fast"], blind], assumed(load_robot()), EFFORT)
+        calibrate([lost, trials["fast"], blind], assumed(load_robot()), STARTS)
     assert str(refused.value).splitlines() == [
         "trial slow: every sample to be compared is flagged or missing; leave the trial out",
         "trial new: no usable marker where its phase comes from; leave the trial out",

@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from fitting import MeasuredTrial
-from fitting.objective import Swims
-from fitting.placement import BOX_SD_M, MARKER_SD_M, BoxesOff, Placement, place, placed_residuals
-from synthetic import PLAUSIBLE_COEFFICIENTS
-from tests.fitting.exact_swims import PHASES, exact_swims, exact_twin, lasting_noise
+from fitting.placement import BOX_SD_M, MARKER_SD_M, BoxesOff, Placement, place
+from tests.fitting.exact_swims import exact_swims, lasting_noise
 
 HZ = (0.9, 1.3)
 PARTS = ("position_m", "shape_m", "path_m", "heading_rad")
@@ -73,24 +71,3 @@ def test_its_intervals_hold_the_truth_as_often_as_they_claim(trials: tuple[Measu
         markers_held.append(np.abs(found.marker_m - marker_m)[free] < 1.645 * found.marker_sd_m[free])
     assert 0.8 < np.mean(boxes_held) < 0.98
     assert np.mean(markers_held) > 0.8  # they go together, so thirty draws tell little of them
-
-
-def test_a_simulation_that_diverged_leaves_the_other_trial_its_own(trials: tuple[MeasuredTrial, ...]) -> None:
-    simulated = [replace(t.head, **{k: getattr(t.head, k)[None] for k in PARTS}) for t in trials]
-    broken = replace(simulated[1], **{k: np.full_like(getattr(simulated[1], k), np.nan) for k in PARTS})
-    whole, lost = placed_residuals(trials, [simulated[0], broken])
-
-    assert np.isnan(lost).all()
-    assert np.abs(whole).max() < 1e-9
-
-
-def test_with_boxes_put_right_the_true_coefficients_leave_nothing(
-    trials: tuple[MeasuredTrial, ...], truth: Placement
-) -> None:
-    """The path is turned and scaled with the head frame, which shapes alone tell: nothing is left of it either."""
-    measured = tuple(misplaced(trial, truth) for trial in trials)
-    point = np.append(PLAUSIBLE_COEFFICIENTS, PHASES[:2])[:, None]
-    plain, placed = (Swims(exact_twin(), measured, kind).mean_distance(point)[0] for kind in ("published", "placed"))
-
-    assert plain > 0.015
-    assert placed < 0.1 * plain

@@ -1,22 +1,21 @@
 """A small calibration made by hand: a travelling wave for each trial, and a twin that is a little off."""
 
 from dataclasses import replace
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fitting import CalibratedTrial, Calibration, CoefficientFit, MeasuredTrial
-from fitting.coefficient_fit import Restart
+from fitting.calibration_file import PublishedResult, published_result
 from fitting.ebt import FORMS, EbtFit
-from fitting.evidence import Evidence
 from fitting.frequency import SwimFrequency
 from fitting.in_pool import tail_markers
-from fitting.pairs import PairFit
-from fitting.placed_fit import PlacedFit, PlacedTrial
-from fitting.placement import BoxesOff
-from fitting.profile import CoefficientProfiles
+from fitting.model.forecast import Scatter
+from fitting.model.mode import End
+from fitting.model.session_forecast import Forecast, ForecastTrial, SessionForecast
+from fitting.model.variance import MEDIANS
+from fitting.published_search import PublishedFit
 from fitting.scoring import score
 from fitting.structure import assumed
 from fitting.sweep import SpeedSweep
@@ -66,7 +65,7 @@ def made_calibration(names: tuple[str, ...] = tuple(ROLES), *, flagged: bool = T
     speeds = {"published": 0.12 * hz, "smoothed": 0.118 * hz, "large": 0.115 * hz}
     sweep = SpeedSweep(hz, 0.1 * hz, speeds, fitted_hz=(0.8, 1.3))
     ebts = {form.name: EbtFit(form, 1.0, ratio, flags) for form, ratio in zip(FORMS, (1.63, 1.15, 0.33), strict=True)}
-    return Calibration(assumed(robot), made_fit(), ebts, trials, sweep)
+    return Calibration(assumed(robot), made_fit(), ebts, trials, sweep, made_forecasts(trials))
 
 
 def made_context(calibration: Calibration | None = None) -> ReportContext:
@@ -75,63 +74,43 @@ def made_context(calibration: Calibration | None = None) -> ReportContext:
 
 
 def made_fit() -> CoefficientFit:
-    """Three starts: the best at a bound, another as good elsewhere, one that swims backward."""
-    ends = (BEST, BEST._replace(angular_drag=6.0), BEST._replace(kutta_lift=9.0))
-    restarts = tuple(
-        Restart(
-            start=np.full(5, 5.0 - rank),
-            coefficients=np.array(end),
-            phase_rad=np.zeros(2),
-            objective_m=objective,
-            history_m=np.array([0.06, 0.04, objective]),
-            converged=rank == 0,
-            swims_forward=rank < 2,
-        )
-        for rank, (end, objective) in enumerate(zip(ends, (0.0300, 0.0301, 0.029), strict=True))
+    """Three starts: the best at a bound, another as likely elsewhere, one that swims backward."""
+    found = (BEST, BEST._replace(angular_drag=6.0), BEST._replace(kutta_lift=9.0))
+    ends = tuple(
+        End(np.full(5, 5.0 - rank), np.array(end), density, rank == 0, rank < 2)
+        for rank, (end, density) in enumerate(zip(found, (100.0, 99.5, 101.0), strict=True))
     )
     flags = (Flag("at_bound", message="magnus_lift = 0 lies at its bound 0: the data pull it further"),)
-    trace = ((120.0, 0.06), (300.0, 0.04), (900.0, 0.031))
-    return CoefficientFit(
-        BEST, np.zeros(2), 0.031, restarts, evaluations=321, seconds=4.2, flags=flags, spent_s=1000.0, trace=trace
-    )
+    interval = np.column_stack([0.9 * np.array(BEST), 1.1 * np.array(BEST)])
+    return CoefficientFit(BEST, interval, MEDIANS, ends, simulations=321, seconds=4.2, flags=flags)
 
 
-def made_evidence(names: tuple[str, ...] = tuple(ROLES)) -> Evidence:
-    """Parabolas for profiles, and every pair of trials; one of them swims backward."""
-    root = np.linspace(0.0, np.sqrt(10.0), 11)
-    away = (root - np.sqrt(BEST)[:, None]) ** 2  # (5, 11)
-    restart = np.array([BEST._replace(angular_drag=6.0)])
-    profiles = CoefficientProfiles(
-        np.tile(root**2, (5, 1)), 0.031 + 0.02 * away, 0.031 + 0.003 * away, 0.031, restart, np.array([0.0312])
-    )
-    pairs = tuple(made_pair(pair, rank) for rank, pair in enumerate(combinations(names, 2)) if len(names) > 2)
-    return Evidence(made_placed(names), profiles, pairs)
+def made_published(calibration: Calibration) -> PublishedResult:
+    """Closer to the markers, and off in the speed."""
+    fit = PublishedFit(BEST._replace(slender_drag=3.0), np.zeros(2), 0.02, True, 321, 1000.0, 4.2)
+    return published_result(fit, calibration.trials)
 
 
-def made_placed(names: tuple[str, ...] = tuple(ROLES)) -> PlacedFit:
-    """A neck 3 mm farther to the left in every trial, and a dorsal fin 20 mm from its place."""
-    marker_m = np.zeros((len(MARKERS), 2))
-    marker_m[MARKERS.index("dorsal_fin")] = -0.02, 0.003
-    sd, unknown = BoxesOff(0.0003, 0.0002, 0.0005, 0.0006), BoxesOff(*[np.nan] * 4)
-    own_sd = {name: sd if ROLES[name][0] == "fit" else unknown for name in names}
-    trials = tuple(
-        PlacedTrial(name, BoxesOff(0.001, 0.0, -0.002, -0.003 * i), own_sd[name], 0.014, 0.006)
-        for i, name in enumerate(names)
-    )
-    return PlacedFit(BEST, 0.013, True, MARKERS, marker_m, np.full(marker_m.shape, 0.0008), trials)
+def made_forecasts(trials: tuple[CalibratedTrial, ...]) -> SessionForecast:
+    """Bands of 5 mm/s about speeds that are 4 mm/s too fast; a line is off by 2 mm/s."""
+    return SessionForecast(Scatter(), {trial.measured.name: made_forecast(trial) for trial in trials})
 
 
-def made_pair(fitted: tuple[str, str], rank: int) -> PairFit:
-    """The twin is off by 10, 11, 12 mm/s, theory by more, except for the last pair in its large-amplitude form."""
-    errors = {"twin": 0.010, "published": 0.020, "smoothed": 0.015, "large": 0.0115, "large, twin's tail": 0.025}
-    return PairFit(
-        fitted=fitted,
-        coefficients=BEST._replace(slender_drag=6.0 + rank),
-        marker_error_m=0.03,
-        speed_mae={name: value + 0.001 * rank * (name != "large") for name, value in errors.items()},
-        swims_forward=rank != 1,
-        converged=rank != 2,
-    )
+def made_forecast(trial: CalibratedTrial) -> ForecastTrial:
+    measured = trial.measured
+    speed, role = measured.speed, measured.role
+    banded = Forecast(speed + 0.004, (speed - 0.001, speed + 0.009), 12.0, 6.0, 0.9)
+    twin = {"twin": Forecast(trial.speed_twin, None, 40.0, 20.0), "ebt_published": Forecast(trial.speed_ebt)}
+    if role == "fit":
+        return ForecastTrial(role, measured.frequency.hz, speed, {**twin, "repeat": banded})
+    baselines = {
+        "continued": Forecast(speed - 0.001, None, 9.0, 5.0),
+        "line": Forecast(speed + 0.002),
+        "power_law": Forecast(speed - 0.003),
+        "constant_stride": Forecast(speed + 0.01),
+    }
+    own = {"from_command": banded, "after_two_beats": replace(banded, speed=speed + 0.003)}
+    return ForecastTrial(role, measured.frequency.hz, speed, {**twin, **own, **baselines})
 
 
 def made_trial(robot: RobotSpec, name: str, *, flagged: bool = False, seconds: float = 6.0) -> CalibratedTrial:

@@ -4,14 +4,13 @@ import json
 import os
 import shutil
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from reports import write_index, write_report
 from tests.cases import later
-from tests.reports.sample import made_context, made_evidence
+from tests.reports.sample import made_context
 from tests.reports.test_index import RESULT
 from tests.reports.whole import made_bench_calibration
 
@@ -40,7 +39,7 @@ pytestmark = pytest.mark.skipif(
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports")
-    context = replace(made_context(made_bench_calibration()), evidence=made_evidence())
+    context = made_context(made_bench_calibration())
     write_report(folder / "report.html", context)
     write_index(folder / "index.html", [("pool", folder / "report.html", RESULT)])
     return folder

@@ -14,7 +14,6 @@ from tests.reports.page import Page
 from tests.reports.sample import (
     made_calibration,
     made_context,
-    made_evidence,
     made_provenance,
     made_session,
     made_trial,
@@ -28,7 +27,6 @@ def page() -> Page:
             replace(
                 made_context(),
                 notes=("free decay was left out",),
-                evidence=made_evidence(),
             )
         )
     )
@@ -50,7 +48,7 @@ def page_of(calibration: Calibration, session: Session | None = None) -> Page:
 
 
 def test_every_section_is_there_and_every_link_leads_to_one(page: Page) -> None:
-    sections = ["summary", "doubts", "speed", "errors", "pairs", "trials", "residuals", "tail-beat", "coefficients"]
+    sections = ["summary", "doubts", "forecasts", "speed", "errors", "trials", "residuals", "tail-beat", "coefficients"]
     sections += ["gap", "robot-sketch", "structure", "tracks", "provenance", "reading"]
     links = [target[1:] for target in page.targets if target.startswith("#")]
 
@@ -144,8 +142,8 @@ def test_the_same_results_give_the_same_file(medium: ReportContext, html_of_medi
     assert render_report(medium) == html_of_medium
 
 
-def test_the_twin_stands_beside_a_straight_line_on_the_first_screen(page: Page) -> None:
-    assert "a straight line in frequency through the fitted speeds" in page.text
+def test_forecasts_stand_beside_a_baseline_on_the_first_screen(page: Page) -> None:
+    assert "by the best simple baseline (line in frequency)" in page.text.split("Before you rely")[0]
 
 
 def test_the_first_screen_answers_every_question_in_few_words(html_of_medium: str) -> None:

@@ -7,13 +7,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from fitting.evidence import Evidence
-from fitting.placement import BoxesOff
 from reports import render_report
 from reports.sections import (
     SECTIONS,
     coefficients,
-    placement,
+    forecasts,
     speed_sweep,
 )
 from swimmer import load_robot
@@ -21,40 +19,63 @@ from tests.reports.page import Page
 from tests.reports.sample import (
     made_calibration,
     made_context,
-    made_evidence,
+    made_published,
 )
 from tests.reports.undrawn import nothing_drawn
 
 
 def page_of(
-    *only: ModuleType,
-    names: tuple[str, ...] = ("slow", "medium", "fast"),
-    evidence: Evidence | None = None,
-    **changes: object,
+    *only: ModuleType, names: tuple[str, ...] = ("slow", "medium", "fast"), published: bool = False, **changes: object
 ) -> Page:
     """The report, or only some of its sections."""
     calibration = replace(made_calibration(names), **changes)  # type: ignore[arg-type]
-    context = replace(made_context(calibration), evidence=evidence)
+    context = made_context(calibration)
+    if published:
+        context = replace(context, published=made_published(calibration))
     return Page(render_report(context, [section.build for section in only] or SECTIONS))
-
-
-@pytest.fixture(scope="module")
-def bare() -> Page:
-    """Without evidence."""
-    with nothing_drawn():
-        return page_of()
 
 
 @pytest.fixture(scope="module")
 def full() -> Page:
     with nothing_drawn():
-        return page_of(evidence=made_evidence())
+        return page_of(published=True)
 
 
-def test_without_evidence_each_section_says_what_was_not_made(bare: Page) -> None:
-    assert "The fit was not repeated on other pairs of trials" in bare.text
-    assert "Their profiles were not made for this session; `calib run` makes them." in bare.text
-    assert "coefficient-profiles" not in bare.ids
+def test_forecasts_stand_beside_the_best_simple_baseline(full: Page) -> None:
+    beside = "the best simple baseline (line in frequency) to 2.0 mm/s: the twin does not beat it (gain −2.0 mm/s)"
+    assert f"From the command, held-out speeds are forecast to 4.0 mm/s, by {beside}." in full.text
+    assert (
+        "markers are forecast to 12.0 mm (6.0 relative to the nose), by going on as in these beats to 9.0" in full.text
+    )
+    assert "goes on as in two beats (baseline) 1.0 9.0 5.0" in full.text
+    assert "the same after two beats 3.0 12.0 6.0 90 %" in full.text
+
+
+def test_without_a_held_out_trial_nothing_is_said_of_forecasts() -> None:
+    page = page_of(names=("medium", "fast"))
+    assert "forecasts" not in page.ids
+    assert "Not known: no trial is held out." in page.text
+
+
+def test_bands_that_miss_are_called_too_narrow() -> None:
+    made = made_calibration().forecasts
+    slow = made.trials["slow"]
+    narrow = replace(slow.forecasts["from_command"], speed_ci90=(0.9, 1.0))
+    trials = {**made.trials, "slow": replace(slow, forecasts={**slow.forecasts, "from_command": narrow})}
+    page = page_of(forecasts, forecasts=replace(made, trials=trials))
+    assert "1 of 2 measured speeds lie outside their 90 % bands" in page.text
+
+
+def test_the_published_search_stands_beside_the_fit_and_why_it_differs(full: Page) -> None:
+    assert "slender drag 7.8 7.02 to 8.58 3" in full.text
+    assert re.search(r"fit trials markers, as tracked \[mm\] [\d.]+ [\d.]+", full.text)
+    assert "takes trim" in full.text
+    assert "calib fit SESSION --objective published does" in page_of(coefficients).text
+
+
+def test_what_differs_between_trials_is_told_with_its_size(full: Page) -> None:
+    assert "turning from trial to trial 1.7 °/s" in full.text
+    assert "wave common never 5 %" in full.text
 
 
 def test_every_model_has_its_errors_with_intervals(full: Page) -> None:
@@ -68,73 +89,6 @@ def test_every_model_has_its_errors_with_intervals(full: Page) -> None:
 def test_it_says_what_of_the_theory_is_identifiable(full: Page) -> None:
     assert "only their ratio c_D / β is identifiable" in full.text
     assert "1.63 (EBT, published), 1.15 (EBT, smoothed) and 0.33 (EBT, large amplitude)" in full.text
-
-
-def test_pairs_are_summed_up_with_their_caveats(full: Page) -> None:
-    assert (
-        "Fitted on each of 3 pairs of swims and asked for the others, the twin is off by 11.0 ± 1.0 mm/s" in full.text
-    )
-    assert "11.5 mm/s for EBT, large amplitude (the twin is better in 2 of 3)" in full.text
-    assert "a search of its own, which knows nothing of this session’s fit" in full.text
-    assert "The search of medium with fast was still improving when its iterations ran out." in full.text
-    assert "From rest, the twin of slow with fast swims backward" in full.text
-    assert "EBT, large amplitude (twin’s tail) 26.0 1.0 25.0 27.0 0 of 3" in full.text
-    assert "EBT, published 21.0 1.0 20.0 22.0 0 of 3" in full.text
-
-
-def test_the_fit_with_boxes_put_right_stands_beside_the_plain_one(full: Page) -> None:
-    assert "Every other number of this report belongs to the plain fit" in full.text
-    assert "plain 31.0 0.4 7.8 2.8 3.8 0 boxes put right 13.0" in full.text
-    assert "medium 1.0 ± 0.3 0.0 ± 0.2 −2.0 ± 0.5 −3.0 ± 0.6 +1.2 1.021" in full.text
-    assert "slow 1.0 0.0 −2.0 0.0 0.0 1.021" in full.text
-    assert "dorsal fin −20.0 ± 0.8 3.0 ± 0.8" in full.text
-    assert "Far from where the robot's description has them: dorsal_fin (-20 mm along, +3 mm across)" in full.text
-
-
-def test_boxes_that_no_hand_puts_there_are_doubted() -> None:
-    evidence = made_evidence()
-    far = replace(evidence.placed.trials[1], boxes=BoxesOff(neck_across=0.02))
-    trials = (evidence.placed.trials[0], far, evidence.placed.trials[2])
-    page = page_of(placement, evidence=replace(evidence, placed=replace(evidence.placed, trials=trials)))
-
-    assert "Trial medium: the boxes of nose and neck would have to be 20 mm off, more than a hand misses" in page.text
-
-
-def test_the_course_says_what_a_symmetric_twin_does_not_do(full: Page) -> None:
-    assert "No trial turns by more than its errors: the robot swims straight" in full.text
-
-
-def test_profiles_say_how_far_each_coefficient_can_slide(full: Page) -> None:
-    """The made parabola rises by a tenth one root away from the best: sqrt(0.0031 / 0.003) = 1.02."""
-    found = re.search(r"slender drag ([\d.]+) to ([\d.]+), angular", full.text)
-
-    assert found
-    low, high = (np.sqrt(float(end)) for end in found.groups())
-    assert low == pytest.approx(np.sqrt(7.8) - 1.02, abs=0.05)
-    assert high == pytest.approx(np.sqrt(10.0))
-
-
-def test_the_best_is_held_against_other_starts_as_it_was_before_its_simplex() -> None:
-    fit = made_calibration().fit
-    best, other, backward = fit.restarts
-    before = replace(best, objective_m=0.0304)
-    polished = page_of(
-        coefficients, fit=replace(fit, restarts=(best, before, replace(other, objective_m=0.0306), backward))
-    )
-    alone = page_of(
-        coefficients, fit=replace(fit, restarts=(best, before, replace(other, objective_m=0.0309), backward))
-    )
-
-    assert "2 starts fit equally well (within 1 % of the best, as it was before Nelder-Mead)" in polished.text
-    assert "No other start came within 1 % of it, as it was before Nelder-Mead." in alone.text
-
-
-def test_the_distance_with_boxes_put_right_is_called_an_upper_bound(full: Page) -> None:
-    evidence = made_evidence()
-    page = page_of(placement, evidence=replace(evidence, placed=replace(evidence.placed, converged=False)))
-
-    assert "Its distance is an upper bound: the descent starts from the plain fit. Held-out" in full.text
-    assert "from the plain fit; it was still improving when its iterations ran out." in page.text
 
 
 def test_residuals_name_the_farthest_marker(full: Page) -> None:

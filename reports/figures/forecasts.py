@@ -1,0 +1,40 @@
+"""Speeds of held-out trials beside what is forecast of them."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from fitting.model.session_forecast import BEATS, COMMAND, SessionForecast
+from reports.colours import EBT, INK, MUTED, TWIN
+from reports.forecast_words import MODELS
+from reports.numbers import MM, shortened
+from reports.style import HALF_WIDTH_IN, Look, Margins, legend_above, panel, styled
+
+_SHIFT = 0.17  # of a row, between models
+
+
+@styled
+def forecasts_figure(forecasts: SessionForecast) -> Figure:
+    """A row for each held-out trial, slowest at the bottom: measured, by the model with bands, by the best baseline."""
+    found = {name: trial for name, trial in forecasts.trials.items() if trial.role != "fit"}
+    names = sorted(found, key=lambda name: found[name].frequency_hz)
+    best = forecasts.best_baseline
+    figure, axes = panel(HALF_WIDTH_IN, 1.3 + 0.42 * len(names), Margins(left=0.85, top=0.52))
+    for row, name in enumerate(names):
+        trial = found[name]
+        measured = trial.speed_measured * MM
+        axes.plot([measured] * 2, [row - 0.34, row + 0.34], color=INK, linewidth=1.6, label="measured")
+        for model, colour, shift in ((COMMAND, TWIN, _SHIFT), (BEATS, EBT, -_SHIFT)):
+            if model not in trial.forecasts:
+                continue
+            told, at = trial.forecasts[model], row + shift
+            if told.speed_ci90 is not None:
+                axes.plot(np.array(told.speed_ci90) * MM, [at] * 2, color=colour, linewidth=1.4)
+            axes.plot(told.speed * MM, at, "o", color=colour, markersize=5, label=MODELS[model])
+        if best:
+            look: Look = {"color": MUTED, "markersize": 5, "label": MODELS[best]}
+            axes.plot(trial.forecasts[best].speed * MM, row, "D", **look)
+    axes.set_yticks(range(len(names)), [shortened(name) for name in names])
+    axes.set_ylim(-0.6, len(names) - 0.4)
+    axes.set_xlabel("forward speed (mm/s)")
+    legend_above(axes, 2)
+    return figure

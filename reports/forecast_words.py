@@ -1,0 +1,71 @@
+"""What the forecasts of held-out trials are worth, in sentences: the model beside simple baselines."""
+
+from math import isfinite
+
+from fitting.ebt import FORMS
+from fitting.model.session_forecast import BASELINES, BEATS, COMMAND, CONTINUED, TWIN, SessionForecast
+from reports.models import model_label
+from reports.numbers import in_mm, shown, spanned
+
+MODELS = {
+    TWIN: "twin alone",
+    COMMAND: "twin and learned discrepancy",
+    BEATS: "the same after two beats",
+    CONTINUED: "goes on as in two beats",
+    "line": "line in frequency",
+    "power_law": "power law in frequency",
+    "constant_stride": "constant stride",
+    **{f"ebt_{form.name}": model_label(form.name) for form in FORMS},
+}
+"""The models of `ForecastTrial.forecasts` as the reader meets them, in their order."""
+
+
+def beaten(forecasts: SessionForecast) -> bool:
+    """Whether speeds forecast from the command are better than every simple baseline, on average."""
+    best = forecasts.best_baseline
+    return bool(best) and forecasts.gain(COMMAND, best).mean > 0
+
+
+def speed_sentence(forecasts: SessionForecast) -> str:
+    """How well held-out speeds are forecast from the command, and whether that beats the best simple baseline."""
+    if not forecasts.held_out:
+        return "No trial is held out: nothing says how well the twin forecasts."
+    own, best = in_mm(forecasts.mean(COMMAND, "speed_error")), forecasts.best_baseline
+    text = f"From the command, held-out speeds are forecast to {own} mm/s"
+    if not best:
+        return f"{text}; no baseline can be drawn through the fitted speeds."
+    gain = forecasts.gain(COMMAND, best)
+    ends = "" if gain.interval is None else f", 90 % interval over trials {spanned(*gain.interval, in_mm)}"
+    sure = gain.interval is not None and gain.interval[0] > 0
+    how = "does not beat it" if not gain.mean > 0 else "beats it" if sure else "beats it, but not surely"
+    return (
+        f"{text}, by the best simple baseline ({MODELS[best]}) to {in_mm(forecasts.mean(best, 'speed_error'))} mm/s: "
+        f"the twin {how} (gain {in_mm(gain.mean)} mm/s{ends})."
+    )
+
+
+def marker_sentence(forecasts: SessionForecast) -> str:
+    """How well held-out markers are forecast after two beats, and by going on as in these; empty where unknown."""
+    values = {
+        model: (forecasts.mean(model, "marker_error_mm"), forecasts.mean(model, "shape_error_mm"))
+        for model in (BEATS, CONTINUED)
+    }
+    if not all(isfinite(each) for pair in values.values() for each in pair):
+        return ""
+    (path, shape), (goes_on, goes_on_shape) = values[BEATS], values[CONTINUED]
+    how = "beats" if path < goes_on else "does not beat"
+    return (
+        f"After two beats, held-out markers are forecast to {shown(path)} mm ({shown(shape)} relative to the nose), by "
+        f"going on as in these beats to {shown(goes_on)} mm ({shown(goes_on_shape)}): the twin {how} that."
+    )
+
+
+def mean_speed_errors(forecasts: SessionForecast) -> dict[str, float]:
+    """Mean absolute error over the held-out trials by model, m/s, as far as it is known."""
+    errors = {name: forecasts.mean(name, "speed_error") for name in MODELS}
+    return {name: error for name, error in errors.items() if isfinite(error)}
+
+
+def is_baseline(model: str) -> bool:
+    """Whether a first-year student would try it."""
+    return model in BASELINES or model == CONTINUED

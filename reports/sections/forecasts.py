@@ -1,0 +1,68 @@
+"""What the model forecasts of held-out trials, beside simple baselines."""
+
+from fitting.model.session_forecast import BEATS, COMMAND
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
+from reports.context import ReportContext
+from reports.figures.forecasts import forecasts_figure
+from reports.forecast_words import MODELS, is_baseline, marker_sentence, mean_speed_errors, speed_sentence
+from reports.numbers import counted, in_mm, shown, whole_percent
+
+_COLUMNS = table_head(
+    "model | speed error [mm/s] | markers as tracked [mm] | relative to the nose [mm] | coordinates in 90 % band []"
+)
+
+
+def build(context: ReportContext) -> Section | None:
+    """Nothing without a held-out trial."""
+    forecasts = context.calibration.forecasts
+    if not forecasts.held_out:
+        return None
+    plot = Plot(
+        forecasts_figure(forecasts),
+        "forecasts",
+        "Speeds of held-out trials with 90 % bands. From the command: what the fitted trials tell of the twin's error "
+        "is added to the twin. After two beats: what is the trial's own is told by its first two beats. A band that "
+        "misses the measured speed is too narrow.",
+    )
+    blocks = (
+        Prose(f"{speed_sentence(forecasts)} {marker_sentence(forecasts)}".strip()),
+        Plots((plot,)),
+        _table(context),
+    )
+    return Section("Forecasts", "forecasts", blocks, _caveats(context))
+
+
+def _table(context: ReportContext) -> Table:
+    forecasts = context.calibration.forecasts
+    rows = []
+    for model, error in mean_speed_errors(forecasts).items():
+        inside = forecasts.mean(model, "inside")
+        rows.append(
+            (
+                f"{MODELS[model]}{' (baseline)' if is_baseline(model) else ''}",
+                in_mm(error),
+                shown(forecasts.mean(model, "marker_error_mm")),
+                shown(forecasts.mean(model, "shape_error_mm")),
+                whole_percent(inside) if inside == inside else shown(None),
+            )
+        )
+    caption = (
+        f"Means over {counted(len(forecasts.held_out), 'held-out trial')}. Baselines know the fitted speeds and the "
+        "trial's frequency alone; “goes on” knows its first two beats alone. EBT knows the measured tail of the whole "
+        "trial, so that it forecasts nothing."
+    )
+    return Table(caption, _COLUMNS, tuple(rows))
+
+
+def _caveats(context: ReportContext) -> tuple[str, ...]:
+    bands = [
+        (model, low <= trial.speed_measured <= high)
+        for trial in context.calibration.forecasts.held_out
+        for model in (COMMAND, BEATS)
+        if model in trial.forecasts and (band := trial.forecasts[model].speed_ci90) is not None
+        for low, high in [band]
+    ]
+    missed = sum(not inside for _, inside in bands)
+    if missed <= 0.2 * len(bands):
+        return ()
+    return (f"{missed} of {len(bands)} measured speeds lie outside their 90 % bands: the bands are too narrow.",)

@@ -1,0 +1,65 @@
+"""A fit of the coefficients is honest about what is doubtful, and the order of trials does not matter."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.coefficient_fit import _flags, fit_coefficients
+from fitting.model.mode import End
+from swimmer import FluidCoefficients
+from tests.fitting.exact_swims import exact_swims, exact_twin
+
+GOOD = np.array([0.4, 2.0, 6.0, 4.0, 1.0])
+NARROW = 0.05
+
+
+def end(
+    coefficients: np.ndarray = GOOD, log_density: float = 0.0, *, converged: bool = True, forward: bool = True
+) -> End:
+    return End(coefficients, coefficients, log_density, converged, forward)
+
+
+def kinds(*ends: End, disagree: tuple[End, ...] = (), width: float = NARROW) -> list[str]:
+    return [flag.kind for flag in flags(*ends, disagree=disagree, width=width)]
+
+
+def flags(*ends: End, disagree: tuple[End, ...] = (), width: float = NARROW) -> tuple:
+    found = ends[0].coefficients
+    mode = SimpleNamespace(ends=ends, coefficients=found, disagree=disagree)
+    interval = np.clip(np.column_stack([found * (1 - width), found * (1 + width)]), 0, 10)
+    return _flags(mode, interval)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("place", "value", "bound"), [(0, 0.0, "0"), (2, 9.995, "10"), (4, 10.0, "10")])
+def test_a_coefficient_at_its_bound_is_flagged_by_name(place: int, value: float, bound: str) -> None:
+    values = GOOD.copy()
+    values[place] = value
+    (flag,) = flags(end(values))
+
+    assert flag.kind == "at_bound"
+    assert flag.message.startswith(FluidCoefficients._fields[place])
+    assert f"at its bound {bound}:" in flag.message
+
+
+def test_what_is_wrong_with_the_best_alone_is_flagged() -> None:
+    assert kinds(end(), end(log_density=-5.0)) == []
+    assert kinds(end(converged=False), end(log_density=-5.0)) == ["not_converged"]
+    assert kinds(end(), end(log_density=-5.0, converged=False)) == []
+    assert kinds(end(forward=False)) == ["swims_backward"]
+    assert kinds(end(), end(log_density=3.0, forward=False)) == ["rejected_restart"]
+    assert kinds(end(), disagree=(end(2 * GOOD),)) == ["restarts_disagree"]
+
+
+def test_coefficients_with_wide_intervals_are_not_determined() -> None:
+    assert kinds(end(), width=0.6) == ["unidentifiable"] * 4  # but the smallest, whose interval is less than 0.5 wide
+
+
+def test_the_order_of_trials_does_not_change_a_bit() -> None:
+    trials = exact_swims(hz=(0.7, 1.2), seconds=4.5, noise_m=5e-4)
+    one, other = (fit_coefficients(each, exact_twin(), (), starts=1)[0] for each in (trials, trials[::-1]))
+
+    assert one.coefficients == other.coefficients
+    np.testing.assert_array_equal(one.interval, other.interval)
