@@ -11,7 +11,6 @@ from threadpoolctl import threadpool_limits
 from diagnosis.beside_the_beat import BesideTheBeat, beside_the_beat
 from diagnosis.controls import placebo_for
 from diagnosis.cross_validation import Validated, validated
-from diagnosis.discrepancy import Discrepancy
 from diagnosis.everything import Everything, everything
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.experiments import next_experiments
@@ -25,17 +24,12 @@ from diagnosis.pruning import pruned
 from diagnosis.pushes import Responses, responses
 from diagnosis.refit import Refit
 from diagnosis.result import Experiment, Remainder
-from diagnosis.rings import rings_of
 from diagnosis.separation import separations
+from diagnosis.session_data import SessionData
 from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
-from fitting.out_of_water import NOTHING, OutOfWater
 from fitting.signatures import Signature, signature_of
-from fitting.signatures.view_of import with_picture
-from fitting.trial import MeasuredTrial
-from session import CameraSpec
-from swimmer import Twin
 from swimmer.effects import Effect
 
 Tell = Callable[[str, float | None], None]
@@ -118,36 +112,24 @@ class Diagnosis:
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
 def diagnose(
-    trials: Sequence[MeasuredTrial],
-    twin: Twin,
-    camera: CameraSpec,
+    data: SessionData,
     effects: Mapping[str, Effect],
-    discrepancy: Discrepancy,
     settings: Settings = DEFAULT,
     tell: Tell = lambda _message, _share: None,
-    dry: OutOfWater = NOTHING,
 ) -> Diagnosis:
     """Diagnoses a session.
 
-    Of motor logs only how fast they turned counts: beside the turn within a beat as it was logged, what is wrong with
-    the drive would not show.
-
     Args:
-        trials: all swims; those of the role "fit" say which effect, the others how far it helps, and whether at all.
-        twin: plain, of the robot as described.
-        camera: that filmed them.
+        data: the trials.
         effects: the catalogue.
-        discrepancy: what a refitted twin leaves of gaits where nothing is wrong.
         settings: how much work, what is believed before, seed.
         tell: of the progress.
-        dry: what was measured out of the water: that too says which effect.
 
     Raises:
-        SimulationDiverged: the plain twin, from every start.
+        SimulationDiverged: the plain twin.
         NotEnoughData: no fitted swim.
     """
-    trials = [trial.without_log for trial in trials]
-    weighed = _weighed(trials, twin, camera, effects, discrepancy, settings.belief, tell, dry)
+    weighed = _weighed(data, effects, settings.belief, tell)
 
     def refitting(names: Sequence[str]) -> Refit:
         chosen = [effects[name] for name in names]
@@ -155,7 +137,7 @@ def diagnose(
 
     tell("refitting with the effects", 0.75)
     said = _named(weighed, refitting, settings, len(effects))
-    best, swims = said.best, HeldOut(weighed.ground, tuple(t for t in trials if t.role != "fit"), settings.seed)
+    best, swims = said.best, HeldOut(weighed.ground, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.85)
     gap = swims.gap(best, None if best is None else _placebo(weighed, said, refitting))
     tell("what to do next", 0.9)
@@ -199,26 +181,13 @@ class _Weighed(NamedTuple):
         return likely_of(self.elsewhere, self.probabilities.at_place)
 
 
-def _weighed(
-    trials: Sequence[MeasuredTrial],
-    twin: Twin,
-    camera: CameraSpec,
-    effects: Mapping[str, Effect],
-    discrepancy: Discrepancy,
-    belief: Belief,
-    tell: Tell,
-    dry: OutOfWater,
-) -> _Weighed:
-    """Arguments as in `diagnose`; trials without the logs of their motors."""
-    tell("fitting the plain twin", 0.0)
-    runs = [trial.without_log for trial in dry.runs]
-    camera = with_picture(camera, (*trials, *runs))
-    fitted, rings = [trial for trial in trials if trial.role == "fit"], rings_of(dry.decays, twin)
-    ground = Ground.fitted(fitted, twin, camera, discrepancy, runs, rings=rings.believed)
+def _weighed(data: SessionData, effects: Mapping[str, Effect], belief: Belief, tell: Tell) -> _Weighed:
+    tell("the plain twin", 0.0)
+    ground = data.ground
     signatures = []
     for number, effect in enumerate(effects.values()):
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))
-        signatures.append(signature_of(effect, ground.model, camera, ground.at))
+        signatures.append(signature_of(effect, ground.model, ground.camera, ground.at))
     tell("missing forces", 0.6)
     forces = responses(ground)
     tell("weighing explanations", 0.65)
@@ -233,7 +202,7 @@ def _weighed(
         beside,
         found.explanations,
         found.probabilities,
-        rings.left_out,
+        data.rings.left_out,
     )
 
 
@@ -294,9 +263,9 @@ def _remainder(weighed: _Weighed, best: Refit) -> Remainder:
     rest = replace(ground)
     rest.__dict__["left"] = best.left
     where = locate(rest, weighed.forces, weighed.signatures, placed=weighed.placed)
-    plain, left = ground.whitened(ground.left), ground.whitened(best.left)
-    freedom = max(len(left) - 5 - len(best.values), 1)
-    excess, before = left @ left - freedom, plain @ plain - len(plain) + 5
+    plain, left = (ground.space.freed(row) for row in (ground.left, best.left))
+    freedom = max(len(ground.left) - 5 - len(best.values), 1)
+    excess, before = left @ left - freedom, plain @ plain - len(ground.left) + 5
     stages = {stage: share for stage, share in where.by_stage.items() if stage != "floor"}
     share = float(np.clip(excess / before, 0.0, 1.0)) if before > 0 else 0.0
     return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(left @ left, freedom)))

@@ -44,7 +44,7 @@ class Refit:
 
     @classmethod
     def plain(cls, ground: Ground) -> "Refit":
-        """The nearest twin without any."""
+        """The recommended twin, without any."""
         return cls((), ground.at, np.zeros(0), ground.left, ground.coefficient_covariance, PRIOR_SD, ground.slopes)
 
     def precision(self, width: np.ndarray) -> np.ndarray:

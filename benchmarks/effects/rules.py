@@ -20,9 +20,12 @@ from diagnosis import Discrepancy
 from diagnosis.evidence import Belief
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
+from fitting.coefficient_fit import fit_coefficients
+from fitting.model.robot_doubt import doubts_of
 from fitting.signatures import Signature, Whitened, signature_of
 from fitting.signatures.session_row import PRIOR_SD, row_covariance
 from fitting.signatures.view_of import with_picture
+from fitting.structure import assumed
 from fitting.trial import MeasuredTrial, measure_trial
 from session import Session, TrialSpec, load_session
 from session.tracks import load_tracks
@@ -60,7 +63,9 @@ def evidence_of(folder: Path, discrepancy: Discrepancy, effects: Mapping[str, Ef
     twin = Twin(load_robot(session.robot_file), session.markers, workers=1)
     fitted = [spec for spec in session.trials if spec.role == "fit"]
     trials, dry = ([_measured(session, spec, twin) for spec in fitted if spec.kind == kind] for kind in ("swim", "dry"))
-    ground = Ground.fitted(trials, twin, with_picture(session.camera, (*trials, *dry)), discrepancy, dry)
+    doubts = doubts_of(assumed(twin.robot).sources)
+    at = np.array(fit_coefficients(trials, twin, doubts, seed=session.seed)[0].coefficients)
+    ground = Ground.of(trials, twin, with_picture(session.camera, (*trials, *dry)), discrepancy, at, dry)
     found = tuple(signature_of(effect, ground.model, ground.camera, ground.at) for effect in effects.values())
     ground = explained(ground, found, Belief()).ground
     return Evidence(ground.left, ground.space, _noise_of(ground), found)

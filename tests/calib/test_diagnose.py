@@ -117,7 +117,7 @@ def test_a_session_without_fitted_swims_is_refused(calib: Front, fresh: Path) ->
     text = (fresh / "session.toml").read_text()
     if 'role = "fit"' in text:
         edit(fresh / "session.toml", 'role = "fit"', 'role = "holdout"')
-    assert_told(calib("diagnose", fresh, *QUICK), 'role "fit"')
+    assert_told(calib("diagnose", fresh, *QUICK), 'role = "fit"')
 
 
 @pytest.mark.long
