@@ -92,7 +92,7 @@ class FitFigures(Figures):
     residual_time = _figure("residual-time", "Distance between measured and simulated markers, over time.")
     phase_portrait = _figure("phase-portrait", "Angle and angular rate of the tail, measured and simulated.")
     body_wave = _figure("body-wave", "Amplitude and phase of the wave along the fish, measured and simulated.")
-    forecasts = _figure("forecasts", "Speeds of held-out trials beside what is forecast of them.")
+    forecasts = _figure("forecast-speeds", "Speeds of held-out trials beside what is forecast of them.")
     coefficients = _figure("coefficient-values", "The coefficients with their intervals, and where every start ended.")
     decay = _numbered("decay", "A free decay, measured and fitted.")
     decay_spectrum = _numbered("decay-spectrum", "The spectrum of a free decay.")

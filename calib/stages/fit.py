@@ -80,7 +80,7 @@ class StructureStage(Stage):
     """
 
     def __init__(self, job: Job, recordings: Recordings) -> None:
-        super().__init__(job.results / STRUCTURE.name, {}, {"form": 2}, [recordings])
+        super().__init__(job.results / STRUCTURE.name, {}, {"form": 3}, [recordings])
         self._job, self._recordings = job, recordings
 
     def current(self) -> Structure:

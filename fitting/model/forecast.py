@@ -15,7 +15,7 @@ from scipy.linalg import cho_factor, cho_solve
 from fitting.forecast import SETTLED_S
 from fitting.in_pool import head_frame
 from fitting.model.features import COURSE, HARMONICS, SPEED, Gait, of_markers, waves
-from fitting.model.mode import Mode, jacobian_at, step_shift
+from fitting.model.mode import Mode, jacobian_at, time_step_errors
 from fitting.model.noise import GaitNoise
 from fitting.model.trial_model import Freedoms, TrialModel, freedoms_together
 from fitting.model.variance import COEFFICIENT_SD, Block, Covariance, middle_of
@@ -184,14 +184,12 @@ _MEDIAN_OF_SQUARE = 0.4549  # of a standard normal number
 def _blocks(mode: Mode, windows: Sequence[TrialModel], scatter: Scatter) -> tuple[list[Block], list[np.ndarray]]:
     """Windows of one new trial, and what the twin simulates of each."""
     freedoms = [_bounded(each) for each in freedoms_together(windows, mode.coefficients)]
-    plain = [window.simulated(mode.coefficients[None])[0] for window in windows]
-    shifts = np.split(step_shift(windows, mode.coefficients), len(windows))
-    simulated = [each + shift for each, shift in zip(plain, shifts, strict=True)]
-    blocks = []
-    for window, own, features in zip(windows, freedoms, simulated, strict=True):
+    simulated = [window.simulated(mode.coefficients[None])[0] for window in windows]
+    blocks, time_steps = [], time_step_errors(windows, mode.coefficients)
+    for window, own, time_step, features in zip(windows, freedoms, time_steps, simulated, strict=True):
         noise = scatter.noise * _noise(mode, window)
         noise[SPEED, SPEED] += (scatter.speed * features[SPEED]) ** 2
-        blocks.append(Block(window, own, noise, len(mode.blocks), features))
+        blocks.append(Block(window, own, noise, time_step, len(mode.blocks), features))
     return blocks, simulated
 
 

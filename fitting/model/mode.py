@@ -26,7 +26,7 @@ from swimmer import PUBLISHED_COEFFICIENTS
 Progress = Callable[[str, float | None], None]
 _SCREENED = 48
 _MORE_STARTS = 3  # times as many, until a twin swims forward from rest
-_ROUNDS = 10
+_ROUNDS = 14
 _RENEWED = (0, 2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
 _ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
 _SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step
@@ -62,9 +62,8 @@ class Mode:
         sizes: standard deviation of each variance component, by its name.
         covariance: of the features.
         blocks: of the trials, in the order of the row.
-        residual: (K,) measured less simulated, of a twin whose time step vanishes.
+        residual: (K,) measured less simulated.
         jacobian: (K, 5) of the simulated features.
-        shift: (K,) what a vanishing time step adds to the simulated features.
         ends: of all starts, the best first.
         simulations: how often the trials were simulated.
     """
@@ -76,7 +75,6 @@ class Mode:
     blocks: tuple[Block, ...]
     residual: np.ndarray
     jacobian: np.ndarray
-    shift: np.ndarray
     ends: tuple[End, ...]
     simulations: int
 
@@ -91,7 +89,7 @@ class Mode:
         return _coefficient_covariance(self.total, self.jacobian)
 
     def simulated(self, number: int) -> np.ndarray:
-        """(k,) features of a fitted trial beside a twin whose time step vanishes."""
+        """(k,) features of the twin in a fitted trial."""
         length = len(self.blocks[number].model.measured)
         return self.blocks[number].model.measured - self.residual[number * length :][:length]
 
@@ -155,19 +153,20 @@ def mode_at(
         sizes: standard deviation of each variance component, by its name.
         ends: of the search that found them.
     """
-    blocks, shift = blocks_at(model, coefficients), step_shift(model.trials, coefficients)
-    residual = model.measured - model.simulated(coefficients[None])[0] - shift
+    blocks = blocks_at(model, coefficients)
+    residual = model.measured - model.simulated(coefficients[None])[0]
     jacobian = jacobian_at(model.trials, coefficients)
     covariance = Covariance.of(blocks)
-    return Mode(model, coefficients, sizes, covariance, blocks, residual, jacobian, shift, ends, simulations=0)
+    return Mode(model, coefficients, sizes, covariance, blocks, residual, jacobian, ends, simulations=0)
 
 
 def blocks_at(model: SessionModel, coefficients: np.ndarray) -> tuple[Block, ...]:
     """The blocks of trials that are fitted, with what nuisances do at coefficients (5,)."""
     freedoms = freedoms_together(model.trials, coefficients)
-    trials = zip(model.trials, freedoms, strict=True)
+    trials = zip(model.trials, freedoms, time_step_errors(model.trials, coefficients), strict=True)
     return tuple(
-        Block(each, own, each.noise_covariance, number, each.measured) for number, (each, own) in enumerate(trials)
+        Block(each, own, each.noise_covariance, time_step, number, each.measured)
+        for number, (each, own, time_step) in enumerate(trials)
     )
 
 
@@ -179,18 +178,19 @@ def jacobian_at(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.nd
     return np.asarray(((rows[:5] - rows[5:]) / np.diag(up - down)[:, None]).T)
 
 
-def step_shift(trials: Sequence[TrialModel], coefficients: np.ndarray) -> np.ndarray:
-    """(K,) what simulated features lack that a vanishing time step would show, at coefficients (5,).
+def time_step_errors(trials: Sequence[TrialModel], coefficients: np.ndarray) -> list[np.ndarray]:
+    """(k,) each, what simulated features lack that a vanishing time step would show, at coefficients (5,).
 
-    Twice the change from whole to half steps, for the integrator is of first order (Richardson 1911).
+    Twice the change from whole to half steps, for the integrator is of first order (Richardson 1911). The coefficients
+    belong to the twin as it is stepped, so that a calibrated model swims as it was fitted; the error widens intervals.
     """
     twin = trials[0].twin
     finer = twin.at_step(twin.scene.timestep_s / 2)
     whole, half = (
-        np.hstack(simulated_together(each, coefficients[None]))[0]
+        simulated_together(each, coefficients[None])
         for each in (trials, [replace(trial, twin=finer) for trial in trials])
     )
-    return np.asarray(2 * (half - whole))
+    return [2 * (after[0] - before[0]) for before, after in zip(whole, half, strict=True)]
 
 
 class _Descent:
@@ -211,35 +211,33 @@ class _Descent:
         for round_ in range(_ROUNDS):
             if round_ in _RENEWED:
                 blocks = blocks_at(self.model, at)
-                covariance, shift = Covariance.of(blocks), step_shift(self.model.trials, at)
+                covariance = Covariance.of(blocks)
                 self.simulated += 16
-            residual = self._residual(at, shift)
+            residual = self._residual(at)
             jacobian = jacobian_at(self.model.trials, at)
             sizes, deviance = covariance.restricted(residual, jacobian, sizes)
             if converged:
                 break
             self.simulated += 12
-            before, at = at, self._stepped(at, residual, jacobian, covariance.at(sizes), shift)
+            before, at = at, self._stepped(at, residual, jacobian, covariance.at(sizes))
             root = np.linalg.cholesky(np.linalg.inv(_coefficient_covariance(covariance.at(sizes), jacobian)))
             converged = bool(np.linalg.norm(root.T @ (at - before)) < _STILL) and round_ >= _RENEWED[1]
         if not converged:  # the last step has not been looked at yet
-            residual, jacobian = self._residual(at, shift), jacobian_at(self.model.trials, at)
+            residual, jacobian = self._residual(at), jacobian_at(self.model.trials, at)
         end = End(self.start, at, -deviance, converged, True)
-        return Mode(self.model, at, sizes, covariance, blocks, residual, jacobian, shift, (end,), self.simulated)
+        return Mode(self.model, at, sizes, covariance, blocks, residual, jacobian, (end,), self.simulated)
 
-    def _residual(self, at: np.ndarray, shift: np.ndarray) -> np.ndarray:
-        return self.model.measured - self.model.simulated(at[None])[0] - shift
+    def _residual(self, at: np.ndarray) -> np.ndarray:
+        return self.model.measured - self.model.simulated(at[None])[0]
 
-    def _stepped(
-        self, at: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, total: np.ndarray, shift: np.ndarray
-    ) -> np.ndarray:
+    def _stepped(self, at: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, total: np.ndarray) -> np.ndarray:
         """(5,) one step on, or the same where no share of it gains."""
         root = np.linalg.cholesky(total)
         white, columns = (solve_triangular(root, each, lower=True) for each in (residual, jacobian))
         low, high = COEFFICIENT_BOUNDS
         step = lsq_linear(columns, white, bounds=(low - at - 1e-9, high - at + 1e-9)).x
         tried = np.clip(at + np.outer(_SHARES, step), low, high)
-        left = self.model.measured - self.model.simulated(tried) - shift
+        left = self.model.measured - self.model.simulated(tried)
         self.simulated += len(tried)
         squares = [
             float((solve_triangular(root, row, lower=True) ** 2).sum()) if np.isfinite(row).all() else np.inf

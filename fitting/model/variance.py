@@ -65,6 +65,7 @@ class Block(NamedTuple):
         model: the window beside the twin; its features hold the course.
         freedoms: what its nuisances do, by their standard deviations.
         noise: (k, k) of the tracks.
+        time_step: (k,) what simulated features lack that a vanishing time step would show.
         trial: number of its trial: windows of one trial share all that is the trial's own.
         features: (k,) that nuisances and discrepancies refer to: measured of a fitted trial, simulated of a new one, so
             that nothing of what is scored enters a forecast.
@@ -73,6 +74,7 @@ class Block(NamedTuple):
     model: TrialModel
     freedoms: Freedoms
     noise: np.ndarray
+    time_step: np.ndarray
     trial: int
     features: np.ndarray
 
@@ -128,7 +130,7 @@ class Covariance:
             "speed_own": own([block.features[SPEED] * _unit_columns(length, [SPEED]) for block in blocks]),
         }
         known = noise + own([each.own for each in freedoms]) + common([each.robot for each in freedoms])
-        return cls(known, units)
+        return cls(known + common([block.time_step[:, None] for block in blocks]), units)
 
     def at(self, sizes: Mapping[str, float]) -> np.ndarray:
         """(K, K) with components of these standard deviations."""

@@ -27,14 +27,14 @@ def coefficients_figure(fit: CoefficientFit, published: FluidCoefficients | None
     figure, axes, rows = bounded_panel(3.3)
     best, bound = np.sqrt(fit.coefficients), coefficients_at_bound(fit)
     for row, ends in zip(rows, np.sqrt(fit.interval), strict=True):
-        axes.plot(ends, [row] * 2, color=TWIN, linewidth=2.0, zorder=2.6, label="90 % interval")
-    for chosen, colour, label in ((~bound, TWIN, "likeliest"), (bound, WARN, "likeliest, at its bound")):
+        axes.plot(ends, [row] * 2, color=TWIN, linewidth=2.0, zorder=2.6)
+    for chosen, colour, label in ((~bound, TWIN, "likeliest"), (bound, WARN, "at its bound")):
         if chosen.any():
             axes.plot(best[chosen], rows[chosen], "D", color=colour, markersize=6, label=label, zorder=3)
     if published is not None:
-        look: Look = {"color": EBT, "markersize": 6, "markerfacecolor": "none", "label": "published search"}
+        look: Look = {"color": EBT, "markersize": 6, "markerfacecolor": "none", "label": "published"}
         axes.plot(np.sqrt(published), rows, "s", **look)
-    authors: Look = {"markersize": 11, "markeredgewidth": 1.6, "zorder": 2.5, "label": "authors' values"}
+    authors: Look = {"markersize": 11, "markeredgewidth": 1.6, "zorder": 2.5, "label": "authors"}
     axes.plot(np.sqrt(PUBLISHED_COEFFICIENTS), rows, "|", color=INK, **authors)
     for end in fit.ends[1:]:
         mark, label = ("o", "other starts") if end.forward else ("x", "backward")

@@ -19,6 +19,7 @@ def forecasts_figure(forecasts: SessionForecast) -> Figure:
     names = sorted(found, key=lambda name: found[name].frequency_hz)
     best = forecasts.best_baseline
     figure, axes = panel(HALF_WIDTH_IN, 1.3 + 0.42 * len(names), Margins(left=0.85, top=0.52))
+    labels = {COMMAND: "from the command", BEATS: "after two beats"}
     for row, name in enumerate(names):
         trial = found[name]
         measured = trial.speed_measured * MM
@@ -29,7 +30,7 @@ def forecasts_figure(forecasts: SessionForecast) -> Figure:
             told, at = trial.forecasts[model], row + shift
             if told.speed_ci90 is not None:
                 axes.plot(np.array(told.speed_ci90) * MM, [at] * 2, color=colour, linewidth=1.4)
-            axes.plot(told.speed * MM, at, "o", color=colour, markersize=5, label=MODELS[model])
+            axes.plot(told.speed * MM, at, "o", color=colour, markersize=5, label=labels[model])
         if best:
             look: Look = {"color": MUTED, "markersize": 5, "label": MODELS[best]}
             axes.plot(trial.forecasts[best].speed * MM, row, "D", **look)

@@ -19,7 +19,7 @@ def build(context: ReportContext) -> Section | None:
         return None
     plot = Plot(
         forecasts_figure(forecasts),
-        "forecasts",
+        "forecast-speeds",
         "Speeds of held-out trials with 90 % bands. From the command: what the fitted trials tell of the twin's error "
         "is added to the twin. After two beats: what is the trial's own is told by its first two beats. A band that "
         "misses the measured speed is too narrow.",

@@ -48,9 +48,9 @@ def test_it_writes_every_result_and_names_the_report_last(calib: Front, fresh: P
         "slow",
         "fast",
         "Coefficients",
-        "on fit trials",
+        "relative to the nose",
         "held out",
-        "straight line",
+        "line in frequency",
         "Verdict",
         "Next: calib",
     ):

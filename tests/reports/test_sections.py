@@ -103,11 +103,10 @@ def test_the_dimensionless_numbers_are_those_of_the_swim(full: Page) -> None:
     assert re.search(rf"medium [\d.]+ [\d.]+ {reynolds:.1f} ", full.text)
 
 
-def test_a_diverged_sweep_and_a_search_without_a_trace_are_drawn() -> None:
+def test_a_diverged_sweep_is_drawn() -> None:
     calibration = made_calibration()
     lost = {name: np.full(12, np.nan) for name in calibration.sweep.ebt}
     sweep = replace(calibration.sweep, speed_twin=np.full(12, np.nan), ebt=lost)
-    page = page_of(speed_sweep, coefficients, sweep=sweep, fit=replace(calibration.fit, trace=()))
+    page = page_of(speed_sweep, sweep=sweep)
 
     assert "The twin diverged at 12 frequencies" in page.text
-    assert "trace" not in page.ids

@@ -1,8 +1,6 @@
 """The mode finds the truth of a drawn session, and its forecasts of a trial that was held out hold."""
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,13 +10,11 @@ from fitting.model import COMPONENTS, Covariance, Mode, find_mode, mode_at
 from fitting.model.features import SPEED
 from fitting.model.forecast import Windows, forecast_after_beats, forecast_from_command, repeated, scatter_of, tracks_of
 from fitting.model.robot_doubt import doubted_twins, doubts_of
-from fitting.model.session_forecast import BASELINES, forecast_session
+from fitting.model.session_forecast import BASELINES
 from fitting.model.session_model import START_PHASE_RAD, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.model.variance import MEDIANS
 from fitting.structure import assumed
-from session import NotEnoughData
-from tests.session.sample import needs_fishsim
 
 HELD_OUT_HZ = 1.1
 FAR_SD = 3.5
@@ -109,11 +105,6 @@ def test_baselines_go_through_what_they_are_fitted_to() -> None:
     assert np.isnan(BASELINES["power_law"](hz, [0.1, -0.1], [1.0])).all()
 
 
-def test_a_session_without_a_fit_trial_is_refused(drawn: DrawnSession) -> None:
-    with pytest.raises(NotEnoughData, match='no swim has role = "fit"'):
-        forecast_session(drawn.held_out, drawn.twin, ())
-
-
 def test_a_block_of_another_speed_has_a_discrepancy_in_proportion(mode: Mode) -> None:
     block = mode.blocks[0]
     faster = np.array(block.features)
@@ -143,41 +134,6 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
         off = mode.coefficients - np.array(drawn.truth)
         inside.append(np.abs(off) < 1.645 * np.sqrt(np.diag(mode.coefficient_covariance)))
     assert np.mean(inside) >= HOLD
-
-
-@pytest.mark.long
-@needs_fishsim
-def test_two_beats_of_the_real_robot_tell_where_its_markers_go(real_trials: Any) -> None:
-    """At most 20 mm as tracked and 10 mm relative to the nose, over the three held-out trials."""
-    found = forecast_session(real_trials.trials, real_trials.twin, real_trials.doubts)
-    told = [each.forecasts["after_two_beats"] for each in found.trials.values() if each.role != "fit"]
-    assert len(told) == 3
-    assert np.mean([each.marker_error_mm for each in told]) < 20
-    assert np.mean([each.shape_error_mm for each in told]) < 10
-
-
-@pytest.fixture
-def real_trials(tmp_path: Any) -> SimpleNamespace:
-    from fitting import measure_trial
-    from session import load_session
-    from session.create import new_from_fishsim
-    from session.tracks import load_tracks
-    from swimmer import Twin, load_robot
-    from tests.session.sample import FISHSIM
-
-    session, robot = load_session(new_from_fishsim(tmp_path / "S", FISHSIM)), load_robot()
-    trials = [
-        measure_trial(
-            spec,
-            load_tracks(spec.tracks, session.markers, session.camera.fps),
-            session.camera,
-            robot,
-            session.warmup_s,
-        )
-        for spec in session.trials
-        if spec.tracks is not None
-    ]
-    return SimpleNamespace(trials=trials, twin=Twin(robot, session.markers), doubts=doubts_of(assumed(robot).sources))
 
 
 def test_a_mode_that_is_known_is_made_again_without_a_search(mode: Mode) -> None:
