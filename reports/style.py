@@ -144,7 +144,7 @@ def _labelled(drawn: Sequence[Axes]) -> list[Any]:
 
 
 def role_marker(colour: str, role: str) -> Look:
-    """Plot options that tell roles apart: filled circles were fitted, open diamonds were held out."""
+    """Plot options by role: filled circles were fitted, open diamonds were held out."""
     fit = role == "fit"
     return {
         "marker": "o" if fit else "D",

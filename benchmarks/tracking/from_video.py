@@ -81,7 +81,7 @@ def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tu
     def report(message: str, share: float | None) -> None:
         progress(f"{name}: {message}", share)
 
-    pipeline = Pipeline(open_session(folder), replace(Options(tracker=tracker), tell=report))
+    pipeline = Pipeline(open_session(folder), replace(Options(tracker=tracker), progress=report))
     calibration = pipeline.calibrated()
     errors = (found / true - 1 for found, true in zip(calibration.coefficients, PLAUSIBLE_COEFFICIENTS, strict=True))
     summary = calibration.summary("fit")

@@ -140,7 +140,7 @@ class SessionModel:
     @cached_property
     def rings_left(self) -> np.ndarray:
         """(r,) of the decays, as fitted less as described: no coefficient matters in air."""
-        return np.concatenate([np.zeros(0), *(ring.left for ring in self.rings)])
+        return np.concatenate([np.zeros(0), *(ring.residual for ring in self.rings)])
 
     @cached_property
     def rings_doubted(self) -> np.ndarray:

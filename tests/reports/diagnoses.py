@@ -122,8 +122,11 @@ def made_everything() -> dict[str, Any]:
 def _sliding(named: bool) -> dict[str, Any]:
     """Of two fitted swims."""
     paces = [[0.001 * number * trial for number in range(len(MARKERS))] for trial in (-1, 2)]
-    told = {"beside_plain": paces, "beside_effects": [[0.5 * pace for pace in own] for own in paces] if named else None}
-    return {"markers": list(MARKERS), "trials": ["medium", "fast"], **told}
+    slides = {
+        "beside_plain": paces,
+        "beside_effects": [[0.5 * pace for pace in own] for own in paces] if named else None,
+    }
+    return {"markers": list(MARKERS), "trials": ["medium", "fast"], **slides}
 
 
 _PARAMETERS: dict[str, Any] = {
@@ -175,5 +178,5 @@ def made_forces(size: float = 0.004, sd: float = 0.0003) -> MissingForces:
 
 def _set(probability: float, *effects: str, other: bool = False, like: str | None = None) -> dict[str, Any]:
     """An explanation with its probability."""
-    told = {"effects": list(effects), "something_else": other, "that_looks_like": like}
-    return told | {"probability": probability}
+    reported = {"effects": list(effects), "something_else": other, "that_looks_like": like}
+    return reported | {"probability": probability}
