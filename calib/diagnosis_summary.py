@@ -88,6 +88,8 @@ def _checks(data: DiagnosisResult) -> list[str]:
         told.append(f"as strong as it may be, so perhaps stronger or something else: {', '.join(ends)}")
     if len(data.missing_forces.trials) == 1:
         told.append("one swim was fitted; two or more at different speeds tell far more")
+    elif data.effects and not data.evidence.cross_validation.trials:
+        told.append("two swims were fitted: no name was checked on a swim left out, which takes three")
     return told
 
 

@@ -20,7 +20,7 @@ from session.errors import Fault
 from session.folder import SESSION_FILE
 from session.lock import session_lock
 from swimmer import Twin, load_robot
-from swimmer.effects import Effect
+from swimmer.effects import Effect, catalogue
 
 if TYPE_CHECKING:
     from diagnosis import Discrepancy
@@ -146,10 +146,7 @@ class Pipeline:
         """
         if self.only_dry:
             _ = self.trials  # says what is missing
-        if (fit := self.standing_fit) is None:
-            self.said.append(f"No fit of these recordings stood there; a {self.fits.name} was made first.")
-            self.fit()
-            fit = self.fits
+        fit = self._fit_to_build_on()
         stage = PosteriorStage(self.job, fit)
         if not stage.is_current:
             calibration = fit.read()
@@ -159,37 +156,49 @@ class Pipeline:
         self.said += [f"! posterior: {doubt}" for doubt in stage.doubts]
         return stage.file
 
+    def _fit_to_build_on(self) -> FitStage:
+        """The fit that stands; where none does, one of this effort is made first."""
+        if (fit := self.standing_fit) is None:
+            self.said.append(f"No fit of these recordings stood there; a {self.fits.name} was made first.")
+            self.fit()
+            fit = self.fits
+        return fit
+
     def diagnosis(
         self,
         without: frozenset[str] = frozenset(),
         discrepancy: "Discrepancy | None" = None,
         own: tuple[Effect, ...] = (),
     ) -> DiagnosisStage:
-        """`results/diagnosis.json`, up to date; the plain twin is that of the robot as described.
+        """`results/diagnosis.json`, up to date; the plain twin is the robot as described, with the fit's coefficients.
+
+        Where no fit stands, one of this effort is made first.
 
         Args:
             without: names that the catalogue is to lack.
             discrepancy: see `DiagnosisStage.make`.
             own: effects that the catalogue is to have besides.
         """
-        stage = DiagnosisStage(self.job, self.recordings, without, own=own)
+        check_names("--exclude", sorted(without), catalogue())
         self.recordings.tracks()
+        stage = DiagnosisStage(self.job, self.recordings, self._fit_to_build_on(), without, own=own)
         if not stage.is_current:
             stage.make(discrepancy)
         return stage
 
     def supposition(self, names: Sequence[str]) -> "SuppositionResult":
         """What the swims say of effects that a user names; also in `results/supposed.json`."""
-        stage = DiagnosisStage(self.job, self.recordings)
-        check_names("--test", names, stage.effects)
+        check_names("--test", names, DiagnosisStage(self.job, self.recordings, self.fits).effects)
         self.recordings.tracks()
-        return stage.suppose(names)
+        return DiagnosisStage(self.job, self.recordings, self._fit_to_build_on()).suppose(names)
 
     def standing_diagnosis(self) -> DiagnosisStage | None:
-        """The diagnosis that stands, whatever its effort and what its catalogue lacked; None of these recordings."""
-        lacking = DiagnosisStage(self.job, self.recordings).withheld
+        """The diagnosis of the fit that stands, whatever its effort and what its catalogue lacked; None without."""
+        if (fit := self.standing_fit) is None:
+            return None
+        lacking = DiagnosisStage(self.job, self.recordings, fit).withheld
         efforts = get_args(EffortName)
-        stages = (DiagnosisStage(self.job, self.recordings, lacking, effort) for effort in efforts)
+        stages = (DiagnosisStage(self.job, self.recordings, fit, lacking, effort) for effort in efforts)
         return next((stage for stage in stages if stage.is_current), None)
 
     def report(self) -> Path:

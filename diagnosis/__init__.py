@@ -2,12 +2,14 @@
 
 from diagnosis.diagnosis import Diagnosis, Settings, diagnose
 from diagnosis.discrepancy import Discrepancy, discrepancy_for, shipped_discrepancy
+from diagnosis.session_data import SessionData
 from diagnosis.supposition import Supposition, suppose
 from diagnosis.verdict import Verdict
 
 __all__ = [
     "Diagnosis",
     "Discrepancy",
+    "SessionData",
     "Settings",
     "Supposition",
     "Verdict",

@@ -39,21 +39,20 @@ def carried_over(ground: Ground, beside: Ground) -> np.ndarray:
     """(k,) what is left of other swims once what is left of the fitted ones is carried over to them (kriging).
 
     As much of it as is no noise: smooth along the body as a gap of no particular cause is, and alike in all swims as
-    their beats go on; and what the twin leaves of swims alike where nothing is wrong.
+    their beats go on; and what the twin leaves of swims alike where nothing is wrong. Masked markers tell nothing, and
+    are not corrected.
     """
-    fitted, others = len(ground.swims), len(beside.trials)
     gait = len(ground.model.measured) // len(ground.trials)
-    seen = slice(fitted * gait)
-    covariance = ground.covariance[seen, seen]
-    both = SessionModel((*ground.model.trials[:fitted], *beside.model.trials))
+    both = SessionModel((*ground.model.trials[: len(ground.swims)], *beside.model.trials))
+    told, asked = ground.told, beside.told
+    others = len(ground.swims) * gait + asked
+    covariance, left = ground.covariance[np.ix_(told, told)], ground.left[told]
     of_one = np.linalg.cholesky(ground.generic[:gait, :gait]).T
     of_all = np.hstack([advanced(of_one, float(phase)) for phase in both.phase_rad]).T
-    alike, of_others = of_all[seen], of_all[fitted * gait :]
+    alike, of_others = of_all[told], of_all[others]
     among = alike @ alike.T
-    left = ground.left[seen]
     size = generic_size(left, covariance, among)
-    told = np.linalg.solve(covariance + size**2 * among, left)
-    of_twin = ground.error**2 * ground.discrepancy.over(both)[fitted * gait :, seen]
+    of_twin = ground.error**2 * ground.discrepancy.over(both)[np.ix_(others, told)]
     result = np.array(beside.left)
-    result[: others * gait] -= (size**2 * of_others @ alike.T + of_twin) @ told
+    result[asked] -= (size**2 * of_others @ alike.T + of_twin) @ np.linalg.solve(covariance + size**2 * among, left)
     return result

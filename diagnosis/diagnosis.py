@@ -10,33 +10,26 @@ from threadpoolctl import threadpool_limits
 
 from diagnosis.beside_the_beat import BesideTheBeat, beside_the_beat
 from diagnosis.controls import placebo_for
-from diagnosis.discrepancy import Discrepancy
+from diagnosis.cross_validation import Validated, validated
 from diagnosis.everything import Everything, everything
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.experiments import next_experiments
 from diagnosis.explaining import explained
 from diagnosis.forms import Shown
 from diagnosis.from_forms import refitted
-from diagnosis.gap import whitened
 from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, HeldOut
 from diagnosis.probabilities import Probabilities
 from diagnosis.pruning import pruned
 from diagnosis.pushes import Responses, responses
 from diagnosis.refit import Refit
-from diagnosis.refutation import Refutation, Stood, stood
 from diagnosis.result import Experiment, Remainder
-from diagnosis.rings import rings_of
 from diagnosis.separation import separations
+from diagnosis.session_data import SessionData
 from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import Verdict, verdict_of
 from diagnosis.where import Where, locate
-from fitting.out_of_water import NOTHING, OutOfWater
 from fitting.signatures import Signature, signature_of
-from fitting.signatures.view_of import with_picture
-from fitting.trial import MeasuredTrial
-from session import CameraSpec
-from swimmer import Twin
 from swimmer.effects import Effect
 
 Tell = Callable[[str, float | None], None]
@@ -83,7 +76,7 @@ class Diagnosis:
         refit: the twin with the likeliest of the named effects; None where none is named.
         remainder: what it leaves; None where none is named.
         gap: on held-out swims; None without any that the twins can follow.
-        refutations: of names that these swims spoke against, and which are not said.
+        validation: of the names, on fitted trials left out in turn; names that these spoke against are not said.
         everything: the twin with all effects at once, and its held-out gap; None where there is no gap, or the swims
             call for no more than is named, or with the effort "quick".
         experiments: what to measure next, the most telling first.
@@ -102,7 +95,7 @@ class Diagnosis:
     refit: Refit | None
     remainder: Remainder | None
     gap: Gap | None
-    refutations: tuple[Refutation, ...]
+    validation: Validated
     everything: tuple[Everything, Gap | None] | None
     experiments: tuple[Experiment, ...]
     decays_left_out: Mapping[str, str]
@@ -119,46 +112,34 @@ class Diagnosis:
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
 def diagnose(
-    trials: Sequence[MeasuredTrial],
-    twin: Twin,
-    camera: CameraSpec,
+    data: SessionData,
     effects: Mapping[str, Effect],
-    discrepancy: Discrepancy,
     settings: Settings = DEFAULT,
     tell: Tell = lambda _message, _share: None,
-    dry: OutOfWater = NOTHING,
 ) -> Diagnosis:
     """Diagnoses a session.
 
-    Of motor logs only how fast they turned counts: beside the turn within a beat as it was logged, what is wrong with
-    the drive would not show.
-
     Args:
-        trials: all swims; those of the role "fit" say which effect, the others how far it helps, and whether at all.
-        twin: plain, of the robot as described.
-        camera: that filmed them.
+        data: the trials.
         effects: the catalogue.
-        discrepancy: what a refitted twin leaves of gaits where nothing is wrong.
         settings: how much work, what is believed before, seed.
         tell: of the progress.
-        dry: what was measured out of the water: that too says which effect.
 
     Raises:
-        SimulationDiverged: the plain twin, from every start.
+        SimulationDiverged: the plain twin.
         NotEnoughData: no fitted swim.
     """
-    trials = [trial.without_log for trial in trials]
-    weighed = _weighed(trials, twin, camera, effects, discrepancy, settings.belief, tell, dry)
+    weighed = _weighed(data, effects, settings.belief, tell)
 
     def refitting(names: Sequence[str]) -> Refit:
         chosen = [effects[name] for name in names]
         return refitted(weighed.ground, weighed.explanations, chosen, _ROUNDS[settings.effort])
 
     tell("refitting with the effects", 0.75)
-    named = _named(weighed, refitting, settings.belief, len(effects))
-    swims = HeldOut(weighed.ground, tuple(trial for trial in trials if trial.role != "fit"), settings.seed)
+    said = _named(weighed, refitting, settings, len(effects))
+    best, swims = said.best, HeldOut(weighed.ground, data.of_role(fitted=False), settings.seed)
     tell("held-out swims", 0.85)
-    said, remainder = _held_out(weighed, named, swims, refitting) if swims.swims else named
+    gap = swims.gap(best, None if best is None else _placebo(weighed, said, refitting))
     tell("what to do next", 0.9)
     return Diagnosis(
         ground=weighed.ground,
@@ -170,12 +151,14 @@ def diagnose(
         probabilities=said.probabilities,
         verdict=said.verdict,
         where=locate(weighed.ground, weighed.forces, weighed.signatures, said.verdict.effects, weighed.placed),
-        refit=said.best,
-        remainder=remainder,
-        gap=said.gap,
-        refutations=said.refutations,
+        refit=best,
+        remainder=None if best is None else _remainder(weighed, best),
+        gap=gap,
+        validation=said,
         everything=_everything(weighed, effects, said, swims, settings.effort),
-        experiments=_experiments(weighed, said, effects, settings.seed),
+        experiments=next_experiments(
+            weighed.ground, weighed.explanations, said.verdict, said.probabilities, effects, settings.seed
+        ),
         decays_left_out=weighed.decays_left_out,
     )
 
@@ -198,26 +181,13 @@ class _Weighed(NamedTuple):
         return likely_of(self.elsewhere, self.probabilities.at_place)
 
 
-def _weighed(
-    trials: Sequence[MeasuredTrial],
-    twin: Twin,
-    camera: CameraSpec,
-    effects: Mapping[str, Effect],
-    discrepancy: Discrepancy,
-    belief: Belief,
-    tell: Tell,
-    dry: OutOfWater,
-) -> _Weighed:
-    """Arguments as in `diagnose`; trials without the logs of their motors."""
-    tell("fitting the plain twin", 0.0)
-    runs = [trial.without_log for trial in dry.runs]
-    camera = with_picture(camera, (*trials, *runs))
-    fitted, rings = [trial for trial in trials if trial.role == "fit"], rings_of(dry.decays, twin)
-    ground = Ground.fitted(fitted, twin, camera, discrepancy, runs, rings=rings.believed)
+def _weighed(data: SessionData, effects: Mapping[str, Effect], belief: Belief, tell: Tell) -> _Weighed:
+    tell("the plain twin", 0.0)
+    ground = data.ground
     signatures = []
     for number, effect in enumerate(effects.values()):
         tell(f"what {effect.name.replace('_', ' ')} would do", 0.1 + 0.5 * number / len(effects))
-        signatures.append(signature_of(effect, ground.model, camera, ground.at))
+        signatures.append(signature_of(effect, ground.model, ground.camera, ground.at))
     tell("missing forces", 0.6)
     forces = responses(ground)
     tell("weighing explanations", 0.65)
@@ -232,52 +202,40 @@ def _weighed(
         beside,
         found.explanations,
         found.probabilities,
-        rings.left_out,
+        data.rings.left_out,
     )
 
 
-def _named(weighed: _Weighed, refitting: Refitting, belief: Belief, effects: int) -> tuple[Stood, Remainder | None]:
-    """What is said of the fitted swims alone, and what the twin with it leaves of them.
+def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects: int) -> Validated:
+    """What is said, of the fitted trials alone.
 
     Args:
         weighed: the explanations.
         refitting: a twin with effects of these names.
-        belief: before the session.
+        settings: of the diagnosis.
         effects: how many the catalogue has.
     """
     probabilities, verdict = weighed.probabilities, verdict_of(weighed.probabilities)
     if not verdict.first:
-        return Stood(verdict, probabilities, None, None, ()), None
-    best, gone, kept = pruned(weighed.ground, refitting(verdict.first), refitting, belief, effects)
+        return Validated(verdict, probabilities, None)
+    best, gone, kept = pruned(weighed.ground, refitting(verdict.first), refitting, settings.belief, effects)
     probabilities = _beside(probabilities, verdict, gone, kept)
     verdict = verdict.without(gone, probabilities) if gone else verdict
-    remainder = _remainder(weighed, best) if best is not None and verdict.first else None
-    stays = remainder is None or (remainder.share > _UNEXPLAINED and probabilities.with_other > 0.5)
-    if best is not None and stays:
-        return Stood(Verdict("unexplained", ()), probabilities, None, None, ()), None
-    return Stood(verdict, probabilities, best, None, ()), remainder
+    most_stays = _remainder(weighed, best).share > _UNEXPLAINED and probabilities.with_other > 0.5
+    if most_stays or not verdict.first:
+        return Validated(Verdict("unexplained", ()), probabilities, None)
+    said = Validated(verdict, probabilities, best)
+    return validated(said, weighed.ground, weighed.explanations, refitting, settings.seed)
 
 
-def _held_out(
-    weighed: _Weighed, named: tuple[Stood, Remainder | None], swims: HeldOut, refitting: Refitting
-) -> tuple[Stood, Remainder | None]:
-    """What is still said once the held-out swims are forecast with it, and what the twin with it leaves."""
-    said, remainder = named
-    effects = set(said.verdict.effects)
-    placebo = None if said.best is None else placebo_for(weighed.explanations, said.probabilities, effects)
-    other = None if placebo is None else refitting([placebo])
-
-    def forecast(twin: Refit | None) -> Gap | None:
-        return swims.gap(twin, None if twin is None else other)
-
-    found = stood(said._replace(gap=forecast(said.best)), weighed.explanations, refitting, forecast)
-    if found.refutations:
-        remainder = None if found.best is None else _remainder(weighed, found.best)
-    return found, remainder
+def _placebo(weighed: _Weighed, said: Validated, refitting: Refitting) -> Refit | None:
+    """The twin with an effect in the place of the named ones that the evidence speaks against."""
+    name = placebo_for(weighed.explanations, said.probabilities, set(said.verdict.effects))
+    return None if name is None else refitting([name])
 
 
 def _everything(
-    weighed: _Weighed, effects: Mapping[str, Effect], said: Stood, swims: HeldOut, effort: str
+    weighed: _Weighed, effects: Mapping[str, Effect], said: Validated, swims: HeldOut, effort: str
 ) -> tuple[Everything, Gap | None] | None:
     """The twin with all effects, and what it leaves of held-out swims, just as it was fitted; None if not asked."""
     if effort not in ALL_AT_ONCE or said.verdict.name == "no_gap":
@@ -285,10 +243,6 @@ def _everything(
     named = said.best or Refit.plain(weighed.ground)
     every = everything(weighed.ground, weighed.signatures, effects, named, _ROUNDS[effort])
     return None if every is None else (every, swims.gap(every.refit, as_fitted=True))
-
-
-def _experiments(weighed: _Weighed, said: Stood, effects: Mapping[str, Effect], seed: int) -> tuple[Experiment, ...]:
-    return next_experiments(weighed.ground, weighed.explanations, said.verdict, said.probabilities, effects, seed)
 
 
 def _beside(
@@ -309,9 +263,9 @@ def _remainder(weighed: _Weighed, best: Refit) -> Remainder:
     rest = replace(ground)
     rest.__dict__["left"] = best.left
     where = locate(rest, weighed.forces, weighed.signatures, placed=weighed.placed)
-    plain, left = whitened(ground, ground.left), whitened(ground, best.left)
-    freedom = max(len(left) - 5 - len(best.values), 1)
-    excess, before = left @ left - freedom, plain @ plain - len(plain) + 5
+    plain, left = (ground.space.freed(row) for row in (ground.left, best.left))
+    freedom = max(len(ground.left) - 5 - len(best.values), 1)
+    excess, before = left @ left - freedom, plain @ plain - len(ground.left) + 5
     stages = {stage: share for stage, share in where.by_stage.items() if stage != "floor"}
     share = float(np.clip(excess / before, 0.0, 1.0)) if before > 0 else 0.0
     return Remainder(share, max(stages, key=lambda stage: stages[stage]), float(chi2.sf(left @ left, freedom)))

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.affected_swims import Swum
+from diagnosis.cross_validation import FEWEST
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.everything import Everything
 from diagnosis.held_out import Gap
@@ -14,6 +15,7 @@ from diagnosis.result import (
     AllEffects,
     BeatFrequency,
     BesideBeat,
+    CrossValidation,
     DiagnosisResult,
     EffectParameters,
     EffectSet,
@@ -114,7 +116,7 @@ def _decays(found: Diagnosis) -> tuple[FreeDecay, ...]:
 def _gap(gap: Gap | None) -> GapSize:
     if gap is None:
         return GapSize()
-    told = gap.shrinkage
+    told, hertz, measured = gap.shrinkage, gap.hertz.T, [each.speed_measured for each in gap.before]
     return _size(
         gap.before,
         gap.after,
@@ -124,6 +126,9 @@ def _gap(gap: Gap | None) -> GapSize:
         squares_before=told.plain,
         squares_after=told.with_effects,
         controls=gap.controls,
+        speed_mae_baselines={name: _mae(speeds, measured) for name, speeds in gap.baselines.items()},
+        frequency_mae_before=_mae(hertz[1], hertz[0]),
+        frequency_mae_after=_mae(hertz[2], hertz[0]),
         trials={
             before.name: HeldOutSwim(
                 before_mm=_PER_M * before.marker_error_m,
@@ -133,8 +138,12 @@ def _gap(gap: Gap | None) -> GapSize:
                 speed_measured=before.speed_measured,
                 speed_before=before.speed_twin,
                 speed_after=after.speed_twin,
+                speed_line=line,
+                frequency_measured_hz=float(hz[0]),
+                frequency_before_hz=float(hz[1]),
+                frequency_after_hz=float(hz[2]),
             )
-            for before, after in zip(gap.before, gap.after, strict=True)
+            for before, after, line, hz in zip(gap.before, gap.after, gap.baselines["line"], gap.hertz, strict=True)
         },
     )
 
@@ -146,8 +155,8 @@ def _size(before: Sequence[Swum], after: Sequence[Swum], **more: object) -> GapS
         with_effects_mm=_mean_mm([each.marker_error_m for each in after]),
         baseline_placed_mm=_mean_mm([each.placed_error_m for each in before]),
         with_effects_placed_mm=_mean_mm([each.placed_error_m for each in after]),
-        speed_mae_before=_speed_error(before),
-        speed_mae_after=_speed_error(after),
+        speed_mae_before=_mae([each.speed_twin for each in before], [each.speed_measured for each in before]),
+        speed_mae_after=_mae([each.speed_twin for each in after], [each.speed_measured for each in after]),
         evaluated_on=tuple(each.name for each in before),
         **more,  # type: ignore[arg-type]
     )
@@ -157,8 +166,10 @@ def _mean_mm(metres: Sequence[float]) -> float:
     return _PER_M * float(np.nanmean(metres))
 
 
-def _speed_error(swims: Sequence[Swum]) -> float:
-    return float(np.mean([abs(each.speed_twin - each.speed_measured) for each in swims]))
+def _mae(forecast: Sequence[float] | np.ndarray, measured: Sequence[float] | np.ndarray) -> float:
+    """Mean absolute error of those that are known; nan of none."""
+    errors = np.abs(np.subtract(forecast, measured))
+    return float(errors[np.isfinite(errors)].mean()) if np.isfinite(errors).any() else float("nan")
 
 
 def _parameters(best: Refit) -> EffectParameters:
@@ -203,12 +214,22 @@ def _evidence(found: Diagnosis) -> Evidence:
             for each, chance in likeliest
         ),
         elsewhere=tuple(sorted(places, key=lambda each: -each.probability)),
-        refuted=tuple(Refuted((each.effect,), each.shrinkage, each.interval) for each in found.refutations),
+        refuted=tuple(Refuted((each.effect,), each.shrinkage, each.interval) for each in found.validation.refutations),
+        cross_validation=_cross_validation(found),
         sway_m=sway,
         delay_s=delay,
         sliding=_sliding(found),
         separation=Separation(*found.separation),
     )
+
+
+def _cross_validation(found: Diagnosis) -> CrossValidation:
+    names, skill = tuple(trial.name for trial in found.ground.swims), found.validation.skill
+    if len(names) < FEWEST:
+        return CrossValidation(())
+    if skill is None or skill.value is None:
+        return CrossValidation(names)
+    return CrossValidation(names, skill.value, skill.interval)
 
 
 def _sliding(found: Diagnosis) -> Sliding:

@@ -12,9 +12,6 @@ smaller: so their draws are reflected about what was found (Davison and Hinkley 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
-
-from diagnosis.ground import Ground
 
 _CLEAR = 3.0  # standard errors of L_plain above F from which a shrinkage is told
 _LEAST_GAP = 0.1  # of the squares that the plain twin seems to leave, which it surely does where these are clear
@@ -31,9 +28,9 @@ class Shrinkage:
     Attributes:
         plain, with_effects: mean squared whitened residual.
         value: S; None where the plain twin leaves no more than noise, or nothing was added.
-        interval: 95 %, over the noise of these trials and how large it is, and over how far what was fitted may be off;
+        interval: 95 %, over trials, over their noise and how large it is, and over how far what was fitted may be off;
             None where S is, or where twins a little off what was fitted diverge. It holds S itself, and nothing above
-            1 but that: what is left may be less than F makes it.
+            1 but that: what is left may be less than F makes it. Of one trial nothing is known of others.
     """
 
     plain: float
@@ -42,39 +39,29 @@ class Shrinkage:
     interval: tuple[float, float] | None
 
 
-def of_gaits(ground: Ground, left: np.ndarray) -> np.ndarray:
-    """(k - b,) of unit noise, without the numbers beside the gaits, which are data of their own."""
-    count = len(ground.model.measured)
-    return np.asarray(solve_triangular(ground.space.root[:count, :count], left[:count], lower=True))
-
-
-def whitened(ground: Ground, left: np.ndarray) -> np.ndarray:
-    """(k,) of unit noise."""
-    return np.asarray(solve_triangular(ground.space.root, left, lower=True))
-
-
-def shrinkage(
-    held: Ground,
-    left: np.ndarray | None,
+def shrinkage_of(
+    before: np.ndarray,
+    after: np.ndarray | None,
+    trial_of: np.ndarray,
     seed: int = 0,
     otherwise: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Shrinkage:
-    """Of what the refitted twin with effects leaves (k,) of the held-out swims, against what the plain one does.
+    """Of whitened residuals (q,) of some trials beside the plain twin and one with effects.
 
     Args:
-        held: the held-out swims beside the plain twin that was fitted to the others.
-        left: what the twin with effects leaves; None where no effect was added.
+        before: of the plain twin.
+        after: of the one with effects; None where no effect was added.
+        trial_of: (q,) number of the trial that each is of.
         seed: of the draws.
-        otherwise: (d, k) each, what draws of the plain twin and of the one with effects leave, fitted as they might
+        otherwise: (d, q) each, residuals of draws of the plain twin and of the one with effects, fitted as they might
             have been; default: that they are known.
     """
-    before = of_gaits(held, held.left)
-    after = before if left is None else of_gaits(held, left)
     count = len(before)
-    over, under = before @ before - count, after @ after - count
-    plain, with_effects = float(before @ before / count), float(after @ after / count)
-    if left is None:
+    plain = float(before @ before / count)
+    if after is None:
         return Shrinkage(plain, plain, None, None)
+    over, under = before @ before - count, after @ after - count
+    with_effects = float(after @ after / count)
     if over < _CLEAR * np.sqrt(2 * count + 4 * max(over, 0.0)):
         return Shrinkage(plain, with_effects, None, None)
     drawn_over, drawn_under = (
@@ -82,8 +69,10 @@ def shrinkage(
     )
     value = float(1 - under / over)
     drawn = 1 - np.maximum(drawn_under, 0.0) / np.maximum(drawn_over, _LEAST_GAP * over)
+    if trial_of.max() > 0:
+        drawn += value - _over_trials(before, after, trial_of, seed)
     if otherwise is not None:
-        values = _values(held, *otherwise)
+        values = _values(*otherwise)
         if not len(values):
             return Shrinkage(plain, with_effects, value, None)
         drawn = np.add.outer(value - values, drawn).ravel()
@@ -91,15 +80,17 @@ def shrinkage(
     return Shrinkage(plain, with_effects, value, (min(float(low), value), max(float(high), value)))
 
 
-def _values(held: Ground, plain: np.ndarray, with_effects: np.ndarray) -> np.ndarray:
-    """(d,) S of draws (d, k); those that diverged are left out, and there may be none."""
+def _over_trials(before: np.ndarray, after: np.ndarray, trial_of: np.ndarray, seed: int) -> np.ndarray:
+    """(d,) S of several trials drawn anew (Bayesian bootstrap; Rubin 1981)."""
+    over, under = (np.bincount(trial_of, row**2 - 1) for row in (before, after))  # (t,)
+    shares = np.random.default_rng([seed, 29]).dirichlet(np.ones(len(over)), _DRAWS)
+    return np.asarray(1 - (shares @ under) / np.maximum(shares @ over, _LEAST_GAP * over.mean()))
+
+
+def _values(plain: np.ndarray, with_effects: np.ndarray) -> np.ndarray:
+    """(d,) S of draws (d, q); those that diverged are left out, and there may be none."""
     standing = np.isfinite(plain).all(axis=1) & np.isfinite(with_effects).all(axis=1)
-    if not standing.any():
-        return np.zeros(0)
-    over, under = (
-        np.array([gait @ gait - len(gait) for gait in (of_gaits(held, row) for row in rows[standing])])
-        for rows in (plain, with_effects)
-    )
+    over, under = ((rows[standing] ** 2).sum(axis=1) - rows.shape[1] for rows in (plain, with_effects))
     return np.asarray(1 - under / np.maximum(over, 1e-9))
 
 

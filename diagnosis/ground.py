@@ -1,4 +1,4 @@
-"""What a session shows beside the nearest plain twin: gaits and numbers in one row, and all that disturbs it."""
+"""The linearised model at the fitted coefficients: what a session shows in one row, and all that disturbs it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,25 +12,25 @@ from diagnosis.discrepancy import Discrepancy
 from diagnosis.generic import GenericGap, generic_covariance
 from diagnosis.places_off import TAKEN, places_off
 from fitting.free_decay import Ring
+from fitting.model.features import OF_A_MARKER, places_of_markers, places_of_slides
 from fitting.model.session_model import START_PHASE_RAD, Disturbances, PlacesOff, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import Whitened
-from fitting.signatures.session_row import PRIOR_SD, left_row, nearest, row_covariance, row_slopes, with_trial
+from fitting.signatures.session_row import PRIOR_SD, left_row, row_covariance, row_slopes, with_trial
 from fitting.trial import MeasuredTrial
 from session import CameraSpec
 from session.errors import SimulationDiverged
 from swimmer import Twin
 from swimmer.mjcf import DRY
 
-STARTS = ((0.6, 3.0, 6.0, 4.0, 1.5), (1.2, 1.5, 4.0, 3.0, 0.5))
-_CLEARLY = 1.0  # -2 ln of probability by which a later start has to be likelier
+_LEAST_FRAMES = 28  # of a marker, from which its mean, harmonics, drift and noise are told
 _LEAST_BOX_M = TAKEN.box_m / 3  # boxes are placed by hand, however well the means happen to agree
 
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """The trials of one role beside the twin that comes nearest to the fitted ones: swims, and dry runs after them.
+    """The trials of one role beside the twin that was fitted: swims, and dry runs after them.
 
     A row holds the gaits of t trials, and then the frequencies that their commands lead to, as they were filmed and,
     where motors were logged, as they turned; and then how free decays ring: k numbers in all.
@@ -38,7 +38,7 @@ class Ground:
     Attributes:
         model: the swims beside the plain twin.
         camera: that filmed them.
-        at: (5,) coefficients.
+        at: (5,) the recommended coefficients of the session.
         discrepancy: what the refitted twin leaves where nothing is wrong.
         off: how far boxes and markers are off; for markers stands an effect of the catalogue.
         disturbances: what noise and nuisances do, at the coefficients.
@@ -56,80 +56,47 @@ class Ground:
     alike: np.ndarray | None = None
 
     @classmethod
-    def fitted(
+    def of(
         cls,
         trials: Sequence[MeasuredTrial],
         twin: Twin,
         camera: CameraSpec,
         discrepancy: Discrepancy,
+        at: np.ndarray,
         dry: Sequence[MeasuredTrial] = (),
-        starts: Sequence[Sequence[float]] = STARTS,
         rings: Sequence[Ring] = (),
     ) -> "Ground":
-        """Of the swims that the coefficients are fitted to; the likeliest of what several starts lead to.
-
-        Where one leads to a twin that leaves no more than noise, no other is tried.
+        """Of the swims that the coefficients were fitted to.
 
         Args:
             trials: the swims.
             twin: plain, in water.
             camera: that filmed them.
             discrepancy: see above.
+            at: (5,) the recommended coefficients of the session.
             dry: runs with the head clamped in air, which say nothing of coefficients.
-            starts: (5,) coefficients to begin with.
             rings: free decays, which say nothing of them either.
 
         Raises:
-            SimulationDiverged: from every start.
+            SimulationDiverged: the twin at these coefficients, or next to them.
         """
         model = _beside(twin, trials)
         clamped = _beside(_clamped(twin), dry).trials if dry else ()
         model = SessionModel((*model.trials, *clamped), tuple(rings))
-        best: Ground | None = None
-        for start in starts:
-            if best is not None and best.is_noise:
-                break
-            found = cls._from(model, camera, np.array(start, float), discrepancy, best)
-            if best is None or found is None:
-                best = best or found
-            elif found.misfit < best.misfit - _CLEARLY:
-                there = cls._from(model, camera, found.at, discrepancy)  # with what disturbs the row there
-                best = there if there is not None and there.misfit < best.misfit else best
-        if best is None:
-            raise SimulationDiverged("the plain twin diverged from every start; look into the flags of the fit trials")
-        return best
-
-    @classmethod
-    def _from(
-        cls,
-        model: SessionModel,
-        camera: CameraSpec,
-        start: np.ndarray,
-        discrepancy: Discrepancy,
-        known: "Ground | None" = None,
-    ) -> "Ground | None":
-        """From one start; None where a twin diverges on the way. What disturbs the row may be known from another."""
-        at, generic, error = start, _generic(model), discrepancy.over(model)
-        try:
-            if known is None:
-                for look in (model.disturbances_of_tracks, model.disturbances):  # the first only shows the way
-                    disturbances = look(at)
-                    off = _places_off(model, at, disturbances)
-                    covariance = row_covariance(model, disturbances.of(off) + error, disturbances.robot)
-                    gap = _gap_beside(model, covariance, generic).covariance(left_row(model, at))
-                    at = nearest(model, at, covariance + gap)
-            else:
-                disturbances = known.disturbances
-                at = nearest(model, at, known.covariance_with_gap_in(known.left))
-            found = cls(model, camera, at, discrepancy, _places_off(model, at, disturbances), disturbances)
-            return found if np.isfinite(found.misfit) else None
-        except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
-            return None
+        disturbances = model.disturbances(at)
+        left = left_row(model, at)
+        if not (disturbances.finite and np.isfinite(left).all()):
+            raise SimulationDiverged("the plain twin diverged at the fitted coefficients; fit the session again")
+        found = cls(model, camera, at, discrepancy, _places_off(model, left, disturbances), disturbances)
+        found.__dict__["left"] = left
+        return found
 
     @cached_property
     def generic(self) -> np.ndarray:
         """(k, k) covariance of a gap of no particular cause that is one metre large."""
-        return _generic(self.model)
+        first = self.model.trials[0]
+        along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
+        return generic_covariance(along_m, len(self.trials), self.model.frequencies, self.model.of_rings)
 
     @cached_property
     def with_gap(self) -> Whitened:
@@ -146,7 +113,7 @@ class Ground:
 
     @cached_property
     def _gap(self) -> GenericGap:
-        return _gap_beside(self.model, self.covariance, self.generic)
+        return GenericGap(self.covariance, self.generic, self.model.frequencies, self.model.of_rings)
 
     def held_out(self, trials: Sequence[MeasuredTrial]) -> "Ground":
         """Other swims beside the same twin, their boxes as far off as those of the fitted ones."""
@@ -199,6 +166,45 @@ class Ground:
     def swims(self) -> tuple[MeasuredTrial, ...]:
         """Without the dry runs."""
         return tuple(each.trial for each in self.model.trials if not each.twin.scene.head_clamped)
+
+    @cached_property
+    def trial_of(self) -> np.ndarray:
+        """(k,) number of the trial that each number of the row is of; -1 of free decays."""
+        trials = np.arange(len(self.trials))
+        own = len(self.model.measured) // len(trials)
+        whose = [np.repeat(trials, own), trials, np.array(self.model.logged, int), np.full(self.model.of_rings, -1)]
+        return np.concatenate(whose)
+
+    @cached_property
+    def observed(self) -> np.ndarray:
+        """(g,) gait features that the tracks tell: not those of a marker that is masked in nearly all frames."""
+        told = []
+        for model in self.model.trials:
+            seen = model.gait.usable.sum(axis=0) >= _LEAST_FRAMES  # (m,)
+            length = len(model.measured)
+            places, slides = np.ones(length, bool), places_of_slides(length)
+            places[places_of_markers(length)] = np.repeat(seen, 2 * OF_A_MARKER)
+            places[slides] = seen[: slides.stop - slides.start]
+            told.append(places)
+        return np.concatenate(told)
+
+    def whitened(self, left: np.ndarray) -> np.ndarray:
+        """(k,) of unit noise, a residual (k,)."""
+        return np.asarray(solve_triangular(self.space.root, left, lower=True))
+
+    @cached_property
+    def told(self) -> np.ndarray:
+        """(q,) places of the observed gait features of all swims, which are scored."""
+        gaits = len(self.model.measured) // len(self.trials) * len(self.swims)
+        return np.flatnonzero(self.observed[:gaits])
+
+    def whitened_swims(self, left: np.ndarray) -> np.ndarray:
+        """(..., q) of unit noise, the observed gait features of all swims in residuals (..., k).
+
+        Without frequencies and decays, which are data of their own.
+        """
+        root = np.linalg.cholesky(self.covariance[np.ix_(self.told, self.told)])
+        return np.asarray(solve_triangular(root, left[..., self.told].T, lower=True).T)
 
     @property
     def has_dry(self) -> bool:
@@ -257,34 +263,10 @@ class Ground:
         """In which all that disturbs the row has unit size and coefficients are free."""
         return Whitened.of(self.covariance, self.slopes, PRIOR_SD)
 
-    @property
-    def is_noise(self) -> bool:
-        """Whether what is left is no longer than all that disturbs it would make it."""
-        white = self.space.freed(self.left)
-        return bool(white @ white <= len(self.left))
 
-    @property
-    def misfit(self) -> float:
-        """-2 ln of the probability of what is left, but for a constant."""
-        root = np.linalg.cholesky(self.covariance_with_gap_in(self.left))
-        white = solve_triangular(root, self.left, lower=True)
-        return float(white @ white + 2 * np.log(np.diag(root)).sum())
-
-
-def _generic(model: SessionModel) -> np.ndarray:
-    first = model.trials[0]
-    along_m = first.twin.robot.marker_positions_m(first.trial.markers)[:, 0]
-    return generic_covariance(along_m, len(model.trials), model.frequencies, model.of_rings)
-
-
-def _gap_beside(model: SessionModel, known: np.ndarray, generic: np.ndarray) -> GenericGap:
-    return GenericGap(known, generic, model.frequencies, model.of_rings)
-
-
-def _places_off(model: SessionModel, at: np.ndarray, disturbances: Disturbances) -> PlacesOff:
+def _places_off(model: SessionModel, left: np.ndarray, disturbances: Disturbances) -> PlacesOff:
     """Boxes by what trials differ by; what they have in common is for effects to explain, and no box's."""
-    left = left_row(model, at)[: len(model.measured)]
-    found = places_off(left, len(model.trials), disturbances)
+    found = places_off(left[: len(model.measured)], len(model.trials), disturbances)
     return PlacesOff(max(found.box_m, _LEAST_BOX_M), TAKEN.marker_m)
 
 

@@ -1,6 +1,6 @@
-"""The gap on swims that nothing was fitted to, before and after effects are added."""
+"""The gap on held-out trials, before and after effects are added: nothing was fitted to these, and nothing chosen."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,13 +8,15 @@ import numpy as np
 
 from diagnosis.affected_swims import Swum, noise_floor_m, swum
 from diagnosis.controls import carried_over
-from diagnosis.gap import Shrinkage, shrinkage
+from diagnosis.gap import Shrinkage, shrinkage_of
 from diagnosis.ground import Ground
 from diagnosis.refit import Refit, left_drawn, left_with
 from diagnosis.result import Controls
+from fitting.speed_line import speed_constant_stride, speed_line, speed_power_law
 from fitting.trial import MeasuredTrial
 
 _DRAWS = 400  # of coefficients and strengths as they might have been fitted
+BASELINES = {"line": speed_line, "power_law": speed_power_law, "constant_stride": speed_constant_stride}
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +26,9 @@ class Gap:
     Attributes:
         shrinkage: in whitened squares.
         before, after: each held-out swim beside the plain twin and beside the one with effects; both run ahead alone.
+        hertz: (t, 3) of each held-out trial: measured, and forecast from its command without and with effects, Hz; nan
+            without a command.
+        baselines: (t,) speeds by simple rules in frequency through the fitted trials, m/s, by the rule's name.
         noise_floor_m: mean distance that tracking noise alone would make.
         controls: what it would shrink by anyhow; None where nothing was added.
     """
@@ -31,6 +36,8 @@ class Gap:
     shrinkage: Shrinkage
     before: tuple[Swum, ...]
     after: tuple[Swum, ...]
+    hertz: np.ndarray
+    baselines: Mapping[str, list[float]]
     noise_floor_m: float
     controls: Controls | None
 
@@ -66,19 +73,55 @@ class HeldOut:
         if not stands.all():
             standing = tuple(swim for swim, stood in zip(self.swims, stands, strict=True) if stood)
             return HeldOut(ground, standing, seed).gap(best, placebo, as_fitted=as_fitted)
-        if best is None:
-            return Gap(shrinkage(beside, None), self._plain, self._plain, self._noise_floor_m, None)
-        after = tuple(swum(ground, self.swims, best.effects, best.at, best.values))
-        otherwise = None
-        if not as_fitted:
-            otherwise = beside.left_drawn(ground, _DRAWS, seed), left_drawn(beside, best, left[1], _DRAWS, seed)
-        controls = Controls(
+        after, scored = self._plain, None
+        controls, otherwise = None, None
+        if best is not None:
+            after = tuple(swum(ground, self.swims, best.effects, best.at, best.values))
+            scored = beside.whitened_swims(left[1])
+            controls = self._controls(placebo, left[-1])
+            if not as_fitted:
+                drawn = beside.left_drawn(ground, _DRAWS, seed), left_drawn(beside, best, left[1], _DRAWS, seed)
+                otherwise = beside.whitened_swims(drawn[0]), beside.whitened_swims(drawn[1])
+        told = shrinkage_of(self._scored, scored, self._trial_of, seed, otherwise)
+        hertz = np.stack([self._measured_hz, *(self._forecast_hz(row) for row in (left[0], left[best is not None]))], 1)
+        return Gap(told, self._plain, after, hertz, self._baselines, self._noise_floor_m, controls)
+
+    def _controls(self, placebo: Refit | None, left: np.ndarray) -> Controls:
+        """What the gap would shrink by anyhow, with a placebo that leaves a residual (k,)."""
+
+        def alone(row: np.ndarray) -> float | None:
+            return shrinkage_of(self._scored, self._beside.whitened_swims(row), self._trial_of, self.seed).value
+
+        return Controls(
             placebo=None if placebo is None else placebo.effects[0].name,
-            with_placebo=None if placebo is None else shrinkage(beside, left[2]).value,
-            carried_over=shrinkage(beside, carried_over(ground, beside)).value,
+            with_placebo=None if placebo is None else alone(left),
+            carried_over=alone(carried_over(self.ground, self._beside)),
         )
-        told = shrinkage(beside, left[1], seed, otherwise)
-        return Gap(told, self._plain, after, self._noise_floor_m, controls)
+
+    @cached_property
+    def _scored(self) -> np.ndarray:
+        """(q,) whitened residual of the plain twin."""
+        return self._beside.whitened_swims(self._beside.left)
+
+    @property
+    def _trial_of(self) -> np.ndarray:
+        return self._beside.trial_of[self._beside.told]
+
+    @property
+    def _measured_hz(self) -> np.ndarray:
+        return np.array([trial.frequency.hz for trial in self.swims])
+
+    def _forecast_hz(self, left: np.ndarray) -> np.ndarray:
+        """(t,) that the commands lead to with a twin that leaves a residual (k,); nan without a command."""
+        gaits = len(self._beside.model.measured)
+        commanded = np.array([trial.commanded_hz is not None for trial in self.swims])
+        return np.where(commanded, self._measured_hz - left[gaits : gaits + len(self.swims)], np.nan)
+
+    @property
+    def _baselines(self) -> Mapping[str, list[float]]:
+        fitted, asked = self.ground.swims, [trial.start_frequency.hz for trial in self.swims]
+        hz, speed = [trial.frequency.hz for trial in fitted], [trial.speed for trial in fitted]
+        return {name: baseline(hz, speed, asked) for name, baseline in BASELINES.items()}
 
     @cached_property
     def _beside(self) -> Ground:

@@ -15,7 +15,6 @@ from scipy.linalg import solve_triangular
 from scipy.special import logit
 
 from diagnosis.evidence import Belief
-from diagnosis.gap import whitened
 from diagnosis.ground import Ground
 from diagnosis.refit import Refit, left_at
 from diagnosis.sized import LITTLE, MOST_WRONG
@@ -106,7 +105,7 @@ def _others(ground: Ground, moved: np.ndarray) -> float:
     """Whitened length, at most the limit; as long as that where a twin diverged."""
     if not np.isfinite(moved).all():
         return MOST_WRONG
-    return min(float(np.linalg.norm(whitened(ground, moved))), MOST_WRONG)
+    return min(float(np.linalg.norm(ground.whitened(moved))), MOST_WRONG)
 
 
 def _does(ground: Ground, moved: np.ndarray) -> float:

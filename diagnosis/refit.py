@@ -31,6 +31,7 @@ class Refit:
         left: (k,) what it leaves of the fitted swims.
         covariance: (5 + p, 5 + p) of coefficients and values.
         taken: (5 + p,) standard deviations of the prior beside which it was fitted.
+        slopes: (k, 5 + p) of the simulated row there.
     """
 
     effects: tuple[Effect, ...]
@@ -39,15 +40,23 @@ class Refit:
     left: np.ndarray
     covariance: np.ndarray
     taken: np.ndarray
+    slopes: np.ndarray
 
     @classmethod
     def plain(cls, ground: Ground) -> "Refit":
-        """The nearest twin without any."""
-        return cls((), ground.at, np.zeros(0), ground.left, ground.coefficient_covariance, PRIOR_SD)
+        """The recommended twin, without any."""
+        return cls((), ground.at, np.zeros(0), ground.left, ground.coefficient_covariance, PRIOR_SD, ground.slopes)
 
     def precision(self, width: np.ndarray) -> np.ndarray:
         """(5 + p, 5 + p) of coefficients and values, beside a normal prior as wide as this (5 + p,)."""
         return np.asarray(np.linalg.inv(self.covariance) - np.diag(self.taken**-2.0) + np.diag(width**-2.0))
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """(2, 5 + p) lowest and highest coefficients and values."""
+        parameters = [parameter for effect in self.effects for parameter in effect.parameters]
+        ends = [COEFFICIENT_BOUNDS] * len(self.at) + [(each.low, each.high) for each in parameters]
+        return np.array(ends, float).T
 
     @property
     def by_effect(self) -> dict[str, np.ndarray]:
@@ -98,7 +107,7 @@ def refit(
         short = len(point) < _MANY and joint.moved(taken, slopes) <= LONG
         slopes = mended(slopes, taken, change, joint.sd) if short else joint.slopes(point)
     joint.count_as_disturbance(left, point)
-    return Refit(joint.effects, point[:5], point[5:], left, joint.covariance(slopes), joint.sd)
+    return Refit(joint.effects, point[:5], point[5:], left, joint.covariance(slopes), joint.sd, slopes)
 
 
 def left_with(ground: Ground, best: Refit) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -60,7 +60,15 @@ class Controls:
 
 @dataclass(frozen=True)
 class HeldOutSwim:
-    """One held-out swim beside the plain twin and beside the one with effects; distances in mm, speeds in m/s."""
+    """One held-out trial beside the plain twin and beside the one with effects; distances in mm, speeds in m/s.
+
+    Attributes:
+        before_mm, after_mm, before_placed_mm, after_placed_mm: see `GapSize`.
+        speed_measured, speed_before, speed_after: forward.
+        speed_line: by a straight line in frequency through the fitted trials.
+        frequency_measured_hz, frequency_before_hz, frequency_after_hz: of the beat, forecast from the command; nan
+            without a command.
+    """
 
     before_mm: float
     after_mm: float
@@ -69,6 +77,10 @@ class HeldOutSwim:
     speed_measured: float
     speed_before: float
     speed_after: float
+    speed_line: float = float("nan")
+    frequency_measured_hz: float = float("nan")
+    frequency_before_hz: float = float("nan")
+    frequency_after_hz: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -79,6 +91,9 @@ class GapSize:
         baseline_mm, with_effects_mm: marker distance.
         baseline_placed_mm, with_effects_placed_mm: the same with boxes put right.
         speed_mae_before, speed_mae_after: mean absolute error of speeds, m/s.
+        speed_mae_baselines: the same of simple rules in frequency through the fitted trials: "line", "power_law",
+            "constant_stride".
+        frequency_mae_before, frequency_mae_after: of beat frequencies forecast from the command, Hz.
         evaluated_on: names of the swims.
         noise_floor_mm: mean distance that tracking noise alone would make.
         shrinkage, shrinkage_ci95: S in whitened squares, see `diagnosis.gap`.
@@ -100,7 +115,15 @@ class GapSize:
     squares_before: float = float("nan")
     squares_after: float = float("nan")
     controls: Controls | None = None
+    speed_mae_baselines: Mapping[str, float] = field(default_factory=dict)
+    frequency_mae_before: float = float("nan")
+    frequency_mae_after: float = float("nan")
     trials: Mapping[str, HeldOutSwim] | None = None
+
+    @property
+    def improves(self) -> bool:
+        """Whether the effects surely improve forecasts of trials that nothing was fitted to."""
+        return self.shrinkage_ci95 is not None and self.shrinkage_ci95[0] > 0
 
 
 @dataclass(frozen=True)
@@ -281,11 +304,25 @@ class Place:
 
 @dataclass(frozen=True)
 class Refuted:
-    """Names that are not said, for held-out swims speak against them."""
+    """Names that are not said, for with them fitted trials are forecast worse from the others."""
 
     effects: tuple[str, ...]
     shrinkage: float
     shrinkage_ci95: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class CrossValidation:
+    """Of the names that are said: each fitted swim trial forecast from the others.
+
+    Attributes:
+        trials: that were left out in turn; none where fewer than three were fitted, of which this says nothing.
+        shrinkage, shrinkage_ci95: skill with the named effects; nan where nothing is named.
+    """
+
+    trials: tuple[str, ...]
+    shrinkage: float = float("nan")
+    shrinkage_ci95: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -328,7 +365,7 @@ class Evidence:
     Attributes:
         squares, numbers: what the nearest plain twin leaves, whitened, and of how many numbers.
         sets: of effects, the likeliest first.
-        elsewhere, refuted, sway_m, delay_s, sliding, separation: see there.
+        elsewhere, refuted, cross_validation, sway_m, delay_s, sliding, separation: see there.
     """
 
     squares: float
@@ -340,6 +377,7 @@ class Evidence:
     delay_s: BesideBeat
     sliding: Sliding
     separation: Separation
+    cross_validation: CrossValidation = CrossValidation(())
 
 
 @dataclass(frozen=True, eq=False)

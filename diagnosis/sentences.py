@@ -1,4 +1,4 @@
-"""A diagnosis in three sentences: where the gap lies, which effect makes it, how far it shrinks with that."""
+"""A diagnosis in three sentences: how far its twin can be trusted, where the gap lies, which effect makes it."""
 
 from collections.abc import Mapping, Sequence
 
@@ -23,7 +23,7 @@ _LOOKS_LIKE = 0.5  # of all that is there
 
 def sentences(data: DiagnosisResult) -> tuple[str, str, str]:
     """Of a diagnosis."""
-    return _where(data), _which(data), _how_far(data)
+    return _how_far(data), _where(data), _which(data)
 
 
 def plain(name: str) -> str:
@@ -93,9 +93,8 @@ def _refuted(data: DiagnosisResult) -> str:
     for each in data.evidence.refuted:
         low, high = each.shrinkage_ci95
         grows = f"their gap grows by {-each.shrinkage:.0%}, {-high:.0%} to {-low:.0%}"
-        told.append(
-            f"{' or '.join(map(plain, each.effects))}, but with that held-out swims are forecast worse ({grows})"
-        )
+        names = " or ".join(map(plain, each.effects))
+        told.append(f"{names}, but with that fitted swims are forecast worse from the others ({grows})")
     return ", nor ".join(told)
 
 
@@ -153,23 +152,36 @@ def _group(group: Sequence[str], chances: Mapping[str, float]) -> str:
 def _how_far(data: DiagnosisResult) -> str:
     gap = data.gap
     if not gap.evaluated_on:
-        return "How far: not known, for no swim was held out."
+        return "How far: not known, for no swim was held out; do not use this model for forecasts before one is."
     if np.isnan([gap.baseline_mm, gap.with_effects_mm]).any():
         return "How far: not known, for no marker of the held-out swims could be compared."
-    trials = f"{len(gap.evaluated_on)} held-out swim{'s' * (len(gap.evaluated_on) > 1)}"
+    trials = f"{len(gap.evaluated_on)} untouched swim{'s' * (len(gap.evaluated_on) > 1)}"
     every = _with_everything(data)
     if data.verdict in ("no_gap", "unexplained"):
-        return (
-            f"How far: nothing was added; on {trials} markers are {gap.baseline_mm:.1f} mm off, "
-            f"speeds {1000 * gap.speed_mae_before:.1f} mm/s{every}."
-        )
-    change = (
-        f"markers from {gap.baseline_mm:.1f} to {gap.with_effects_mm:.1f} mm, speeds from "
-        f"{1000 * gap.speed_mae_before:.1f} to {1000 * gap.speed_mae_after:.1f} mm/s"
+        told = _sizes(gap.baseline_mm, gap.speed_mae_before, gap.frequency_mae_before)
+        return f"How far: nothing was added; on {trials} {told}{_line(gap)}{every}."
+    told = (
+        f"{_sizes(gap.baseline_mm, gap.speed_mae_before, gap.frequency_mae_before)} without, "
+        f"{_sizes(gap.with_effects_mm, gap.speed_mae_after, gap.frequency_mae_after)} with what is named"
     )
     if np.isnan(gap.shrinkage):
-        return f"How far: on {trials} the plain twin leaves no more than noise; {change}{every}."
-    return f"How far: on {trials} the gap {by_how_much(gap)}; {change}{every}."
+        return f"How far: on {trials} the plain twin leaves no more than noise; {told}{_line(gap)}{every}."
+    warning = "" if gap.improves else "do not use this model for forecasts; "
+    return f"How far: {warning}on {trials} the gap {by_how_much(gap)}; {told}{_line(gap)}{every}."
+
+
+def _sizes(markers_mm: float, speed_m_s: float, frequency_hz: float) -> str:
+    """What a twin is off by."""
+    beats = "" if np.isnan(frequency_hz) else f" and frequencies {1000 * frequency_hz:.0f} mHz"
+    return f"markers are {markers_mm:.1f} mm, speeds {1000 * speed_m_s:.1f} mm/s{beats} off"
+
+
+def _line(gap: GapSize) -> str:
+    """The baseline that every forecast of a speed has to beat."""
+    error = gap.speed_mae_baselines.get("line", float("nan"))
+    if np.isnan(error):
+        return ""
+    return f"; a straight line in frequency through the fitted speeds is {1000 * error:.1f} mm/s off"
 
 
 def by_how_much(gap: GapSize) -> str:

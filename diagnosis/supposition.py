@@ -13,21 +13,15 @@ from threadpoolctl import threadpool_limits
 
 from diagnosis.affected_swims import Swum, swum
 from diagnosis.diagnosis import Settings, Tell
-from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Explanations
 from diagnosis.explaining import explained
 from diagnosis.from_forms import refitted
-from diagnosis.ground import Ground
 from diagnosis.held_out import Gap, HeldOut
 from diagnosis.pruning import log_evidence
-from diagnosis.refit import Refit
-from diagnosis.rings import rings_of
-from fitting.out_of_water import NOTHING, OutOfWater
+from diagnosis.refit import Refit, refit
+from diagnosis.session_data import SessionData
 from fitting.signatures import Signature, signature_of
-from fitting.signatures.view_of import with_picture
-from fitting.trial import MeasuredTrial
-from session import CameraSpec, NotEnoughData
-from swimmer import Twin
+from session import NotEnoughData
 from swimmer.effects import Effect
 
 _ROUNDS = {"quick": 3, "full": 8}
@@ -54,43 +48,34 @@ class Supposition:
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
 def suppose(
-    trials: Sequence[MeasuredTrial],
-    twin: Twin,
-    camera: CameraSpec,
+    data: SessionData,
     effects: Sequence[Effect],
-    discrepancy: Discrepancy,
     settings: Settings | None = None,
     tell: Tell = lambda _message, _share: None,
-    dry: OutOfWater = NOTHING,
 ) -> Supposition:
     """Refits the twin with effects.
 
     Args:
-        trials, twin, camera, discrepancy, tell, dry: as of `diagnose`.
+        data: the trials.
         effects: that are supposed, each once.
         settings: how much work, and the seed.
+        tell: of the progress.
 
     Raises:
-        SimulationDiverged: the plain twin, from every start.
+        SimulationDiverged: the plain twin.
         NotEnoughData: no fitted swim, or an effect that does nothing in these.
     """
     settings = settings or Settings()
-    trials, runs = ([trial.without_log for trial in each] for each in (trials, dry.runs))
-    fitted, held = ([trial for trial in trials if (trial.role == "fit") == own] for own in (True, False))
-    if not fitted:
-        raise NotEnoughData('no swim of role "fit"; a supposition needs at least one')
-    camera = with_picture(camera, (*trials, *runs))
-    tell("fitting the plain twin", 0.0)
-    rings = rings_of(dry.decays, twin)
-    ground = Ground.fitted(fitted, twin, camera, discrepancy, runs, rings=rings.believed)
+    tell("the plain twin", 0.0)
+    ground = data.ground
     tell("what the supposed effects would do", 0.4)
-    signatures = [signature_of(effect, ground.model, camera, ground.at) for effect in effects]
+    signatures = [signature_of(effect, ground.model, ground.camera, ground.at) for effect in effects]
     weighed = explained(ground, signatures, settings.belief)
     ground, explanations = weighed.ground, weighed.explanations
     _refuse_idle(signatures, explanations)
     rounds = _ROUNDS[settings.effort]
     tell("refitting with them", 0.5)
-    best, plain = refitted(ground, explanations, effects, rounds), Refit.plain(ground)
+    best, plain = refitted(ground, explanations, effects, rounds), refit(ground, (), np.zeros(0), rounds)
     evidence, of_each = log_evidence(ground, best), {}
     for number, effect in enumerate(effects):
         tell(f"refitting without {effect.name.replace('_', ' ')}", 0.6 + 0.3 * number / len(effects))
@@ -98,8 +83,8 @@ def suppose(
         without = refitted(ground, explanations, others, rounds) if others else plain
         of_each[effect.name] = evidence - log_evidence(ground, without)
     tell("held-out swims", 0.9)
-    pair = [tuple(swum(ground, fitted, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
-    gap = HeldOut(ground, tuple(held), settings.seed).gap(best)
+    pair = [tuple(swum(ground, ground.swims, fit.effects, fit.at, fit.values)) for fit in (plain, best)]
+    gap = HeldOut(ground, data.of_role(fitted=False), settings.seed).gap(best)
     return Supposition(best, evidence - log_evidence(ground, plain), of_each, (pair[0], pair[1]), gap)
 
 

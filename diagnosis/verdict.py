@@ -82,12 +82,12 @@ def _naming(groups: tuple[tuple[str, ...], ...], found: Probabilities) -> Verdic
 
 def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ...] | None:
     """Alternatives beside those of the groups before, the likeliest first."""
-    enough = BESIDE if before else ENOUGH * (1 - found.null)
     taken = {i for group in before for i in group}
     likely = [int(i) for i in np.argsort(-found.marginal) if int(i) not in taken][:_LOOKED_AT]
-    for size in range(1, MOST_ALIKE + 1):
-        chances = {group: found.any_seen(group) for group in combinations(likely, size)}
-        best = max(chances, key=lambda group: chances[group], default=None)
-        if best is not None and chances[best] >= enough:
-            return best
+    for enough in (ENOUGH * (1 - found.null), *([BESIDE] if before else [])):
+        for size in range(1, MOST_ALIKE + 1):
+            chances = {group: found.any_seen(group) for group in combinations(likely, size)}
+            best = max(chances, key=lambda group: chances[group], default=None)
+            if best is not None and chances[best] >= enough:
+                return best
     return None

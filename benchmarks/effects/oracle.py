@@ -6,7 +6,6 @@ import numpy as np
 
 from benchmarks.effects.rows import SessionRows, told_by
 from benchmarks.reality import Recording
-from diagnosis.gap import of_gaits
 from diagnosis.refit import left_with, refit
 from swimmer.effects import Effect
 
@@ -33,7 +32,7 @@ def oracle_shrinkage(
         _, told = told_by(fitted.changes(recordings), fitted.signatures({effect.name: effect for effect in effects}))
         best = refit(fitted.ground(recordings, at), effects, np.concatenate(told.values), _ROUNDS)
         beside = held_out.ground(recordings, at)
-        plain, left = (float((of_gaits(beside, row) ** 2).sum()) for row in (beside.left, left_with(beside, best)))
+        plain, left = (float((beside.whitened_swims(row) ** 2).sum()) for row in (beside.left, left_with(beside, best)))
     except (np.linalg.LinAlgError, ValueError):  # a twin diverged, and what it leaves is not finite
         return None
     return 1 - left / plain if plain > _SHOWS else None

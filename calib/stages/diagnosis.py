@@ -10,9 +10,12 @@ from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
+import numpy as np
+
 from calib.options import EffortName, Job
+from calib.stages.fit import FitStage
 from calib.stages.recordings import Recordings
-from session import FaultCollector, InputError, NotEnoughData
+from session import FaultCollector, InputError
 from session.stage import Stage
 from swimmer import Twin
 from swimmer.effects import Effect, catalogue
@@ -22,7 +25,7 @@ if TYPE_CHECKING:
     from diagnosis.result import DiagnosisResult, SuppositionResult
 
 Found = TypeVar("Found")
-_FORM = 17  # of the files and of what they rest on
+_FORM = 18  # of the files and of what they rest on
 
 
 class DiagnosisStage(Stage):
@@ -33,28 +36,26 @@ class DiagnosisStage(Stage):
     Args:
         job: the work on the session.
         recordings: of the session.
+        fit: the calibration whose coefficients the plain twin has.
         without: names that the catalogue is to lack.
         effort: of the diagnosis; default: as the options have it.
         own: effects that the catalogue is to have besides.
-
-    Raises:
-        InputError: the catalogue has no such effect.
     """
 
     def __init__(
         self,
         job: Job,
         recordings: Recordings,
+        fit: FitStage,
         without: frozenset[str] = frozenset(),
         effort: EffortName | None = None,
         own: tuple[Effect, ...] = (),
     ) -> None:
-        self._job, self._recordings, self._without, self._own = job, recordings, without, own
-        check_names("--exclude", sorted(without), catalogue())
+        self._job, self._recordings, self._fit, self._without, self._own = job, recordings, fit, without, own
         told = {name: [list(parameter) for parameter in effect.parameters] for name, effect in self.effects.items()}
         self.effort = effort or job.options.effort
         settings = {"form": _FORM, "effort": self.effort, "effects": told, "seed": job.session.seed}
-        super().__init__(job.results / "diagnosis.json", {}, settings, [recordings])
+        super().__init__(job.results / "diagnosis.json", {}, settings, [recordings, fit])
 
     @cached_property
     def effects(self) -> dict[str, Effect]:
@@ -78,7 +79,7 @@ class DiagnosisStage(Stage):
 
         Raises:
             NotEnoughData: no swim has the role "fit".
-            SimulationDiverged: the plain twin, from every start.
+            SimulationDiverged: the plain twin.
         """
         from calib.stages.affected_mjcf import write_affected_twin
         from diagnosis import diagnose
@@ -112,7 +113,7 @@ class DiagnosisStage(Stage):
 
         Raises:
             NotEnoughData: no swim has the role "fit", or an effect does nothing in these.
-            SimulationDiverged: the plain twin, from every start.
+            SimulationDiverged: the plain twin.
         """
         from diagnosis import suppose
         from diagnosis.diagnosis_file import supposition_result
@@ -140,22 +141,19 @@ class DiagnosisStage(Stage):
         discrepancy: Discrepancy | None = None,
     ) -> Found:
         """What `diagnose` or `suppose` says of this session."""
-        from diagnosis import Settings, discrepancy_for
+        from diagnosis import SessionData, Settings, discrepancy_for
 
         job, trials = self._job, self._recordings.swims
-        if not any(trial.role == "fit" for trial in trials):
-            raise NotEnoughData(f'{job.session.name}: no swim of role "fit"; a diagnosis needs at least one')
         markers = trials[0].markers
-        return question(
+        data = SessionData(
             trials,
             Twin(job.robot, markers, workers=job.options.workers),
             job.session.camera,
-            effects,
             discrepancy_for(markers, job.robot) if discrepancy is None else discrepancy,
-            Settings(job.options.effort, seed=job.session.seed),
-            job.tell,
+            np.array(self._fit.result().coefficients),
             self._recordings.out_of_water,
         )
+        return question(data, effects, Settings(job.options.effort, seed=job.session.seed), job.tell)
 
 
 def check_names(option: str, names: Iterable[str], known: Mapping[str, Effect]) -> None:

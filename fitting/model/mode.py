@@ -18,7 +18,7 @@ from fitting.from_rest import swims_forward
 from fitting.model.features import SPEED
 from fitting.model.session_model import SessionModel
 from fitting.model.trial_model import TrialModel, freedoms_together, simulated_together
-from fitting.model.variance import COEFFICIENT_SD, MEDIANS, Block, Covariance
+from fitting.model.variance import COEFFICIENT_SD, FORECAST_SPEED, MEDIANS, Block, Covariance
 from fitting.objective import COEFFICIENT_BOUNDS
 from session.errors import SimulationDiverged
 from swimmer import PUBLISHED_COEFFICIENTS
@@ -82,6 +82,11 @@ class Mode:
     def total(self) -> np.ndarray:
         """(K, K) covariance of the residual."""
         return self.covariance.at(self.sizes)
+
+    @property
+    def forecast_sizes(self) -> Mapping[str, float]:
+        """Standard deviation of each component in forecasts."""
+        return {**self.sizes, "speed_common": FORECAST_SPEED}
 
     @property
     def coefficient_covariance(self) -> np.ndarray:

@@ -13,9 +13,9 @@ from scipy.linalg import cho_factor, cho_solve
 
 from fitting.model import Block, Covariance, Mode
 from fitting.model.features import SPEED, harmonics_of
-from fitting.model.forecast import FeatureForecast, Windows, blocks_of_windows, scatter_of
+from fitting.model.forecast import FeatureForecast, Windows, block_of, scatter_of
 from fitting.model.mode import jacobian_at
-from fitting.model.variance import COEFFICIENT_SD, middle_of
+from fitting.model.variance import COEFFICIENT_SD
 from fitting.posterior.posterior import Posterior
 from fitting.sweep import START_SPEED_M_S
 from fitting.trial import MeasuredTrial, measure_trial
@@ -106,8 +106,8 @@ def predict_trials(posterior: Posterior, trials: Sequence[MeasuredTrial], seed: 
             block, length = own._replace(trial=len(mode.blocks)), len(own.features)
             simulated = posterior.surrogate.likelihood.emulator(draws)[:, own.trial * length :][:, :length]
         else:
-            (block,), (at_mode,) = blocks_of_windows(mode, [Windows.of(mode, trial).late], scatter)
-            simulated = _simulated(mode, block, at_mode, draws)
+            block = block_of(mode, Windows.of(mode, trial).late, scatter)
+            simulated = _simulated(mode, block, draws)
         found.append(_of_trial(trial, block, *_predicted(posterior, block, draws, simulated), random, seed))
     return tuple(found)
 
@@ -123,8 +123,8 @@ def predict_sweep(posterior: Posterior, frequency_hz: np.ndarray, seed: int = 0)
     now = np.sqrt(np.diag(mode.coefficient_covariance))
     for hz in frequency_hz:
         window = replace(mode.model.trials[0], trial=_imagined(posterior, float(hz)))
-        (block,), (at_mode,) = blocks_of_windows(mode, [window], scatter)
-        mean, covariance = _predicted(posterior, block, draws, _simulated(mode, block, at_mode, draws))
+        block = block_of(mode, window, scatter)
+        mean, covariance = _predicted(posterior, block, draws, _simulated(mode, block, draws))
         speed, sd = mean[:, SPEED], np.sqrt(covariance[SPEED, SPEED])
         inner.append(np.quantile(speed, QUANTILES))
         outer.append(np.quantile(speed[:, None] + sd * random.standard_normal((len(speed), _NOISES)), QUANTILES))
@@ -138,10 +138,10 @@ def _some(posterior: Posterior, random: np.random.Generator) -> np.ndarray:
     return random.choice(posterior.coefficients, DRAWS, replace=False)
 
 
-def _simulated(mode: Mode, block: Block, at_mode: np.ndarray, draws: np.ndarray) -> np.ndarray:
-    """(d, k) features at those of the draws (d, 5) where the twin stands, where it gives those (k,) at the mode."""
+def _simulated(mode: Mode, block: Block, draws: np.ndarray) -> np.ndarray:
+    """(d, k) features at the draws (d, 5); where a twin diverges, those at the mode."""
     rows = block.model.simulated(np.vstack([mode.coefficients, draws]))
-    return np.where(np.isfinite(rows[1:]), rows[1:] - rows[0], 0.0) + at_mode
+    return np.where(np.isfinite(rows[1:]), rows[1:] - rows[0], 0.0) + block.features
 
 
 def _predicted(
@@ -149,7 +149,7 @@ def _predicted(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(d, k) means of the features of a new block, given each of the draws (d, 5), and their covariance (k, k)."""
     mode, count = posterior.mode, len(posterior.mode.residual)
-    total = Covariance.of([*mode.blocks, block], middle_of(mode.blocks)).at(mode.sizes)
+    total = Covariance.of([*mode.blocks, block], mode.blocks).at(mode.forecast_sizes)
     known, cross = total[:count, :count], total[:count, count:]
     gain = cho_solve(cho_factor(known, lower=True), cross)
     off = mode.model.measured - posterior.surrogate.likelihood.emulator(draws)
@@ -192,7 +192,7 @@ def _swing(features: np.ndarray) -> np.ndarray:
 
 def _with(mode: Mode, block: Block) -> np.ndarray:
     """(5, 5) covariance of the coefficients with one more trial."""
-    total = Covariance.of([*mode.blocks, block], middle_of(mode.blocks)).at(mode.sizes)
+    total = Covariance.of([*mode.blocks, block], mode.blocks).at(mode.sizes)
     jacobian = np.vstack([mode.jacobian, jacobian_at([block.model], mode.coefficients)])
     information = jacobian.T @ cho_solve(cho_factor(total, lower=True), jacobian)
     return np.linalg.inv(information + COEFFICIENT_SD**-2.0 * np.eye(len(mode.coefficients)))

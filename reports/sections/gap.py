@@ -170,10 +170,7 @@ def _shrinkage(found: DiagnosisResult) -> str:
         why = " How surely is not known: twins a little off what was fitted diverge."
     else:
         told += f" (95 % interval {_interval(gap)})."
-        why = (
-            " The interval is over the noise of these swims, how large it is, and how far what was fitted may be off; "
-            "other swims may fare otherwise."
-        )
+        why = " The interval is over swims, their noise, how large that is, and how far what was fitted may be off."
     if gap.shrinkage > 1:
         why += " More than all of it is gone, for less is left than noise was taken to leave."
     worse = " What explains the fitted swims does not carry over." if gap.shrinkage < 0 else ""

@@ -73,8 +73,9 @@ def _what_is_missing(context: ReportContext) -> str:
         return "Not known: the gap was not diagnosed."
     from diagnosis.sentences import sentences  # its package loads the twin
 
-    _, which, how_far = sentences(found)
-    return f"{which.partition(': ')[2].capitalize()} {how_far.partition(': ')[2].capitalize()}"
+    how_far, _, which = sentences(found)
+    answers = [text.partition(": ")[2] for text in (how_far, which)]
+    return " ".join(f"{answer[:1].upper()}{answer[1:]}" for answer in answers)
 
 
 def _next_step(context: ReportContext) -> str:

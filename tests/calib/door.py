@@ -69,7 +69,6 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     patch.setattr(fit_stage, "STARTS", {"quick": 1, "full": 1})
     patch.setattr(fit_stage, "PUBLISHED_S", {"quick": 100.0, "full": 100.0})
     patch.setattr(mode, "_SCREENED", 8)
-    patch.setattr(mode, "_MORE_STARTS", 1)
     patch.setattr(mode, "_ROUNDS", 2)
     for stage in (diagnosis_stage, posterior_stage):
         patch.setattr(stage, "catalogue", lambda: FEW_EFFECTS)

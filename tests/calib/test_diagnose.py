@@ -76,7 +76,7 @@ def test_what_has_not_changed_is_not_made_again(calib: Front, diagnosed: Path) -
     assert outcome.code == 0
     assert files_in(diagnosed / "results") == before
     lines = outcome.out.splitlines()
-    assert [line.split(":")[0] for line in lines[:3]] == ["Where", "Which", "How far"]
+    assert [line.split(":")[0] for line in lines[:3]] == ["How far", "Where", "Which"]
     assert lines[-1] == str(diagnosed / "results" / "diagnosis.json")
 
 
@@ -117,7 +117,7 @@ def test_a_session_without_fitted_swims_is_refused(calib: Front, fresh: Path) ->
     text = (fresh / "session.toml").read_text()
     if 'role = "fit"' in text:
         edit(fresh / "session.toml", 'role = "fit"', 'role = "holdout"')
-    assert_told(calib("diagnose", fresh, *QUICK), 'role "fit"')
+    assert_told(calib("diagnose", fresh, *QUICK), 'role = "fit"')
 
 
 @pytest.mark.long

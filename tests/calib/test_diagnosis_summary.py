@@ -12,7 +12,8 @@ CLOCK = "time_base_error"
 
 
 def checks(data: DiagnosisResult) -> list[str]:
-    return [line for line in diagnosis_lines(data) if line.startswith("check: ")]
+    """Beside that of two swims none can be left out."""
+    return [line for line in diagnosis_lines(data) if line.startswith("check: ") and "two swims" not in line]
 
 
 def beating(at: float, verdict: str = "named", named: tuple[str, ...] = (CLOCK,)) -> DiagnosisResult:
@@ -48,6 +49,13 @@ def test_a_single_fitted_swim_is_said_to_be_little() -> None:
     data = made_diagnosed("unexplained")
     data = replace(data, missing_forces=replace(data.missing_forces, trials=("fast",)))
     assert any("one swim was fitted" in line for line in checks(data))
+
+
+def test_names_that_no_trial_left_out_could_check_are_said_to_be_unchecked() -> None:
+    said = "no name was checked on a swim left out"
+    assert any(said in line for line in diagnosis_lines(made_diagnosed("named")))
+    checked = {"cross_validation": {"trials": ["a", "b", "c"], "shrinkage": 0.4, "shrinkage_ci95": [0.1, 0.6]}}
+    assert not any(said in line for line in diagnosis_lines(made_diagnosed("named", evidence=checked)))
 
 
 def test_an_experiment_is_told_once_with_all_that_it_tells_apart() -> None:

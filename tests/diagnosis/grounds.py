@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+import numpy as np
+
 from diagnosis.discrepancy import discrepancy_for
 from diagnosis.ground import Ground
 from fitting import MeasuredTrial
@@ -15,6 +17,7 @@ from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.fitting.exact_swims import ROBOT, exact_dry_run, exact_swims
 
 CAMERA = CameraSpec(fps=60.0, scale_length_m=ROBOT.scale_length_m)
+AT = np.array(PLAUSIBLE_COEFFICIENTS, float)  # of the twin that swims
 ARM = 0.03  # by which the arm of the robot that swims is longer than that of the twin
 
 
@@ -37,4 +40,4 @@ def dry_run() -> MeasuredTrial:
 def ground(robot: str = "same") -> Ground:
     twin = Twin(ROBOT if robot == "same" else shorter(), FISHSIM_MARKERS, workers=1)
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
-    return Ground.fitted(trials(), twin, CAMERA, discrepancy, starts=(PLAUSIBLE_COEFFICIENTS,))
+    return Ground.of(trials(), twin, CAMERA, discrepancy, AT)

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import numpy as np
 
 from diagnosis.controls import carried_over, placebo_for
-from diagnosis.gap import of_gaits
 from diagnosis.ground import Ground
 from fitting.model.features import advanced
 from tests.diagnosis.grounds import ground
@@ -31,7 +30,7 @@ def with_left(gaps: list[np.ndarray]) -> Ground:
 
 
 def squares(at: Ground, left: np.ndarray) -> float:
-    return float((of_gaits(at, left) ** 2).sum())
+    return float((at.whitened_swims(left) ** 2).sum())
 
 
 def test_only_what_swims_have_in_common_is_carried_over() -> None:
@@ -39,6 +38,18 @@ def test_only_what_swims_have_in_common_is_carried_over() -> None:
     assert squares(same, carried_over(same, same)) < 0.1 * squares(same, same.left)
     fitted, other = with_left([gap_of(5e-3, 1), gap_of(5e-3, 2)]), with_left([gap_of(5e-3, 3), gap_of(5e-3, 4)])
     assert squares(other, carried_over(fitted, other)) > 0.8 * squares(other, other.left)
+
+
+def test_a_masked_marker_is_neither_corrected_nor_scored() -> None:
+    masked, marker = with_left([gap_of(5e-3)] * 2), 3
+    own = slice(1 + 14 * marker, 15 + 14 * marker)
+    masked.__dict__["observed"] = np.ones(2 * GAIT, bool)
+    masked.observed[own] = False
+    masked.left[own] = 0.0
+    corrected = carried_over(masked, masked)
+    np.testing.assert_array_equal(corrected[own], 0.0)
+    assert len(masked.whitened_swims(corrected)) == 2 * GAIT - 14
+    assert squares(masked, corrected) < 0.1 * squares(masked, masked.left)
 
 
 def test_a_placebo_is_unlikely_not_named_and_as_free_as_the_named() -> None:

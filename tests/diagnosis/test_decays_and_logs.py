@@ -20,15 +20,14 @@ from diagnosis.ground import Ground
 from diagnosis.hinge_laws import LAWS, in_decays
 from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import responses
-from diagnosis.rings import rings_of
+from diagnosis.session_data import rings_of
 from diagnosis.verdict import verdict_of
 from diagnosis.where import OF_NO_MARKER, locate
 from fitting.signatures import Signature, signature_of
 from session.create import FISHSIM_MARKERS
 from swimmer.effects import catalogue
-from synthetic import PLAUSIBLE_COEFFICIENTS
 from tests.diagnosis.decays import decay
-from tests.diagnosis.grounds import CAMERA, trials
+from tests.diagnosis.grounds import AT, CAMERA, trials
 from tests.fitting.exact_swims import ROBOT, exact_twin
 
 OFF = 1.05  # times as fast as filmed the motors were told to turn
@@ -42,7 +41,7 @@ def ground(stiffer: float = 0.0, damped: float = 0.0) -> Ground:
     told, twin = [replace(trial, commanded_hz=None) for trial in trials()], exact_twin(1)
     rings = rings_of([decay(stiffer, damped)], twin).believed
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
-    return Ground.fitted(told, twin, CAMERA, discrepancy, starts=(PLAUSIBLE_COEFFICIENTS,), rings=rings)
+    return Ground.of(told, twin, CAMERA, discrepancy, AT, rings=rings)
 
 
 def signatures(at: Ground) -> list[Signature]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis import Diagnosis, Settings, diagnose, discrepancy_for
+from diagnosis import Diagnosis, SessionData, Settings, diagnose, discrepancy_for
 from diagnosis.diagnosis_file import diagnosis_result
 from diagnosis.ground import Ground
 from fitting.out_of_water import OutOfWater
@@ -14,7 +14,7 @@ from session.create import FISHSIM_MARKERS
 from swimmer import Twin
 from swimmer.effects import catalogue
 from tests.diagnosis.decays import decay
-from tests.diagnosis.grounds import CAMERA, ROBOT, dry_run, shorter, trials
+from tests.diagnosis.grounds import AT, CAMERA, ROBOT, dry_run, shorter, trials
 
 pytestmark = pytest.mark.long  # a minute
 
@@ -26,9 +26,8 @@ def found() -> Diagnosis:
     swims, twin = [*trials(), trials()[0].with_role("holdout")], Twin(shorter(), FISHSIM_MARKERS, workers=1)
     effects = {name: catalogue()[name] for name in (*NAMES, "scale_error")}
     discrepancy = discrepancy_for(FISHSIM_MARKERS, ROBOT)
-    return diagnose(
-        swims, twin, CAMERA, effects, discrepancy, Settings("quick"), dry=OutOfWater([dry_run()], [decay()])
-    )
+    data = SessionData(swims, twin, CAMERA, discrepancy, AT, OutOfWater([dry_run()], [decay()]))
+    return diagnose(data, effects, Settings("quick"))
 
 
 @pytest.fixture(scope="module")

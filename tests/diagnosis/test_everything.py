@@ -18,8 +18,7 @@ from fitting.signatures.slopes import little
 from session.create import FISHSIM_MARKERS
 from swimmer import Twin
 from swimmer.effects import catalogue
-from synthetic import PLAUSIBLE_COEFFICIENTS
-from tests.diagnosis.grounds import CAMERA, ROBOT, ground
+from tests.diagnosis.grounds import AT, CAMERA, ROBOT, ground
 from tests.fitting.exact_swims import exact_swims
 
 NAMES = ("stiffness_error", "bend_offset", "joint_damping", "crank_arm_error", "tendon_slack", "tracker_drift")
@@ -93,7 +92,7 @@ def test_a_robot_with_several_things_amiss_is_forecast_better() -> None:
     described = with_arm(ROBOT, 0.9 * ROBOT.crank.arm_m).model_copy(update={"tail": softer})
     *fitted, held = exact_swims(hz=(0.7, 1.1, 0.9), seconds=4.0, noise_m=3e-4)
     twin = Twin(described, FISHSIM_MARKERS, workers=1)
-    at = Ground.fitted(fitted, twin, CAMERA, ground().discrepancy, starts=(PLAUSIBLE_COEFFICIENTS,))
+    at = Ground.of(fitted, twin, CAMERA, ground().discrepancy, AT)
     told = [signature_of(catalogue()[name], at.model, CAMERA, at.at) for name in NAMES]
     found = everything(at, told, catalogue(), Refit.plain(at), 4)
     assert found is not None

@@ -21,8 +21,7 @@ from swimmer.effects import Effect, Parameter, StepForce, StepState
 from swimmer.effects.structure import JointDamping
 from swimmer.mjcf import Scene
 from swimmer.robot import RobotSpec
-from synthetic import PLAUSIBLE_COEFFICIENTS
-from tests.diagnosis.grounds import CAMERA, dry_run, ground, trials
+from tests.diagnosis.grounds import AT, CAMERA, dry_run, ground, trials
 from tests.fitting.exact_swims import ROBOT
 
 HINGE, FIRST_HINGE = 1, 4  # of the hinges; after surge, sway, yaw and crank
@@ -139,9 +138,7 @@ def test_a_law_does_to_the_row_what_its_force_does_in_the_simulation(
 
 def test_air_drags_no_tail_but_mass_acts_in_it_too() -> None:
     twin = ground().twin
-    at = Ground.fitted(
-        trials(), twin, CAMERA, discrepancy_for(FISHSIM_MARKERS, ROBOT), [dry_run()], starts=(PLAUSIBLE_COEFFICIENTS,)
-    )
+    at = Ground.of(trials(), twin, CAMERA, discrepancy_for(FISHSIM_MARKERS, ROBOT), AT, [dry_run()])
     found = {law.goes_with: law.columns[:, -1, 0] for law in laws(at, responses(at)) if law.place == "whole tail"}
     assert at.model.trials[-1].twin.scene.head_clamped
     assert not found["the square of the speed of its parts"].any()

@@ -20,13 +20,13 @@ _OTHER = {"none_of_these": 0.95}
     ],
 )
 def test_an_unexplained_gap_is_told_by_what_it_looks_like(chances: dict[str, float], said: str) -> None:
-    assert said in sentences(made_diagnosed("unexplained", probabilities=chances))[1]
+    assert said in sentences(made_diagnosed("unexplained", probabilities=chances))[2]
 
 
 @pytest.mark.parametrize(("place", "said"), [("caudal_fin", "at caudal fin"), ("frequency", "in how often it beats")])
 def test_where_it_shows_most_may_be_no_marker(place: str, said: str) -> None:
     data = made_diagnosed("named", where={"by_marker": {"nose": 0.1, place: 0.7}})
-    assert f"most of all {said}." in sentences(data)[0]
+    assert f"most of all {said}." in sentences(data)[1]
 
 
 @pytest.mark.parametrize("chance", [0.4, 0.6])
@@ -37,7 +37,7 @@ def test_the_place_of_a_stranger_is_told_where_it_is_sure(chance: float) -> None
         for same in (True, False)
     ]
     data = made_diagnosed("unexplained", probabilities=_OTHER, evidence={"elsewhere": split})
-    said = "something that no catalogue holds acts on the marker tail 4" in sentences(data)[1]
+    said = "something that no catalogue holds acts on the marker tail 4" in sentences(data)[2]
     assert said == (chance > 0.5)
 
 
@@ -48,7 +48,7 @@ def test_what_a_force_goes_with_is_told_where_that_is_likelier(law: float, free:
         for goes_with, chance in (("its angle", law), ("", free))
     ]
     data = made_diagnosed("unexplained", probabilities=_OTHER, evidence={"elsewhere": at_hinge})
-    told = sentences(data)[1]
+    told = sentences(data)[2]
     assert "acts on the hinge tail 1 (0.90" in told
     assert ("acts on the hinge tail 1 (0.90; with its angle 0.60)" in told) == said
 
@@ -63,33 +63,47 @@ def test_what_a_force_goes_with_is_told_where_that_is_likelier(law: float, free:
 )
 def test_what_is_beside_the_beat_is_told_where_it_is_sure(beside: str, chance: float, told: str) -> None:
     evidence = {beside: {"rms": 0.0028, "log_bayes_factor": 50.0, "probability": chance}}
-    said = sentences(made_diagnosed("unexplained", probabilities=_OTHER, evidence=evidence))[1]
+    said = sentences(made_diagnosed("unexplained", probabilities=_OTHER, evidence=evidence))[2]
     assert told in said
     assert ("early and late" in said or "beside its beat" in said) == bool(told)
 
 
 def test_a_gap_that_grows_is_said_to_grow_and_may_have_no_stage() -> None:
     data = made_diagnosed("named", gap={"shrinkage": -0.04, "shrinkage_ci95": [-0.11, 0.03]})
-    assert "the gap grows by 4% (-3% to 11%)" in sentences(data)[2]
+    assert "the gap grows by 4% (-3% to 11%)" in sentences(data)[0]
     by_stage = {"camera": 0.001, "drive": 0.0, "body": 0.0, "tail": 0.0, "floor": 0.999}
     data = made_diagnosed("unexplained", where={"by_stage": by_stage})
-    assert sentences(data)[0].startswith("Where: in nothing that repeats with the beat; 100%")
+    assert sentences(data)[1].startswith("Where: in nothing that repeats with the beat; 100%")
 
 
 @pytest.mark.parametrize(
     ("verdict", "before"), [("unexplained", "looks like"), ("named", "; not"), ("no_gap", "look like")]
 )
-def test_names_that_held_out_swims_speak_against_are_told_as_that(verdict: str, before: str) -> None:
+def test_names_that_trials_left_out_speak_against_are_told_as_that(verdict: str, before: str) -> None:
     against = {"effects": ["fluid_memory", "wave_drag"], "shrinkage": -0.8, "shrinkage_ci95": [-1.6, -0.1]}
     told = made_diagnosed(verdict, evidence={"refuted": [against]})
-    why = "but with that held-out swims are forecast worse (their gap grows by 80%, 10% to 160%)"
-    assert f"{before} fluid memory or wave drag, {why}" in sentences(told)[1]
+    why = "but with that fitted swims are forecast worse from the others (their gap grows by 80%, 10% to 160%)"
+    assert f"{before} fluid memory or wave drag, {why}" in sentences(told)[2]
 
 
 @pytest.mark.parametrize("verdict", ["named", "unexplained"])
 def test_with_all_effects_at_once_it_says_what_they_forecast(verdict: str) -> None:
     told = made_diagnosed(verdict, everything=made_everything())
     assert (
-        "; with all effects at once, each a little, markers are 3.0 mm off and speeds 2.0 mm/s." in sentences(told)[2]
+        "; with all effects at once, each a little, markers are 3.0 mm off and speeds 2.0 mm/s." in sentences(told)[0]
     )
-    assert "all effects" not in sentences(made_diagnosed(verdict))[2]
+    assert "all effects" not in sentences(made_diagnosed(verdict))[0]
+
+
+@pytest.mark.parametrize(
+    ("interval", "warns"), [([-0.1, 0.3], True), ([0.05, 0.3], False), ([-0.6, -0.3], True), (None, True)]
+)
+def test_effects_that_do_not_surely_improve_untouched_trials_are_not_for_forecasts(
+    interval: list[float] | None, warns: bool
+) -> None:
+    baselines = {"line": 0.0056, "power_law": 0.009}
+    gap = {"shrinkage": 0.1, "shrinkage_ci95": interval, "speed_mae_baselines": baselines, "frequency_mae_after": 0.002}
+    first = sentences(made_diagnosed("named", gap=gap))[0]
+    assert first.startswith("How far: do not use this model for forecasts; ") == warns
+    assert "speeds 2.0 mm/s and frequencies 2 mHz off with what is named" in first
+    assert "; a straight line in frequency through the fitted speeds is 5.6 mm/s off" in first

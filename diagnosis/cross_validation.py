@@ -1,0 +1,111 @@
+"""Named effects that do not carry over from some fitted trials to the others: leave-one-trial-out cross-validation.
+
+Each fitted swim trial is forecast by twins that are refitted to all other data, linear about the fit to all. Where the
+whole 95 % interval of the skill lies below zero, the effects forecast trials worse than the plain twin does, and the
+least probable of them is withdrawn. Held-out trials are not looked at: they are opened once, to score.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from diagnosis.evidence import Explanations
+from diagnosis.gap import Shrinkage, shrinkage_of
+from diagnosis.ground import Ground
+from diagnosis.probabilities import Probabilities
+from diagnosis.refit import Refit
+from diagnosis.verdict import Verdict
+
+FEWEST = 3
+"""Fitted swim trials: of two, the other one alone would have to tell coefficients and effects."""
+_IN_GAITS = 0.5  # share of what an effect does, below which gaits say nothing of it
+
+
+class Refutation(NamedTuple):
+    """Of the most probable of a group of a verdict; its alternatives stay as probable.
+
+    Attributes:
+        effect: that was withdrawn.
+        shrinkage: skill with it and what was named in addition.
+        interval: 95 %.
+    """
+
+    effect: str
+    shrinkage: float
+    interval: tuple[float, float]
+
+
+class Validated(NamedTuple):
+    """A verdict after cross-validation.
+
+    Attributes:
+        verdict, probabilities: without what was withdrawn.
+        best: the twin with the rest of the effects; None where none is left.
+        skill: of the effects that stay, on trials left out in turn; None where nothing is named, or trials are too few.
+        refutations: of what was withdrawn, in that order.
+    """
+
+    verdict: Verdict
+    probabilities: Probabilities
+    best: Refit | None
+    skill: Shrinkage | None = None
+    refutations: tuple[Refutation, ...] = ()
+
+
+def validated(
+    found: Validated, ground: Ground, explanations: Explanations, refitting: Callable[[Sequence[str]], Refit], seed: int
+) -> Validated:
+    """Withdraws names, the least probable first, for as long as they forecast trials left out worse.
+
+    Args:
+        found: before.
+        ground: the fitted trials.
+        explanations: of these.
+        refitting: the twin with effects of these names.
+        seed: of the draws.
+    """
+    if found.best is None or len(ground.swims) < FEWEST:
+        return found
+    verdict, probabilities, best, _, refutations = found
+    plain = left_out(ground, Refit.plain(ground))
+    while best is not None:
+        skill = shrinkage_of(plain, left_out(ground, best), ground.trial_of[ground.told], seed)
+        against = refutable(skill, best, explanations)
+        if not against:
+            return Validated(verdict, probabilities, best, skill, refutations)
+        weakest = min(against, key=lambda name: probabilities.marginal[probabilities.names.index(name)])
+        assert skill.value is not None
+        assert skill.interval is not None
+        refutations = (*refutations, Refutation(weakest, skill.value, skill.interval))
+        probabilities = probabilities.refuted(weakest)
+        verdict = verdict.without([weakest], probabilities)
+        best = refitting(verdict.first) if verdict.first else None
+    return Validated(verdict, probabilities, None, None, refutations)
+
+
+def refutable(skill: Shrinkage, best: Refit, explanations: Explanations) -> tuple[str, ...]:
+    """Effects of a refitted twin one of which forecasts speak against; none where they do not.
+
+    Never those that change frequencies: the skill leaves these out.
+    """
+    if skill.interval is None or skill.interval[1] >= 0:
+        return ()
+    names = [each.name for each in explanations.effects]
+    asked = (effect.name for effect in best.effects)
+    return tuple(name for name in asked if explanations.of_gaits(names.index(name)) >= _IN_GAITS)
+
+
+def left_out(ground: Ground, fit: Refit) -> np.ndarray:
+    """(q,) whitened residual of all fitted swim trials, each forecast by a twin that is refitted without it."""
+    covariance, residual = ground.covariance_with_gap_in(fit.left), np.array(fit.left)
+    point, mean = np.append(fit.at, fit.values), np.append(ground.at, np.zeros(len(fit.values)))
+    for number in range(len(ground.swims)):
+        own = ground.trial_of == number
+        root = np.linalg.cholesky(covariance[np.ix_(~own, ~own)])
+        white, columns = (solve_triangular(root, part[~own], lower=True) for part in (fit.left, fit.slopes))
+        information = columns.T @ columns + np.diag(fit.taken**-2.0)
+        step = np.linalg.solve(information, columns.T @ white - (point - mean) / fit.taken**2)
+        residual[own] -= fit.slopes[own] @ (np.clip(point + step, *fit.bounds) - point)
+    return ground.whitened_swims(residual)

@@ -1,0 +1,101 @@
+"""What a diagnosis rests on: the trials of a session beside the twin with its recommended coefficients."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from diagnosis.discrepancy import Discrepancy
+from diagnosis.ground import Ground
+from fitting.free_decay import DecayTrial, Ring, fit_decay
+from fitting.free_decay.decay_flags import doubt_of_decay
+from fitting.out_of_water import NOTHING, OutOfWater
+from fitting.signatures.view_of import with_picture
+from fitting.trial import MeasuredTrial
+from session import CameraSpec, NotEnoughData
+from session.errors import SimulationDiverged
+from swimmer import Twin
+
+
+@dataclass(frozen=True, eq=False)
+class SessionData:
+    """The recordings of a session, and what was known before.
+
+    Of motor logs only how fast they turned counts: beside the turn within a beat as it was logged, what is wrong with
+    the drive would not show.
+
+    Attributes:
+        trials: all swims; those of the role "fit" say which effect, the others score it.
+        twin: plain, of the robot as described.
+        camera: that filmed them.
+        discrepancy: what a refitted twin leaves of gaits where nothing is wrong.
+        at: (5,) the recommended coefficients of the session, fitted to the same swims.
+        dry: what was measured out of the water: that too says which effect.
+    """
+
+    trials: Sequence[MeasuredTrial]
+    twin: Twin
+    camera: CameraSpec
+    discrepancy: Discrepancy
+    at: np.ndarray
+    dry: OutOfWater = NOTHING
+
+    def of_role(self, fitted: bool) -> tuple[MeasuredTrial, ...]:
+        """The swims that are fitted, or those that are not, without the logs of their motors."""
+        return tuple(trial.without_log for trial in self.trials if (trial.role == "fit") == fitted)
+
+    @cached_property
+    def rings(self) -> "Rings":
+        """The free decays."""
+        return rings_of(self.dry.decays, self.twin)
+
+    @property
+    def ground(self) -> Ground:
+        """The fitted trials beside the twin.
+
+        Raises:
+            NotEnoughData: there is none.
+            SimulationDiverged: the twin at these coefficients.
+        """
+        if not (fitted := self.of_role(fitted=True)):
+            raise NotEnoughData('no swim of role "fit"; a diagnosis needs at least one')
+        runs = [trial.without_log for trial in self.dry.runs]
+        camera = with_picture(self.camera, (*fitted, *self.of_role(fitted=False), *runs))
+        return Ground.of(fitted, self.twin, camera, self.discrepancy, self.at, runs, self.rings.believed)
+
+
+class Rings(NamedTuple):
+    """Of all free decays of a session.
+
+    Attributes:
+        believed: how they ring.
+        left_out: by name, why others do not count.
+    """
+
+    believed: tuple[Ring, ...]
+    left_out: Mapping[str, str]
+
+
+def rings_of(decays: Sequence[DecayTrial], twin: Twin) -> Rings:
+    """How they ring; without those whose fit must not be believed (`fitting.structure.belief`).
+
+    Args:
+        decays: as measured.
+        twin: of the robot as described.
+    """
+    believed, left_out = [], {}
+    for trial in decays:
+        try:
+            fit = fit_decay(trial, twin.robot, workers=twin.workers)
+            doubt, ring = doubt_of_decay(fit), Ring.of(trial, fit, twin.robot)
+            if doubt is None and not np.isfinite(ring.of_twin(twin)).all():
+                doubt = "a twin with the fitted hinges does not stand"
+        except SimulationDiverged as problem:
+            doubt = str(problem)
+        if doubt is None:
+            believed.append(ring)
+        else:
+            left_out[trial.name] = doubt
+    return Rings(tuple(believed), left_out)

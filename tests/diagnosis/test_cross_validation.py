@@ -1,0 +1,83 @@
+"""Names are withdrawn where fitted trials, left out in turn, speak against them, and only there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.cross_validation import Validated, left_out, refutable, validated
+from diagnosis.evidence import Explanations
+from diagnosis.gap import Shrinkage
+from diagnosis.ground import Ground
+from diagnosis.probabilities import Explanation, Probabilities
+from diagnosis.refit import Refit, refit
+from diagnosis.verdict import Verdict
+from swimmer.effects import catalogue
+from tests.diagnosis.grounds import ground
+from tests.diagnosis.rows import DIRECTIONS, K, explanations, made, signature
+
+WORSE = (-1.6, -0.1)
+
+
+def refitted(*names: str) -> Refit:
+    size = 5 + len(names)
+    effects = tuple(map(made, names))
+    return Refit(effects, np.ones(5), np.zeros(len(names)), np.zeros(K), np.eye(size), np.ones(size), np.eye(K, size))
+
+
+@pytest.fixture(scope="module")
+def weighed() -> Explanations:
+    """Of two effects; the second changes but the last number of the row, which holds a frequency."""
+    made = [signature("slack", DIRECTIONS[0]), signature("gear", np.eye(K)[K - 1])]
+    found = explanations(9 * DIRECTIONS[0] + 9 * np.eye(K)[K - 1], made)
+    return replace(found, numbers=slice(K - 1, K))
+
+
+@pytest.mark.parametrize(
+    ("names", "interval", "against"),
+    [
+        (("slack",), WORSE, ("slack",)),
+        (("slack", "gear"), WORSE, ("slack",)),
+        (("slack",), (-1.6, 0.05), ()),
+        (("slack",), None, ()),
+        (("gear",), WORSE, ()),
+    ],
+)
+def test_only_what_makes_forecasts_of_gaits_surely_worse_is_refuted(
+    weighed: Explanations, names: tuple[str, ...], interval: tuple[float, float] | None, against: tuple[str, ...]
+) -> None:
+    told = Shrinkage(2.0, 3.0, None if interval is None else sum(interval) / 2, interval)
+    assert refutable(told, refitted(*names), weighed) == against
+
+
+def test_two_fitted_trials_say_nothing(weighed: Explanations) -> None:
+    before = Validated(Verdict("named", (("slack",),)), Probabilities(("slack",), {}), refitted("slack"))
+    assert validated(before, ground(), weighed, lambda names: refitted(*names), 0) is before
+
+
+def test_a_trial_left_out_has_no_part_in_its_own_forecast() -> None:
+    """Where its own residual changes, that of its forecast changes by just as much, and no less."""
+    found = refit(ground(), [catalogue()["bend_offset"]], np.zeros(1), rounds=1)
+    row = np.array(found.left)
+    first = ground().trial_of == 0
+    row[first] += np.sqrt(np.diag(ground().covariance))[first]
+    moved = replace(found, left=row)
+    fixed: Ground = replace(ground())
+    fixed.__dict__["covariance_with_gap_in"] = lambda _left: ground().covariance
+    change = left_out(fixed, moved) - left_out(fixed, found)
+    expected = fixed.whitened_swims(moved.left) - fixed.whitened_swims(found.left)
+    own = fixed.trial_of[fixed.told] == 0
+    np.testing.assert_allclose(change[own], expected[own], atol=1e-6)
+
+
+def test_what_is_refuted_is_not_there_and_all_else_as_before() -> None:
+    like_a = Explanation((), True, 0)
+    sets = {Explanation(()): 0.1, Explanation((0,)): 0.5, Explanation((0, 1)): 0.1, like_a: 0.2, Explanation((1,)): 0.1}
+    found = Probabilities(("a", "b"), sets).refuted("a")
+    assert found.marginal == pytest.approx([0.0, 0.2])
+    assert found.null == pytest.approx(0.1 + 0.5 / 3)
+    assert found.of[like_a] == pytest.approx(0.2 + 1.0 / 3)
+    assert found.of[Explanation((1,))] == pytest.approx(0.2)
+    assert sum(found.of.values()) == pytest.approx(1.0)
