@@ -26,6 +26,7 @@ from synthetic.streams import Stream
 
 SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
 SECONDS = 5.0
+LEAST_M_S = 0.01  # from rest: a robot that stands still says nothing
 GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
 CAMERA = SyntheticCamera(width_px=8000, height_px=8000)  # the scale of the published videos, and room for any course
 NOISE = TrackingNoise()
@@ -68,11 +69,11 @@ def draw_session(
 ) -> DrawnSession:
     """Draws a session from the prior of the posterior and of its nuisances.
 
-    Coefficients are uniform over the box, of those with which the robot swims forward from rest at both frequencies.
-    Two frequencies are uniform from 0.5 to 1.4 Hz, at least 0.3 Hz apart; phases and headings are uniform. Each marker
-    sits off its place on the body by 1 mm (standard deviation, each way); hinges and crank arm are off by
-    what the posterior allows for where nobody measured them. The share of the tracks' errors that neighbours have in
-    common is uniform from 0 to 0.8. The swims are simulated with steps so fine that they no longer matter.
+    Coefficients are uniform over the box, of those with which the robot swims forward from rest by at least 1 cm/s at
+    both frequencies. These are uniform from 0.5 to 1.4 Hz, at least 0.3 Hz apart; phases and headings are uniform. Each
+    marker sits off its place on the body by 1 mm (standard deviation, each way); hinges and crank arm are off by what
+    the posterior allows for where nobody measured them. The share of the tracks' errors that neighbours have in common
+    is uniform from 0 to 0.8. The trials are simulated with steps so fine that they no longer matter.
 
     Args:
         seed: of all draws.
@@ -138,7 +139,7 @@ def _forward_swimmer(
     while True:
         drawn = random.uniform(*COEFFICIENT_BOUNDS, (_TRIES, 5))
         with np.errstate(invalid="ignore"):
-            forward = np.flatnonzero((speed_from_rest(twin, drawn, frequency_hz) > 0).all(axis=1))
+            forward = np.flatnonzero((speed_from_rest(twin, drawn, frequency_hz) > LEAST_M_S).all(axis=1))
         if len(forward):
             return FluidCoefficients(*map(float, drawn[forward[0]])), tried + int(forward[0]) + 1
         tried += _TRIES

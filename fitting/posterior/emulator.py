@@ -14,6 +14,7 @@ from scipy.linalg import solve_triangular
 from fitting.objective import COEFFICIENT_BOUNDS
 
 _RIDGE = 1e-8  # of the mean moment of the terms, so that these can be inverted
+_DEGREES = (1, 2, 3, 4)
 _SPARE = 2.5  # points over terms, at least: with 1.6 the long tail of Magnus lift on the real robot was cut short
 _FARTHEST = 2.0  # leverage up to which it is trusted; a point that the polynomials must meet has 1
 
@@ -44,19 +45,21 @@ class Emulator:
 
 
 def fit_emulator(coefficients: np.ndarray, features: np.ndarray) -> Emulator:
-    """The polynomials of the degree that predicts left-out points best.
+    """The polynomials of the highest degree for which the points suffice.
 
     Args:
         coefficients: (s, 5).
         features: (s, k) at them.
     """
-    fits: list[Emulator] = []
-    for degree in (1, 2, 3, 4, 5):
-        powers = exponents(degree)
-        if fits and len(powers) * _SPARE > len(coefficients):
-            break
-        fits.append(_fitted(coefficients, features, powers))
-    return min(fits, key=lambda fit: np.trace(fit.error))
+    degrees = [degree for degree in _DEGREES if len(exponents(degree)) * _SPARE <= len(coefficients)]
+    powers = exponents(max(degrees, default=_DEGREES[0]))
+    columns = terms(coefficients, powers)
+    ridge = _RIDGE * np.trace(columns.T @ columns) / columns.shape[1]
+    scatter = _inverse_root(columns.T @ columns + ridge * np.eye(columns.shape[1]))
+    weights = scatter @ (scatter.T @ (columns.T @ features))
+    leverage = ((columns @ scatter) ** 2).sum(axis=1, keepdims=True)
+    missed = (features - columns @ weights) / np.maximum(1 - leverage, 0.05)
+    return Emulator(powers, weights, missed.T @ missed / len(missed), scatter)
 
 
 def exponents(degree: int) -> np.ndarray:
@@ -74,16 +77,6 @@ def terms(coefficients: np.ndarray, powers: np.ndarray) -> np.ndarray:
     x = 2 * np.sqrt(np.clip(coefficients, *COEFFICIENT_BOUNDS) / COEFFICIENT_BOUNDS[1]) - 1
     table = np.polynomial.legendre.legvander(x, int(powers.max(initial=0)))  # (s, 5, d + 1)
     return np.prod(np.take_along_axis(table[:, None], powers[None, ..., None], axis=-1)[..., 0], axis=-1)
-
-
-def _fitted(coefficients: np.ndarray, features: np.ndarray, powers: np.ndarray) -> Emulator:
-    columns = terms(coefficients, powers)
-    ridge = _RIDGE * np.trace(columns.T @ columns) / columns.shape[1]
-    scatter = _inverse_root(columns.T @ columns + ridge * np.eye(columns.shape[1]))
-    weights = scatter @ (scatter.T @ (columns.T @ features))
-    leverage = ((columns @ scatter) ** 2).sum(axis=1, keepdims=True)
-    missed = (features - columns @ weights) / np.maximum(1 - leverage, 0.05)
-    return Emulator(powers, weights, missed.T @ missed / len(missed), scatter)
 
 
 def _inverse_root(moments: np.ndarray) -> np.ndarray:

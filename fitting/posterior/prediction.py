@@ -103,7 +103,8 @@ def predict_trials(posterior: Posterior, trials: Sequence[MeasuredTrial], seed: 
     found = []
     for trial in trials:
         if (own := fitted.get(trial.name)) is not None:
-            block, length = own._replace(trial=len(mode.blocks)), len(own.features)
+            block = own._replace(trial=len(mode.blocks), features=mode.simulated(own.trial))
+            length = len(own.features)
             simulated = posterior.surrogate.likelihood.emulator(draws)[:, own.trial * length :][:, :length]
         else:
             block = block_of(mode, Windows.of(mode, trial).late, scatter)

@@ -46,8 +46,8 @@ def robot_flags(parts: tuple[RobotPart, ...]) -> list[Flag]:
     return [
         Flag(
             "robot_off",
-            message=f"the trials ask for a {part.quantity.replace('_', ' ')} {100 * part.mean_after:+.0f} % off, "
-            f"more than twice the {100 * part.sd:.2g} % to which it is known: measure it, coefficients may be off too",
+            message=f"the trials ask for a {part.quantity.replace('_', ' ')} {100 * part.mean_after:+.0f} % off, more "
+            f"than twice the {100 * part.sd:.2g} % to which it is known: measure it; coefficients may be off with it",
         )
         for part in parts
         if abs(part.mean_after) > _ASKED_SD * part.sd

@@ -16,8 +16,8 @@ from fitting.posterior.emulator import fit_emulator
 from fitting.posterior.likelihood import SPEEDS, WAVE, Likelihood, size_of
 from fitting.posterior.sampling import WALKERS, placed, sampler
 
-_FIRST, _ROUND = 112, 64  # simulations: for a cubic (56 terms) with as many to spare; of each further round
-_ROUNDS = 8  # most
+_FIRST, _ROUND = 144, 64  # simulations: enough for cubics (56 terms) from the first round on; of each further round
+_ROUNDS = 10  # most
 _STEPS = 500  # of the walkers in each round
 _OUTWARD = 1.7  # by which draws are moved from their middle: beyond where walkers will go
 _GOOD_ENOUGH = 1.0  # standard deviation of emulated minus simulated ln likelihood, below which no round follows
