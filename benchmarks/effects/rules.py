@@ -129,8 +129,8 @@ def _lowest_bic(evidence: Evidence, space: Whitened, deviance: Callable[[float],
     count = len(evidence.left)
     bic = {NONE: deviance(space.length(evidence.left) ** 2)}
     for signature in evidence.signatures:
-        rival = space.rival(evidence.left, signature)
-        bic[signature.effect.name] = deviance(rival.distance**2) + len(rival.values) * np.log(count)
+        (values,), distance, _ = space.together(evidence.left, [signature])
+        bic[signature.effect.name] = deviance(distance**2) + len(values) * np.log(count)
     least = min(bic.values())
     weight = {name: float(np.exp(-(value - least) / 2)) for name, value in bic.items()}
     total = sum(weight.values())
