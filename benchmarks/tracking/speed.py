@@ -17,9 +17,10 @@ from tracking.tracker import TrackerName, follow_video
 from tracking.video import Video
 
 ROUNDS = 5
+_CSRT_FRAMES = 20  # that plain CSRT is given
 
 
-def speed_table(videos: Sequence[Path], csrt_frames: int = 20) -> Table:
+def speed_table(videos: Sequence[Path]) -> Table:
     """Frames a second of rendered clips: reading alone and tracking by turns, each in a fresh process.
 
     Start-up is included, but for plain CSRT, which is slow and given the first frames alone. The ratio is of the two in
@@ -28,13 +29,12 @@ def speed_table(videos: Sequence[Path], csrt_frames: int = 20) -> Table:
 
     Args:
         videos: with their truth next to them.
-        csrt_frames: how many frames plain CSRT is given.
     """
     columns = ("frames a second", "reading alone", "tracking", "ratio", "plain CSRT", "memory (growth at the end)")
-    return Table(f"Speed, the median of {ROUNDS} rounds", columns, tuple(_row(path, csrt_frames) for path in videos))
+    return Table(f"Speed, the median of {ROUNDS} rounds", columns, tuple(_row(path) for path in videos))
 
 
-def _row(path: Path, csrt_frames: int) -> tuple[str, ...]:
+def _row(path: Path) -> tuple[str, ...]:
     truth = load_truth(truth_file(path))
     rounds = [(_alone(_read, path), *_alone(_track, path)) for _ in range(ROUNDS)]
     reading, tracking, most, growth = zip(*rounds, strict=True)
@@ -46,7 +46,7 @@ def _row(path: Path, csrt_frames: int) -> tuple[str, ...]:
         f"{frames / median(reading):.0f}",
         f"{frames / median(tracking):.0f}",
         f"{median(read / tracked for read, tracked in zip(reading, tracking, strict=True)):.2f}",
-        f"{_alone(_track_csrt, path, csrt_frames):.1f}",
+        f"{_alone(_track_csrt, path):.1f}",
         f"{max(most):.0f} MB ({max(growth):+.0f})",
     )
 
@@ -79,7 +79,7 @@ def _track(path: Path) -> tuple[float, float, float]:
     return seconds, _most_mb(), _most_mb() - memory[len(memory) // 3]
 
 
-def _track_csrt(path: Path, frames: int) -> float:
+def _track_csrt(path: Path) -> float:
     """Frames a second, from the first frame that is done on."""
     truth = load_truth(truth_file(path))
     method: TrackerName = "csrt"
@@ -87,7 +87,7 @@ def _track_csrt(path: Path, frames: int) -> float:
 
     def enough(done: int, _frames: int, _fps: float) -> None:
         ticks.append((done, time.perf_counter()))
-        if done > frames:
+        if done > _CSRT_FRAMES:
             raise KeyboardInterrupt
 
     with suppress(KeyboardInterrupt), Video(path) as video:
