@@ -12,7 +12,6 @@ from typing import Any
 
 from benchmarks.scores import Table
 from benchmarks.video.truth import load_truth, truth_file
-from tracking.boxes import Box, StartBoxes
 from tracking.tracker import TrackerName, follow_video
 from tracking.video import Video
 
@@ -74,7 +73,7 @@ def _track(path: Path) -> tuple[float, float, float]:
     truth, memory = load_truth(truth_file(path)), []
     began = time.perf_counter()
     with Video(path) as video:
-        follow_video(video, _boxes(path), truth.markers, progress=lambda *_: memory.append(_most_mb()))
+        follow_video(video, truth.start_boxes(), truth.markers, progress=lambda *_: memory.append(_most_mb()))
     seconds = time.perf_counter() - began
     return seconds, _most_mb(), _most_mb() - memory[len(memory) // 3]
 
@@ -91,14 +90,9 @@ def _track_csrt(path: Path) -> float:
             raise KeyboardInterrupt
 
     with suppress(KeyboardInterrupt), Video(path) as video:
-        follow_video(video, _boxes(path), truth.markers, method, progress=enough)
+        follow_video(video, truth.start_boxes(), truth.markers, method, progress=enough)
     (first, began), (last, ended) = ticks[0], ticks[-1]
     return (last - first) / (ended - began)
-
-
-def _boxes(path: Path) -> StartBoxes:
-    truth = load_truth(truth_file(path))
-    return StartBoxes(0, {name: Box(*box) for name, box in truth.start_boxes().items()})
 
 
 def _most_mb() -> float:
