@@ -4,11 +4,11 @@ from math import floor, isnan, log10
 
 from diagnosis.result import DiagnosisResult, EffectParameters, FittedParameter, SuppositionResult, parameters_of
 from diagnosis.sentences import by_how_much, plain, sentences
+from swimmer.effects import catalogue
 
 _ROWS, _NEXT = 6, 3  # effects, at least, and experiments that are shown
 _SEPARATES = 0.2  # error below which an experiment separates two effects
 _OFF = 0.1  # relative difference of beat and command, from which numbers of the session are to be checked
-_OF_FREQUENCY = frozenset({"time_base_error", "drive_ratio_error", "motor_speed_sag"})
 
 
 def diagnosis_lines(data: DiagnosisResult) -> list[str]:
@@ -75,7 +75,7 @@ def _checks(data: DiagnosisResult) -> list[str]:
         caveats.append(f"this diagnosis was made without {', '.join(map(plain, lacking))}; run it again for the whole")
     known = [f.measured_hz / f.commanded_hz - 1 for f in data.frequencies.values() if f.commanded_hz]
     off = sum(known) / len(known) if known else 0.0
-    if abs(off) > _OFF and (data.verdict == "unexplained" or _OF_FREQUENCY & set(data.effects)):
+    if abs(off) > _OFF and (data.verdict == "unexplained" or any(_of_drive(name) for name in data.effects)):
         caveats.append(
             f"tails beat {abs(off):.0%} {'slower' if off < 0 else 'faster'} than commanded; fps of the camera, and "
             "commanded_hz in turns a second, should be sure before clock, gear or motor are blamed"
@@ -93,6 +93,11 @@ def _checks(data: DiagnosisResult) -> list[str]:
     return caveats
 
 
+def _of_drive(name: str) -> bool:
+    known = catalogue().get(name)
+    return known is not None and known.stage == "drive"
+
+
 def supposition_lines(data: SuppositionResult) -> list[str]:
     """What speaks for each supposed effect and for all together; then the gap without and with them."""
     lines = [
@@ -108,8 +113,6 @@ def supposition_lines(data: SuppositionResult) -> list[str]:
     for swims, gap in (("fitted", data.fitted), ("held out", data.gap)):
         if gap.evaluated_on:
             lines.append(_compared(f"{swims}: markers, mm", gap.baseline_mm, gap.with_effects_mm))
-            placed = gap.baseline_placed_mm, gap.with_effects_placed_mm
-            lines.append(_compared(f"{swims}: boxes corrected, mm", *placed))
             speeds = 1000 * gap.speed_mae_before, 1000 * gap.speed_mae_after
             lines.append(_compared(f"{swims}: speed, mm/s", *speeds))
     if not isnan(data.gap.shrinkage):

@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.ground import Ground
-from fitting.forecast import SETTLED_S, fit_phase, forecast
+from fitting.forecast import fit_phase, forecast
 from fitting.in_pool import head_frame
 from fitting.model.session_model import START_PHASE_RAD
 from fitting.model.trial_model import TrialModel
-from fitting.placement import place
 from fitting.scoring import score
 from fitting.signatures.view_of import view_of
 from fitting.speed import forward_speed
@@ -29,13 +28,11 @@ class Swum(NamedTuple):
     Attributes:
         name: of the trial.
         marker_error_m: as the public contract defines it.
-        placed_error_m: the same with boxes put where they most likely were, of a held-out trial by its known part.
         speed_measured, speed_twin: forward, m/s.
     """
 
     name: str
     marker_error_m: float
-    placed_error_m: float
     speed_measured: float
     speed_twin: float
 
@@ -69,22 +66,12 @@ class SettledTwin(AffectedTwin):
 def swum(
     ground: Ground, trials: Sequence[MeasuredTrial], effects: Sequence[Effect], at: np.ndarray, values: np.ndarray
 ) -> list[Swum]:
-    """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own.
-
-    Where boxes were put is found anew beside this very twin, where markers sit from the fitted swims alone.
-    """
-    fitted = [_ahead(ground, trial, effects, at, values) for trial in ground.swims]
-    together, found = place(ground.swims, fitted), []
+    """Swims beside a twin at coefficients (5,) with effects at values (p,); frequency and phase are the trial's own."""
+    found = []
     for trial in trials:
-        own = together
-        if trial.role == "fit":
-            head = fitted[[swim.name for swim in ground.swims].index(trial.name)]
-        else:
-            head = _ahead(ground, trial, effects, at, values)
-            own = place([trial], [head], [trial.known & (trial.time_s > SETTLED_S)], together)
+        head = _ahead(ground, trial, effects, at, values)
         speed = float(forward_speed(trial.time_s, head.forward_m, trial.kept, trial.frequency.hz))
-        error, placed = score(trial, head).marker_error_m, score(trial, own.seen(trial, head)).marker_error_m
-        found.append(Swum(trial.name, error, placed, trial.speed, speed))
+        found.append(Swum(trial.name, score(trial, head).marker_error_m, trial.speed, speed))
     return found
 
 

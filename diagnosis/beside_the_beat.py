@@ -16,14 +16,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import logsumexp
 
+from diagnosis.constants import LEAST_OF_DELAY, LEAST_OF_MOTION, MOST_BESIDE
 from fitting.model.features import Gait
 from fitting.model.noise import smooth_swim
 from fitting.trial import MeasuredTrial
 
 _STRETCH_S = 0.25  # longer than trackers err alike
 _LASTING = 0.5  # of all stretches, as many as count for independent: trackers err alike for a little longer yet
-_MOST, _SIZES = 4000.0, 10  # variance against that of noise, where there is something; as likely in each octave
-_LEAST_OF_MOTION, _LEAST_OF_DELAY = 10.0, 4.0
+_SIZES = 10  # that are tried
 _WANDERS_S = 0.5  # in which a beat comes earlier or later
 _SLOWLY = 3  # power of time up to which a beat comes earlier or later as motors warm and slow down
 _SETTLES_S = (0.3, 1.0)  # in which a fish that has just started comes up to its speed
@@ -188,8 +188,8 @@ def beside_the_beat(trials: Sequence[MeasuredTrial]) -> BesideTheBeat:
     """What moves the fish in these trials, or makes it late; nothing where no trial tells."""
     swims = [each for each in map(_Swim.of, trials) if each is not None]
     return BesideTheBeat(
-        _together([each.motion for each in swims], _LEAST_OF_MOTION),
-        _together([each.delay for each in swims], _LEAST_OF_DELAY),
+        _together([each.motion for each in swims], LEAST_OF_MOTION),
+        _together([each.delay for each in swims], LEAST_OF_DELAY),
     )
 
 
@@ -204,7 +204,7 @@ def _together(told: Sequence[_Squares], least: float) -> Beside:
 
 def _log_odds(ratio: float, own: float, rest: float, least: float) -> float:
     """Of a ratio of mean squares of so many numbers: by variances `least` times apart or more, against equal ones."""
-    excess, ratios = own * ratio / rest, np.geomspace(least, _MOST, _SIZES)
+    excess, ratios = own * ratio / rest, np.geomspace(least, MOST_BESIDE, _SIZES)
     logs = -0.5 * own * np.log(ratios) + 0.5 * (own + rest) * (np.log1p(excess) - np.log1p(excess / ratios))
     return float(logsumexp(logs) - np.log(len(logs)))
 

@@ -7,14 +7,13 @@ from collections.abc import Collection
 
 import numpy as np
 
+from diagnosis.constants import AGAINST
 from diagnosis.evidence import Explanations
 from diagnosis.generic import generic_size
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
 from fitting.model.features import advanced
 from fitting.model.session_model import SessionModel
-
-_AGAINST = 0.02  # probability up to which the evidence speaks against an effect
 
 
 def placebo_for(explanations: Explanations, probabilities: Probabilities, named: Collection[str]) -> str | None:
@@ -25,7 +24,7 @@ def placebo_for(explanations: Explanations, probabilities: Probabilities, named:
     count = sum(_parameters(explanations, i) for i, name in enumerate(probabilities.names) if name in named)
     found = []
     for i, (name, chance) in enumerate(zip(probabilities.names, probabilities.marginal, strict=True)):
-        if explanations.best[i] is not None and name not in named and chance <= _AGAINST:
+        if explanations.best[i] is not None and name not in named and chance <= AGAINST:
             size = max(form.size for form in explanations.effects[i].forms)
             found.append((abs(_parameters(explanations, i) - count), -size, name))
     return min(found)[-1] if found else None

@@ -11,16 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from diagnosis.constants import FEWEST_TRIALS
 from diagnosis.evidence import Explanations
 from diagnosis.gap import Shrinkage, shrinkage_of
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
 from diagnosis.refit import Refit
 from diagnosis.verdict import Verdict
-
-FEWEST = 3
-"""Fitted swim trials: of two, the other one alone would have to tell coefficients and effects."""
-_IN_GAITS = 0.5  # share of what an effect does, below which gaits say nothing of it
 
 
 class Refutation(NamedTuple):
@@ -66,7 +63,7 @@ def validated(
         refitting: the twin with effects of these names.
         seed: of the draws.
     """
-    if found.best is None or len(ground.swims) < FEWEST:
+    if found.best is None or len(ground.swims) < FEWEST_TRIALS:
         return found
     verdict, probabilities, best, _, refutations = found
     plain = left_out(ground, Refit.plain(ground))
@@ -92,9 +89,7 @@ def refutable(skill: Shrinkage, best: Refit, explanations: Explanations) -> tupl
     """
     if skill.interval is None or skill.interval[1] >= 0:
         return ()
-    names = [each.name for each in explanations.effects]
-    asked = (effect.name for effect in best.effects)
-    return tuple(name for name in asked if explanations.of_gaits(names.index(name)) >= _IN_GAITS)
+    return tuple(effect.name for effect in best.effects if explanations.shows_in_gaits(effect.name))
 
 
 def left_out(ground: Ground, fit: Refit) -> np.ndarray:

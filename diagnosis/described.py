@@ -1,11 +1,10 @@
 """How closely a robot follows its description before it counts as another robot: departures within are no effect."""
 
+from diagnosis.constants import WITHIN
 from fitting.model.robot_doubt import Doubt, DoubtedTwin, doubted_twins
 from fitting.structure import Source, assumed
 from swimmer import RobotSpec, Twin
 
-WITHIN = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "crank_arm": 0.005, "mass": 0.02}
-"""Relative standard deviation of each number of a robot about its description, as well as dry experiments tell it."""
 _STEP = 0.05  # of mass, either way
 
 

@@ -9,6 +9,7 @@ from scipy.stats import chi2
 from threadpoolctl import threadpool_limits
 
 from diagnosis.beside_the_beat import BesideTheBeat, beside_the_beat
+from diagnosis.constants import MOST_LEFT
 from diagnosis.controls import placebo_for
 from diagnosis.cross_validation import Validated, validated
 from diagnosis.everything import Everything, everything
@@ -24,7 +25,6 @@ from diagnosis.pruning import pruned
 from diagnosis.pushes import Responses, responses
 from diagnosis.refit import Refit
 from diagnosis.result import Experiment, Remainder
-from diagnosis.separation import separations
 from diagnosis.session_data import SessionData
 from diagnosis.strangers import Stranger, likely_of, strangers
 from diagnosis.verdict import Verdict, verdict_of
@@ -34,8 +34,6 @@ from swimmer.effects import Effect
 
 Tell = Callable[[str, float | None], None]
 Refitting = Callable[[Sequence[str]], Refit]
-_UNEXPLAINED = 0.5  # share of a gap that may remain beside a name
-_COMPARED = 12  # effects in the table of separations
 _ROUNDS = {"quick": 2, "full": 5}
 ALL_AT_ONCE = ("full",)
 """Efforts with which all effects at once are asked for."""
@@ -99,15 +97,6 @@ class Diagnosis:
     everything: tuple[Everything, Gap | None] | None
     experiments: tuple[Experiment, ...]
     decays_left_out: Mapping[str, str]
-
-    @property
-    def separation(self) -> tuple[tuple[str, ...], np.ndarray]:
-        """Names (e,) of the likeliest effects, and (e, e) how far the one of a row is from the one of a column.
-
-        Each row's effect as strong as these data would have it; whitened, the other refitted with the coefficients.
-        """
-        order = [int(i) for i in np.argsort(-self.probabilities.marginal)][:_COMPARED]
-        return tuple(self.probabilities.names[i] for i in order), separations(self.explanations, order)
 
 
 @threadpool_limits.wrap(limits=1, user_api="blas")  # small matrices, for which threads only wait
@@ -221,8 +210,11 @@ def _named(weighed: _Weighed, refitting: Refitting, settings: Settings, effects:
     best, gone, kept = pruned(weighed.ground, refitting(verdict.first), refitting, settings.belief, effects)
     probabilities = _beside(probabilities, verdict, gone, kept)
     verdict = verdict.without(gone, probabilities) if gone else verdict
-    most_stays = _remainder(weighed, best).share > _UNEXPLAINED and probabilities.with_other > 0.5
-    if most_stays or not verdict.first:
+    most_stays = _remainder(weighed, best).share > MOST_LEFT and probabilities.with_other > 0.5
+    if most_stays and (doubtful := [n for n in verdict.first if weighed.explanations.shows_in_gaits(n)]):
+        verdict = verdict.without(doubtful, probabilities)  # what is left may be what only looks like these
+        best = refitting(verdict.first) if verdict.first else best
+    if not verdict.first:
         return Validated(Verdict("unexplained", ()), probabilities, None)
     said = Validated(verdict, probabilities, best)
     return validated(said, weighed.ground, weighed.explanations, refitting, settings.seed)

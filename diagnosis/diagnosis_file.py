@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from diagnosis.affected_swims import Swum
-from diagnosis.cross_validation import FEWEST
+from diagnosis.constants import FEWEST_TRIALS
 from diagnosis.diagnosis import Diagnosis
 from diagnosis.everything import Everything
 from diagnosis.held_out import Gap
@@ -28,13 +28,10 @@ from diagnosis.result import (
     MissingForces,
     Place,
     Refuted,
-    Separation,
-    Sliding,
     Strength,
     SuppositionResult,
 )
 from diagnosis.supposition import Supposition
-from fitting.model.features import places_of_slides
 from swimmer import FluidCoefficients
 from swimmer.effects import Parameter
 
@@ -133,8 +130,6 @@ def _gap(gap: Gap | None) -> GapSize:
             before.name: HeldOutSwim(
                 before_mm=_PER_M * before.marker_error_m,
                 after_mm=_PER_M * after.marker_error_m,
-                before_placed_mm=_PER_M * before.placed_error_m,
-                after_placed_mm=_PER_M * after.placed_error_m,
                 speed_measured=before.speed_measured,
                 speed_before=before.speed_twin,
                 speed_after=after.speed_twin,
@@ -153,8 +148,6 @@ def _size(before: Sequence[Swum], after: Sequence[Swum], **more: object) -> GapS
     return GapSize(
         baseline_mm=_mean_mm([each.marker_error_m for each in before]),
         with_effects_mm=_mean_mm([each.marker_error_m for each in after]),
-        baseline_placed_mm=_mean_mm([each.placed_error_m for each in before]),
-        with_effects_placed_mm=_mean_mm([each.placed_error_m for each in after]),
         speed_mae_before=_mae([each.speed_twin for each in before], [each.speed_measured for each in before]),
         speed_mae_after=_mae([each.speed_twin for each in after], [each.speed_measured for each in after]),
         evaluated_on=tuple(each.name for each in before),
@@ -193,7 +186,7 @@ def _evidence(found: Diagnosis) -> Evidence:
     chances, row = found.probabilities, found.explanations.row
     likeliest = sorted(chances.of.items(), key=lambda item: -item[1])[:_SETS]
     places = (
-        Place(each.place, each.goes_with, each.same, float(chance))
+        Place(each.place, each.same, float(chance))
         for each, chance in zip(found.elsewhere, chances.at_place, strict=True)
         if chance >= _LEAST_OF_PLACE
     )
@@ -218,28 +211,13 @@ def _evidence(found: Diagnosis) -> Evidence:
         cross_validation=_cross_validation(found),
         sway_m=sway,
         delay_s=delay,
-        sliding=_sliding(found),
-        separation=Separation(*found.separation),
     )
 
 
 def _cross_validation(found: Diagnosis) -> CrossValidation:
     names, skill = tuple(trial.name for trial in found.ground.swims), found.validation.skill
-    if len(names) < FEWEST:
+    if len(names) < FEWEST_TRIALS:
         return CrossValidation(())
     if skill is None or skill.value is None:
         return CrossValidation(names)
     return CrossValidation(names, skill.value, skill.interval)
-
-
-def _sliding(found: Diagnosis) -> Sliding:
-    model, trials = found.ground.model, found.ground.trials
-    count, whole = len(model.trials), len(model.measured)
-    places = places_of_slides(whole // count)
-    plain, best = found.ground.left, None if found.refit is None else found.refit.left
-    return Sliding(
-        markers=trials[0].markers[: places.stop - places.start],
-        trials=tuple(trial.name for trial in trials),
-        beside_plain=plain[:whole].reshape(count, -1)[:, places],
-        beside_effects=None if best is None else best[:whole].reshape(count, -1)[:, places],
-    )

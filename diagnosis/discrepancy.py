@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from diagnosis.constants import COURSE_SD, NEAR, SLIDE_SD_M_S
 from fitting.in_pool import tail_markers
 from fitting.model.features import OF_A_MARKER, SPEED, advanced
 from fitting.model.session_model import SessionModel
@@ -25,19 +26,6 @@ from session.errors import Fault
 from swimmer import RobotSpec
 
 _OF_A_MARKER = 2 * OF_A_MARKER
-COURSE_SD = (0.001, 0.001)
-"""Of the speed sideways, m/s, and of the rate of turning, rad/s, where nothing is wrong."""
-SLIDE_SD_M_S = 1e-5
-"""Of the pace at which each marker slides along the fish, where nothing is wrong."""
-FAR_MORE = {"segment_coefficients": (3.0, 0.1)}
-"""By effect, so many times as much of it the twin's own error looks like in a few sessions, and in what share.
-
-Of 30 base sessions three call for 0.3 to 0.4 standard deviations of how coefficients change along the body, and most
-for none: e^4.5 times as probable as if all had alike much. Of stiffness, damping, tendons and a current ahead nothing
-of the kind shows; of a current across as much does, but of that the course tells.
-"""
-NEAR = 0.3
-"""Of the logarithm of two swims' frequencies, over which what is left of them is alike."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +41,15 @@ class Discrepancy:
             alike in all trials of a session.
         beat: (9,) complex, how the published markers beat sideways at that phase, m: of other markers the tail is
             farthest left at another.
+        heavy: by name of an effect of which it holds far more in a few sessions, how many times as much, and in what
+            share of them.
     """
 
     directions: np.ndarray
     common: np.ndarray
     strengths: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     beat: np.ndarray = field(default_factory=lambda: np.zeros(len(FISHSIM_MARKERS), complex))
+    heavy: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @classmethod
     def independent(cls, covariance: np.ndarray) -> "Discrepancy":
@@ -80,7 +71,9 @@ class Discrepancy:
             names, strengths = stands["effects"], stands["strengths"]
             by_name = {str(name): tuple(map(float, strengths[names == name])) for name in dict.fromkeys(names)}
             directions, common = (np.asarray(stands[part], float) for part in ("directions", "common"))
-            return cls(directions, common, by_name, stands["beat"])
+            tails = zip(stands["heavy"], stands["heavy_tails"], strict=True) if "heavy" in stands else ()
+            heavy = {str(name): (float(times), float(share)) for name, (times, share) in tails}
+            return cls(directions, common, by_name, stands["beat"], heavy)
 
     def save(self, path: Path, seeds: Sequence[int]) -> None:
         """Writes it with the seeds of the sessions that it was found from."""
@@ -92,6 +85,8 @@ class Discrepancy:
             effects=np.array([name for name, own in self.strengths.items() for _ in own], dtype=np.str_),
             strengths=np.array([strength for own in self.strengths.values() for strength in own], dtype=float),
             beat=self.beat.astype(np.complex64),
+            heavy=np.array(list(self.heavy), dtype=np.str_),
+            heavy_tails=np.reshape(list(self.heavy.values()), (-1, 2)),
             seeds=np.array(seeds),
         )
 
@@ -131,11 +126,11 @@ class Discrepancy:
 
         Args:
             signatures: of the effects.
-            far_more: one of `FAR_MORE`, of which it is that much more than usual; of none where it is empty.
+            far_more: one of `heavy`, of which it is that much more than usual; of none where it is empty.
         """
         columns = []
         for signature in signatures:
-            more = FAR_MORE[far_more][0] if signature.effect.name == far_more else 1.0
+            more = self.heavy[far_more][0] if signature.effect.name == far_more else 1.0
             for number, usual in enumerate(self.strengths.get(signature.effect.name, ())):
                 strength = more * usual
                 slope = little(signature, number)

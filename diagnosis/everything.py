@@ -15,16 +15,14 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.special import logsumexp
 
+from diagnosis.constants import CALLED_FOR, SHARES, WIDER
 from diagnosis.ground import Ground
-from diagnosis.refit import WIDER, Refit, refit
+from diagnosis.refit import Refit, refit
 from fitting.signatures import Signature
 from fitting.signatures.session_row import PRIOR_SD
 from fitting.signatures.slopes import little
 from swimmer.effects import Effect, Parameter
 
-SHARES = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)
-CLEARLY = 10.0
-"""Log evidence that all effects have to gain beside those that are named."""
 _NONE = 1e-3  # share at which there is no effect but those that are named
 _LOOKS = 4  # at which parameters of one sign would have the other
 _GAPS_M = np.geomspace(1e-4, 0.03, 12)  # sizes of the gap of no particular cause
@@ -74,7 +72,7 @@ def everything(
     """
     standing = [each for each in signatures if _slopes(each) is not None]
     share, gained = likeliest_share(ground, standing, named)
-    if share == _NONE or gained < CLEARLY:
+    if share == _NONE or gained < CALLED_FOR:
         return None
     suited, by_name = [each.effect for each in standing], named.by_effect
     start = np.concatenate([by_name.get(e.name, np.zeros(len(e.parameters))) for e in suited])

@@ -4,13 +4,12 @@ Every explanation is normal: nothing leaves unit noise; an effect adds its colum
 a size that is not known (uniform in its logarithm, from what is just seen to what its bounds allow), its columns those
 of the stretch in which the strength lies; and what shows is never quite what a form says, by a share of its own length
 in no particular direction, and perhaps by what looks like a little of another effect, for that is likelier than one
-more effect. Something else is a gap of a size that is not known: in no particular direction, or at one place, or an
-effect that comes and goes from trial to trial; and it may move the fish beside its beat as well, or make beats late,
-of which the row does not tell. So evidences are formulas (Rasmussen and Williams 2006, chapter 5), and forms with more
-freedom pay for it by themselves. Approximate are five things: several sizes count as independent about the likeliest,
-bounds are held parameter by parameter, what a form has wrong is taken at the strength that the row has, of effects that
-act together only the likeliest stretches count, and what is at one place is weighed beside effects of the sizes that
-are likeliest without it.
+more effect. Something else is a gap of a size that is not known: in no particular direction, or at one place; and it
+may move the fish beside its beat as well, or make beats late, of which the row does not tell. So evidences are formulas
+(Rasmussen and Williams 2006, chapter 5), and forms with more freedom pay for it by themselves. Approximate are five
+things: several sizes count as independent about the likeliest, bounds are held parameter by parameter, what a form has
+wrong is taken at the strength that the row has, of effects that act together only the likeliest stretches count, and
+what is at one place is weighed beside effects of the sizes that are likeliest without it.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,13 +20,12 @@ from math import comb
 import numpy as np
 from scipy.special import logsumexp
 
+from diagnosis.constants import IN_GAITS, SHOWS, SIZES
 from diagnosis.forms import Form, Shown
 from diagnosis.row import Row
 from diagnosis.sized import Columns, Sized
 
-SIZES = np.geomspace(1.0, 1024.0, 6)  # root mean square whitened length of what an effect does
 _SILENT = 1e-9
-_SHOWS = 3.0  # whitened length from which something shows
 _ROUNDS = 4  # of the search for the likeliest sizes
 
 
@@ -40,7 +38,7 @@ class Belief:
         alike: probability that its form is also wrong by what looks like a little of some effect.
         number: prior probabilities of none, one, two … effects.
         other: prior probability that there is something else, beside whatever effects.
-        placed: of that, that it is at one place, or an effect that comes and goes.
+        placed: of that, that it is at one place.
         besides: of that, that it shows beside the beat too; in either way as likely.
         imitated: odds, against an effect, that something outside the catalogue looks like it.
         strays: least share of its own length by which what looks like an effect strays from it; at most all of it, and
@@ -123,25 +121,21 @@ class Explanations:
         return self._over_sizes(best, other) - chosen
 
     def somewhere(self, present: Sequence[int]) -> np.ndarray:
-        """(n + 1,) log evidence of some effects with something else that `evidence` does not think of.
+        """(n,) log evidence of some effects with something else at each of n places, which `evidence` leaves out.
 
-        That is at each of n places; and last, the effects themselves, otherwise in each trial: never without effects.
-        Both ways are as likely; what is added to what the effects alone explain is taken at their likeliest sizes, and
-        stands in the place of what their forms have wrong in one direction.
+        Beside effects that is half as likely as alone.
+
+        What is added to what the effects alone explain is taken at their likeliest sizes, and stands in the place of
+        what their forms have wrong in one direction.
         """
         forms = tuple(form for form in (self.best[i] for i in present) if form is not None)
         if not self.places or len(forms) < len(present):
-            return np.full(len(self.places) + 1, -np.inf)
+            return np.full(len(self.places), -np.inf)
         likeliest, alone = self._around(self.row, forms, False)
         weights = np.array([weight for weight, _ in self.places])
         at_places = np.log(weights / weights.sum()) + [_mean(list(likeliest.beside(p, SIZES))) for p in self._placed]
         alone -= float(sum(np.log(len(self.effects[i].ways)) for i in present))
-        apart = -np.inf
-        if forms:
-            turned = [self.row.turn @ form.in_trials.reshape(len(form.columns), -1) for form in forms]
-            apart = likeliest.apart(turned)
-        alone += self.beside_the_beat - np.log(2 if forms else 1)
-        return alone + np.append(at_places, apart)
+        return np.asarray(alone + self.beside_the_beat - np.log(2 if forms else 1) + at_places)
 
     def mixed(self, present: tuple[int, ...], without: int | None = None) -> float:
         """Log evidence of some effects beside a mixture of what all do, or all but one; without what forms have wrong.
@@ -162,7 +156,14 @@ class Explanations:
     def unseen(self, effect: int) -> float:
         """Probability that something which looks like an effect strays too little from it to show."""
         length, least = float(np.linalg.norm(self.row.turn @ self._moved[effect])), self.belief.strays
-        return float(np.clip(np.log(_SHOWS / max(least * length, _SILENT)) / -np.log(least), 0.0, 1.0))
+        return float(np.clip(np.log(SHOWS / max(least * length, _SILENT)) / -np.log(least), 0.0, 1.0))
+
+    def shows_in_gaits(self, name: str) -> bool:
+        """Whether what an effect does is mostly in gaits.
+
+        Frequencies are changed by clock and drive alone, in each trial by as much as the effect says: not by chance.
+        """
+        return self.of_gaits([each.name for each in self.effects].index(name)) >= IN_GAITS
 
     def of_gaits(self, effect: int) -> float:
         """Share of the squared length of what an effect does that is in gaits, not in the numbers beside them."""

@@ -22,11 +22,12 @@ import numpy as np
 from scipy.special import expit
 from scipy.stats import norm
 
+from diagnosis.constants import MOST_ALIKE
 from diagnosis.evidence import Explanations
 from diagnosis.ground import Ground
 from diagnosis.probabilities import Probabilities
 from diagnosis.result import Experiment, ProposedTrial
-from diagnosis.verdict import MOST_ALIKE, Verdict
+from diagnosis.verdict import Verdict
 from fitting.free_decay import Ring
 from fitting.free_decay.ring import ring_changes, shows_in_decays
 from fitting.model.noise import GaitNoise
@@ -39,14 +40,13 @@ from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, NotEnoughData, Tracks, TrialSpec
 from session.errors import SimulationDiverged
 from swimmer import Runs, Twin
-from swimmer.effects import Effect
+from swimmer.effects import AffectedTwin, Effect
 
 SPEEDS_HZ = (0.5, 0.8, 1.1, 1.4)
 _DRY_HZ = 1.0
 _NEW_HZ = 0.12  # that a speed must differ by from those that were swum
 _SECONDS, _RUN_IN_BEATS, _START_M_S = 6.0, 4.0, 0.1
 _LOGGED_TO, _CLOCKED_TO = 0.001, 0.001  # relative standard deviations of a motor's speed and of a clock in view
-_CLOCK = "time_base_error"
 _LEAST = 1e-9  # probability, and distance, below which there is none
 _DECAY = "Film a free decay: the head clamped in air, tendons off, the tail bent and let go"
 
@@ -187,7 +187,7 @@ class _Looks:
     def apart(self, space: Whitened, pair: tuple[str, str]) -> float:
         """The lesser distance of the one from the other, refitted."""
         ways = ((self.changes[own], self.signatures[other]) for own, other in (pair, pair[::-1]))
-        found = [space.rival(change, other).distance for change, other in ways if np.isfinite(change).all()]
+        found = [space.together(change, [other]).distance for change, other in ways if np.isfinite(change).all()]
         return min(found, default=0.0)
 
 
@@ -212,21 +212,15 @@ def _strengths(
 
 
 def _with_a_number_more(ground: Ground, pair: _Confused, now: _Looks) -> list[Experiment]:
-    """A clock in view, or a motor's log: each gives a frequency that an effect of the clock leaves as it is."""
-    hertz = {name: _hertz(ground, now.signatures[name], now.strengths[name]) for name in pair.names}
-    clocks = {name: change if name == _CLOCK else 0.0 for name, change in hertz.items()}
-    turned = {name: 0.0 if name == _CLOCK else change for name, change in hertz.items()}
-    ways: list[tuple[str, dict[str, float], float, ProposedTrial | None]]
-    ways = [("Put a running clock into the picture and film one more swim", clocks, _CLOCKED_TO, None)]
+    """A clock in view tells how fast the camera's clock goes, a motor's log how fast the crank turned."""
+    filmed, turned = zip(*(_hertz(ground, now.signatures[n].effect, now.strengths[n]) for n in pair.names), strict=True)
+    ways: list[tuple[str, float, float, ProposedTrial | None]]
+    apart, of_crank = (abs(one - other) for one, other in (np.subtract(filmed, turned), turned))
+    ways = [("Put a running clock into the picture and film one more swim", apart, _CLOCKED_TO, None)]
     if not ground.model.logged:
         again = ProposedTrial("swim", float(ground.swims[0].commanded_hz or ground.swims[0].frequency.hz), logged=True)
-        ways.append(("Log the motor in one more swim", turned, _LOGGED_TO, again))
-    one, other = pair.names
-    return [
-        pair.experiment(describe, abs(told[one] - told[other]) / to, trial)
-        for describe, told, to, trial in ways
-        if told[one] != told[other]
-    ]
+        ways.append(("Log the motor in one more swim", of_crank, _LOGGED_TO, again))
+    return [pair.experiment(describe, told / to, trial) for describe, told, to, trial in ways if told > 0]
 
 
 def _with_a_decay(ground: Ground, pairs: Sequence[_Confused], now: _Looks) -> list[Experiment]:
@@ -244,11 +238,14 @@ def _with_a_decay(ground: Ground, pairs: Sequence[_Confused], now: _Looks) -> li
     return []
 
 
-def _hertz(ground: Ground, signature: Signature, strength: np.ndarray) -> float:
-    """Relative change of the measured frequency."""
-    weight = np.linalg.lstsq(signature.values.T, strength, rcond=None)[0]
-    measured = np.array([trial.frequency.hz for trial in ground.trials])
-    return float(np.mean(weight @ signature.beside[:, : len(measured)] / measured))
+def _hertz(ground: Ground, effect: Effect, strength: np.ndarray) -> tuple[float, float]:
+    """By how much what is filmed, and the crank, beats faster than commanded, relative, in the mean of the swims."""
+    twin = AffectedTwin(ground.twin, [effect])
+    hertz = [trial.commanded_hz or trial.frequency.hz for trial in ground.swims]
+    filmed, turned = (
+        float(np.mean([led_to(hz, strength) / hz - 1 for hz in hertz])) for led_to in (twin.measured_hz, twin.turned_hz)
+    )
+    return filmed, turned
 
 
 def _trials(ground: Ground, seed: int) -> list[_Trial]:

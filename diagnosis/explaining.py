@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp, softmax
 
-from diagnosis.discrepancy import FAR_MORE
+from diagnosis.constants import SCALES, SUSPECTED, UNLIKELY
 from diagnosis.evidence import Belief, Explanations
 from diagnosis.forms import shown
 from diagnosis.ground import Ground
@@ -15,14 +15,6 @@ from diagnosis.probabilities import Explanation, Probabilities
 from diagnosis.row import NONE, Row
 from diagnosis.strangers import Stranger
 from fitting.signatures import Signature
-
-SCALES = {0.7: 0.3, 1.0: 0.45, 1.4: 0.18, 2.0: 0.07}
-"""Of the twin's own error in a session, against most sessions, with the probability of each before it is looked at.
-
-As in base sessions of the benchmark, with larger ones taken to be somewhat likelier than there.
-"""
-_SUSPECTED = 0.1  # share of what one effect, nothing and something else explain, from which it may be the twin's error
-_UNLIKELY = 0.02  # of an error: it counts no more
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +71,14 @@ def explained(
     logs = [each.log_likelihood + np.log(chance) for each, chance in zip(of_each, SCALES.values(), strict=True)]
     best = int(np.argmax(logs))
     suspects = [name for name in of_each[best].suspects if any(known.strengths.get(name, ()))]
-    seldom = {name: FAR_MORE[name][1] for name in suspects if name in FAR_MORE}
+    seldom = {name: known.heavy[name][1] for name in suspects if name in known.heavy}
     of_usual = logsumexp(logs) - np.log(1 - sum(seldom.values()))
     for name, chance in seldom.items():  # as much likelier than the usual as at the likeliest size
         of_each.append(weighed(list(SCALES)[best], name))
         gained = of_each[-1].log_likelihood - of_each[best].log_likelihood
         logs.append(float(of_usual + np.log(chance) + gained))
     chances = softmax(logs)
-    chances = np.where(chances > _UNLIKELY, chances, 0.0) / chances[chances > _UNLIKELY].sum()
+    chances = np.where(chances > UNLIKELY, chances, 0.0) / chances[chances > UNLIKELY].sum()
     of_errors = tuple((float(chance), each.found) for chance, each in zip(chances, of_each, strict=True) if chance)
     likeliest = of_each[likeliest_error(chances, len(SCALES))]
     return Explained(likeliest.ground, likeliest.found, of_errors)
@@ -121,7 +113,7 @@ class _Weighed:
     def suspects(self) -> list[str]:
         """Effects that are likely enough by themselves."""
         total = logsumexp(list(self.simple.values()))
-        likely = [key for key, log in self.simple.items() if log - total > np.log(_SUSPECTED)]
+        likely = [key for key, log in self.simple.items() if log - total > np.log(SUSPECTED)]
         return [self.found.effects[i].name for key in likely for i in key.present]
 
 
@@ -137,7 +129,7 @@ def _simple(found: Explanations) -> dict[Explanation, float]:
 def _explanations(
     ground: Ground, signatures: Sequence[Signature], belief: Belief, elsewhere: Sequence[Stranger]
 ) -> Explanations:
-    effects = shown(signatures, ground.space, _gaits(ground) if elsewhere else ())
+    effects = shown(signatures, ground.space)
     gaits = len(ground.model.measured)
     frequencies = slice(gaits, gaits + ground.model.frequencies)
     wrong, like_any, loose = (
@@ -152,10 +144,3 @@ def _explanations(
 
     numbers = slice(gaits, gaits + ground.model.beside)
     return Explanations((wrong, like_any, loose), effects, belief, numbers, places, lacking=lacking)
-
-
-def _gaits(ground: Ground) -> list[slice]:
-    """Where the row holds that of each trial."""
-    count = len(ground.trials)
-    own = len(ground.model.measured) // count
-    return [slice(own * number, own * (number + 1)) for number in range(count)]

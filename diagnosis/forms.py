@@ -30,7 +30,6 @@ class Form:
         size: root mean square length of what the prior makes of the effect, of one for all its stretches.
         raw: the same before coefficients are refitted, over `size`: what is not quite as the form says is a share of
             this.
-        in_trials: (q, t, p) the columns that each trial's gait has by itself.
     """
 
     parameters: tuple[int, ...]
@@ -41,7 +40,6 @@ class Form:
     bounds: np.ndarray
     size: float
     raw: float
-    in_trials: np.ndarray
 
     def nearest(self, target: np.ndarray, columns: np.ndarray | None = None) -> np.ndarray:
         """(p,) strengths within bounds, in standard deviations, that come nearest to a whitened row (q,).
@@ -80,35 +78,32 @@ class Shown:
         return np.hstack([form.columns for way in alone for form in way])
 
 
-def shown(signatures: Sequence[Signature], space: Whitened, trials: Sequence[slice] = ()) -> tuple[Shown, ...]:
+def shown(signatures: Sequence[Signature], space: Whitened) -> tuple[Shown, ...]:
     """Of signatures, in their order; of what diverged or does nothing there are no forms.
 
     Args:
         signatures: of the catalogue.
         space: that whitens.
-        trials: where the row holds each gait.
     """
     return tuple(
-        Shown(signature.effect.name, signature.effect.stage, _ways(signature, space, trials))
-        for signature in signatures
+        Shown(signature.effect.name, signature.effect.stage, _ways(signature, space)) for signature in signatures
     )
 
 
 class _Stretch(NamedTuple):
     """Of one parameter, in standard deviations.
 
-    Its ends, the (q,) column, its length before coefficients are refitted, and the (q, t) columns of each trial.
+    Its ends, the (q,) column, and its length before coefficients are refitted.
     """
 
     low: float
     high: float
     column: np.ndarray
     raw: float
-    in_trials: np.ndarray
 
 
-def _ways(signature: Signature, space: Whitened, trials: Sequence[slice]) -> tuple[tuple[Form, ...], ...]:
-    stretches = {number: _stretches(signature, number, space, trials) for number in range(signature.values.shape[1])}
+def _ways(signature: Signature, space: Whitened) -> tuple[tuple[Form, ...], ...]:
+    stretches = {number: _stretches(signature, number, space) for number in range(signature.values.shape[1])}
     stretches = {number: own for number, own in stretches.items() if own}
     alone = [tuple(_form(signature, {number: one}, [own]) for one in own) for number, own in stretches.items()]
     if len(alone) <= 1:
@@ -121,24 +116,20 @@ def _ways(signature: Signature, space: Whitened, trials: Sequence[slice]) -> tup
     return (tuple(_form(signature, one, every) for one in chosen), *alone)
 
 
-def _stretches(signature: Signature, number: int, space: Whitened, trials: Sequence[slice]) -> list[_Stretch]:
+def _stretches(signature: Signature, number: int, space: Whitened) -> list[_Stretch]:
     """Neighbours that do the same are one."""
     sd, all_pieces = signature.effect.parameters[number].sd, pieces(signature, number)
     if not all_pieces:
         return []
     rows = sd * np.array([piece.slope for piece in all_pieces])
     columns, raws = space.freed(rows), np.linalg.norm(solve_triangular(space.root, rows.T, lower=True), axis=0)
-    apart = np.zeros((len(rows), len(trials), rows.shape[1]))
-    for trial, own in enumerate(trials):
-        apart[:, trial, own] = rows[:, own]
-    in_trials = np.swapaxes(space.freed(apart), 1, 2) if trials else np.zeros((*columns.shape, 0))  # (s, q, t)
     found: list[_Stretch] = []
-    for piece, column, raw, alone in zip(all_pieces, columns, raws, in_trials, strict=True):
+    for piece, column, raw in zip(all_pieces, columns, raws, strict=True):
         last = found[-1] if found else None
         if last is not None and np.linalg.norm(column - last.column) <= _SAME * np.linalg.norm(last.column):
             found[-1] = last._replace(high=piece.high / sd)
         else:
-            found.append(_Stretch(piece.low / sd, piece.high / sd, column, float(raw), alone))
+            found.append(_Stretch(piece.low / sd, piece.high / sd, column, float(raw)))
     return found if any(np.linalg.norm(each.column) > _SILENT for each in found) else []
 
 
@@ -164,5 +155,4 @@ def _form(signature: Signature, chosen: dict[int, _Stretch], every: Sequence[Seq
         np.array([[own[0].low for own in every], [own[-1].high for own in every]]),
         max(size, _SILENT),
         raw / max(size, _SILENT),
-        np.stack([one.in_trials for one in chosen.values()], axis=-1),
     )

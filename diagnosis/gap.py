@@ -13,12 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_CLEAR = 3.0  # standard errors of L_plain above F from which a shrinkage is told
-_LEAST_GAP = 0.1  # of the squares that the plain twin seems to leave, which it surely does where these are clear
+from diagnosis.constants import CLEAR, FLOOR_SD, LEAST_GAP
+
 _DRAWS = 4000
-_FLOOR_SD = 0.09
-"""Of the logarithm of F, from session to session: in 85 null sessions of development that of L_plain over F spreads by
-0.12, of which noise of unit size makes 0.075."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +59,13 @@ def shrinkage_of(
         return Shrinkage(plain, plain, None, None)
     over, under = before @ before - count, after @ after - count
     with_effects = float(after @ after / count)
-    if over < _CLEAR * np.sqrt(2 * count + 4 * max(over, 0.0)):
+    if over < CLEAR * np.sqrt(2 * count + 4 * max(over, 0.0)):
         return Shrinkage(plain, with_effects, None, None)
     drawn_over, drawn_under = (
         excess - noise for excess, noise in zip((over, under), _noise(before, after, seed), strict=True)
     )
     value = float(1 - under / over)
-    drawn = 1 - np.maximum(drawn_under, 0.0) / np.maximum(drawn_over, _LEAST_GAP * over)
+    drawn = 1 - np.maximum(drawn_under, 0.0) / np.maximum(drawn_over, LEAST_GAP * over)
     if trial_of.max() > 0:
         drawn += value - _over_trials(before, after, trial_of, seed)
     if otherwise is not None:
@@ -84,7 +81,7 @@ def _over_trials(before: np.ndarray, after: np.ndarray, trial_of: np.ndarray, se
     """(d,) S of several trials drawn anew (Bayesian bootstrap; Rubin 1981)."""
     over, under = (np.bincount(trial_of, row**2 - 1) for row in (before, after))  # (t,)
     shares = np.random.default_rng([seed, 29]).dirichlet(np.ones(len(over)), _DRAWS)
-    return np.asarray(1 - (shares @ under) / np.maximum(shares @ over, _LEAST_GAP * over.mean()))
+    return np.asarray(1 - (shares @ under) / np.maximum(shares @ over, LEAST_GAP * over.mean()))
 
 
 def _values(plain: np.ndarray, with_effects: np.ndarray) -> np.ndarray:
@@ -104,6 +101,6 @@ def _noise(before: np.ndarray, after: np.ndarray, seed: int) -> tuple[np.ndarray
     most = float(np.sqrt(squares.prod()))
     between = float(np.clip(before @ after - count, -most, most))
     along = random.multivariate_normal(np.zeros(2), [[squares[0], between], [between, squares[1]]], _DRAWS)
-    size = np.exp(_FLOOR_SD * random.standard_normal(_DRAWS) / 2)
+    size = np.exp(FLOOR_SD * random.standard_normal(_DRAWS) / 2)
     own = size**2 * random.chisquare(count, _DRAWS) - count
     return 2 * size * along[:, 0] + own, 2 * size * along[:, 1] + own

@@ -13,18 +13,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
+from diagnosis.constants import (
+    ALONG_M,
+    COURSE_PER_M,
+    HERTZ_PER_M,
+    OF_HARMONIC,
+    OF_ITS_OWN,
+    RING_PER_M,
+    SLIDE_PER_M,
+    SPEED_PER_M,
+)
 from fitting.model.features import COURSE, HARMONICS, OF_A_MARKER, SLIDES, SPEED
 
-_ALONG_M = 0.12  # over which displacements along the body are alike
-_OF_ITS_OWN = 0.2  # share of the variance that each marker has to itself
-OF_HARMONIC = 0.5
-"""Of each harmonic of displacements against the one before."""
-SLIDE_PER_S = 0.1
-"""Of a marker that slides along the fish, m/s for a metre of displacement: as if that came in the course of a trial."""
-_SPEED_PER_S = 1.0  # m/s for a metre of displacement
-_COURSE_PER_M = (1.0, 6.0)  # sideways, m/s; turning, rad/s
-_HERTZ_PER_M = 2.0
-_RING_PER_M = 10.0  # of logarithms: air leaves a tail little to go wrong by
 _SIZES_M, _TRIED = (1e-6, 0.05), 60
 _OF_HERTZ_M = (1e-6, 1.0)
 
@@ -38,17 +38,17 @@ def generic_covariance(along_m: np.ndarray, trials: int, frequencies: int, rings
         frequencies: how many.
         rings: numbers of free decays.
     """
-    near = np.exp(-0.5 * ((along_m[:, None] - along_m) / _ALONG_M) ** 2)
-    between = (1 - _OF_ITS_OWN) * near + _OF_ITS_OWN * np.eye(len(along_m))
+    near = np.exp(-0.5 * ((along_m[:, None] - along_m) / ALONG_M) ** 2)
+    between = (1 - OF_ITS_OWN) * near + OF_ITS_OWN * np.eye(len(along_m))
     decay = OF_HARMONIC ** np.arange(HARMONICS)
     of_beat = np.diag(np.concatenate([[1.0], np.repeat(decay, 2)]) ** 2)
     assert len(of_beat) == OF_A_MARKER
     markers = np.kron(between, np.kron(np.eye(2), of_beat))  # (14 m, 14 m)
     assert SPEED == 0
-    assert len(_COURSE_PER_M) == len(COURSE)
-    slides = SLIDE_PER_S**2 * between[:SLIDES, :SLIDES]
-    gait = block_diag([[_SPEED_PER_S**2]], markers, slides, np.diag(np.square(_COURSE_PER_M)))
-    return block_diag(*[gait] * trials, _HERTZ_PER_M**2 * np.eye(frequencies), _RING_PER_M**2 * np.eye(rings))
+    assert len(COURSE_PER_M) == len(COURSE)
+    slides = SLIDE_PER_M**2 * between[:SLIDES, :SLIDES]
+    gait = block_diag([[SPEED_PER_M**2]], markers, slides, np.diag(np.square(COURSE_PER_M)))
+    return block_diag(*[gait] * trials, HERTZ_PER_M**2 * np.eye(frequencies), RING_PER_M**2 * np.eye(rings))
 
 
 def generic_size(left: np.ndarray, covariance: np.ndarray, generic: np.ndarray) -> float:

@@ -9,14 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import expit, logsumexp
 
+from diagnosis.constants import AT_PLACES, GROWN, MOST_EFFECTS, PAIRED
 from diagnosis.evidence import Explanations
 from diagnosis.many import standing
-
-_TRIED = 8  # of the likeliest effects, of which pairs are tried
-MOST = 4
-"""Effects at once."""
-_PLACED = 12  # of the likeliest sets, beside which something is looked for at each place
-_KEPT = 3  # sets of effects that are tried with one more
 
 
 class Explanation(NamedTuple):
@@ -61,7 +56,7 @@ class Probabilities:
             _try(explanations, logs, present)
         for pair in _pairs(logs, shows):
             _try(explanations, logs, pair)
-        for size in range(3, MOST + 1):
+        for size in range(3, MOST_EFFECTS + 1):
             for present in _larger(logs, shows, size):
                 _try(explanations, logs, present)
         places = _somewhere(explanations, logs)
@@ -175,7 +170,7 @@ def _try(explanations: Explanations, logs: dict[Explanation, float], present: tu
 
 
 def _somewhere(explanations: Explanations, logs: dict[Explanation, float]) -> np.ndarray:
-    """Weighs what else may be beside the likeliest sets, at one place or not the same in all trials; (n,) by place."""
+    """Weighs what else may be at one place beside the likeliest sets; (n,) by place."""
     places = np.full(len(explanations.places), -np.inf)
     if not len(places):
         return places
@@ -184,13 +179,13 @@ def _somewhere(explanations: Explanations, logs: dict[Explanation, float]) -> np
         if key.other:
             logs[key] += float(np.log1p(-placed))
     every = {key.present: max(logs[key], logs[Explanation(key.present, True)]) for key in logs if not key.other}
-    likeliest = sorted(every, key=lambda present: -every[present])[:_PLACED]
+    likeliest = sorted(every, key=lambda present: -every[present])[:AT_PLACES]
     for present in {(), *likeliest}:
         prior = explanations.belief.log_prior(len(present), True, len(explanations.effects)) + np.log(placed)
         found = prior + explanations.somewhere(present)
         key = Explanation(present, True)
         logs[key] = float(logsumexp([logs[key], *found]))
-        places = np.logaddexp(places, found[:-1])
+        places = np.logaddexp(places, found)
     return places
 
 
@@ -239,7 +234,7 @@ def _imitations(explanations: Explanations, logs: dict[Explanation, float]) -> d
 
 def _larger(logs: dict[Explanation, float], shows: list[int], size: int) -> list[tuple[int, ...]]:
     """The likeliest sets with one effect less, and one more; none where a smaller set is likelier than these."""
-    sets = sorted((key for key in logs if len(key.present) == size - 1), key=lambda key: -logs[key])[:_KEPT]
+    sets = sorted((key for key in logs if len(key.present) == size - 1), key=lambda key: -logs[key])[:GROWN]
     if not sets or logs[sets[0]] < max(logs.values()):
         return []
     return sorted({tuple(sorted((*present, i))) for present, *_ in sets for i in shows if i not in present})
@@ -249,5 +244,5 @@ def _pairs(logs: dict[Explanation, float], shows: list[int]) -> set[tuple[int, i
     """The likeliest with each other; and the two likeliest with all others."""
     alone = {i: max(logs[Explanation((i,))], logs[Explanation((i,), True)]) for i in shows}
     order = sorted(shows, key=lambda i: -alone[i])
-    found = {(min(pair), max(pair)) for pair in combinations(order[:_TRIED], 2)}
-    return found | {(min(first, i), max(first, i)) for first in order[:2] for i in order[_TRIED:]}
+    found = {(min(pair), max(pair)) for pair in combinations(order[:PAIRED], 2)}
+    return found | {(min(first, i), max(first, i)) for first in order[:2] for i in order[PAIRED:]}

@@ -14,11 +14,10 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import logit
 
+from diagnosis.constants import HELD, LITTLE, MOST_WRONG
 from diagnosis.evidence import Belief
 from diagnosis.ground import Ground
 from diagnosis.refit import Refit, left_at
-from diagnosis.sized import LITTLE, MOST_WRONG
-from diagnosis.verdict import HELD
 from fitting.signatures.session_row import PRIOR_SD
 from swimmer.effects import Effect
 

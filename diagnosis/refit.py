@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from diagnosis.constants import WIDER
 from diagnosis.ground import Ground
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import AffectedSession
@@ -13,8 +14,6 @@ from fitting.signatures.session_row import LONG, PRIOR_SD, mended
 from swimmer.effects import Effect
 
 _ROOT_STEP, _STEP_SD = 0.02, 0.25  # of the root of a coefficient; of a parameter, in standard deviations of its prior
-WIDER = 5.0
-"""Than its own prior is that of a parameter beside which it is fitted."""
 _HALVINGS = (1.0, 0.5, 0.2)
 _TINY = 1e-9
 _MANY = 50  # numbers, of whose slopes one step says too little to mend them

@@ -63,7 +63,7 @@ class HeldOutSwim:
     """One held-out trial beside the plain twin and beside the one with effects; distances in mm, speeds in m/s.
 
     Attributes:
-        before_mm, after_mm, before_placed_mm, after_placed_mm: see `GapSize`.
+        before_mm, after_mm: mean marker distance.
         speed_measured, speed_before, speed_after: forward.
         speed_line: by a straight line in frequency through the fitted trials.
         frequency_measured_hz, frequency_before_hz, frequency_after_hz: of the beat, forecast from the command; nan
@@ -72,8 +72,6 @@ class HeldOutSwim:
 
     before_mm: float
     after_mm: float
-    before_placed_mm: float
-    after_placed_mm: float
     speed_measured: float
     speed_before: float
     speed_after: float
@@ -89,7 +87,6 @@ class GapSize:
 
     Attributes:
         baseline_mm, with_effects_mm: marker distance.
-        baseline_placed_mm, with_effects_placed_mm: the same with boxes put right.
         speed_mae_before, speed_mae_after: mean absolute error of speeds, m/s.
         speed_mae_baselines: the same of simple rules in frequency through the fitted trials: "line", "power_law",
             "constant_stride".
@@ -104,8 +101,6 @@ class GapSize:
 
     baseline_mm: float = float("nan")
     with_effects_mm: float = float("nan")
-    baseline_placed_mm: float = float("nan")
-    with_effects_placed_mm: float = float("nan")
     speed_mae_before: float = float("nan")
     speed_mae_after: float = float("nan")
     evaluated_on: tuple[str, ...] = ()
@@ -294,10 +289,9 @@ class EffectSet:
 
 @dataclass(frozen=True)
 class Place:
-    """Where something may act that the catalogue does not hold, and what it goes with."""
+    """Where something may act that the catalogue does not hold."""
 
     place: str
-    goes_with: str
     same_in_all_trials: bool
     probability: float
 
@@ -335,37 +329,13 @@ class BesideBeat:
 
 
 @dataclass(frozen=True, eq=False)
-class Sliding:
-    """How fast markers slide forward along the fish, (t, m) m/s beside the plain twin and the one with effects."""
-
-    markers: tuple[str, ...]
-    trials: tuple[str, ...]
-    beside_plain: np.ndarray
-    beside_effects: np.ndarray | None
-
-
-@dataclass(frozen=True, eq=False)
-class Separation:
-    """How far the likeliest effects are from each other.
-
-    Attributes:
-        compared: (e,) names.
-        distance: (e, e) whitened, from the effect of a row, as strong as these data would have it, to that of a
-            column, refitted; the chance to take one for the other is Phi(-d / 2).
-    """
-
-    compared: tuple[str, ...]
-    distance: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
 class Evidence:
     """What a diagnosis rests on.
 
     Attributes:
         squares, numbers: what the nearest plain twin leaves, whitened, and of how many numbers.
         sets: of effects, the likeliest first.
-        elsewhere, refuted, cross_validation, sway_m, delay_s, sliding, separation: see there.
+        elsewhere, refuted, cross_validation, sway_m, delay_s: see there.
     """
 
     squares: float
@@ -375,8 +345,6 @@ class Evidence:
     refuted: tuple[Refuted, ...]
     sway_m: BesideBeat
     delay_s: BesideBeat
-    sliding: Sliding
-    separation: Separation
     cross_validation: CrossValidation = CrossValidation(())
 
 

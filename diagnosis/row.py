@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from diagnosis.constants import LOOSE
 from diagnosis.forms import Shown
 from fitting.signatures import Whitened
 
 NONE = slice(0, 0)
-_LOOSE = 0.3  # share of the variance of something else that is like no effect
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Row:
         """Of what is left (k,).
 
         A gap of no particular cause has no structure but that of `generic` (k, k); where effects are given, it is like
-        any of these (each as likely), but for the share `_LOOSE` of its variance, and but for frequencies: only clock
+        any of these (each as likely), but for the share `LOOSE` of its variance, and but for frequencies: only clock
         and drive change these, whatever else is amiss with a fish.
         """
         touched = np.ones((len(generic) + len(space.precision), 1))
@@ -46,7 +46,7 @@ class Row:
         values, vectors = np.linalg.eigh(generic)
         loose = space.freed((vectors * np.sqrt(np.maximum(values, 0.0))).T).T  # (q, k)
         tight = [touched * each.slopes / np.linalg.norm(each.slopes) for each in effects if each.ways]
-        share = _LOOSE if tight else 1.0
+        share = LOOSE if tight else 1.0
         parts = [np.sqrt(share) * loose / np.linalg.norm(loose)]
         parts += [np.sqrt((1 - share) / len(tight)) * part for part in tight]
         turn, singular, _ = np.linalg.svd(np.hstack(parts), full_matrices=False)

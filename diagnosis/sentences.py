@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from diagnosis.constants import ENOUGH, HELD, PLACED
 from diagnosis.result import BesideBeat, DiagnosisResult, GapSize
-from diagnosis.strangers import PLACED
-from diagnosis.verdict import ENOUGH, HELD
 from diagnosis.where import OF_NO_MARKER
 
 _SHOWS_IN = ("in how fast it swims", "in its course", "in how often it beats", "in how its tail rings")
@@ -109,18 +108,7 @@ def _elsewhere(data: DiagnosisResult) -> str:
         return beside
     if placed < PLACED:
         return ""
-    return f"; something that no catalogue holds acts on the {plain(place)} ({placed:.2f}{_law(data, place)})"
-
-
-def _law(data: DiagnosisResult, place: str) -> str:
-    """What the force there goes with, where one law is likelier than all else at this place."""
-    chances: dict[str, float] = {}
-    for each in data.evidence.elsewhere:
-        if each.place == place:
-            law = each.goes_with
-            chances[law] = chances.get(law, 0.0) + each.probability
-    law = max(chances, key=lambda name: chances[name])
-    return f"; with {law} {chances[law]:.2f}" if law and chances[law] > 0.5 * sum(chances.values()) else ""
+    return f"; something that no catalogue holds acts on the {plain(place)} ({placed:.2f})"
 
 
 def _beside_the_beat(data: DiagnosisResult, least: float) -> str:

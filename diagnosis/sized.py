@@ -7,15 +7,10 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
+from diagnosis.constants import LITTLE, MOST_WRONG, SOMETHING_ELSE
 from diagnosis.forms import Form
 from diagnosis.normal import Normal, log_mass, of_sizes
 from diagnosis.row import Row
-
-LITTLE = (0.05, 0.2)
-"""Shares of what effects do, by which their forms may be wrong in one direction."""
-MOST_WRONG = 40.0
-"""Whitened length beyond which a form is no more wrong in all: what is left then is something else."""
-_CLEARLY = 3.0  # log evidence from which something else counts, and so what is wrong with it
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,23 +118,10 @@ class Sized:
         It too does not do quite what its columns say, by the share that forms have wrong.
         """
         gained, length = self._normal.gained_together(columns, sizes)
-        if gained.max() < _CLEARLY:
+        if gained.max() < SOMETHING_ELSE:
             return gained
         wrong = replace(self, other=self.unlike * min(length, MOST_WRONG))
         return np.asarray(wrong.evidence - self.evidence + wrong._normal.gained_together(columns, sizes)[0])
-
-    def apart(self, in_trials: Sequence[np.ndarray]) -> float:
-        """What is added where forms have other strengths in each trial, by as much as they have in all.
-
-        Args:
-            in_trials: (q, t p) of each form, what each trial's gait has of its columns, in this row's directions.
-        """
-        whose, parts = self.columns.whose, [np.zeros((len(self.columns.row.left), 0))]
-        for number, (form, size, own) in enumerate(zip(self.columns.forms, self.sizes, in_trials, strict=True)):
-            strengths = self._normal.mean[whose == number]
-            parts.append(float(np.sqrt(np.mean(strengths**2))) * size / form.size * own)
-        gained, _ = self._normal.gained_together(np.hstack(parts), np.ones(1))
-        return float(gained[0])
 
     @property
     def _one(self) -> tuple[np.ndarray, np.ndarray]:

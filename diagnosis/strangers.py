@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diagnosis.generic import OF_HARMONIC, SLIDE_PER_S
+from diagnosis.constants import OF_HARMONIC, OF_WATER, PLACED, SLIDE_PER_M
 from diagnosis.ground import Ground
-from diagnosis.laws import DRAG, WHOLE_TAIL, laws
 from diagnosis.pushes import HEAD, Responses, across
 from diagnosis.ripples import rippled, smeared
 from fitting.model.features import (
@@ -26,10 +25,7 @@ from fitting.model.features import (
 )
 
 _SIDEWAYS = -2  # place of the sideways speed in a gait with its course
-_OF_WATER = 0.1  # how likely forces of the water are, alike in all trials: there the twin's own error acts too
 _RIPPLE_RAD, _SMEAR_RAD = 0.02, 0.2  # against each other
-PLACED = 0.5
-"""Probability from which a place is told."""
 STAGE_OF = {
     "marker": "camera",
     "picture": "camera",
@@ -50,21 +46,16 @@ class Stranger(NamedTuple):
         same: whether it is the same in all trials.
         columns: (k, b) of the row.
         weight: how likely it is, against others, before a session is looked at.
-        goes_with: what a force is proportional to, or how a marker is off; empty where it is free in its mean and
-            harmonics.
     """
 
     place: str
     same: bool
     columns: np.ndarray
     weight: float = 1.0
-    goes_with: str = ""
 
     @property
     def stage(self) -> str:
         """At which it makes a gap."""
-        if self.goes_with == DRAG:
-            return "body"
         return STAGE_OF[self.place.split()[0].rstrip(",")]
 
 
@@ -87,24 +78,17 @@ def likely_of(strangers: Sequence[Stranger], at_place: Sequence[float]) -> tuple
 def strangers(ground: Ground, responses: Responses) -> tuple[Stranger, ...]:
     """At every place: a marker seen elsewhere, and forces that are missing, each a mean and harmonics of the beat.
 
-    Also markers and boxes that sit elsewhere, forces that follow a law (`diagnosis.laws`), a picture that is drawn out
-    of shape, and beats that come early and late.
+    Also markers and boxes that sit elsewhere, a picture that is drawn out of shape, and beats that come early and late.
     """
     found = []
     dry = (*_at_markers(ground), *_in_hinges(responses), _in_picture(ground), _in_time(ground))
-    for weight, places in ((1.0, dry), (_OF_WATER, tuple(_by_water(ground, responses)))):
+    for weight, places in ((1.0, dry), (OF_WATER, tuple(_by_water(ground, responses)))):
         for place, columns in places:
             within = columns.reshape(len(columns), len(ground.trials), -1)
             found.append(Stranger(place, True, within.sum(axis=1), weight))
             if len(ground.trials) > 1:
                 found.append(Stranger(place, False, within.reshape(len(columns), -1)))
     found += _sitting_elsewhere(ground)
-    for law in laws(ground, responses):
-        weight = _OF_WATER if law.of_water else 1.0
-        found.append(Stranger(law.place, True, law.columns.sum(axis=1), weight, law.goes_with))
-        if len(ground.trials) > 1:
-            apart = law.columns.reshape(len(law.columns), -1)
-            found.append(Stranger(law.place, False, apart, goes_with=law.goes_with))
     return tuple(found)
 
 
@@ -120,7 +104,7 @@ def _at_markers(ground: Ground) -> Iterator[tuple[str, np.ndarray]]:
     for number, marker in enumerate(ground.trials[0].markers):
         gaits = np.zeros((2 * OF_A_MARKER + 1, own))
         gaits[:-1, SPEED + 1 + 2 * OF_A_MARKER * number :][:, : 2 * OF_A_MARKER] = np.diag(np.tile(decay, 2))
-        gaits[-1, slides[number : number + 1]] = SLIDE_PER_S
+        gaits[-1, slides[number : number + 1]] = SLIDE_PER_M
         columns = np.zeros((len(ground.left), len(phases), len(gaits)))
         for trial, phase in enumerate(phases):
             columns[own * trial : own * (trial + 1), trial] = advanced(gaits, float(phase)).T
@@ -135,14 +119,11 @@ def _sitting_elsewhere(ground: Ground) -> Iterator[Stranger]:
     """
     disturbed, gaits, markers = ground.disturbances, len(ground.model.measured), ground.trials[0].markers
     per_box = disturbed.per_box.reshape(gaits, len(ground.trials), -1).sum(axis=1)
-    for goes_with, moved in (
-        ("a steady offset on the body", disturbed.per_marker),
-        ("a steady offset in the picture", per_box),
-    ):
+    for moved in (disturbed.per_marker, per_box):
         for number, marker in enumerate(markers):
             columns = np.zeros((len(ground.left), 2))
             columns[:gaits] = moved[:, 2 * number : 2 * number + 2]
-            yield Stranger(f"marker {marker}", True, columns, goes_with=goes_with)
+            yield Stranger(f"marker {marker}", True, columns)
 
 
 def _in_picture(ground: Ground) -> tuple[str, np.ndarray]:
@@ -177,7 +158,7 @@ def _in_hinges(responses: Responses) -> Iterator[tuple[str, np.ndarray]]:
     for number, hinge in enumerate(responses.joints[len(HEAD) :], len(HEAD)):
         yield f"hinge {hinge}", responses.columns[:, :, number]
     if len(responses.joints) > len(HEAD) + 1:
-        yield WHOLE_TAIL, responses.columns[:, :, len(HEAD) :].sum(axis=2)
+        yield "whole tail", responses.columns[:, :, len(HEAD) :].sum(axis=2)
 
 
 def _by_water(ground: Ground, responses: Responses) -> Iterator[tuple[str, np.ndarray]]:

@@ -6,15 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
-from diagnosis.probabilities import MOST, Probabilities
+from diagnosis.constants import ALARM, BESIDE, ENOUGH, HELD, LOOKED_AT, MOST_ALIKE, MOST_EFFECTS
+from diagnosis.probabilities import Probabilities
 from diagnosis.result import VerdictName
-
-MOST_ALIKE = 3
-ENOUGH = 0.9  # probability, if there is a gap, from which a few names are enough, they or what only looks like them
-BESIDE = 0.6  # the same beside names that are: the twin is refitted with and without each, which decides
-HELD = 0.5  # that one of them is present: below, no name is said
-_LOOKED_AT = 10  # of the likeliest effects, for a group
-ALARM = 0.98  # that there is something: below, there is no gap (how often it is reached: docs/benchmarks.md)
 
 
 @dataclass(frozen=True)
@@ -57,7 +51,7 @@ def verdict_of(found: Probabilities) -> Verdict:
     Whatever else may be present is left to the remainder; where there is no group at all the gap is unexplained.
     """
     groups: list[tuple[int, ...]] = []
-    while len(groups) < MOST and (group := _group(found, groups)) is not None:
+    while len(groups) < MOST_EFFECTS and (group := _group(found, groups)) is not None:
         groups.append(group)
     held = tuple(_named(found, group) for group in groups if found.any_present(group) >= HELD)
     return _naming(held, found)
@@ -83,7 +77,7 @@ def _naming(groups: tuple[tuple[str, ...], ...], found: Probabilities) -> Verdic
 def _group(found: Probabilities, before: list[tuple[int, ...]]) -> tuple[int, ...] | None:
     """Alternatives beside those of the groups before, the likeliest first."""
     taken = {i for group in before for i in group}
-    likely = [int(i) for i in np.argsort(-found.marginal) if int(i) not in taken][:_LOOKED_AT]
+    likely = [int(i) for i in np.argsort(-found.marginal) if int(i) not in taken][:LOOKED_AT]
     for enough in (ENOUGH * (1 - found.null), *([BESIDE] if before else [])):
         for size in range(1, MOST_ALIKE + 1):
             chances = {group: found.any_seen(group) for group in combinations(likely, size)}

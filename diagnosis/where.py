@@ -16,7 +16,7 @@ from scipy.linalg import block_diag, cho_solve, cholesky
 from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
-from diagnosis.generic import OF_HARMONIC
+from diagnosis.constants import OF_HARMONIC
 from diagnosis.ground import Ground
 from diagnosis.places_off import TAKEN
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
@@ -154,8 +154,8 @@ def _ways(
     for signature in signatures:
         if (effect := signature.effect).name in named:
             found[Way(effect.stage, effect.name)] = _of_each_stretch(signature)
-    for each in placed:
-        found[Way(each.stage, f"{each.place} {each.goes_with} {each.same}")] = each.columns
+    for number, each in enumerate(placed):
+        found[Way(each.stage, f"{each.place} {number}")] = each.columns
     return {way: columns for way, columns in found.items() if columns.size and np.any(ground.space.freed(columns.T))}
 
 

@@ -19,13 +19,17 @@ from fitting.model.features import advanced, phase_between
 from fitting.model.noise import GaitNoise
 from fitting.model.session_model import START_PHASE_RAD, PlacesOff, SessionModel
 from fitting.model.trial_model import TrialModel
+from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.signatures import Signature, Together, Whitened, signature_of
-from fitting.signatures.session_row import LONG, PRIOR_SD, left_row, nearest, row_covariance, row_slopes
+from fitting.signatures.session_row import LONG, PRIOR_SD, left_row, mended, row_covariance, row_slopes
 from fitting.trial import MeasuredTrial, measure_trial
 from session import CameraSpec, Tracks, TrialSpec
 from session.create import FISHSIM_MARKERS
 from swimmer import Twin, load_robot
 from swimmer.effects import Effect, catalogue
+
+_ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
+_STILL = 0.1  # whitened length of a step after which none is taken
 
 
 class Change(NamedTuple):
@@ -40,6 +44,30 @@ class Change(NamedTuple):
     def strays(self, row: np.ndarray) -> float:
         """How far from these coefficients, whitened, those are that best make up for a row (k,)."""
         return self.space.moved(self.space.coefficients(row) - self.step)
+
+
+def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """(5,) coefficients of the best fitting twin, by Gauss-Newton.
+
+    The Jacobian is simulated at the start and after long steps, and updated (Broyden) after short ones.
+
+    Args:
+        model: the swims.
+        start: (5,).
+        covariance: (k + b, k + b) of the row.
+    """
+    at = np.array(start, float)
+    residual, slopes = left_row(model, at), row_slopes(model, at)
+    for _ in range(_ROUNDS):
+        space = Whitened.of(covariance, slopes, PRIOR_SD)
+        before, at = at, np.clip(at + _GAIN * space.coefficients(residual), *COEFFICIENT_BOUNDS)
+        step = at - before
+        length = space.moved(step)
+        if length < _STILL:
+            break
+        before_step, residual = residual, left_row(model, at)
+        slopes = row_slopes(model, at) if length > LONG else mended(slopes, step, before_step - residual, PRIOR_SD)
+    return at
 
 
 def closest_fit(changes: Sequence[Change], signatures: Sequence[Signature]) -> tuple[int, Together]:

@@ -160,8 +160,8 @@ def diagnose(
     if tested and excluded:
         raise typer.BadParameter("takes effects of the whole catalogue; leave --exclude out", param_hint="--test")
     if tested:
-        test = interface.effect_test(session, tested, effort, workers=workers, progress=not as_json)
-        print_result(test, as_json, verbose)
+        alone = interface.effect_test(session, tested, effort, workers=workers, progress=not as_json)
+        print_result(alone, as_json, verbose)
         return
     found = interface.diagnose(session, effort, exclude=excluded, workers=workers, progress=not as_json)
     print_result(found, as_json, verbose)

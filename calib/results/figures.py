@@ -118,9 +118,7 @@ class GapFigures(Figures):
 
     fish = _figure("gap-fish", "Where the gap comes from and where it shows, drawn on the robot.")
     where = _figure("gap-shares", "Shares of the gap by stage, trial, marker, axis and band.")
-    marker_drift = _figure("gap-slides", "How fast each marker slides forward along the fish.")
     effects = _figure("gap-effects", "The probability of every effect.")
-    separation = _figure("gap-separation", "How well these trials separate each pair of effects.")
     waterfall = _figure("gap-waterfall", "What of the held-out gap the effects remove, and what they leave.")
     held_out = _figure("gap-held-out", "Marker and speed errors of held-out trials without and with the effects.")
     all_effects = _figure("gap-everything", "The same with all effects at once.")

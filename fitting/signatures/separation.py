@@ -14,26 +14,12 @@ from fitting.signatures.signature import Signature
 from fitting.signatures.slopes import ways
 
 
-class Rival(NamedTuple):
-    """Another effect at its best: what it would have to be, and how far it stays.
-
-    Attributes:
-        name: of the effect.
-        values: (p,) of its parameters.
-        distance: whitened, coefficients refitted with it; d in the two-way error Phi(-d / 2).
-    """
-
-    name: str
-    values: np.ndarray
-    distance: float
-
-
 class Together(NamedTuple):
     """Several effects, or none, at their best.
 
     Attributes:
         values: (p,) of the parameters of each.
-        distance: as of `Rival`.
+        distance: whitened, coefficients refitted; d in the two-way error Phi(-d / 2).
         left: (k,) of the row without them, coefficients as they were.
     """
 
@@ -92,11 +78,6 @@ class Whitened:
     def length(self, row: np.ndarray) -> float:
         """From the plain twin, refitted, of a change (k,)."""
         return float(np.linalg.norm(self.freed(row)))
-
-    def rival(self, row: np.ndarray, signature: Signature) -> Rival:
-        """The nearest that another effect comes to a change (k,), within its bounds."""
-        (values,), distance, _ = self.together(row, [signature])
-        return Rival(signature.effect.name, values, distance)
 
     def together(self, row: np.ndarray, signatures: Sequence[Signature]) -> Together:
         """Parameters of effects that together come nearest to a change (k,), within their bounds.

@@ -1,4 +1,4 @@
-"""A session as one row, and the nearest twin.
+"""A session as one row.
 
 A row holds the gaits of all swims, then how far each beats from its command, and then how free decays ring.
 """
@@ -8,7 +8,6 @@ from scipy.linalg import block_diag
 
 from fitting.model.session_model import SessionModel
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.signatures.separation import Whitened
 from fitting.trial import MeasuredTrial
 
 PRIOR_SD = np.full(5, (COEFFICIENT_BOUNDS[1] - COEFFICIENT_BOUNDS[0]) / np.sqrt(12.0))
@@ -16,8 +15,6 @@ TOLD_TO = 0.002  # relative standard deviation of a measured frequency about the
 _ALIKE = 0.8  # correlation of that of the tail with that of the motor's log: both do what the motor does
 _LEAST = 0.01  # of a coefficient about which slopes are taken: nearer to 0 steps are lost in the twin's roughness
 _STEP = 0.02  # of the root of a coefficient, either way
-_ROUNDS, _GAIN = 7, 0.8  # share of a step that is taken: the twin is not linear
-_STILL = 0.1  # whitened length of a step after which none is taken
 LONG = 10.0
 """Whitened length of a step after which slopes are simulated anew."""
 
@@ -77,31 +74,6 @@ def row_covariance(model: SessionModel, gaits: np.ndarray, robot: np.ndarray | N
         apart[: len(gaits), len(apart) - len(doubted) :] = shared
         apart[len(apart) - len(doubted) :, : len(gaits)] = shared.T
     return np.asarray(apart)
-
-
-def nearest(model: SessionModel, start: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """(5,) coefficients whose twin comes nearest, by steps of Gauss and Newton.
-
-    Slopes are simulated at the start and after long steps; after short ones they are mended by what the step has
-    changed.
-
-    Args:
-        model: the swims.
-        start: (5,).
-        covariance: (k + b, k + b) of the row.
-    """
-    at = np.array(start, float)
-    left, slopes = left_row(model, at), row_slopes(model, at)
-    for _ in range(_ROUNDS):
-        space = Whitened.of(covariance, slopes, PRIOR_SD)
-        before, at = at, np.clip(at + _GAIN * space.coefficients(left), *COEFFICIENT_BOUNDS)
-        step = at - before
-        length = space.moved(step)
-        if length < _STILL:
-            break
-        left_before, left = left, left_row(model, at)
-        slopes = row_slopes(model, at) if length > LONG else mended(slopes, step, left_before - left, PRIOR_SD)
-    return at
 
 
 def mended(slopes: np.ndarray, step: np.ndarray, change: np.ndarray, sd: np.ndarray) -> np.ndarray:

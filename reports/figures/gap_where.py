@@ -1,21 +1,19 @@
-"""Where the gap lies and shows by numbers, and how markers slide along the fish."""
+"""Where the gap lies and shows by numbers."""
 
 from collections.abc import Mapping
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from diagnosis.result import DiagnosisResult
-from reports.colours import FAINT, GAP, INK, MUTED, SURFACE, TWIN
-from reports.numbers import MM, in_words, shortened, whole_percent
-from reports.style import FULL_WIDTH_IN, Look, Margins, add_panel, legend_on_top, panel, styled
+from reports.colours import FAINT, GAP, INK, MUTED, TWIN
+from reports.numbers import in_words, shortened, whole_percent
+from reports.style import FULL_WIDTH_IN, add_panel, legend_on_top, styled
 
 _ROW_IN, _LEFT_IN, _TOP_IN, _BOTTOM_IN, _LABEL_IN, _GAP_IN = 0.2, 0.62, 0.52, 0.34, 0.82, 0.3
 _NAMES = {"floor": "noise"}
-_WORTH = 0.02  # of the gap, from which sliding is
 _MARKS = ("o", "s", "^", "D", "v", "P")  # of as many trials
 
 
@@ -70,35 +68,3 @@ def _range(share: float, alone: float) -> str:
     """`3 to 10 %`, or one number where both are the same."""
     told = [whole_percent(value) for value in sorted((share, alone))]
     return told[0] if told[0] == told[1] else f"{told[0][:-2]} to {told[1]}"
-
-
-def slides(found: DiagnosisResult) -> bool:
-    """Whether that is so much of the gap that it is worth a figure."""
-    return found.where.by_band.get("drift", 0.0) >= _WORTH
-
-
-@styled
-def gap_slides_figure(found: DiagnosisResult) -> Figure:
-    """A place for each marker, a mark for each fitted trial; forward is up, in mm/s."""
-    told = found.evidence.sliding
-    trials, markers = told.trials[: len(_MARKS)], told.markers
-    figure, axes = panel(FULL_WIDTH_IN, 2.3, Margins(left=0.62, right=0.15, top=0.38, bottom=0.46))
-    axes.axhline(0.0, color=MUTED, linewidth=0.9)
-    beside = np.linspace(-0.24, 0.24, len(trials)) if len(trials) > 1 else np.zeros(1)
-    at = np.arange(len(markers))
-    for number, (shift, plain) in enumerate(zip(beside, told.beside_plain, strict=False)):
-        mark: Look = {"marker": _MARKS[number], "linestyle": "none", "markersize": 5}
-        name = shortened(trials[number], 14)
-        axes.plot(at + shift, MM * plain, color=INK, markerfacecolor=SURFACE, label=name, zorder=2.1, **mark)
-        if told.beside_effects is not None:
-            after = MM * told.beside_effects[number]
-            axes.vlines(at + shift, MM * plain, after, color=FAINT, linewidth=1.6, zorder=1)
-            axes.plot(at + shift, after, color=TWIN, **mark)
-    if told.beside_effects is not None:
-        axes.plot([], [], "o", color=TWIN, markersize=5, label="left with effects")
-    axes.set(ylabel="slides forward (mm/s)", xlim=(-0.6, len(markers) - 0.4))
-    axes.set_xticks(at, [in_words(name).replace(" ", "\n") for name in markers])
-    axes.tick_params(axis="x", length=0)
-    axes.grid(visible=False, axis="x")
-    legend_on_top(figure, len(trials) + 1)
-    return figure

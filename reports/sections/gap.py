@@ -45,7 +45,7 @@ def build(context: ReportContext) -> Section:
         return Plots(tuple(plots[f"gap-{name}"] for name in names if f"gap-{name}" in plots))
 
     leads = tuple(Prose(_lead(text), lead=True) for text in sentences(found))
-    where = (of("fish"), Prose(_how(found)), of("shares", "slides"))
+    where = (of("fish"), Prose(_how(found)), of("shares"))
     how_far: tuple[Block, ...] = (Prose(_NOT_HELD_OUT),)
     if found.gap.trials:
         how_far = (Prose(_shrinkage(found)), of("waterfall", "held-out"))
@@ -53,7 +53,7 @@ def build(context: ReportContext) -> Section:
         how_far = (*how_far, Prose(_everything(found.everything)), of("everything"))
     loudest, forces = missing(found, context)
     parts = (
-        Section("Which effect", "gap-which", (*_which(found), of("effects", "separation"))),
+        Section("Which effect", "gap-which", (*_which(found), of("effects"))),
         Section("How far it shrinks", "gap-how-far", how_far),
         Section("The forces that are missing", "gap-missing", (loudest, of("forces"), forces)),
         Section("What to measure next", "gap-next", next_experiments(found)),

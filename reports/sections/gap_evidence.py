@@ -127,7 +127,7 @@ def _elsewhere(found: DiagnosisResult) -> tuple[tuple[str, ...], ...]:
     told = [
         (
             each.probability,
-            in_words(each.place) + (f", with {each.goes_with}" if each.goes_with else ""),
+            in_words(each.place),
             "alike" if each.same_in_all_trials else "each its own",
         )
         for each in found.evidence.elsewhere

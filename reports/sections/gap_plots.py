@@ -5,8 +5,8 @@ from reports.blocks import Plot
 from reports.figures.gap_fish import gap_fish_figure
 from reports.figures.gap_forces import gap_forces_figure
 from reports.figures.gap_how_far import gap_held_out_figure, gap_waterfall_figure
-from reports.figures.gap_where import gap_shares_figure, gap_slides_figure, slides
-from reports.figures.gap_which import APART, gap_effects_figure, gap_separation_figure, told_apart
+from reports.figures.gap_where import gap_shares_figure
+from reports.figures.gap_which import gap_effects_figure
 from swimmer import RobotSpec
 
 _CAPTIONS = {
@@ -16,16 +16,9 @@ _CAPTIONS = {
     "gap-shares": "The same by numbers; the bars of each panel add up to 100 %. By stage, stages that can do alike "
     "share what they could both do: the tick is what each would take if it were alone, and the truth may lie anywhere "
     "along the line. Speed, course and frequency have neither axis nor band.",
-    "gap-slides": "How fast each marker slides forward along the fish, beside the path of all and beside the twin. "
-    "Nothing that swims does that: a camera that is near (in proportion to the speed and to how high a marker is), a "
-    "lens, or boxes that slide (alike in all trials, at any speed).",
     "gap-effects": "How likely each effect is, once these swims are seen. Blue are those that are named: the gap has "
     "to look like one of a group with 0.9, and one of the group to be likelier there than not, for it may be something "
     "that only looks like it. Several may be present at once, so the bars need not add up to 1.",
-    "gap-separation": "How far the effect of a row, as strong as these swims would have it, is from the nearest that "
-    f"the effect of a column can do, coefficients refitted, in standard deviations. Below {APART} one is taken for the "
-    "other in more than one of twenty sessions. That counts with right forms and with nothing else amiss: names of one "
-    "group, which stay confused although these swims should tell them apart, say that it is not so. Bold: named.",
     "gap-waterfall": "Mean squared residual of the held-out swims in units of what disturbs them: what the plain twin "
     "leaves, what adding the effects takes away, what is left above noise, and noise itself.",
     "gap-held-out": "The same swims in millimetres and mm/s, run ahead by the twin alone, before and after. The dashed "
@@ -46,11 +39,7 @@ def gap_plots(found: DiagnosisResult, robot: RobotSpec, markers: tuple[str, ...]
         markers: that were tracked.
     """
     figures = {"gap-fish": gap_fish_figure(found, robot, markers), "gap-shares": gap_shares_figure(found)}
-    if slides(found):
-        figures["gap-slides"] = gap_slides_figure(found)
     figures["gap-effects"] = gap_effects_figure(found)
-    if len(told_apart(found)[0]) > 1:
-        figures["gap-separation"] = gap_separation_figure(found)
     if found.gap.trials:
         figures["gap-waterfall"] = gap_waterfall_figure(found)
         figures["gap-held-out"] = gap_held_out_figure(found.gap, bool(found.effect_parameters))

@@ -17,7 +17,6 @@ from diagnosis.evidence import Belief
 from diagnosis.experiments import _Confused, _Looks, _with_a_decay
 from diagnosis.explaining import explained
 from diagnosis.ground import Ground
-from diagnosis.hinge_laws import LAWS, in_decays
 from diagnosis.probabilities import Probabilities
 from diagnosis.pushes import responses
 from diagnosis.session_data import rings_of
@@ -115,14 +114,6 @@ def test_the_split_by_stage_and_by_trial_counts_it_and_adds_up() -> None:
     for parts in (where.by_stage, where.by_trial, where.by_marker, where.by_axis, where.by_band):
         assert sum(parts.values()) == pytest.approx(1.0)
     assert where.by_band[OF_NO_MARKER[-1]] == pytest.approx(where.by_trial["decay"])
-
-
-def test_laws_of_all_hinges_together_are_other_hinges() -> None:
-    at, tail = ground(), ROBOT.tail
-    told = in_decays(at, np.full(len(ROBOT.hinges), 0.3)).sum(axis=1)  # (2, 4)
-    described = [tail.hinge_stiffness_n_m, tail.hinge_damping_n_m_s]
-    per_share = told[:, [LAWS.index("its angle"), LAWS.index("its rate")]] * described
-    assert per_share == pytest.approx(-np.eye(2), abs=0.1)
 
 
 def test_one_that_must_not_be_believed_is_left_out() -> None:

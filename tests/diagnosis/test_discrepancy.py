@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.discrepancy import COURSE_SD, SLIDE_SD_M_S, Discrepancy, discrepancy_for
+from diagnosis.constants import COURSE_SD, SLIDE_SD_M_S
+from diagnosis.discrepancy import Discrepancy, discrepancy_for
 from fitting.model.features import SPEED, advanced
 from fitting.model.session_model import START_PHASE_RAD, SessionModel
 from fitting.model.trial_model import TrialModel

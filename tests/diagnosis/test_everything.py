@@ -8,7 +8,8 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from diagnosis.everything import CLEARLY, SHARES, everything, likeliest_share
+from diagnosis.constants import CALLED_FOR, SHARES
+from diagnosis.everything import everything, likeliest_share
 from diagnosis.ground import Ground
 from diagnosis.held_out import HeldOut
 from diagnosis.refit import Refit
@@ -81,9 +82,9 @@ def test_what_is_named_is_not_called_for_again_however_it_bends() -> None:
     """What a strong effect does is not what a little of it does, larger."""
     strong = simulated("tendon_slack", 3.0)
     at = leaving(noise(np.random.default_rng(47)) + strong.rows[0])
-    assert likeliest_share(at, signatures(), Refit.plain(at))[1] > CLEARLY
+    assert likeliest_share(at, signatures(), Refit.plain(at))[1] > CALLED_FOR
     named = replace(Refit.plain(at), effects=(strong.effect,), values=strong.values[0], left=at.left - strong.rows[0])
-    assert likeliest_share(at, signatures(), named)[1] < CLEARLY
+    assert likeliest_share(at, signatures(), named)[1] < CALLED_FOR
 
 
 @pytest.mark.long

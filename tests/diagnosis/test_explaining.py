@@ -10,7 +10,6 @@ from typing import cast
 import numpy as np
 import pytest
 
-from diagnosis import discrepancy, explaining
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.evidence import Belief
 from diagnosis.explaining import explained
@@ -63,20 +62,15 @@ def test_the_error_of_a_session_is_found_whatever_the_gap(error: float, gap: flo
 
 
 @pytest.mark.parametrize(("strength", "named"), [(25.0, False), (90.0, True)])
-def test_what_few_sessions_show_far_more_of_is_no_surer_than_that(
-    strength: float, named: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_few_sessions_show_far_more_of_is_no_surer_than_that(strength: float, named: bool) -> None:
     """Of five standard deviations most sessions would make a name, of eighteen all."""
     known = replace(Discrepancy.independent(np.eye(1)), strengths={"effect_4": (0.5,)})
     row = cast(Ground, replace(cast(Row, ground(2, 0.7, strength * DIRECTIONS[4])), discrepancy=known))
-    monkeypatch.setattr(explaining, "FAR_MORE", {})
     beside = explained(row, catalogue(), Belief())
     usual = beside.probabilities
     assert verdict_of(usual).name == "named"
-    few = {"effect_4": (3.0, 0.1)}
-    monkeypatch.setattr(explaining, "FAR_MORE", few)
-    monkeypatch.setattr(discrepancy, "FAR_MORE", few)
-    found = explained(row, catalogue(), Belief())
+    few = replace(known, heavy={"effect_4": (3.0, 0.1)})
+    found = explained(cast(Ground, replace(cast(Row, row), discrepancy=few)), catalogue(), Belief())
     assert (verdict_of(found.probabilities).name == "named") == named
     assert found.probabilities.null >= usual.null
 

@@ -11,9 +11,10 @@ import pytest
 from scipy.linalg import block_diag, solve_triangular
 from scipy.stats import norm
 
+from diagnosis.constants import WIDER
 from diagnosis.evidence import Belief
 from diagnosis.pruning import log_evidence, log_odds, pruned
-from diagnosis.refit import WIDER, Refit, refit
+from diagnosis.refit import Refit, refit
 from swimmer.effects import catalogue
 from tests.diagnosis.grounds import ARM, ground
 from tests.diagnosis.rows import made

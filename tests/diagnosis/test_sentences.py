@@ -33,24 +33,11 @@ def test_where_it_shows_most_may_be_no_marker(place: str, said: str) -> None:
 def test_the_place_of_a_stranger_is_told_where_it_is_sure(chance: float) -> None:
     """Alike in all trials or not, it is the same place."""
     split = [
-        {"place": "marker tail_4", "goes_with": "", "same_in_all_trials": same, "probability": chance / 2}
-        for same in (True, False)
+        {"place": "marker tail_4", "same_in_all_trials": same, "probability": chance / 2} for same in (True, False)
     ]
     data = made_diagnosed("unexplained", probabilities=_OTHER, evidence={"elsewhere": split})
     said = "something that no catalogue holds acts on the marker tail 4" in sentences(data)[2]
     assert said == (chance > 0.5)
-
-
-@pytest.mark.parametrize(("law", "free", "said"), [(0.6, 0.3, True), (0.3, 0.6, False)])
-def test_what_a_force_goes_with_is_told_where_that_is_likelier(law: float, free: float, said: bool) -> None:
-    at_hinge = [
-        {"place": "hinge tail_1", "goes_with": goes_with, "same_in_all_trials": True, "probability": chance}
-        for goes_with, chance in (("its angle", law), ("", free))
-    ]
-    data = made_diagnosed("unexplained", probabilities=_OTHER, evidence={"elsewhere": at_hinge})
-    told = sentences(data)[2]
-    assert "acts on the hinge tail 1 (0.90" in told
-    assert ("acts on the hinge tail 1 (0.90; with its angle 0.60)" in told) == said
 
 
 @pytest.mark.parametrize(

@@ -111,7 +111,7 @@ def elsewhere(pushed: Responses) -> tuple[Stranger, ...]:
 
 
 def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tuple[Stranger, ...]) -> None:
-    (lagging,) = (each for each in elsewhere if (each.place, each.goes_with, each.same) == ("marker tail_4", "", True))
+    lagging = next(each for each in elsewhere if (each.place, each.same) == ("marker tail_4", True))
     gap = lagging.columns @ np.array([0.0, *[0.0] * 6, 0.0, 0.8, 0.5, 0.3, -0.2, 0.1, 0.2, 0.0])
     gap *= 15 / np.linalg.norm(ground().space.freed(gap))
     here: Ground = replace(ground())
@@ -125,14 +125,10 @@ def test_a_marker_that_lags_in_its_socket_is_found_at_the_marker(elsewhere: tupl
 
 
 def test_of_a_place_that_is_likely_the_likeliest_is_told() -> None:
-    free, rubs, nose = (
-        Stranger(place, same, np.zeros((K, 1)), goes_with=law)
-        for place, same, law in (
-            ("hinge tail_2", False, ""),
-            ("hinge tail_2", True, "its rate"),
-            ("marker nose", True, ""),
-        )
+    free, alike, nose = (
+        Stranger(place, same, np.zeros((K, 1)))
+        for place, same in (("hinge tail_2", False), ("hinge tail_2", True), ("marker nose", True))
     )
-    assert likely_of((free, rubs, nose), (0.2, 0.35, 0.45)) == (rubs,)
-    assert likely_of((free, rubs, nose), (0.2, 0.25, 0.55)) == (nose,)
+    assert likely_of((free, alike, nose), (0.2, 0.35, 0.45)) == (alike,)
+    assert likely_of((free, alike, nose), (0.2, 0.25, 0.55)) == (nose,)
     assert likely_of((), ()) == ()

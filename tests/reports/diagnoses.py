@@ -13,8 +13,6 @@ from tests.reports.sample import MARKERS
 JOINTS = ("head_along", "head_across", "head_moment", *load_robot().hinges)
 FITTED = ("medium", "fast")
 PROVENANCE = Provenance("4.0.0", "abc", {"session.toml": "def"}, 7, "quick")
-_COMPARED = ["tendon_slack", "tendon_friction", "wave_drag", "scale_error"]
-_SEPARATION = [[0.0, 1.2, 9.0, 30.4], [2.1, 0.0, 8.0, 40.0], [7.0, 6.0, 0.0, 5.0], [0.0, 0.0, 0.0, 0.0]]
 _COEFFICIENTS = {"blunt_drag": 0.7, "slender_drag": 3.0, "angular_drag": 5.0, "kutta_lift": 4.0, "magnus_lift": 1.0}
 _GROUPS: dict[str, list[list[str]]] = {
     "named": [["tendon_slack"], ["wave_drag"]],
@@ -91,14 +89,12 @@ def _plain_data(verdict: str, held_out: bool) -> dict[str, Any]:
                 _set(0.001),
             ],
             "elsewhere": [
-                {"place": "marker tail_4", "goes_with": "", "same_in_all_trials": True, "probability": 0.07},
-                {"place": "hinge tail_1", "goes_with": "its angle", "same_in_all_trials": True, "probability": 0.06},
+                {"place": "marker tail_4", "same_in_all_trials": True, "probability": 0.07},
+                {"place": "hinge tail_1", "same_in_all_trials": True, "probability": 0.06},
             ],
             "refuted": [],
             "sway_m": {"rms": 0.0004, "log_bayes_factor": 1.0, "probability": 0.03},
             "delay_s": {"rms": 0.004, "log_bayes_factor": 2.0, "probability": 0.05},
-            "separation": {"compared": _COMPARED, "distance": _SEPARATION},
-            "sliding": _sliding(bool(groups)),
         },
         "withheld_from_catalogue": [],
     }
@@ -119,16 +115,6 @@ def made_everything() -> dict[str, Any]:
     }
 
 
-def _sliding(named: bool) -> dict[str, Any]:
-    """Of two fitted swims."""
-    paces = [[0.001 * number * trial for number in range(len(MARKERS))] for trial in (-1, 2)]
-    slides = {
-        "beside_plain": paces,
-        "beside_effects": [[0.5 * pace for pace in own] for own in paces] if named else None,
-    }
-    return {"markers": list(MARKERS), "trials": ["medium", "fast"], **slides}
-
-
 _PARAMETERS: dict[str, Any] = {
     "tendon_slack": {"value": 0.0021, "ci95": [0.0018, 0.0024], "unit": "m", "at_bound": False, "parameter": "length"},
     "wave_drag": {
@@ -144,8 +130,6 @@ def _gap(named: bool) -> dict[str, Any]:
     return {
         "baseline_mm": 12.0,
         "with_effects_mm": after[0],
-        "baseline_placed_mm": 9.0,
-        "with_effects_placed_mm": 0.75 * after[0],
         "noise_floor_mm": 0.6,
         "shrinkage": 0.8 if named else None,
         "shrinkage_ci95": [0.7, 0.9] if named else None,
@@ -159,8 +143,6 @@ def _gap(named: bool) -> dict[str, Any]:
             "slow": {
                 "before_mm": 12.0,
                 "after_mm": after[0],
-                "before_placed_mm": 9.0,
-                "after_placed_mm": 0.75 * after[0],
                 "speed_measured": 0.05,
                 "speed_before": 0.061,
                 "speed_after": after[1],

@@ -7,8 +7,8 @@ import pytest
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
+from diagnosis.constants import HELD
 from diagnosis.result import DiagnosisResult
-from diagnosis.verdict import HELD
 from reports import render_report
 from reports.colours import EBT_SMOOTHED, WARN
 from reports.figures import gap_which

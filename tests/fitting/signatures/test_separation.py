@@ -41,9 +41,9 @@ def test_a_rival_in_the_same_direction_comes_within_its_bounds(space: Whitened) 
     bound = signature("bound", np.eye(K)[6:7], (-5.0, 0.5))
     other = signature("other", np.eye(K)[7:8], (-5.0, 5.0))
     one_sided = signature("one_sided", -np.eye(K)[6:7], (0.0, 5.0))
-    found = {each.effect.name: space.rival(row, each) for each in (same, bound, other, one_sided)}
+    found = {each.effect.name: space.together(row, [each]) for each in (same, bound, other, one_sided)}
     assert found["same"].distance == pytest.approx(0.0, abs=1e-6)
-    assert found["same"].values == pytest.approx([2.0])
+    assert found["same"].values[0] == pytest.approx([2.0])
     assert found["bound"].distance == pytest.approx(1.5)
     assert found["other"].distance == pytest.approx(2.0)
     assert found["one_sided"].distance == pytest.approx(2.0)
@@ -51,8 +51,8 @@ def test_a_rival_in_the_same_direction_comes_within_its_bounds(space: Whitened) 
 
 def test_a_rival_of_two_parameters_uses_both(space: Whitened) -> None:
     both = signature("both", np.eye(K)[6:8], (-5.0, 5.0), (-5.0, 5.0))
-    rival = space.rival(np.eye(K)[6] - 2 * np.eye(K)[7] + np.eye(K)[8], both)
-    assert rival.values == pytest.approx([1.0, -2.0])
+    rival = space.together(np.eye(K)[6] - 2 * np.eye(K)[7] + np.eye(K)[8], [both])
+    assert rival.values[0] == pytest.approx([1.0, -2.0])
     assert rival.distance == pytest.approx(1.0)
 
 
@@ -60,10 +60,10 @@ def test_a_rival_that_turns_is_nearest_on_the_right_stretch(space: Whitened) -> 
     """Along one direction while it is weak and along another once it is strong; no single slope comes near both."""
     bent = signature("bent", np.eye(K)[6:7], (0.0, 6.0))
     bent.gaits[1] = 3 * np.eye(K)[7]
-    weak, strong = space.rival(np.eye(K)[6], bent), space.rival(4 * np.eye(K)[7], bent)
-    assert (weak.distance, *weak.values) == pytest.approx((0.0, 1.0), abs=1e-6)
-    assert (strong.distance, *strong.values) == pytest.approx((0.0, 4.0), abs=1e-6)
-    assert space.rival(4 * np.eye(K)[6], bent).distance > 1.0  # so strong it is another
+    weak, strong = space.together(np.eye(K)[6], [bent]), space.together(4 * np.eye(K)[7], [bent])
+    assert (weak.distance, *weak.values[0]) == pytest.approx((0.0, 1.0), abs=1e-6)
+    assert (strong.distance, *strong.values[0]) == pytest.approx((0.0, 4.0), abs=1e-6)
+    assert space.together(4 * np.eye(K)[6], [bent]).distance > 1.0  # so strong it is another
 
 
 def test_two_effects_together_come_nearer_than_either(space: Whitened) -> None:

@@ -9,8 +9,8 @@ from typing import cast
 import numpy as np
 import pytest
 
+from benchmarks.effects.rows import nearest
 from fitting.model.session_model import SessionModel
-from fitting.signatures.session_row import nearest
 
 TRUTH, SD = np.array([1.0, 3.0, 5.0, 4.0, 2.0]), 0.01
 
