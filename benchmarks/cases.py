@@ -1,4 +1,4 @@
-"""One machinery for all benchmarks: cases are worked off side by side, and what stands is not done again.
+"""One machinery for all benchmarks: cases are worked off side by side, and what is done is not done again.
 
 Each case has a name. What comes of it is a record: a frozen dataclass (`session.records`), kept as a file of its own,
 so that several machines may fill one folder, or as a line of a file with many.
@@ -25,7 +25,7 @@ from session.records import from_plain, to_plain
 from session.results import plain_json, sha256_of, write_whole
 from session.stage import fingerprint_of
 
-Tell = Callable[[str, float | None], None]
+Progress = Callable[[str, float | None], None]
 _PATIENCE_S = 10.0  # with a scheduler
 Case = TypeVar("Case")
 Record = TypeVar("Record")
@@ -44,7 +44,7 @@ class Run(NamedTuple):
 
     workers: int = 0  # cases at a time, each in a process of its own; 0 for one on each core
     scheduler: str | None = None  # address of a dask scheduler whose workers do it instead
-    tell: Tell | None = None  # of the progress
+    progress: Progress | None = None
 
 
 def run_cases(
@@ -74,8 +74,8 @@ def run_cases(
             failures.append(outcome)
         else:
             keep(name, outcome)
-        if run.tell is not None:
-            run.tell(f"{done} of {len(cases)}", done / len(cases))
+        if run.progress is not None:
+            run.progress(f"{done} of {len(cases)}", done / len(cases))
     return tuple(failures)
 
 
@@ -134,11 +134,11 @@ class Records(Generic[Record]):
     made_by: str = ""  # fingerprint of the code that makes them; records of other code do not count
 
     def read(self, name: str, inputs: str = "") -> Record | None:
-        """The record of a case; None where none stands, or one of other inputs or other code."""
+        """The record of a case; None where there is none, or one of other inputs or other code."""
         with suppress(OSError, ValueError, KeyError, TypeError):
-            stands = json.loads(self._file(name).read_text())
-            if stands["made_by"] == self.made_by and stands["inputs"] == inputs:
-                record: Record = from_plain(self.kind, stands["record"])
+            written = json.loads(self._file(name).read_text())
+            if written["made_by"] == self.made_by and written["inputs"] == inputs:
+                record: Record = from_plain(self.kind, written["record"])
                 return record
         return None
 
@@ -162,7 +162,7 @@ class Records(Generic[Record]):
 
     @property
     def others(self) -> int:
-        """How many stand there that do not count."""
+        """How many there are that do not count."""
         return len(list(self.folder.glob("*.json"))) - len(self.every())
 
     def _file(self, name: str) -> Path:
@@ -184,7 +184,7 @@ def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str])
     Args:
         path: of the file.
         kind: of the records.
-        name_of: tells one record from another.
+        name_of: identifies a record.
 
     Raises:
         InputError: it cannot be read, holds one case twice, or something that is no record; all faults at once.
@@ -205,7 +205,7 @@ def read_lines(path: Path, kind: type[Record], name_of: Callable[[Record], str])
             faults.add(f"line {number}", "is no record", found=repr(error), expected=f"a {kind.__name__} as JSON")
             continue
         if (name := name_of(record)) in records:
-            faults.add(f"line {number}", "a case stands there twice", found=name, expected="each once")
+            faults.add(f"line {number}", "a case is listed twice", found=name, expected="each once")
         records[name] = record
     faults.raise_if_any()
     return tuple(records.values())

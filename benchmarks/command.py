@@ -26,14 +26,14 @@ def tracking(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Tracks rendered videos with known truth: the tracker, without CSRT, plain CSRT, threshold and nearest."""
+    """Tracks rendered videos with known truth: the tracker, the tracker without CSRT, plain CSRT."""
     from benchmarks.tracking.report import measure_tracking
     from calib.progress import progress_bar
 
     chosen = tuple(name.strip() for name in clips.split(",") if name.strip())
-    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
-        scores = measure_tracking(Path(place), part, chosen, tell)
-    _tell(scores, as_json)
+    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
+        scores = measure_tracking(Path(place), part, chosen, progress)
+    _print(scores, as_json)
 
 
 def posterior(
@@ -49,15 +49,15 @@ def posterior(
     scheduler: Annotated[str | None, typer.Option(help="address of a dask scheduler; default: here")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Draws sessions from the prior; tells how often the posterior holds the truth (simulation-based calibration)."""
+    """Draws sessions from the prior; measures how often posteriors hold the truth (simulation-based calibration)."""
     from benchmarks.cases import Run
     from benchmarks.posterior.report import Asked, measure_posterior
     from calib.progress import progress_bar
 
     asked, command = Asked(first, count, effect, strength), f"calib benchmark posterior --folder {folder or 'FOLDER'}"
-    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as tell:
-        outcome = measure_posterior(Path(place), asked, Run(workers, scheduler, tell))
-    _tell(outcome.scores(command), as_json)
+    with TemporaryDirectory() if folder is None else nullcontext(folder) as place, progress_bar(as_json) as progress:
+        outcome = measure_posterior(Path(place), asked, Run(workers, scheduler, progress))
+    _print(outcome.scores(command), as_json)
 
 
 def effects(
@@ -65,11 +65,10 @@ def effects(
         Path, typer.Argument(help="of the suite; to score, also a cases.jsonl, of one shard or of several")
     ],
     part: Annotated[
-        Literal["make", "rules", "diagnose", "withhold", "follow", "score"],
+        Literal["make", "diagnose", "withhold", "score"],
         typer.Option(
-            help="make the sessions; judge them by trivial rules; diagnose them; diagnose those with one effect by a "
-            "catalogue that lacks it; make the trial that is recommended where an effect stays one of several, and "
-            "diagnose with it; score all that was said, into scores.json and cases.jsonl"
+            help="make the sessions; diagnose them; diagnose those with one effect by a catalogue that lacks it; "
+            "score all diagnoses, into scores.json and cases.jsonl"
         ),
     ] = "make",
     suite: Annotated[
@@ -94,8 +93,6 @@ def effects(
     from benchmarks.cases import Run
     from benchmarks.effects.diagnosing import diagnose_suite, diagnose_without, program_of
     from benchmarks.effects.folder import SuiteFolder
-    from benchmarks.effects.following import follow_suite
-    from benchmarks.effects.rules import judge_suite
     from benchmarks.effects.run import make_suite
     from benchmarks.effects.suite import suite_named
     from calib.progress import progress_bar
@@ -104,17 +101,15 @@ def effects(
         size, shard = suite_named(suite)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--suite") from error
-    with progress_bar(as_json) as tell:
-        of, run = SuiteFolder(folder), Run(workers, scheduler, tell)
+    with progress_bar(as_json) as progress:
+        of, run = SuiteFolder(folder), Run(workers, scheduler, progress)
         if part == "make":
             failures = make_suite(of, seed, size, run, shard)
-        elif part == "rules":
-            failures = judge_suite(of, run)
         else:
-            do = {"diagnose": diagnose_suite, "withhold": diagnose_without, "follow": follow_suite}[part]
+            do = {"diagnose": diagnose_suite, "withhold": diagnose_without}[part]
             failures = do(of, program_of(program), run)
-    told = {"failed": [failure._asdict() for failure in failures]}
-    print(json.dumps(told, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
+    found = {"failed": [failure._asdict() for failure in failures]}
+    print(json.dumps(found, indent=1) if as_json else f"{len(failures)} failed" if failures else "all done")
     for failure in [] if as_json else failures:
         print(f"{failure.name}: {failure.message}")
 
@@ -123,7 +118,7 @@ def _score_effects(folder: Path, as_json: bool) -> None:
     """Of a suite, or of its cases in a file."""
     from benchmarks.cases import write_lines
     from benchmarks.effects.folder import SuiteFolder
-    from benchmarks.effects.scoring import PROGRAM, score_all, score_file
+    from benchmarks.effects.scoring import score_all, score_file
 
     command = f"calib benchmark effects {folder} --part score"
     if folder.suffix == ".jsonl":
@@ -131,12 +126,12 @@ def _score_effects(folder: Path, as_json: bool) -> None:
     else:
         outcome = score_all(SuiteFolder(folder))
         scores = outcome.scores(command)
-        write_lines(folder / "cases.jsonl", outcome.cases[PROGRAM])
+        write_lines(folder / "cases.jsonl", outcome.cases)
         scores.write(folder / "scores.json")
-    _tell(scores, as_json)
+    _print(scores, as_json)
 
 
-def _tell(scores: "Scores", as_json: bool) -> None:
+def _print(scores: "Scores", as_json: bool) -> None:
     print(scores.json() if as_json else scores.text(), end="" if as_json else "\n")
 
 

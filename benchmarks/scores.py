@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import TextWrapper
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -16,6 +17,7 @@ from session.results import plain_json, write_whole
 
 T = TypeVar("T")
 _FEWEST, _DRAWS, _SEED = 5, 400, 0  # of an interval by resampling
+_WIDTH = 120  # characters of a line
 
 
 class Share(NamedTuple):
@@ -93,7 +95,7 @@ class Measure(NamedTuple):
 
 
 class Table(NamedTuple):
-    """Text in rows; the first column says what a row is about."""
+    """Text in rows; the first column names what a row is about."""
 
     caption: str
     columns: tuple[str, ...]
@@ -101,7 +103,7 @@ class Table(NamedTuple):
 
     @classmethod
     def of(cls, caption: str, measured: Mapping[str, Mapping[str, Measure]]) -> Table:
-        """A row a measure, a column for each program that was measured; the first says what is asked."""
+        """A row for each measure, a column for each subject; the first column gives what is required."""
         first, *others = measured.values()
         rows = [
             (row.label, row.asked, str(row.found), *(str(each[name].found) for each in others))
@@ -110,14 +112,15 @@ class Table(NamedTuple):
         return cls(caption, ("", "required", *measured), tuple(rows))
 
     def text(self) -> str:
-        """As Markdown, its columns aligned."""
-        widths = [max(len(cell) for cell in cells) for cells in zip(self.columns, *self.rows, strict=True)]
-        head, *rows = (
-            "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
-            for cells in (self.columns, *self.rows)
-        )
-        rule = "|" + "|".join("-" * (width + 2) for width in widths) + "|"
-        return "\n".join([*([self.caption, ""] if self.caption else []), head, rule, *rows])
+        """As Markdown: a table, or a list where a row is longer than a line."""
+        rule = ("---",) * len(self.columns)
+        lines = [f"| {' | '.join(cells)} |" for cells in (self.columns, rule, *self.rows)]
+        if max(map(len, lines)) <= _WIDTH:
+            return "\n".join([self.caption, "", *lines])
+        named = [zip(self.columns[1:], row[1:], strict=True) for row in self.rows]
+        found = ["; ".join(f"{column} {cell}" for column, cell in row if cell) for row in named]
+        items = _items(f"{row[0]}: {values}" for row, values in zip(self.rows, found, strict=True))
+        return f"{self.caption}\n\n{items}"
 
 
 @dataclass(frozen=True)
@@ -133,7 +136,7 @@ class Scores:
     def text(self) -> str:
         """As Markdown, without the title."""
         parts = [f"Data: {self.data}  \nCommand: `{self.command}`", *(table.text() for table in self.tables)]
-        return "\n\n".join([*parts, *(["\n".join(f"- {note}" for note in self.notes)] if self.notes else [])])
+        return "\n\n".join([*parts, *([_items(self.notes)] if self.notes else [])])
 
     def json(self) -> str:
         """As text for a file."""
@@ -156,3 +159,8 @@ class Scores:
         """
         scores: Scores = from_plain(cls, json.loads(path.read_text()))
         return scores
+
+
+def _items(texts: Iterable[str]) -> str:
+    whole = TextWrapper(_WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+    return "\n".join(whole.fill(f"- {text}".replace(" %", "\u00a0%")) for text in texts)

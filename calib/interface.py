@@ -260,7 +260,7 @@ def track(
     Args:
         session: opened, or its folder.
         method: "hybrid", "spots" or "csrt"; default: that of the tracks which stand, else hybrid.
-        export: another form to write beside the tracks: "deeplabcut", "movement", "movement-legacy" or "fishsim".
+        export: another form to write beside the tracks: "deeplabcut", "movement" or "fishsim".
         workers: threads; 0 for all cores.
         progress: show it on standard error.
 
@@ -333,7 +333,7 @@ def convert_tracks(
     Args:
         path: the file; its form is told from its content.
         out: the file to write.
-        to: "swimcal", "deeplabcut", "movement", "movement-legacy" or "fishsim".
+        to: "swimcal", "deeplabcut", "movement" or "fishsim".
         markers: to take; in files without a header, their order; default: the published nine.
         fps: frames a second, for forms without time.
 

@@ -142,7 +142,7 @@ class Pipeline:
         Where no fit stands, one of this effort is made first.
 
         Raises:
-            NotConverged: draws that must not be relied on; nothing is written but the chain so far.
+            NotConverged: draws that must not be relied on; nothing is written.
         """
         if self.only_dry:
             _ = self.trials  # says what is missing

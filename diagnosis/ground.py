@@ -10,12 +10,12 @@ from scipy.linalg import solve_triangular
 from diagnosis.described import robot_doubts
 from diagnosis.discrepancy import Discrepancy
 from diagnosis.generic import GenericGap, generic_covariance
+from diagnosis.places_off import TAKEN, places_off
 from fitting.free_decay import Ring
 from fitting.model.features import OF_A_MARKER, places_of_markers, places_of_slides
 from fitting.model.session_model import START_PHASE_RAD, Disturbances, PlacesOff, SessionModel
 from fitting.model.trial_model import TrialModel
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.places_off import TAKEN, places_off
 from fitting.signatures import Whitened
 from fitting.signatures.session_row import PRIOR_SD, left_row, row_covariance, row_slopes, with_trial
 from fitting.trial import MeasuredTrial

@@ -18,6 +18,7 @@ from scipy.optimize import minimize
 
 from diagnosis.constants import OF_HARMONIC
 from diagnosis.ground import Ground
+from diagnosis.places_off import TAKEN
 from diagnosis.pushes import HEAD, PER_JOINT, Responses
 from diagnosis.ripples import rippled
 from diagnosis.strangers import Stranger
@@ -30,7 +31,6 @@ from fitting.model.features import (
     places_of_markers,
     places_of_slides,
 )
-from fitting.posterior.places_off import TAKEN
 from fitting.signatures import Signature
 from fitting.signatures.slopes import pieces
 

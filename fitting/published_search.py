@@ -39,7 +39,6 @@ class PublishedFit:
         mean_distance_m: the objective there, m.
         converged: the simplex became small before the budget was spent.
         simulations: how often the fit trials were simulated.
-        simulated_s: seconds simulated.
         seconds: wall time.
     """
 
@@ -48,7 +47,6 @@ class PublishedFit:
     mean_distance_m: float
     converged: bool
     simulations: int
-    simulated_s: float
     seconds: float
 
 
@@ -82,7 +80,6 @@ def published_search(
         mean_distance_m=search.best_m,
         converged=converged,
         simulations=search.simulations,
-        simulated_s=search.spent_s,
         seconds=time.perf_counter() - began,
     )
 

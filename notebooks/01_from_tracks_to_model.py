@@ -68,8 +68,8 @@ plt.show()
 # ## 3. Fit
 #
 # Free decays give the stiffness and damping of the hinges, dry runs the arm of the crank. The five fluid coefficients
-# and a crank phase a trial are then fitted to the fit trials. The other trials are held out: of them only the first
-# two beats are used, for the frequency, the phase and the start.
+# are then the likeliest in one model of the fit trials, which knows noise, misplaced boxes, trim, and that the twin
+# itself may be off. The other trials are held out, to be forecast.
 
 # %%
 fit = calib.fit(session, effort="quick")
@@ -89,8 +89,8 @@ fit.plot.path("f1_00")
 fit.plot.residual_markers()
 
 # %% [markdown]
-# Where every restart of the search ended. Marks that lie apart although they fit about as well are a coefficient that
-# these trials do not identify.
+# The coefficients with 90 % intervals, and where the other start of the search ended. Marks that lie apart although
+# they are about as likely are a coefficient that these trials do not identify.
 
 # %%
 fit.plot.coefficients()
@@ -99,12 +99,15 @@ fit.plot.coefficients()
 # ## 4. Compare with baselines
 #
 # A straight line in frequency through the fitted speeds is what a first-year student would try; a twin that forecasts
-# worse is not worth its trouble. Elongated body theory (Lighthill) predicts the speed from the motion of the tail's
-# tip, in three forms, each fitted to the same trials. The theory sees the measured tail; the twin sees two beats. In
-# rows with "twin's tail" the theory, too, does without the measured one.
+# worse is not worth its trouble. `from_command` is the twin with what the fit trials tell of its error,
+# `after_two_beats` knows the first two beats of the trial as well, `continued` goes on as in these beats. Elongated
+# body theory (Lighthill) sees the measured tail of the whole trial.
 
 # %%
 (1000 * fit.to_frame("speed_errors")).round(1).rename_axis("mean absolute speed error, mm/s")
+
+# %%
+fit.plot.forecasts()
 
 # %%
 fit.plot.speeds()

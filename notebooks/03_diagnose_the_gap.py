@@ -79,7 +79,7 @@ gap.plot.held_out()
 
 # %%
 fit = calib.fit(session, effort="quick")
-errors = (1000 * fit.to_frame("speed_errors").holdout[["straight_line", "twin"]]).to_dict()
+errors = (1000 * fit.to_frame("speed_errors").holdout[["line", "twin"]]).to_dict()
 errors |= {"refitted twin": 1000 * gap.size.speed_mae_before, "twin with effects": 1000 * gap.size.speed_mae_after}
 
 figure, axes = plt.subplots(figsize=(6, 2.2))

@@ -14,7 +14,7 @@ from session import Session
 from session.results import Provenance
 
 if TYPE_CHECKING:
-    from fitting.posterior.findings import Findings  # its package loads the sampler
+    from fitting.posterior.summary import PosteriorSummary  # its package loads the sampler
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class ReportContext:
     provenance: Provenance
     notes: tuple[str, ...] = ()
     published: PublishedResult | None = None
-    posterior: Findings | None = None
+    posterior: PosteriorSummary | None = None
     diagnosed: DiagnosisResult | None = None
     diagnosis_effort: str = "full"
 

@@ -24,7 +24,7 @@ def _options(annotation: Any) -> Iterator[Any]:
 
 
 def annotation_at(annotation: Any, key: Key) -> Any:
-    """The annotation that a model gives to the value at `key`; None where it cannot be told."""
+    """The annotation that a model gives to the value at `key`; None where it is not known."""
     for part in key:
         inner = (_inner(option, part) for option in _options(annotation))
         annotation = next((found for found in inner if found is not None), None)

@@ -37,7 +37,7 @@ class CameraCalibration(Table):
 
 @dataclass(frozen=True)
 class CameraSpec:
-    """What a session says about its camera.
+    """What a session states about its camera.
 
     Attributes:
         fps: nominal frames a second; a video's own time stamps win over it.
@@ -56,14 +56,10 @@ class _CameraFile(Table):
     camera: CameraCalibration
 
 
-def load_camera(path: Path, file: str | None = None) -> CameraCalibration:
+def load_camera(path: Path) -> CameraCalibration:
     """Reads a camera file: one table ``[camera]`` with the keys of `CameraCalibration`.
-
-    Args:
-        path: the file.
-        file: the name for messages; default: the path.
 
     Raises:
         InputError: every fault of the file at once.
     """
-    return load_toml(path, _CameraFile, file).camera
+    return load_toml(path, _CameraFile).camera

@@ -1,4 +1,4 @@
-"""What a motor was told and when, on the clock of its log."""
+"""What speeds a motor was commanded and when, on the clock of its log."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ PARTS = ("rest", "start_code", "drive", "end_code")
 
 @dataclass(frozen=True, eq=False)
 class MotorCommands:
-    """The k speeds that a motor was told to turn at.
+    """The k speeds that a motor was commanded to turn at.
 
     Attributes:
-        time_s: (k,) when each was told, seconds on the clock of the motor's log, strictly increasing.
+        time_s: (k,) when each was commanded, seconds on the clock of the motor's log, strictly increasing.
         part: what each belongs to, one of `PARTS`.
         velocity_rad_s: (k,) shaft speed, held until the next.
         flags: what is doubtful about the file.
@@ -42,19 +42,15 @@ class MotorCommands:
         return float(self.time_s[rows[0]]), float(self.time_s[rows[-1] + 1])
 
 
-def load_commands(path: Path, *, file: str | None = None) -> MotorCommands:
-    """Reads ``<trial>.commands.csv``, which `calib capture` writes beside the motor log.
+def load_commands(path: Path) -> MotorCommands:
+    """Reads ``<trial>.commands.csv``, which `calib capture` writes next to the motor log; header `COMMAND_COLUMNS`.
 
     A last row cut short is left out and flagged, as in `load_motor`.
-
-    Args:
-        path: the file; its header is `COMMAND_COLUMNS`.
-        file: the name for messages; default: the path.
 
     Raises:
         InputError: every fault of the file at once.
     """
-    table, flags = read_log(path, COMMAND_COLUMNS, file)
+    table, flags = read_log(path, COMMAND_COLUMNS)
     faults = FaultCollector(table.file)
     faults.extend_capped(_unknown_parts(table))
     values = to_numbers(_with_numbered_parts(table), COMMAND_COLUMNS, faults)  # (k, 3)

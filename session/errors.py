@@ -34,7 +34,7 @@ class Fault:
         file: the file as the user knows it.
         where: the place in it: ``"line 12"``, ``"line 12, trial[2].role"``; empty for the whole file.
         what: what is wrong, without a full stop.
-        found: what stands there; empty if nothing does.
+        found: what is there; empty if nothing does.
         expected: what would have been right.
         choices: the valid values, where they can be listed.
         next_step: what to do about it, where that is not obvious from `expected`.
@@ -103,7 +103,7 @@ class SessionLocked(SwimcalError):
 
 
 class ResultsNotWritable(SwimcalError):
-    """A result could not be written; what stood there before still stands."""
+    """A result could not be written; what was there before is unchanged."""
 
 
 class ModelMismatch(SwimcalError):

@@ -1,4 +1,4 @@
-"""Flags: what is doubtful about a recording or a fit, said beside the number it concerns."""
+"""Flags: what is doubtful about a recording or a fit, reported with the number it concerns."""
 
 from __future__ import annotations
 
@@ -38,20 +38,20 @@ FLAG_KINDS: dict[str, str] = {
     "no_release": "the moment of release was not found",
     "code_not_seen": "the coded wiggle of the motor was not found in the video",
     "clock_given": "the offset between video and motor log was not found, it is that of session.toml",
-    "clock_rate": "the clocks of video and motor log run implausibly unlike each other",
+    "clock_rate": "the clocks of video and motor log run at implausibly different rates",
     "short_log": "the motor log does not cover what is compared",
     "log_gap": "readings are missing from the motor log",
     "motor_error": "the motor reported an error",
     "motor_slow": "the motor turned otherwise than commanded",
     "supply_sags": "the supply voltage of the motor sags",
     "beat_off_crank": "the tail beats at another frequency than the crank turns",
-    "other_command": "the motor was told another speed than the session says",
+    "other_command": "the motor was commanded another speed than the session states",
     "truncated_log": "the last row of a log is cut short",
     "not_used": "an experiment is not believed and was left out",
     "boxes_off": "the boxes of nose and neck would have to be off by more than a hand misses",
     "markers_off": "markers sit elsewhere than the robot's description has them",
-    "effect_left_out": "the swims ask for an effect that the twin leaves out",
-    "robot_off": "the swims ask for another robot than it is taken to be",
+    "effect_left_out": "the swim trials support an effect that the twin leaves out",
+    "robot_off": "the swim trials support another robot than the described one",
     "at_bound": "an estimate sits at the bound of its range",
     "not_converged": "the optimiser stopped before it converged",
     "restarts_disagree": "different starts end at different estimates",
@@ -63,17 +63,17 @@ FLAG_KINDS: dict[str, str] = {
     "few_beats": "too few beats for a frequency to be trusted",
     "swims_backward": "started from rest, the fitted twin swims backward",
     "rejected_restart": "closer coefficients were rejected because their twin swims backward from rest",
-    "emulator_off": "the stand-in for the twin misses it by more than it may",
+    "emulator_off": "the emulator of the twin misses it by more than it may",
     "model_discrepancy": "the twin itself is off by more than noise and nuisances explain",
     "noise_not_white": "the errors of the tracks are not as the posterior takes them to be",
     "extrapolated": "outside the range of the trials that were fitted",
 }
-"""The kinds of flag and what each says. Later stages may use further kinds of their own."""
+"""The kinds of flag and what each means. Later stages may use further kinds of their own."""
 
 
 @dataclass(frozen=True)
 class Flag:
-    """One doubt, with its place.
+    """One thing that is doubtful, with its place.
 
     Attributes:
         kind: one of `FLAG_KINDS`, or a later stage's own.

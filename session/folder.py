@@ -46,7 +46,7 @@ class TrialSpec:
         kind: ``"free_decay"`` (tail let go), ``"dry"`` (head clamped, in air) or ``"swim"``.
         tracks: marker tracks; they win over a video.
         video: the video to track.
-        boxes: first boxes of the markers in the video; where the file names none, ``<trial>.boxes.json`` beside the
+        boxes: first boxes of the markers in the video; where the file names none, ``<trial>.boxes.json`` next to the
             video if that is there.
         motor: the motor log.
         motor_offset_s: motor clock minus video clock, seconds.
@@ -66,16 +66,16 @@ class TrialSpec:
 
     @property
     def edits(self) -> Path | None:
-        """What a person corrected in the tracks, ``<trial>.edits.jsonl`` beside the video; it need not be there."""
+        """What a person corrected in the tracks, ``<trial>.edits.jsonl`` next to the video; it need not be there."""
         return None if self.video is None else self.video.with_name(f"{self.name}.edits.jsonl")
 
     @property
     def commands(self) -> Path | None:
-        """What the motor was told, ``<x>.commands.csv`` beside a log ``<x>.motor.csv``; None where it is not there."""
-        return None if self.motor is None else commands_beside(self.motor)
+        """Commands to the motor, ``<x>.commands.csv`` next to a log ``<x>.motor.csv``; None where it is not there."""
+        return None if self.motor is None else commands_of(self.motor)
 
 
-def commands_beside(motor: Path) -> Path | None:
+def commands_of(motor: Path) -> Path | None:
     """The file of commands that belongs to a motor log; None where there is none."""
     path = motor.with_name(motor.name.removesuffix(MOTOR_SUFFIX) + COMMANDS_SUFFIX)
     return path if motor.name.endswith(MOTOR_SUFFIX) and is_file(path) else None
@@ -188,7 +188,7 @@ def _read_session_file(folder: Path) -> TomlSource:
 
 
 def _robot(source: TomlSource, folder: Path, robot_of: RobotOf | None, faults: FaultCollector) -> DescribedRobot | None:
-    """The session's robot; None where it cannot be told."""
+    """The session's robot; None where it is not known."""
     robot = source.data.get("robot", {})
     named = "robot" in source.data
     file = _present(folder, robot.get("file")) if isinstance(robot, dict) else None
@@ -216,7 +216,7 @@ def _check_recordings(source: TomlSource, content: SessionFile | None, folder: P
         if path := _present(folder, trial.get("motor")):
             with faults.nested():
                 load_motor(path)
-            if commands := commands_beside(path):
+            if commands := commands_of(path):
                 with faults.nested():
                     load_commands(commands)
         path = _present(folder, trial.get("tracks"))
@@ -233,7 +233,7 @@ def _check_recordings(source: TomlSource, content: SessionFile | None, folder: P
 
 
 def _present(folder: Path, name: object) -> Path | None:
-    """The file of this name in the session folder; None where the name is faulty, which other checks say."""
+    """The file of this name in the session folder; None where the name is faulty, which other checks report."""
     return folder / name if isinstance(name, str) and name and is_file(folder / name) else None
 
 
@@ -268,6 +268,6 @@ def _trial(trial: TrialTable, folder: Path) -> TrialSpec:
     files = {kind: getattr(trial, kind) for kind in TRIAL_FILES}
     paths = {kind: None if name is None else folder / name for kind, name in files.items()}
     if paths["video"] is not None and paths["boxes"] is None:
-        beside = paths["video"].with_name(f"{trial.name}.boxes.json")
-        paths["boxes"] = beside if is_file(beside) else None
+        usual = paths["video"].with_name(f"{trial.name}.boxes.json")
+        paths["boxes"] = usual if is_file(usual) else None
     return TrialSpec(**{**trial.model_dump(), **paths})

@@ -21,6 +21,7 @@ MOTOR_COLUMNS = (
     "error",
 )
 """The header of a motor log."""
+_FEWEST_ROWS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,25 +49,20 @@ class MotorLog:
     flags: tuple[Flag, ...] = ()
 
 
-def load_motor(path: Path, *, minimum: int = 2, file: str | None = None) -> MotorLog:
-    """Reads a motor log.
+def load_motor(path: Path) -> MotorLog:
+    """Reads a motor log, a file with the header `MOTOR_COLUMNS`.
 
     Rows are appended while the motor runs; a last row cut short by the end is left out and flagged.
-
-    Args:
-        path: the file; its header is `MOTOR_COLUMNS`.
-        minimum: the fewest rows that will do.
-        file: the name for messages; default: the path.
 
     Raises:
         InputError: every fault of the file at once.
     """
-    table, flags = read_log(path, MOTOR_COLUMNS, file)
+    table, flags = read_log(path, MOTOR_COLUMNS)
     faults = FaultCollector(table.file)
     values = to_numbers(table, MOTOR_COLUMNS, faults)  # (n, 7)
     if not faults:
         check_time(table, values[:, 0], faults)
-    if len(table.rows) < minimum:
-        faults.add("", "too short", found=f"{len(table.rows)} rows", expected=f"at least {minimum}")
+    if len(table.rows) < _FEWEST_ROWS:
+        faults.add("", "too short", found=f"{len(table.rows)} rows", expected=f"at least {_FEWEST_ROWS}")
     faults.raise_if_any()
     return MotorLog(**dict(zip(MOTOR_COLUMNS, values.T, strict=True)), flags=flags)

@@ -1,4 +1,4 @@
-"""Results as plain data and back. The types of a record's fields say how it is written, read and described.
+"""Results as plain data and back. The types of a record's fields say how it is written and read.
 
 A record is a frozen dataclass or a named tuple of numbers, texts, arrays, flags, mappings, tuples and further records.
 """
@@ -28,7 +28,7 @@ def to_plain(record: Any, named: tuple[type, ...] = (), arrays: Arrays | None = 
     Args:
         record: to be written.
         named: types of which only the attribute `name` is written.
-        arrays: receives the arrays, and their keys stand in their place; None: arrays are written as nested lists.
+        arrays: receives the arrays, and their keys take their place; None: arrays are written as nested lists.
         key: of this record among the arrays.
     """
     if isinstance(record, named):
@@ -72,31 +72,6 @@ def from_plain(
     if isinstance(kind, type) and (names := _fields(kind)):
         return _record(kind, names, data, elsewhere, arrays)
     return _plain(kind, data)
-
-
-def schema_of(kind: Any) -> dict[str, Any]:
-    """The JSON schema (draft 2020-12) of what `to_plain` writes of a type."""
-    origin, args = get_origin(kind), get_args(kind)
-    if kind is np.ndarray:
-        return {"type": ["array", "object", "string"]}
-    if origin in (Union, UnionType):
-        return {"anyOf": [schema_of(one) for one in args]}
-    if origin is Literal:
-        return {"enum": list(args)}
-    if origin is tuple:
-        if args[-1] is Ellipsis:
-            return {"type": "array", "items": schema_of(args[0])}
-        return {"type": "array", "prefixItems": [schema_of(one) for one in args], "minItems": len(args), "items": False}
-    if isinstance(origin, type) and issubclass(origin, Mapping):
-        return {"type": "object", "additionalProperties": schema_of(args[1])}
-    if isinstance(kind, type) and (names := _fields(kind)):
-        types, needed = get_type_hints(kind), [name for name in names if name not in _optional(kind)]
-        properties = {name: schema_of(types[name]) for name in names}
-        return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
-    return {} if kind is Any else {"type": _JSON_TYPES[kind]}
-
-
-_JSON_TYPES = {float: ["number", "null"], int: "integer", str: "string", bool: "boolean", NoneType: "null"}
 
 
 def _join(key: str, part: object) -> str:

@@ -18,7 +18,7 @@ import numpy as np
 
 from session.errors import Fault, InputError, ResultsNotWritable
 from session.flags import Flag
-from session.records import Elsewhere, from_plain, schema_of, to_plain
+from session.records import Elsewhere, from_plain, to_plain
 
 T = TypeVar("T")
 
@@ -36,7 +36,7 @@ def program_version() -> str:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a result was made with; stands first in every JSON result.
+    """What a result was made with; comes first in every JSON result.
 
     Attributes:
         mujoco: version of the engine.
@@ -67,10 +67,10 @@ PROVENANCE = ("schema", "program", "mujoco", "model_sha256", "inputs", "seed", "
 
 @contextmanager
 def writing_whole(path: Path) -> Iterator[Path]:
-    """Gives the block a temporary path beside `path`, renamed to it when the block ends well.
+    """Gives the block a temporary path next to `path`, renamed to it when the block ends well.
 
     The folder is made when it is not there. When the block fails, or is interrupted, the temporary file is
-    removed and what stood at `path` still stands.
+    removed and what was at `path` is unchanged.
 
     Raises:
         ResultsNotWritable: the operating system refused.
@@ -110,9 +110,9 @@ class ResultFile(Generic[T]):
 
     Attributes:
         name: in the folder of the results.
-        kind: the record that it holds, see `session.records`; its fields stand beside those of the provenance.
+        kind: the record that it holds, see `session.records`; its fields follow those of the provenance.
         named: types within it of which only names are written.
-        arrays_apart: arrays stand in a ``.npz`` of the same name.
+        arrays_apart: arrays are in a ``.npz`` of the same name.
     """
 
     name: str
@@ -145,7 +145,7 @@ class ResultFile(Generic[T]):
 
         Args:
             results: the folder.
-            elsewhere: what stands in other files, see `session.records`.
+            elsewhere: what is in other files, see `session.records`.
 
         Raises:
             InputError: not there, not JSON, or not of this version.
@@ -160,17 +160,6 @@ class ResultFile(Generic[T]):
                 return cast(T, from_plain(self.kind, rest, elsewhere, arrays))
         except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
             raise _unreadable(path, "not a result of this version", str(error), "what `calib run` writes") from error
-
-    def schema(self) -> dict[str, Any]:
-        """The JSON schema of the file."""
-        head, own = schema_of(Provenance), schema_of(self.kind)
-        return {
-            "$schema": "https://json-schema.org/draft/2020-12/schema",
-            "title": f"results/{self.name}",
-            **own,
-            "required": [*head["properties"], *own["required"]],
-            "properties": head["properties"] | own["properties"],
-        }
 
 
 def read_provenance(path: Path) -> Provenance:

@@ -81,7 +81,7 @@ def check_trials(source: TomlSource, faults: FaultCollector) -> None:
                 choices=RECORDINGS,
             )
         if "boxes" in trial and "video" not in trial:
-            faults.add(source.where((*key, "boxes")), "boxes without a video", expected='video = "…" beside them')
+            faults.add(source.where((*key, "boxes")), "boxes without a video", expected='video = "…" next to them')
         if trial.get("kind") in ("swim", "dry") and "commanded_hz" not in trial:
             faults.add(
                 source.where((*key, "commanded_hz")),
@@ -112,7 +112,7 @@ def check_rates(
 
     Args:
         source: the file.
-        fps: that it says.
+        fps: that it states.
         stamps: median and mean spacing of the time stamps, s, by trial. Those of a coarse clock show in the mean,
             those with frames left out in the median.
         faults: where faults go.
@@ -122,18 +122,18 @@ def check_rates(
         if rate_is_off(fps, median_s, mean_s):
             off.setdefault(f"{1 / mean_s:.4g}", []).append(name)
     if off:
-        told = "; ".join(f"{rate} in {', '.join(names)}" for rate, names in off.items())
+        rates = "; ".join(f"{rate} in {', '.join(names)}" for rate, names in off.items())
         faults.add(
             source.where(("camera", "fps")),
-            "the time stamps of tracks tell another frame rate",
-            found=f"{fps:g}; by their time_s {told}",
+            "the time stamps of tracks show another frame rate",
+            found=f"{fps:g}; by their time_s {rates}",
             expected="1 / the spacing of time_s, within 5 %",
             next_step="Which of them is right? Correct the other: frequencies and speeds go by it.",
         )
 
 
 def rate_is_off(fps: float, median_s: float, mean_s: float) -> bool:
-    """Whether both the median and the mean spacing of time stamps tell another frame rate."""
+    """Whether both the median and the mean spacing of time stamps show another frame rate."""
     return min(abs(1 / (each * fps) - 1) for each in (median_s, mean_s)) > RATE_OFF
 
 
@@ -147,7 +147,7 @@ def check_markers(source: TomlSource, robot: Collection[str] | None, faults: Fau
     """
     names = markers_in(source)
     if not names:
-        return  # said by the form of the file already
+        return  # reported by the form of the file already
     keys: list[Key] = [("markers", "names", number) for number in range(len(names))]
     _check_differ(source, list(zip(keys, names, strict=True)), "marker", faults)
     for marker in HEAD_MARKERS:
@@ -178,7 +178,7 @@ def is_file(path: Path) -> bool:
 
 
 def _check_differ(source: TomlSource, named: Iterable[tuple[Key, str]], noun: str, faults: FaultCollector) -> None:
-    """No name stands twice; names that differ in case only would share a file on some systems."""
+    """No name is used twice; names that differ in case only would share a file on some systems."""
     first: dict[str, Key] = {}
     for key, name in named:
         earlier = first.setdefault(name.casefold(), key)

@@ -52,46 +52,46 @@ class Stage:
 
     @property
     def is_current(self) -> bool:
-        """Whether the results were made from these inputs, and all that was made together still stands as written."""
+        """Whether the results were made from these inputs, and all that was made together is as written."""
         stamp = _read(self._results).get(_name(self.file, self._results))
         if not isinstance(stamp, dict) or stamp.get("fingerprint") != self.fingerprint:
             return False
         outputs = stamp.get("outputs")
         if not isinstance(outputs, dict) or not outputs:
             return False
-        return all(_stands(self._results / name, sha256) for name, sha256 in outputs.items())
+        return all(_is_as_written(self._results / name, sha256) for name, sha256 in outputs.items())
 
     def ensure(self, make: Callable[[], Iterable[Path] | None]) -> bool:
         """Makes the results unless they are current; whether it did.
 
         Args:
-            make: writes the main result; returns what was written beside it.
+            make: writes the main result; returns what else was written.
         """
         if self.is_current:
             return False
         self.mark(make() or ())
         return True
 
-    def mark(self, beside: Iterable[Path] = ()) -> None:
-        """Records that the main result, and those beside it, were just made from these inputs.
+    def mark(self, others: Iterable[Path] = ()) -> None:
+        """Records that the main result, and the others, were just made from these inputs.
 
         Raises:
             ResultsNotWritable: the record cannot be written.
         """
-        outputs = {_name(path, self._results): sha256_of(path) for path in (self.file, *beside)}
+        outputs = {_name(path, self._results): sha256_of(path) for path in (self.file, *others)}
         stamps = _read(self._results)
         stamps[_name(self.file, self._results)] = {"fingerprint": self.fingerprint, "outputs": outputs}
         write_whole(self._results / STAMPS, json.dumps(stamps, indent=1, sort_keys=True) + "\n")
 
     def keep_aside(self, with_it: Iterable[Path] = ()) -> Path | None:
-        """Copies what stands there, and what was made together with it, before other results take its place.
+        """Copies what is there, and what was made together with it, before other results take its place.
 
         Args:
             with_it: results that rest on these alone; they are moved.
 
         Returns:
             ``results/kept/<stamp>``, where they are; the stamp is the fingerprint that they were made under. None where
-            nothing stands.
+            nothing is there.
 
         Raises:
             ResultsNotWritable: the record cannot be written.
@@ -152,7 +152,7 @@ def _read(results: Path) -> dict[str, Any]:
     return stamps if isinstance(stamps, dict) else {}
 
 
-def _stands(path: Path, sha256: str) -> bool:
+def _is_as_written(path: Path, sha256: str) -> bool:
     try:
         return sha256_of(path) == sha256
     except OSError:

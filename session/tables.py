@@ -41,17 +41,13 @@ class RawTable:
     ends_whole: bool
 
 
-def read_text(path: Path, file: str | None = None) -> str:
-    """The text of a file, unpacked if it is gzip, without a byte order mark.
-
-    Args:
-        path: the file; packed files are known by their first bytes, whatever their name.
-        file: the name for messages; default: the path.
+def read_text(path: Path) -> str:
+    """The text of a file, unpacked if it is gzip (known by its first bytes), without a byte order mark.
 
     Raises:
         InputError: not there, not readable, damaged, or not UTF-8.
     """
-    faults = FaultCollector(file or str(path))
+    faults = FaultCollector(str(path))
     try:
         data = path.read_bytes()
         if data.startswith(GZIP_MAGIC):
@@ -82,14 +78,13 @@ def read_text(path: Path, file: str | None = None) -> str:
     raise AssertionError("unreachable")
 
 
-def read_table(path: Path, file: str | None = None) -> RawTable:
+def read_table(path: Path) -> RawTable:
     """Splits a CSV file into cells. A first row most of whose cells are not numbers is the header.
 
     Raises:
         InputError: the file cannot be read as text, or is empty.
     """
-    file = file or str(path)
-    text = read_text(path, file)
+    file, text = str(path), read_text(path)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     rows = [Row(number, _cells(line)) for number, line in enumerate(lines, start=1)]
     while rows and rows[-1].cells == [""]:
@@ -117,7 +112,7 @@ def check_header(table: RawTable, columns: tuple[str, ...], faults: FaultCollect
         faults.add("line 1", "wrong header", found=",".join(table.header), expected=expected, next_step=hint)
 
 
-def read_log(path: Path, columns: tuple[str, ...], file: str | None = None) -> tuple[RawTable, tuple[Flag, ...]]:
+def read_log(path: Path, columns: tuple[str, ...]) -> tuple[RawTable, tuple[Flag, ...]]:
     """A table with these columns, to which rows are appended while something runs.
 
     A last row cut short by the end (not ended by a line feed, or with cells missing) is left out and flagged.
@@ -125,7 +120,7 @@ def read_log(path: Path, columns: tuple[str, ...], file: str | None = None) -> t
     Raises:
         InputError: the file cannot be read as text, is empty, or has another header.
     """
-    table = read_table(path, file)
+    table = read_table(path)
     faults = FaultCollector(table.file)
     check_header(table, columns, faults)
     faults.raise_if_any()

@@ -1,4 +1,4 @@
-"""The lines of a TOML file on which its keys stand, which the parsers do not tell."""
+"""On which lines of a TOML file its keys are, which the parsers do not give."""
 
 from __future__ import annotations
 

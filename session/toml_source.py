@@ -61,8 +61,8 @@ class TomlSource:
         try:
             return model.model_validate(_as_tuples(self.data))
         except ValidationError as error:
-            told = [details for details in error.errors() if not _only_follows(details)]
-            faults.extend(fault_of(model, one, self.file, self.where(tuple(one["loc"]))) for one in told)
+            own = [details for details in error.errors() if not _only_follows(details)]
+            faults.extend(fault_of(model, one, self.file, self.where(tuple(one["loc"]))) for one in own)
         except RecursionError:
             faults.add("", "nested too deeply", expected="the few levels of the documented form")
         return None
@@ -96,7 +96,7 @@ def fault_of(model: type[BaseModel], details: ErrorDetails, file: str, where: st
 
 
 def _only_follows(details: ErrorDetails) -> bool:
-    """Whether a list is called too short only because what it holds is faulty, which is said item by item."""
+    """Whether a list is called too short only because what it holds is faulty, which is reported item by item."""
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
@@ -109,18 +109,17 @@ def _found(value: Any) -> str:
     return shown(list(value) if isinstance(value, tuple) else value)
 
 
-def load_toml(path: Path, model: type[Model], file: str | None = None) -> Model:
+def load_toml(path: Path, model: type[Model]) -> Model:
     """Reads a TOML file as `model`.
 
     Args:
         path: the file.
         model: a pydantic model of the whole file, best derived from `Table`.
-        file: the name for messages; default: the path.
 
     Raises:
         InputError: not there, not TOML, or every way in which it does not fit the model, at once.
     """
-    source = read_toml(path, file)
+    source = read_toml(path)
     faults = FaultCollector(source.file)
     content = source.validate(model, faults)
     faults.raise_if_any()
@@ -128,20 +127,19 @@ def load_toml(path: Path, model: type[Model], file: str | None = None) -> Model:
     return content
 
 
-def read_toml(path: Path, file: str | None = None) -> TomlSource:
+def read_toml(path: Path) -> TomlSource:
     """Reads a TOML file, for validation in several steps.
 
     Raises:
         InputError: not there, or not TOML.
     """
-    file = file or str(path)
-    return TomlSource(file, read_text(path, file))
+    return TomlSource(str(path), read_text(path))
 
 
 def key_error(
     what: str, *, expected: str, found: str = "", choices: Sequence[str] = (), next_step: str = ""
 ) -> PydanticCustomError:
-    """The error for a validator of a model to raise, so that its fault says all that a `Fault` can say.
+    """The error for a validator of a model to raise, so that its fault has all that a `Fault` can have.
 
     >>> raise key_error("no such tendon", found=name, expected="a tendon of the robot", choices=names)
     """

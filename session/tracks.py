@@ -59,7 +59,7 @@ class Tracks:
         return Tracks(tuple(markers), self.time_s, self.position_px[:, index], self.confidence[:, index])
 
 
-def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2, file: str | None = None) -> Tracks:
+def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int = 2) -> Tracks:
     """Reads the tracks of one trial, in either format of the session folder.
 
     With a header ``time_s,<marker>_x,<marker>_y,<marker>_confidence,…`` the columns may come in any order,
@@ -72,12 +72,11 @@ def load_tracks(path: Path, markers: Sequence[str], fps: float, *, minimum: int 
         markers: the markers it must hold.
         fps: frames a second, used for files without a header.
         minimum: the fewest frames that will do.
-        file: the name for messages; default: the path.
 
     Raises:
         InputError: every fault of the file at once.
     """
-    table = read_table(path, file)
+    table = read_table(path)
     faults = FaultCollector(table.file)
     columns = table.header or tuple(f"{marker}{suffix}" for marker in markers for suffix in ("_x", "_y"))
     _check_columns(table, columns, tuple(markers), faults)
@@ -199,7 +198,7 @@ def _check_samples(
             Fault(
                 table.file,
                 f"line {table.rows[row].line}",
-                f"marker {tracks.markers[marker]!r} lies beyond any image",
+                f"marker {tracks.markers[marker]!r} is beyond any image",
                 "({:g}, {:g})".format(*tracks.position_px[row, marker]),
                 f"pixels, no further than {FARTHEST_PX:g} from the corner, or an empty cell for a missing sample",
             )

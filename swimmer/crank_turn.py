@@ -13,7 +13,7 @@ _FEWEST = 5  # readings that a smoothing spline needs
 
 
 class Turn(Protocol):
-    """How a crank turns from time 0 on; `logged` where a log tells, so that it turns like that whatever pulls at it."""
+    """How a crank turns from time 0 on; `logged` where a log shows it, so that it turns so whatever pulls at it."""
 
     @property
     def logged(self) -> bool: ...  # noqa: D102
@@ -45,7 +45,7 @@ class CrankTurn:
     def measured(cls, time_s: np.ndarray, angle_rad: np.ndarray) -> "CrankTurn":
         """From k readings (k,), smoothed by a cubic spline (Woltring 1986).
 
-        Which way round the shaft turned is left out: the tail of a robot with equal tendons moves alike either way,
+        Which way round the shaft turned is left out: the tail of a robot with equal tendons moves the same either way,
         half a turn apart.
 
         Raises:

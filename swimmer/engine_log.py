@@ -1,4 +1,4 @@
-"""The engine's own log, kept quiet where we look for divergence ourselves and tell it in our own words."""
+"""The engine's own log, kept quiet where we look for divergence ourselves and report it in our own words."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

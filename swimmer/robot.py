@@ -28,7 +28,7 @@ HalfSize = tuple[Length, Length, Length]
 
 
 class Water(Table):
-    """The medium of the swims; the dry experiments take none."""
+    """The medium of the swim trials; the dry experiments take none."""
 
     density_kg_m3: Positive
     viscosity_pa_s: NonNegative
@@ -93,7 +93,7 @@ class Segment(Table):
 
 
 class Tail(Table):
-    """The articulated part: segments in order from the head, all hinges alike."""
+    """The articulated part: segments in order from the head, all hinges equal."""
 
     start_m: Coordinate
     hinge_stiffness_n_m: Positive
@@ -132,7 +132,7 @@ class CaudalFin(Table):
 
 
 class Tendons(Table):
-    """Both tendons alike: springs and dampers along their path, at rest where the tail is straight."""
+    """Both tendons, equal: springs and dampers along their path, at rest where the tail is straight."""
 
     stiffness_n_m: Positive
     damping_n_s_m: NonNegative

@@ -40,7 +40,7 @@ def guide_faults(lengths_m: Iterable[float], guide_inset_m: float | None) -> Ite
     for number, length_m in enumerate(lengths_m):
         if guide_inset_m is not None and length_m < guide_inset_m:
             error = key_error(
-                "the tendon guide lies before the segment",
+                "the tendon guide is before the segment",
                 found=shown(length_m),
                 expected=f"at least tail.guide_inset_m = {guide_inset_m:g}",
             )

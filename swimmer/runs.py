@@ -73,8 +73,8 @@ class Runs:
             turns=tuple(turns) if turned else None,
         )
 
-    def alike(self) -> tuple[np.ndarray, np.ndarray]:
-        """(r,) numbers of runs that all differ, and (n,) which of these each is like."""
+    def distinct(self) -> tuple[np.ndarray, np.ndarray]:
+        """(r,) numbers of runs that all differ, and (n,) which of these each equals."""
         turns = (None,) * len(self) if self.turns is None else self.turns
         numbers = np.hstack([np.reshape(own, (len(self), -1)) for own in self._numbers()])
         keys = [(row.tobytes(), id(turn)) for row, turn in zip(numbers, turns, strict=True)]

@@ -19,7 +19,7 @@ _TILE, _JOINT = (0.30, 0.52, 0.60), (0.45, 0.66, 0.72)
 def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
     """Puts a robot into a pool to look at, with sensors of head, crank and hinges.
 
-    Cameras: `follow` goes along beside the robot, `above` looks straight down as over a pool. Sensors: `head_position`
+    Cameras: `follow` goes along next to the robot, `above` looks straight down as over a pool. Sensors: `head_position`
     (m), `head_orientation` (quaternion), `head_velocity` (m/s), `crank_angle` (rad), `crank_speed` (rad/s) and
     `<hinge>_angle` (rad).
 
@@ -32,8 +32,8 @@ def add_scenery(spec: mujoco.MjSpec, robot: RobotSpec) -> mujoco.MjSpec:
     along = mujoco.mjtCamLight.mjCAMLIGHT_TRACK
     middle = robot.fin_root_x_m / 2
     length = robot.fin_root_x_m
-    beside = np.array([middle - 0.6 * length, -1.6 * length, 1.1 * length])
-    head.add_camera(name="follow", mode=along, pos=beside, xyaxes=_looking(beside, np.array([middle, 0.0, 0.0])))
+    place = np.array([middle - 0.6 * length, -1.6 * length, 1.1 * length])
+    head.add_camera(name="follow", mode=along, pos=place, xyaxes=_looking(place, np.array([middle, 0.0, 0.0])))
     head.add_camera(name="above", mode=along, pos=(middle, 0.0, 1.2), xyaxes=(1, 0, 0, 0, 1, 0))
     motor = spec.actuator("motor")
     motor.ctrlrange = (-2 * np.pi * FASTEST_TURNS_PER_S, 2 * np.pi * FASTEST_TURNS_PER_S)

@@ -28,7 +28,7 @@ _PHASES, _SLOW_TURN_S = 48, 4.0  # of the table of quasi-static tail poses
 FOLLOWING_N_M_S = 1e5  # speed gain of a crank that follows a measured turn, whatever pulls at it
 CONTROL = int(mujoco.mjtState.mjSTATE_CTRL)
 _CHUNK = 512  # simulations whose trajectories are held in memory at once
-_TOGETHER = 64  # steps; runs whose ends lie within as many end together
+_TOGETHER = 64  # steps; runs whose ends are within as many end together
 
 
 class Twin:
@@ -97,8 +97,8 @@ class Twin:
         return Trajectories(time_s, marker, head, hinges, crank, diverged)
 
     def _simulate_chunk(self, runs: Runs, time_s: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Runs that are alike are simulated once, for as long as any of them."""
-        first, like = self._alike(runs)
+        """Equal runs are simulated once, for as long as any of them."""
+        first, like = self._distinct(runs)
         last_s = np.zeros(len(first))
         np.maximum.at(last_s, like, np.broadcast_to(np.max(time_s, axis=-1), len(runs)))
         states, diverged = self._states(runs.part(first), self._steps(last_s))
@@ -107,9 +107,9 @@ class Twin:
         head = np.zeros((*at.shape[:2], 3)) if self.scene.head_clamped else at[..., :3]
         return head, at[..., self._hinges], at[..., self._crank], diverged
 
-    def _alike(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+    def _distinct(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
         """(r,) numbers of runs whose fish all move differently, and (n,) which of these each moves like."""
-        return runs.alike()
+        return runs.distinct()
 
     def _states(self, runs: Runs, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n, 1 + s, q) positions from time 0 on, a step apart, of runs of so many steps (n,); and (n,) which diverged.
@@ -223,9 +223,9 @@ class Twin:
 
 
 def simulate_together(twins: Sequence[Twin], runs: Sequence[Runs], time_s: Sequence[np.ndarray]) -> list[Trajectories]:
-    """Several lots of runs, each beside a twin and at times (f,) of its own, s; what diverges is nan.
+    """Several lots of runs, each with a twin and at times (f,) of its own, s; what diverges is nan.
 
-    Those beside the same twin are simulated at once, so that the cores share them.
+    Those with the same twin are simulated at once, so that the cores share them.
     """
     found: dict[int, Trajectories] = {}
     for twin in {id(twin): twin for twin in twins}.values():
@@ -233,11 +233,11 @@ def simulate_together(twins: Sequence[Twin], runs: Sequence[Runs], time_s: Seque
         longest = max(len(time_s[lot]) for lot in lots)
         padded = [np.pad(time_s[lot], (0, longest - len(time_s[lot])), mode="edge") for lot in lots]
         stamped = np.repeat(padded, [len(runs[lot]) for lot in lots], axis=0)
-        told = twin.simulate(runs[lots[0]].joined([runs[lot] for lot in lots]), stamped, allow_divergence=True)
+        simulated = twin.simulate(runs[lots[0]].joined([runs[lot] for lot in lots]), stamped, allow_divergence=True)
         end = 0
         for lot in lots:
             begin, end = end, end + len(runs[lot])
-            found[lot] = told.part(np.arange(begin, end), len(time_s[lot]))
+            found[lot] = simulated.part(np.arange(begin, end), len(time_s[lot]))
     return [found[lot] for lot in range(len(twins))]
 
 

@@ -13,7 +13,7 @@ def workers_of(wanted: int) -> int:
     Raises:
         ValueError: the variable is no number.
     """
-    told = os.environ.get(VARIABLE, "0")
-    if not told.isdecimal():
-        raise ValueError(f"{VARIABLE}: found {told!r}, expected a number of threads, or 0 for all cores")
-    return wanted or int(told)
+    setting = os.environ.get(VARIABLE, "0")
+    if not setting.isdecimal():
+        raise ValueError(f"{VARIABLE}: found {setting!r}, expected a number of threads, or 0 for all cores")
+    return wanted or int(setting)

@@ -1,4 +1,4 @@
-"""Sessions made with the twin: swims, dry runs and free decays; tracking noise, track faults, motor logs, truth."""
+"""Sessions made with the twin: swim trials, dry runs, free decays; tracking noise, track faults, motor logs, truth."""
 
 from synthetic.default import default_plan
 from synthetic.noise import TrackingNoise

@@ -1,4 +1,4 @@
-"""The plan behind `calib new --synthetic` and `datasets/sample`: swims, dry runs, free decays."""
+"""The plan behind `calib new --synthetic` and `datasets/sample`: swim trials, dry runs, free decays."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from synthetic.plan import SyntheticPlan
 from synthetic.trials import Merge, SyntheticDecay, SyntheticTrial
 
 SPEEDS_HZ = (0.4, 0.6, 0.8, 1.0, 1.3)
-"""Commanded crank turns a second: the range of the published swims."""
+"""Commanded crank turns a second: the range of the published swim trials."""
 FIT_HZ = (0.6, 1.3)
 SLIP_S = 0.02
 """The motor is slower than commanded by this share for each turn a second; as published, more so if fast."""
@@ -21,9 +21,9 @@ BETWEEN_VIDEOS_S = 96.0
 
 
 def default_plan(seed: int = 0) -> SyntheticPlan:
-    """Five swims of the built-in fish, two dry runs with a motor log, three free decays.
+    """Five swim trials of the built-in fish, two dry runs with a motor log, three free decays.
 
-    Two of the swims are to fit, three are held out; in the fastest tail_4 merges onto tail_5.
+    Two of the swim trials are to fit, three are held out; in the fastest tail_4 merges onto tail_5.
 
     Args:
         seed: of noise, crank phases, headings and the motor's clock.

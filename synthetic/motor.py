@@ -1,4 +1,4 @@
-"""The motor of a synthetic trial: from the speeds it is told, late and ramped, to the turn its shaft makes.
+"""The motor of a synthetic trial: from the speeds it is commanded, late and ramped, to the turn of its shaft.
 
 Everything here is on the motor's clock, that of the computer which drives and logs it.
 """
@@ -61,7 +61,7 @@ class SyntheticMotor(Table):
     """How the motor drives a trial, and the clock of its log.
 
     Attributes:
-        drive_s: how long it is told the trial's speed, between start code and end code.
+        drive_s: how long it is commanded the trial's speed, between start code and end code.
         starts_s: from the first frame until schedule and log begin, on the clock of the video.
         clock_offset_s: motor clock minus video clock in the first frame.
         clock_rate: seconds of the motor's clock in one of the video's.
@@ -100,7 +100,7 @@ class SyntheticMotor(Table):
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """What the motor was told in a trial, and how its shaft would turn without the tail's springiness.
+    """The commands to the motor in a trial, and how its shaft would turn without the tail's springiness.
 
     Attributes:
         commands: k speeds, and when the motor got them.
@@ -139,17 +139,17 @@ def drive(
 
     Args:
         motor: as planned.
-        commanded_hz, reached_hz: mean turns a second in the drive, told and reached.
+        commanded_hz, reached_hz: mean turns a second in the drive, commanded and reached.
         phase_rad: crank angle at the start.
         random: source of the delays of the commands.
     """
     steps = schedule(commanded_hz, motor.drive_s)
-    told_rad_s = 2 * np.pi * np.array([step.turns_per_s for step in steps])  # (k,)
+    commanded_rad_s = 2 * np.pi * np.array([step.turns_per_s for step in steps])  # (k,)
     ends_s = np.cumsum([step.seconds for step in steps]) + motor.clock(motor.starts_s)
     due_s = np.append(motor.clock(motor.starts_s), ends_s[:-1])
     got_s = due_s + random.exponential(COMMAND_DELAY_S, len(steps))
     lag = (1 - reached_hz / commanded_hz) / (2 * np.pi * commanded_hz)  # of the speed, for each rad/s
-    reached_rad_s = told_rad_s * (1 - lag * np.abs(told_rad_s))
+    reached_rad_s = commanded_rad_s * (1 - lag * np.abs(commanded_rad_s))
     time_s = np.arange(due_s[0], ends_s[-1] + _GRID_S, _GRID_S)  # (g,)
     acceleration = 2 * np.pi * motor.acceleration_turns_per_s2
     even_rad_s = _ramped(time_s, got_s, reached_rad_s, acceleration)
@@ -157,19 +157,19 @@ def drive(
     once, twice = motor.ripple
     angle_rad = even_rad + once * np.sin(even_rad) + twice / 2 * np.sin(2 * even_rad)
     return Drive(
-        commands=MotorCommands(got_s, tuple(step.part for step in steps), told_rad_s),
+        commands=MotorCommands(got_s, tuple(step.part for step in steps), commanded_rad_s),
         end_s=float(ends_s[-1]),
         time_s=time_s,
-        reference_rad_s=_ramped(time_s, got_s, told_rad_s, acceleration),
+        reference_rad_s=_ramped(time_s, got_s, commanded_rad_s, acceleration),
         speed_rad_s=even_rad_s * (1 + once * np.cos(even_rad) + twice * np.cos(2 * even_rad)),
         turn=CrankTurn(make_interp_spline(time_s, angle_rad, k=3), float(time_s[0]), float(time_s[-1])),
     )
 
 
-def _ramped(time_s: np.ndarray, told_s: np.ndarray, goal_rad_s: np.ndarray, acceleration: float) -> np.ndarray:
-    """(g,) speed from rest towards each of k goals from when it is told, rad/s; ramps in rad/s^2."""
+def _ramped(time_s: np.ndarray, commanded_s: np.ndarray, goal_rad_s: np.ndarray, acceleration: float) -> np.ndarray:
+    """(g,) speed from rest towards each of k goals from when it is commanded, rad/s; ramps in rad/s^2."""
     speed = np.zeros(len(time_s))
-    begins = np.append(told_s, time_s[-1])
+    begins = np.append(commanded_s, time_s[-1])
     now = 0.0
     for goal, start_s, end_s in zip(goal_rad_s, begins[:-1], begins[1:], strict=True):
         here = time_s >= start_s

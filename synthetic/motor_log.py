@@ -74,8 +74,8 @@ def save_commands(path: Path, commands: MotorCommands) -> None:
     Raises:
         session.ResultsNotWritable: the folder is not writable.
     """
-    told_rad_s = SPEED_RAD_S * np.round(commands.velocity_rad_s / SPEED_RAD_S) + 0.0
-    rows = zip(commands.time_s, commands.part, told_rad_s, strict=True)
+    commanded_rad_s = SPEED_RAD_S * np.round(commands.velocity_rad_s / SPEED_RAD_S) + 0.0
+    rows = zip(commands.time_s, commands.part, commanded_rad_s, strict=True)
     write_whole(path, "\n".join([",".join(COMMAND_COLUMNS), *(f"{t:.6f},{part},{v:.5f}" for t, part, v in rows), ""]))
 
 
@@ -85,7 +85,7 @@ class TrueMotor:
 
     Attributes:
         log: its readings, on its clock.
-        commands: what it was told, and when, on its clock.
+        commands: to the motor, on its clock.
         steady_s: the steady stretch of the drive, on the clock of the video.
     """
 
@@ -100,7 +100,7 @@ class DrivenMotor:
 
     Attributes:
         motor: as planned.
-        drive: what it was told and how it turns.
+        drive: its commands and how it turns.
         readings_s: (r,) when it is read, on its clock.
         random: source of what is random in its log.
     """

@@ -22,7 +22,7 @@ class SyntheticPlan(Table):
 
     Attributes:
         name: of the session.
-        trials: the swims.
+        trials: the swim trials.
         dry_runs: trials with the head clamped, in air.
         free_decays: trials in air without tendons.
         seed: of every random draw.
@@ -31,12 +31,12 @@ class SyntheticPlan(Table):
         coefficients: the truth to be found.
         noise: of the tracker.
         camera: clock and scale.
-        warmup_s: left out of every comparison, as the session says.
+        warmup_s: left out of every comparison, as the session states.
         run_in_s: simulated before the first frame, so that a trial begins in the middle of a developed swim. A trial
             with a motor has none: the motor drives it from rest to rest.
         start_speed_m_s: forward, at the start of the run-in, or a push in the first frame. The twin swims backward as
             well, and from rest the crank's phase decides between the two.
-        timestep_s: of the simulated swims; a third of the twin's own, so that no fit can reproduce a session to
+        timestep_s: of the simulated swim trials; a third of the twin's own, so that no fit can reproduce a session to
             the bit.
         air_timestep_s: the same for dry runs and free decays.
 

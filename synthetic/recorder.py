@@ -25,33 +25,33 @@ _DECIMALS_PX, _DECIMALS_S = 2, 6
 
 
 class Filming(Protocol):
-    """What films swims instead of tracking them; a renderer stands in `benchmarks.video`."""
+    """What films swim trials instead of tracking them; a renderer is in `benchmarks.video`."""
 
     def films(self, trial: str) -> bool:
         """Whether a trial is filmed."""
 
-    def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, told: Progress) -> dict[str, str]:
+    def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, progress: Progress) -> dict[str, str]:
         """Writes the video of the swim of this number; the keys of its ``[[trial]]``, files relative to the folder."""
 
 
 class Recorder:
-    """Records trials into a session folder, and tells what came of each.
+    """Records trials into a session folder, and gives the truth of each.
 
     Args:
         folder: of the session.
         plan: what to make.
-        video: what films, and which swims; None for tracks alone.
-        told: of the progress of the videos.
+        video: what films, and which swim trials; None for tracks alone.
+        progress: called with the progress of the videos.
     """
 
-    def __init__(self, folder: Path, plan: SyntheticPlan, video: Filming | None, told: Progress) -> None:
-        self._folder, self._plan, self._video, self._told = folder, plan, video, told
+    def __init__(self, folder: Path, plan: SyntheticPlan, video: Filming | None, progress: Progress) -> None:
+        self._folder, self._plan, self._video, self._progress = folder, plan, video, progress
         self.recordings: dict[str, dict[str, str]] = {}
 
     def swim(self, number: int, swim: TrueRun) -> TrialTruth:
         """Records the swim of this number."""
         if self._video is not None and self._video.films(swim.trial.name):
-            recording = self._video.film(self._folder, number, swim, self._plan, self._told)
+            recording = self._video.film(self._folder, number, swim, self._plan, self._progress)
             self.recordings[swim.trial.name] = recording
             placement = _by_marker(self._plan, np.zeros((len(self._plan.markers), 2)))
         else:

@@ -1,4 +1,4 @@
-"""A synthetic session: the twin moves, a camera and a faulty tracker look on, the truth is kept beside it."""
+"""A synthetic session: the twin moves, a camera and a faulty tracker look on, the truth is kept next to it."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -22,7 +22,7 @@ ROBOT_FILE = "robot.toml"
 
 
 def make_session(
-    folder: Path, plan: SyntheticPlan, video: Filming | None = None, told: Progress = lambda *_: None
+    folder: Path, plan: SyntheticPlan, video: Filming | None = None, progress: Progress = lambda *_: None
 ) -> Path:
     """Makes a session folder with known truth: `session.toml`, packed tracks or videos, motor logs, `truth.json`.
 
@@ -30,17 +30,17 @@ def make_session(
     a developed one. Each trial draws from streams of its own, so that changing one leaves the others as they are. The
     same plan gives the same bytes on the same engine.
 
-    A filmed swim has `trials/<name>.mp4`, start boxes beside it, and what a perfect tracker would find as
+    A filmed swim has `trials/<name>.mp4`, start boxes next to it, and what a perfect tracker would find as
     `truth/<name>.csv`. The plan's noise and faults, which are a tracker's, do not apply to it.
 
-    A trial with a motor has `trials/<name>.motor.csv` and `trials/<name>.commands.csv`, as from `calib capture`. How
-    the motor's clock lies to that of the video stands in the truth alone.
+    A trial with a motor has `trials/<name>.motor.csv` and `trials/<name>.commands.csv`, as from `calib capture`. The
+    offset between the motor's clock and that of the video is in the truth alone.
 
     Args:
         folder: new or empty.
         plan: what to make.
-        video: what films swims, and which; None for tracks alone. A renderer stands in `benchmarks.video`.
-        told: of the progress of the videos.
+        video: what films swim trials, and which; None for tracks alone. A renderer is in `benchmarks.video`.
+        progress: called with the progress of the videos.
 
     Returns:
         The folder.
@@ -53,7 +53,7 @@ def make_session(
     if video is not None:
         plan = _without_tracker(plan, video)
     with new_folder(folder) as part:
-        recorder = Recorder(part, plan, video, told)
+        recorder = Recorder(part, plan, video, progress)
         truth = Truth(
             mujoco=mujoco.__version__,
             plan=plan,
@@ -69,7 +69,7 @@ def make_session(
 
 
 def _without_tracker(plan: SyntheticPlan, video: Filming) -> SyntheticPlan:
-    """The plan without the errors of a tracker in the swims that are filmed."""
+    """The plan without the errors of a tracker in the swim trials that are filmed."""
     names = [trial.name for trial in plan.trials]
     trials = tuple(t.model_copy(update={"faults": ()}) if video.films(t.name) else t for t in plan.trials)
     tracked = plan.dry_runs or plan.free_decays or not all(map(video.films, names))

@@ -6,7 +6,7 @@ import numpy as np
 
 
 class Stream(Enum):
-    """What draws; the value tells its streams from the others', which are told from those of value 0 by having one."""
+    """What draws; the value is the last entry of its streams' seeds, where it is not 0."""
 
     SWIM_TRACKER = 0
     DRY_TRACKER = 1

@@ -1,4 +1,4 @@
-"""The true swims and dry runs of a plan: simulated from before the first frame, seen by camera and motor."""
+"""The true swim trials and dry runs of a plan: simulated from before the first frame, seen by camera and motor."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -47,7 +47,7 @@ class TrueRun:
 
 
 def simulate_swims(plan: SyntheticPlan, make: Making = Twin) -> tuple[TrueRun, ...]:
-    """Simulates all swims of a plan in one batch.
+    """Simulates all swim trials of a plan in one batch.
 
     Args:
         plan: the session.

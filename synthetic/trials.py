@@ -70,7 +70,7 @@ class SyntheticTrial(Table):
     Attributes:
         name: of the trial and its file.
         frequency_hz: turns a second that the crank is driven with.
-        commanded_hz: what the session says it was told.
+        commanded_hz: the command by the session.
         seconds: from the first frame to the last.
         role: "fit" or "holdout".
         phase_rad: crank angle in the first frame.

@@ -1,4 +1,4 @@
-"""`truth.json`: what a synthetic session was made with, beside its `session.toml`.
+"""`truth.json`: what a synthetic session was made with, next to its `session.toml`.
 
 The program never reads it: it is there for whoever judges a result. It holds the plan whole, so that the
 session can be made again from it, and what came of the plan in the simulation.
@@ -81,7 +81,7 @@ class Truth(Table):
         mujoco: version of the engine that made it.
         plan: what was asked for: coefficients, noise, faults, seed, the clocks of motors.
         structure: of the robot.
-        trials: what came of the swims, by trial.
+        trials: of the swim trials, by name.
         dry_runs, free_decays: what came of the others.
     """
 

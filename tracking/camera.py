@@ -14,7 +14,6 @@ def to_pool(
     camera: CameraSpec,
     weight: np.ndarray | None = None,
     marker_height_m: np.ndarray | None = None,
-    metres_per_px: float | None = None,
 ) -> tuple[np.ndarray, float]:
     """Scales tracks by the median nose-neck distance, after undoing the lens and the parallax where they are known.
 
@@ -35,7 +34,6 @@ def to_pool(
         camera: clock, scale length and lens.
         weight: (n, m) samples of weight 0 do not count for the scale; default all count.
         marker_height_m: (m,) z of the markers in the robot frame; only differences to nose and neck matter.
-        metres_per_px: a scale from elsewhere (`tracking.lens.scale_from_board`), instead of the nose-neck distance.
 
     Raises:
         InputError: the camera is not above the markers.
@@ -49,7 +47,7 @@ def to_pool(
         good = trusted
     if not good.any():
         raise NotEnoughData("nose and neck are never seen apart, so the tracks have no scale; track them again")
-    scale = camera.scale_length_m / float(np.median(span_px[good])) if metres_per_px is None else metres_per_px
+    scale = camera.scale_length_m / float(np.median(span_px[good]))
     return position_px * np.array([scale, -scale]), scale
 
 

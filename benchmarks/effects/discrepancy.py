@@ -246,7 +246,7 @@ def measure(path: Path, workers: int = 0) -> None:
     found: list[BaseSession] = []
     for seeds, with_effects in ((asked, True), (others, False)):
         batches = {str(first): list(seeds[first : first + _TOGETHER]) for first in range(0, len(seeds), _TOGETHER)}
-        run = Run(workers, tell=lambda said, _: print(f"{_TOGETHER} sessions each: {said}", file=sys.stderr))
+        run = Run(workers, progress=lambda said, _: print(f"{_TOGETHER} sessions each: {said}", file=sys.stderr))
         work = partial(base_sessions, with_effects=with_effects)
         if failures := run_cases(work, batches, run, lambda _, sessions: found.extend(sessions)):
             raise RuntimeError(f"{failures[0].name}: {failures[0].message}")

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.effects.filming import Filming
-from benchmarks.effects.suite import BEATS, WARMUP_S, Recorded, SessionPlan
+from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality import Mechanism, Nuisances, Recording, Trial, World
 from benchmarks.reality.mechanism import worn
 from session.create import FISHSIM_MARKERS
-from session.session_file import TrialKind
 from swimmer import load_robot
 
 KNOWN_TO = {"hinge_stiffness": 0.02, "hinge_damping": 0.05, "mass": 0.02}
@@ -34,7 +33,6 @@ class DrawnTrial:
     name: str  # of the trial
     role: str  # "fit" or "holdout"
     trial: Trial  # as reality makes it
-    logged: bool = False  # whether the motor is logged, even where that of the session's other trials is not
 
     @property
     def commanded_hz(self) -> float | None:
@@ -123,17 +121,6 @@ def _trials(recorded: Recorded, random: np.random.Generator) -> tuple[DrawnTrial
     if recorded.free_decay:
         others.append(DrawnTrial("decay", "fit", _decay(random)))
     return (*swims, *others)
-
-
-def one_more(plan: SessionPlan, kind: TrialKind, hz: float | None, logged: bool) -> DrawnTrial:
-    """A fitted trial in the session of a plan, after all that was recorded; a free decay is one without a speed."""
-    random = np.random.default_rng([plan.seed, 5])
-    if hz is None:
-        return DrawnTrial("more_decay", "fit", _decay(random))
-    seconds = max(plan.recorded.seconds, WARMUP_S + BEATS / hz)
-    trial = _swim(hz, round(seconds, 1), random) if kind == "swim" else _dry(hz, random)
-    name = _name("f" if kind == "swim" else "dry", hz)
-    return DrawnTrial(f"more_{name}", "fit", trial, logged)
 
 
 def _decay(random: np.random.Generator) -> Trial:

@@ -1,7 +1,6 @@
 """A suite as a folder: sessions that anybody may diagnose, answers apart from them, and what came of it."""
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Self
@@ -68,16 +67,13 @@ class SuiteFolder:
         sessions: a folder a session.
         answers: a file a session; nothing but the scorer opens them.
         discrepancy: what every diagnosis may know of reality's base state.
-        rules: what trivial rules said, a file a session.
         without: copies of sessions, to be diagnosed by a catalogue that lacks the effect that is there.
-        followed: sessions with the trial that their diagnosis recommends, to be diagnosed once more.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.sessions, self.answers = folder / "sessions", folder / "answers"
-        self.discrepancy, self.rules = folder / "discrepancy.npz", folder / "rules"
-        self.without, self.followed = folder / "without", folder / "followed"
+        self.discrepancy, self.without = folder / "discrepancy.npz", folder / "without"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -100,35 +96,23 @@ class SuiteFolder:
             faults.raise_if_any()
         return tuple(names)
 
-    def check_every(self, stands: Callable[[str], bool], what: str, next_step: str) -> None:
-        """That something stands of every session.
-
-        Args:
-            stands: of a session by its name.
-            what: is wrong where it does not.
-            next_step: to take then.
-
-        Raises:
-            InputError: it does not, or there is no whole suite.
-        """
-        names = self.names
-        if left := [name for name in names if not stands(name)]:
-            faults = FaultCollector(str(self.folder))
-            found = f"{len(left)} of {len(names)} are missing"
-            faults.add("", what, found=found, expected="all", next_step=next_step)
-            faults.raise_if_any()
-
     def check_diagnosed(self) -> None:
         """That every session is diagnosed, without which no answer is to be opened.
 
         Raises:
             InputError: one is not, or there is no whole suite.
         """
-        self.check_every(
-            lambda name: (self.sessions / name / DIAGNOSIS).exists(),
-            "not every session is diagnosed, as it must be before an answer is opened",
-            "Go on with --part diagnose, or with a program of yours.",
-        )
+        names = self.names
+        if missing := [name for name in names if not (self.sessions / name / DIAGNOSIS).exists()]:
+            faults = FaultCollector(str(self.folder))
+            faults.add(
+                "",
+                "not every session is diagnosed, as it must be before an answer is opened",
+                found=f"{len(missing)} of {len(names)} are missing",
+                expected="all",
+                next_step="Go on with --part diagnose, or with a program of yours.",
+            )
+            faults.raise_if_any()
 
     def true(self) -> tuple[Answer, ...]:
         """All answers, in the order of the names.

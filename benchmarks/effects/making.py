@@ -92,26 +92,6 @@ class Making:
             strengths=tuple(strength.value for strength in strengths),
         )
 
-    def make_with(self, plan: SessionPlan, strengths: Sequence[float], more: DrawnTrial, folder: Path) -> Filming[None]:
-        """Makes `folder/<name>` as it was made, with one more trial.
-
-        Args:
-            plan: of the session.
-            strengths: of what is present.
-            more: the trial.
-            folder: in which the session is made.
-
-        Raises:
-            SimulationDiverged: the trial cannot be simulated.
-            InputError, ResultsNotWritable, ValueError: as of `make`.
-        """
-        drawn = yield from draw_world(plan)
-        drawn = replace(drawn, trials=(*drawn.trials, more))
-        random = np.random.default_rng([plan.seed, 3])
-        makers = [self.mechanisms[name](random) for name in plan.effects]
-        present = tuple(each for make, strength in zip(makers, strengths, strict=True) for each in make(strength))
-        write_session(folder / plan.name, drawn, (yield from drawn.recorded(present)), present)
-
     def _strength(
         self,
         name: str,
@@ -196,7 +176,7 @@ def _logged(
     folder: Path, drawn: DrawnWorld, each: DrawnTrial, recording: Recording, random: np.random.Generator
 ) -> dict[str, Any]:
     """Writes the log of a motor, where there is one; its clock is told by hand."""
-    if not (drawn.plan.recorded.logged or each.logged) or each.trial.kind == "free_decay":
+    if not drawn.plan.recorded.logged or each.trial.kind == "free_decay":
         return {}
     offset_s = float(np.round(random.uniform(0.0, _CLOCK_S), 3))
     file = f"trials/{each.name}.motor.csv"

@@ -167,22 +167,6 @@ def measures_without(cases: Sequence[Case]) -> Measures:
     }
 
 
-def measures_followed(followed: Sequence[tuple[str, Told]], missing: int) -> Measures:
-    """Of effects that were told as one of several, with the trial that was recommended to tell them apart.
-
-    Args:
-        followed: each such effect, and what was told with the trial.
-        missing: sessions that should have been followed and were not.
-    """
-    apart = Share.among(followed, lambda each: (each[0],) in each[1].said)
-    lost = Share.among(followed, lambda each: each[0] not in each[1].names)
-    return {
-        "told_apart": Measure("told apart with one trial more", apart, "≥ 90 %"),
-        "lost": Measure("no longer named", lost, "≤ 5 %"),
-        "not_followed": Measure("not followed", Share(missing, missing + len(followed))),
-    }
-
-
 def measures_together(cases: Sequence[Case]) -> Measures:
     """What all effects at once are worth, of sessions whose diagnosis may ask for them.
 

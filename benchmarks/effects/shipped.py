@@ -27,7 +27,7 @@ def ship(folder: Path, workers: int = 0) -> None:
     """
     suite = SuiteFolder(folder / "small")
     write_whole(suite.discrepancy, shipped_discrepancy().read_bytes())  # it may have been measured anew
-    if failures := make_suite(suite, SEED, SMALL, Run(workers, tell=lambda said, _: print(said, file=sys.stderr))):
+    if failures := make_suite(suite, SEED, SMALL, Run(workers, progress=lambda said, _: print(said, file=sys.stderr))):
         raise RuntimeError(f"small suite: {len(failures)} sessions failed, the first: {failures[0].message}")
     card = folder / "CARD.md"
     found = checksum_of_sessions(suite)

@@ -14,27 +14,6 @@ _SHOWN = 120  # characters of what is wrong
 
 
 @dataclass(frozen=True)
-class Trial:
-    """That could be added to a session."""
-
-    kind: Literal["swim", "dry", "free_decay"]  # of the trial
-    commanded_hz: Annotated[FiniteFloat, Field(gt=0)] | None = None  # that the motor is told; None of a free decay
-    logged: bool = False  # whether the motor is to be logged
-
-    def __post_init__(self) -> None:
-        if (self.kind == "free_decay") != (self.commanded_hz is None):
-            raise ValueError("commanded_hz: a speed above 0 of a swim or a dry run, none of a free decay")
-
-
-@dataclass(frozen=True)
-class Experiment:
-    """That would separate two names; its trial is None where sessions have no such thing."""
-
-    separates: tuple[str, str]
-    trial: Trial | None = None
-
-
-@dataclass(frozen=True)
 class Gap:
     """Of held-out swims, by a twin that was fitted to others; None is what does not apply."""
 
@@ -74,7 +53,6 @@ class Told:
     seconds: FiniteFloat | None = None  # that it took; None where it is not told
     effort: str | None = None  # with which it was made; None where that is not told
     withheld_from_catalogue: tuple[str, ...] | None = None  # effects that the catalogue lacked
-    next_experiments: tuple[Experiment, ...] | None = None  # the most telling first
 
     @property
     def said(self) -> tuple[tuple[str, ...], ...]:

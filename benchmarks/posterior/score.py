@@ -12,17 +12,26 @@ import numpy as np
 
 from benchmarks.posterior.effect_names import Effect
 from benchmarks.posterior.effects import effect_of
-from benchmarks.posterior.exact import exact_widths
 from benchmarks.posterior.truth import DrawnSession, draw_session
+from fitting.model import COMPONENTS, find_mode
+from fitting.model.session_model import SessionModel
 from fitting.posterior import Posterior, sample_posterior
-from fitting.posterior.inference import MISFIT_P
+from fitting.posterior.posterior import MISFIT_P
 from fitting.signatures.score_tests import score_tests
 from session import Flag
 from swimmer.effects import catalogue
 
 RANKED = 99  # draws among which the truth has a rank: 100 ranks, ten to a bin
-EFFECTIVE = 100
-WARNINGS = ("model_discrepancy", "effect_left_out", "robot_off", "emulator_off", "not_converged", "noise_not_white")
+EFFECTIVE, STARTS = 100, 3
+WARNINGS = (
+    "model_discrepancy",
+    "effect_left_out",
+    "robot_off",
+    "emulator_off",
+    "not_converged",
+    "noise_not_white",
+    "fit_outside",
+)
 """Flags that tell a reader not to believe the intervals."""
 Five = tuple[float, ...]
 
@@ -37,6 +46,7 @@ class PosteriorScore:
     strength: float
     frequency_hz: tuple[float, ...]  # of its two trials
     tried: int  # sets of coefficients drawn until one swam forward
+    varied: bool  # whether its trials differ in trim, registration and speed
     truth: Five  # the coefficients
     rank: tuple[int, ...]  # of the truth among 99 draws, from 0 to 99
     below: Five  # share of all draws below the truth
@@ -46,20 +56,20 @@ class PosteriorScore:
     q95: Five
     mean: Five
     sd: Five
-    exact_width: Five  # of the 90 % interval by the exact likelihood
     # r_hat, ess_bulk: of the draws
     r_hat: Five
     ess_bulk: Five
-    box_sd_m: float  # how far boxes were found to sit off their markers
+    fit: Five  # the mode that it is about
+    sizes: tuple[float, ...]  # of the variance components at the mode
     discrepancy: tuple[float, ...]  # posterior median of the twin's relative error in wave and speed
     misfit_p: float  # how often noise and nuisances alone would misfit as much
     flags: tuple[str, ...]  # kinds
     simulations: int  # of each trial
-    seconds: float  # that the posterior took, beside whatever else ran
+    seconds: float  # that fit and posterior took, beside whatever else ran
 
     @property
     def warnings(self) -> frozenset[str]:
-        """Kinds of flags by which a reader was told not to believe the intervals."""
+        """Kinds of flags by which a reader is warned not to believe the intervals."""
         misfit = {"model_discrepancy"} if self.misfit_p < MISFIT_P else set()
         return frozenset(misfit | (set(WARNINGS) & set(self.flags)))
 
@@ -84,11 +94,6 @@ class PosteriorScore:
         """The largest of these, without its sign."""
         return float(np.abs(self.off_sd).max())
 
-    @property
-    def width_ratio(self) -> np.ndarray:
-        """(5,) width of the 90 % interval over that of the exact likelihood."""
-        return (np.array(self.q95) - np.array(self.q05)) / np.array(self.exact_width, float)
-
 
 def score_session(case: tuple[int, Effect, float]) -> PosteriorScore:
     """Draws a session, samples its posterior and compares it with the truth, on one core.
@@ -98,10 +103,12 @@ def score_session(case: tuple[int, Effect, float]) -> PosteriorScore:
             strength of that, in shares of its full strength.
     """
     seed, effect, strength = case
-    drawn = draw_session(seed, effect_of(effect, seed), strength, workers=1)
+    varied = effect == "none" and seed % 2 == 1
+    drawn = draw_session(seed, effect_of(effect, seed), strength, workers=1, varied=varied)
     began = time.perf_counter()
-    posterior = sample_posterior(drawn.trials, drawn.twin, effective=EFFECTIVE, seed=seed)
-    flags = (*posterior.flags, *score_tests(posterior, drawn.camera, catalogue().values()).flags)
+    mode = find_mode(SessionModel.of(drawn.twin, drawn.trials, with_course=True), STARTS, seed)
+    posterior = sample_posterior(mode, EFFECTIVE, seed)
+    flags = (*posterior.flags, *score_tests(mode, drawn.camera, catalogue().values()).flags)
     return _score(drawn, posterior, flags, time.perf_counter() - began)
 
 
@@ -115,6 +122,7 @@ def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], sec
         strength=drawn.strength,
         frequency_hz=tuple(trial.frequency.hz for trial in drawn.trials),
         tried=drawn.tried,
+        varied=drawn.varied,
         truth=_five(truth),
         rank=tuple(int(r) for r in (ranked < truth).sum(axis=0)),
         below=_five((draws < truth).mean(axis=0)),
@@ -123,14 +131,14 @@ def _score(drawn: DrawnSession, posterior: Posterior, flags: Sequence[Flag], sec
         q95=_five(q95),
         mean=_five(draws.mean(axis=0)),
         sd=_five(draws.std(axis=0, ddof=1)),
-        exact_width=_five(exact_widths(posterior, drawn.noise, drawn.seed)),
         r_hat=_five(posterior.draws.r_hat[:5]),
         ess_bulk=_five(posterior.draws.ess_bulk[:5]),
-        box_sd_m=posterior.found.off.box_m,
+        fit=_five(posterior.mode.coefficients),
+        sizes=tuple(float(posterior.mode.sizes[each.name]) for each in COMPONENTS),
         discrepancy=_five(np.median(posterior.discrepancy, axis=0)),
         misfit_p=posterior.misfit_p,
         flags=tuple(flag.kind for flag in flags),
-        simulations=posterior.found.simulations,
+        simulations=posterior.surrogate.simulations,
         seconds=seconds,
     )
 

@@ -1,4 +1,7 @@
-"""Sessions drawn from the prior, with their truth: two swims of a robot, tracked with errors that last."""
+"""Sessions drawn from the prior, with their truth: two swims of a robot, tracked with errors that last.
+
+They are made by the twin itself; of a varied session no trial is quite like the twin, nor like the other.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,11 +26,15 @@ from synthetic.streams import Stream
 
 SLOWEST_HZ, FASTEST_HZ, APART_HZ = 0.5, 1.4, 0.3
 SECONDS = 5.0
+LEAST_M_S = 0.01  # from rest: a robot that stands still says nothing
 GLUED_SD_M = 0.001  # of a marker from its place on the body, each way
 CAMERA = SyntheticCamera(width_px=8000, height_px=8000)  # the scale of the published videos, and room for any course
 NOISE = TrackingNoise()
 MOST_SHARED = 0.8  # of the tracks' errors, by neighbours
 STEP = 1 / 128  # of the twin's own time step: with a sixteenth, Kutta lift was still 0.3 standard deviations off
+TURNING, SIDEWAYS, REGISTRATION, FASTER = 0.03, 0.005, 0.02, 0.03
+"""Standard deviations between the trials of a varied session: rad/s, m/s, rad of the head frame, share of the speed."""
+_COURSE_DEGREE = 3  # of the smooth path that turns and drifts
 _FITTED = 2  # trials
 _TRIES = 16  # coefficients that are tried at once
 
@@ -47,6 +54,7 @@ class DrawnSession:
     strength: float  # of that, in shares of its full strength
     noise: TrackingNoise  # that its tracks were made with
     tried: int  # how many sets of coefficients were drawn until one swam forward
+    varied: bool = False  # whether trials differ in trim, registration of the head frame and speed
 
 
 def draw_session(
@@ -57,14 +65,15 @@ def draw_session(
     seconds: float = SECONDS,
     held_out_hz: Sequence[float] = (),
     step: float = STEP,
+    varied: bool = False,
 ) -> DrawnSession:
     """Draws a session from the prior of the posterior and of its nuisances.
 
-    Coefficients are uniform over the box, of those with which the robot swims forward from rest at both frequencies.
-    Two frequencies are uniform from 0.5 to 1.4 Hz, at least 0.3 Hz apart; phases and headings are uniform. Each marker
-    sits off its place on the body by 1 mm (standard deviation, each way); hinges and crank arm are off by
-    what the posterior allows for where nobody measured them. The share of the tracks' errors that neighbours have in
-    common is uniform from 0 to 0.8. The swims are simulated with steps so fine that they no longer matter.
+    Coefficients are uniform over the box, of those with which the robot swims forward from rest by at least 1 cm/s at
+    both frequencies. These are uniform from 0.5 to 1.4 Hz, at least 0.3 Hz apart; phases and headings are uniform. Each
+    marker sits off its place on the body by 1 mm (standard deviation, each way); hinges and crank arm are off by what
+    the posterior allows for where nobody measured them. The share of the tracks' errors that neighbours have in common
+    is uniform from 0 to 0.8. The trials are simulated with steps so fine that they no longer matter.
 
     Args:
         seed: of all draws.
@@ -74,6 +83,7 @@ def draw_session(
         seconds: of each trial.
         held_out_hz: of further swims.
         step: of the simulation of the truth, in steps of the twin.
+        varied: whether trials differ in trim, registration of the head frame and speed.
     """
     random = np.random.default_rng([seed, 6])
     nominal = load_robot()
@@ -92,7 +102,7 @@ def draw_session(
         camera=CAMERA,
     )
     camera = CameraSpec(fps=plan.camera.fps, scale_length_m=nominal.scale_length_m)
-    swims = _measured(plan, unmodelled, camera, nominal)
+    swims = _measured(plan, unmodelled, camera, nominal, varied)
     return DrawnSession(
         seed=seed,
         truth=truth,
@@ -105,6 +115,7 @@ def draw_session(
         strength=strength,
         noise=noise,
         tried=tried,
+        varied=varied,
     )
 
 
@@ -128,7 +139,7 @@ def _forward_swimmer(
     while True:
         drawn = random.uniform(*COEFFICIENT_BOUNDS, (_TRIES, 5))
         with np.errstate(invalid="ignore"):
-            forward = np.flatnonzero((speed_from_rest(twin, drawn, frequency_hz) > 0).all(axis=1))
+            forward = np.flatnonzero((speed_from_rest(twin, drawn, frequency_hz) > LEAST_M_S).all(axis=1))
         if len(forward):
             return FluidCoefficients(*map(float, drawn[forward[0]])), tried + int(forward[0]) + 1
         tried += _TRIES
@@ -166,16 +177,38 @@ def _trial(hz: float, seconds: float, random: np.random.Generator) -> SyntheticT
 
 
 def _measured(
-    plan: SyntheticPlan, unmodelled: Unmodelled, camera: CameraSpec, nominal: RobotSpec
+    plan: SyntheticPlan, unmodelled: Unmodelled, camera: CameraSpec, nominal: RobotSpec, varied: bool
 ) -> list[MeasuredTrial]:
     """The trials of a plan as a session that knows the nominal robot alone measures them."""
     trials = []
     for number, swim in enumerate(simulate_swims(plan, unmodelled.twin)):
         carried = swim.time_s[:, None] * unmodelled.current_m_s * plan.camera.px_per_m  # (n, 2)
-        tracks, _ = tracked(
-            swim.trial, swim.position_px + carried[:, None], plan, Stream.SWIM_TRACKER.of(plan.seed, number)
-        )
+        position_px = swim.position_px + carried[:, None]
+        if varied:
+            random = np.random.default_rng([plan.seed, 11, number])
+            position_px = _varied(position_px, swim.time_s, plan.camera.px_per_m, random)
+        tracks, _ = tracked(swim.trial, position_px, plan, Stream.SWIM_TRACKER.of(plan.seed, number))
         role: Literal["fit", "holdout"] = "fit" if number < _FITTED else "holdout"
         trial = TrialSpec(name=swim.trial.name, kind="swim", commanded_hz=swim.trial.commanded_hz, role=role)
         trials.append(measure_trial(trial, tracks, camera, nominal, plan.warmup_s))
     return trials
+
+
+def _varied(position_px: np.ndarray, time_s: np.ndarray, px_per_m: float, random: np.random.Generator) -> np.ndarray:
+    """(n, m, 2) markers of a trial that also turns, slips sideways and swims faster, its nose beside the body's line.
+
+    The smooth path of the fish is laid anew; what it does about that path stays, but turns along.
+    """
+    turning, sideways, registration, faster = (TURNING, SIDEWAYS, REGISTRATION, FASTER) * random.standard_normal(4)
+    place = position_px[..., 0] + 1j * position_px[..., 1]  # (n, m)
+    nose, neck = (FISHSIM_MARKERS.index(name) for name in ("nose", "neck"))
+    place[:, nose] = place[:, neck] + np.exp(1j * registration) * (place[:, nose] - place[:, neck])
+    middle = place.mean(axis=1)
+    path = np.polynomial.Polynomial.fit(time_s, middle, _COURSE_DEGREE)(time_s)
+    turned, velocity = np.exp(1j * turning * time_s), (1 + faster) * np.gradient(path, time_s)
+    ahead = (place[:, nose] - place[:, neck]).mean()
+    velocity = turned * (velocity + 1j * sideways * px_per_m * ahead / abs(ahead))
+    steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time_s)
+    moved = path[0] + np.concatenate([[0.0], np.cumsum(steps)])
+    place = moved[:, None] + turned[:, None] * (place - path[:, None])
+    return np.stack([place.real, place.imag], axis=-1)

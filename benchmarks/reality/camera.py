@@ -42,6 +42,6 @@ class Picture:
     """What a camera made of a sight, before any error of a tracker."""
 
     names: tuple[str, ...]  # of the markers
-    time_s: np.ndarray  # (f,) times the frames are said to be of, s
+    time_s: np.ndarray  # (f,) time stamps of the frames, s
     position_px: np.ndarray  # (f, m, 2) x to the right and y down
     camera: Camera  # that looked

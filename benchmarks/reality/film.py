@@ -17,7 +17,7 @@ class Recording:
 
     trial: Trial  # that was made
     markers: tuple[str, ...]  # their names
-    time_s: np.ndarray  # (f,) the times the frames are said to be of, s
+    time_s: np.ndarray  # (f,) the time stamps of the frames, s
     position_px: np.ndarray  # (f, m, 2) in the picture, x to the right and y down
     marker_m: np.ndarray  # (f, m, 2) in the pool when the frames were exposed, x and y (up in the picture), m
     # (f, 3) x, y (m) and angle (rad) of the head's frame in the pool, whose x axis runs from nose to tail

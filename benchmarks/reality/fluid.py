@@ -17,7 +17,7 @@ and per unit of length:
   Brennen 1982, A review of added mass and fluid inertial forces), in Kirchhoff's terms without acceleration:
   force (mu v_y w, 0) and torque -mu v_x v_y, which do no work.
 
-The reactive force of elongated bodies, which replaces the last term at a share of its own, is in `reality.reactive`.
+The reactive force of elongated bodies, which replaces the last term at a share of its own, is in `.reactive`.
 """
 
 from dataclasses import dataclass
@@ -67,8 +67,9 @@ class Water:
         self._current = parameters.current_m_s
         self._of_link = np.eye(len(layout.origin_m))[strips.link]  # (s, l) sums strips over their link
         height, chord, length = wet_half_height_m(layout, parameters), strips.half_chord_m, strips.length_m
-        alike = strips.plate[:, None] == strips.plate
-        self._over_plate = alike * length[:, None] / (alike @ length)  # (s, s) means over the rest of a strip's plate
+        same_plate = strips.plate[:, None] == strips.plate
+        # (s, s) means over the rest of a strip's plate
+        self._over_plate = same_plate * length[:, None] / (same_plate @ length)
         self._edge = strips.half_thickness_m / chord
         blunt, slender, angular, kutta, magnus = np.moveaxis(parameters.coefficients, 1, 0)  # (n, s) each
         area = density * np.pi / 2 * height * length

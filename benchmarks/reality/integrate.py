@@ -31,7 +31,7 @@ def step(
         motion: the equations.
         time_s: (n, 1) s.
         position, velocity: (n, N).
-        states: of the mechanisms, which stand still during the step.
+        states: of the mechanisms, which are constant during the step.
         step_s: h.
     """
     h, g = step_s, GAMMA * step_s

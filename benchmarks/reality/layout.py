@@ -2,7 +2,7 @@
 
 Planar vectors are complex numbers throughout the package, x + i y; a link's own axes are x along it, tailwards, and y
 across it. Every flexible gap of the tail bends at several hinges, evenly spread over its middle, each stiffer in
-proportion, so that the gap as a whole bends as the robot's description says.
+proportion, so that the gap as a whole bends as in the robot's description.
 """
 
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class Layout:
     """Links (l: the head, then one behind every hinge), strips (s) and tendon guides (g) of the straight fish."""
 
     robot: RobotSpec  # that is cut
-    hinges_per_gap: int  # hinges that stand for one of the robot's
+    hinges_per_gap: int  # hinges that represent one of the robot's
     origin_m: np.ndarray  # (l,) x of each link's origin, the head's at 0, the others' at their hinge, m
     reach_m: np.ndarray  # (l,) from each link's origin to the next one's, m; 0 for the last
     # mass_kg, moment_kg_m, inertia_kg_m2: (l,) of each link, moment and inertia about its origin
@@ -68,7 +68,7 @@ class Layout:
         return added
 
     def link_of(self, body: str) -> int:
-        """Index of the link that stands for one of the robot's rigid bodies."""
+        """Index of the link that represents one of the robot's rigid bodies."""
         return self.robot.links.index(body) * self.hinges_per_gap
 
 
@@ -159,5 +159,5 @@ def _strips(robot: RobotSpec, origin: np.ndarray) -> Strips:
 
 
 def _link_at(origin: np.ndarray, x: float) -> int:
-    """The link that holds a place x on the straight fish; whatever lies before the first hinge is the head's."""
+    """The link that holds a place x on the straight fish; whatever is before the first hinge is the head's."""
     return 0 if x < origin[1] else int(np.searchsorted(origin, x, side="right")) - 1

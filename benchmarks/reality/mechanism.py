@@ -1,4 +1,4 @@
-"""Where a mechanism enters: the five places at which reality can be made to differ from its base state.
+"""Where a mechanism enters: the five places at which the second simulator can be made to differ from its base state.
 
 A mechanism is a frozen dataclass of numbers whose class overrides what it needs of `Mechanism`. All simulations of a
 batch with the same mechanism are handled together: in the hooks of a running simulation (start, advance, force, turn,
@@ -43,7 +43,7 @@ class Mechanism:
         return np.zeros((len(now.time_s), 0))
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:  # noqa: ARG002
-        """(n, k) own state a step later; in between it stands still."""
+        """(n, k) own state a step later; in between it is constant."""
         return state
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:
@@ -59,7 +59,7 @@ class Mechanism:
         raise NotImplementedError
 
     def expose(self, time_s: np.ndarray) -> np.ndarray:
-        """(5a) (f,) when light fell on the frames that are said to be of times (f,), s; not before the start."""
+        """(5a) (f,) when light fell on the frames that are stamped with times (f,), s; not before the start."""
         return time_s
 
     def place(self, sight: Sight) -> Sight:
@@ -91,7 +91,7 @@ class Group:
     """One class of mechanism in the rows of a batch that have it."""
 
     mechanism: Mechanism  # with a field (r, 1) for each of its numbers
-    # (r,) of the batch; a slice where they stand side by side, whose part of an array costs nothing
+    # (r,) of the batch; a slice where they are side by side, whose part of an array costs nothing
     rows: np.ndarray | slice
     parameters: Parameters  # of these rows
 
@@ -137,10 +137,10 @@ def _kind(mechanism: Mechanism) -> tuple[str, ...]:
     return (type(mechanism).__module__, type(mechanism).__qualname__, *map(repr, others))
 
 
-def _together(alike: list[Mechanism]) -> Mechanism:
-    numbers = [f.name for f in fields(alike[0]) if _is_number(getattr(alike[0], f.name))]
-    columns = {name: np.array([getattr(mechanism, name) for mechanism in alike])[:, None] for name in numbers}
-    return replace(alike[0], **columns)
+def _together(mechanisms: list[Mechanism]) -> Mechanism:
+    numbers = [f.name for f in fields(mechanisms[0]) if _is_number(getattr(mechanisms[0], f.name))]
+    columns = {name: np.array([getattr(mechanism, name) for mechanism in mechanisms])[:, None] for name in numbers}
+    return replace(mechanisms[0], **columns)
 
 
 def _is_number(value: object) -> bool:

@@ -17,7 +17,7 @@ from benchmarks.reality.tendons import Pull, Tendons, Turn
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """mass q'' = force, with what of the force is stiff: its slopes -stiffness, -damping over q, q', and over time."""
+    """mass q'' = force, with derivatives of the force's stiff part: -stiffness, -damping over q, q', and over time."""
 
     mass: np.ndarray  # (n, N, N)
     force: np.ndarray  # (n, N)
@@ -91,7 +91,7 @@ class Motion:
     def equations(
         self, time_s: np.ndarray, position: np.ndarray, velocity: np.ndarray, states: list[np.ndarray], step_s: float
     ) -> Equations:
-        """At times (n, 1), coordinates (n, N) and rates (n, N); the step tells how far the force's rate looks."""
+        """At times (n, 1), coordinates (n, N) and rates (n, N); the step sets how far the force's rate looks."""
         now = self._instant(
             time_s, position, velocity, self.turn(time_s, states), self.turn(time_s + step_s, states), step_s
         )

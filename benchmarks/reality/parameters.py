@@ -66,7 +66,7 @@ class Parameters:
 
 
 def nominal_parameters(layout: Layout, markers: tuple[str, ...], coefficients: tuple[float, ...]) -> Parameters:
-    """One row: the robot as its description says, swimming in still water, its markers in the plane of the scale."""
+    """One row: the robot as described, swimming in still water, its markers in the plane of the scale."""
     robot, hinges = layout.robot, layout.hinges
     each = layout.hinges_per_gap  # hinges in series: each stiffer by their number
     link = np.array([layout.link_of(robot.markers[name].body) for name in markers])

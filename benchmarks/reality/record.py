@@ -12,7 +12,7 @@ _PLAUSIBLE_RAD, _PLAUSIBLE_M = np.pi, 20.0  # of a hinge, of the head's way: bey
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """The crank as a motor's log might tell it, every 4 ms from the run-in to the end of its trial."""
+    """The crank as a motor's log might show it, every 4 ms from the run-in to the end of its trial."""
 
     time_s: np.ndarray  # (k,) since the first frame, s
     angle_rad: np.ndarray  # (k,)

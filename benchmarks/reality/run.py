@@ -17,7 +17,7 @@ from swimmer.robot import load_robot
 
 STEP_S = 0.001
 _BATCH = 256
-_SPARE_S = 0.01  # simulated beyond a trial's end and last frame, which must lie between two kept instants
+_SPARE_S = 0.01  # simulated beyond a trial's end and last frame, which must be between two kept instants
 
 
 def simulate(
@@ -44,17 +44,17 @@ def simulate(
         return []
     robot = load_robot()
     layout, names = lay_out(robot, hinges_per_gap), markers or tuple(robot.markers)
-    alike = sorted(range(len(trials)), key=lambda i: _company(*trials[i]))
+    order = sorted(range(len(trials)), key=lambda i: _company(*trials[i]))
     recordings: dict[int, Recording] = {}
     for first in range(0, len(trials), _BATCH):
-        rows = alike[first : first + _BATCH]
+        rows = order[first : first + _BATCH]
         batch = _simulate_batch([trials[i] for i in rows], layout, names, step_s, allow_divergence)
         recordings.update(zip(rows, batch, strict=True))
     return [recordings[i] for i in range(len(trials))]
 
 
 def _company(world: World, trial: Trial) -> tuple[int, list[str]]:
-    """Order in which trials go into batches: alike in length and mechanisms, so that a batch costs less."""
+    """Order in which trials go into batches: similar in length and mechanisms, so that a batch costs less."""
     return -int(np.ceil(trial.lead_s + trial.duration_s)), sorted(type(m).__qualname__ for m in world.mechanisms)
 
 
@@ -89,7 +89,7 @@ def divergence(trials: Sequence[Trial], lost: np.ndarray, step_s: float = STEP_S
     """What to raise of trials of which some, (n,) marked, blew up."""
     first = trials[int(np.flatnonzero(lost)[0])]
     return SimulationDiverged(
-        f"{int(lost.sum())} of {len(trials)} simulations of reality diverged; the first a {first.kind} at "
+        f"{int(lost.sum())} of {len(trials)} reference simulations diverged; the first a {first.kind} at "
         f"{first.frequency_hz:g} Hz. Expected a bounded motion; try a smaller time step than {step_s:g} s."
     )
 

@@ -10,7 +10,7 @@ from benchmarks.reality.parameters import Parameters
 from benchmarks.reality.tendons import Tendons, Turn
 
 _STAGES, _PER_STAGE, _LAST = 24, 6, 60  # iterations
-_CAUTION = 2.0  # hinge stiffness added to the slope, over the hinges' own
+_CAUTION = 2.0  # hinge stiffness added to the Jacobian, over the hinges' own
 _NUDGE_RAD = 0.01  # of the crank, over which the pose's slope is taken
 _SNAPS = 5.0  # rad of a hinge over rad of the crank, beyond which the tail has snapped from one pose into another
 
@@ -19,7 +19,7 @@ def balanced_hinges(layout: Layout, parameters: Parameters, turn: Turn) -> tuple
     """(n, h) hinge angles in which the tail rests under its tendons, and their rates as the crank turns, slowly.
 
     Descends the tail's potential energy, following the crank from the nearest angle at which the tail is straight. The
-    steps are Newton's with a slope that leaves out how the tendons' paths curve, and makes up for it by stiffer hinges.
+    steps are Newton's with a Jacobian without the curving of the tendons' paths, made up for by stiffer hinges.
     Where a pulled tail snaps into another pose just there, it starts at rest.
     """
     chain = Chain(layout, parameters)
@@ -52,8 +52,8 @@ def _settled(
         pull = tendons.pull(chain.pose(position, np.zeros_like(position)), still, still, 1.0)
         gradient = pull.gradient_m[:, :, 3:] @ to_hinges.T  # (n, 2, h)
         stiffness = parameters.hinge_stiffness_n_m
-        slope = (1 + _CAUTION) * stiffness[:, :, None] * np.eye(hinges.shape[1])
-        slope = slope + (np.swapaxes(gradient, 1, 2) * parameters.tendon_stiffness_n_m[:, None]) @ gradient
+        jacobian = (1 + _CAUTION) * stiffness[:, :, None] * np.eye(hinges.shape[1])
+        jacobian = jacobian + (np.swapaxes(gradient, 1, 2) * parameters.tendon_stiffness_n_m[:, None]) @ gradient
         force = -stiffness * (hinges - parameters.hinge_rest_rad) - (pull.tension_n[:, None] @ gradient)[:, 0]
-        hinges = hinges + np.linalg.solve(slope, force[:, :, None])[..., 0]
+        hinges = hinges + np.linalg.solve(jacobian, force[:, :, None])[..., 0]
     return hinges

@@ -1,4 +1,4 @@
-"""One reality: a robot as it truly is, its water and camera, and whatever mechanisms act; and the trials made in it."""
+"""One reference world: a robot as it truly is, its water and camera, its mechanisms, and the trials made in it."""
 
 from dataclasses import dataclass, field, replace
 from typing import Literal
@@ -16,7 +16,7 @@ TrialKind = Literal["swim", "dry", "free_decay"]
 
 @dataclass(frozen=True)
 class Nuisances:
-    """How this robot departs from its description, within what its maker would call alike."""
+    """How this robot departs from its description, within the tolerance of its maker."""
 
     # head_mass, tail_mass: factors of mass, moment and inertia
     head_mass: float = 1.0
@@ -70,7 +70,7 @@ class Trial:
 
 
 def prepared_parameters(world: World, trial: Trial, layout: Layout, markers: tuple[str, ...]) -> Parameters:
-    """One row: the world's robot in the scene of a trial, after every mechanism had its say."""
+    """One row: the world's robot in the scene of a trial, changed by every mechanism."""
     nominal = nominal_parameters(layout, markers, world.coefficients)
     parameters = _in_scene(_with_nuisances(nominal, world, markers), trial)
     for mechanism in world.mechanisms:

@@ -10,9 +10,8 @@ import cv2
 import numpy as np
 
 import tracking
-from benchmarks.cases import Records, Run, Tell, code_of, run_cases
+from benchmarks.cases import Progress, Records, Run, code_of, run_cases
 from benchmarks.scores import Table
-from benchmarks.tracking.nearest_spot import track_nearest
 from benchmarks.video.clips import BENCHMARK_CLIPS
 from benchmarks.video.render import ENCODINGS, Encoding, render_encodings
 from benchmarks.video.truth import ClipTruth, load_truth, truth_file
@@ -26,7 +25,7 @@ from tracking.video import Video
 
 WRONG = 0.5  # diameters from its marker, from which on a measured sample is on something else
 SPEED_CLIP = "speed_4k"
-METHODS = {"hybrid": "the tracker", "spots": "without CSRT", "csrt": "plain CSRT", "nearest": "nearest spot"}
+METHODS = {"hybrid": "the tracker", "spots": "without CSRT", "csrt": "plain CSRT"}
 COMPARED = Encoding("h264", 23)
 """All trackers are compared on videos of this quality; the tracker itself is measured on all."""
 
@@ -73,7 +72,7 @@ def clips_of(names: Sequence[str] = ()) -> list[Clip]:
     return own + [Clip(name, COMPARED, method) for name in chosen for method in list(METHODS)[1:]]
 
 
-def render_clips(todo: Sequence[Clip], folder: Path, tell: Tell) -> None:
+def render_clips(todo: Sequence[Clip], folder: Path, progress: Progress) -> None:
     """Renders what is not in the folder yet, each clip once for all its encodings."""
     for name in dict.fromkeys(each.clip for each in todo):
         videos = {each.file(folder): each.encoding for each in todo if each.clip == name}
@@ -83,17 +82,17 @@ def render_clips(todo: Sequence[Clip], folder: Path, tell: Tell) -> None:
             render_encodings(
                 BENCHMARK_CLIPS[name],
                 missing,
-                lambda done, name=name, frames=frames: tell(f"rendering {name}", done / frames),  # type: ignore[misc]
+                lambda done, name=name, frames=frames: progress(f"rendering {name}", done / frames),  # type: ignore[misc]
             )
 
 
-def measure_accuracy(todo: Sequence[Clip], folder: Path, tell: Tell) -> list[TrackingScore]:
+def measure_accuracy(todo: Sequence[Clip], folder: Path, progress: Progress) -> list[TrackingScore]:
     """Tracks every clip from the boxes that a person would draw; one after the other, for their times.
 
     Args:
         todo: what to track; rendered before.
         folder: where the videos are; scores are kept there as they come, and taken from there the next time.
-        tell: of the progress.
+        progress: called with a message and the share done.
     """
     here = Path(tracking.__file__).parent
     records = Records(
@@ -102,7 +101,7 @@ def measure_accuracy(todo: Sequence[Clip], folder: Path, tell: Tell) -> list[Tra
     names = {f"{each.file(folder).stem}.{each.method}": each for each in todo}
     truths = {name: sha256_of(truth_file(each.file(folder))) for name, each in names.items()}
     missing = {name: (each, folder) for name, each in names.items() if records.read(name, truths[name]) is None}
-    run = Run(workers=1, tell=tell)
+    run = Run(workers=1, progress=progress)
     failures = run_cases(_tracked, missing, run, lambda name, score: records.keep(name, score, truths[name]))
     if failures:
         raise RuntimeError(f"{failures[0].name}: {failures[0].message}")
@@ -130,8 +129,6 @@ def score_clip(clip: Clip, folder: Path) -> TrackingScore:
 def _track(path: Path, truth: ClipTruth, method: str) -> TrackedTrial:
     boxes = StartBoxes(0, {name: Box(*box) for name, box in truth.start_boxes().items()})
     with Video(path) as video:
-        if method == "nearest":
-            return track_nearest(video, boxes, truth.markers)
         return follow_video(video, boxes, truth.markers, method)  # type: ignore[arg-type]
 
 
@@ -140,7 +137,7 @@ def _score(clip: Clip, truth: ClipTruth, judged: TrackedTrial, tracked: TrackedT
     measured = tracked.state == SampleState.MEASURED
     on_marker = np.linalg.norm(error, axis=2) < WRONG * truth.diameter_px
     good, astray = measured & on_marker & truth.visible, measured & ~on_marker
-    told = judged.weight == 0
+    flagged = judged.weight == 0
     return TrackingScore(
         clip=clip.clip,
         encoding=clip.quality,
@@ -149,14 +146,14 @@ def _score(clip: Clip, truth: ClipTruth, judged: TrackedTrial, tracked: TrackedT
         bias_px=float(np.abs(error[good].mean(axis=0)).max()),
         lost=float((truth.visible & ~good).sum() / truth.visible.sum()),
         astray=float(astray.mean()),
-        silent=int((astray & ~told).sum()),
-        flagged=float((good & told).sum() / good.sum()),
+        silent=int((astray & ~flagged).sum()),
+        flagged=float((good & flagged).sum() / good.sum()),
         seconds=seconds,
     )
 
 
 def accuracy_tables(scores: Sequence[TrackingScore]) -> list[Table]:
-    """The tracker over clips and encodings, and beside the others."""
+    """The tracker over clips and encodings, and compared to the others."""
     own = [score for score in scores if score.method == "hybrid"]
     clips, encodings = (list(dict.fromkeys(getattr(score, key) for score in own)) for key in ("clip", "encoding"))
     rms = {(score.clip, score.encoding): f"{score.rms_px:.3f}" for score in own}
@@ -173,6 +170,6 @@ def accuracy_tables(scores: Sequence[TrackingScore]) -> list[Table]:
     )
     compared = [score for score in scores if score.encoding == Clip("", COMPARED).quality]
     cells = {(s.clip, s.method): f"{s.rms_px:.3f}, {s.bias_px:.3f}, {s.lost:.2%}" for s in compared}
-    beside = [(clip, *(cells.get((clip, method), "") for method in METHODS)) for clip in clips]
+    comparison = [(clip, *(cells.get((clip, method), "") for method in METHODS)) for clip in clips]
     caption = f"All trackers at {Clip('', COMPARED).quality}: rms and bias in px, lost"
-    return [accuracy, losses, Table(caption, ("clip", *METHODS.values()), tuple(beside))]
+    return [accuracy, losses, Table(caption, ("clip", *METHODS.values()), tuple(comparison))]

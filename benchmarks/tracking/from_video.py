@@ -1,6 +1,6 @@
 """What the tracker's error costs in each coefficient: a known swimmer filmed, tracked and fitted.
 
-It is fitted on perfect tracks beside that. The swimmer is the twin at a finer step, so what the twin leaves out of
+It is fitted on perfect tracks for comparison. The swimmer is the twin at a finer step, so what the twin leaves out of
 real water costs nothing here.
 """
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.cases import Tell
+from benchmarks.cases import Progress
 from benchmarks.scores import Table
 from benchmarks.video.filmed import SessionVideo
 from calib.options import Options
@@ -23,22 +23,22 @@ from tracking.tracker import TrackerName
 SPEEDS_HZ, SECONDS = (0.6, 1.0, 1.4), 5.5
 
 
-def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], tell: Tell, seed: int = 0) -> Table:
+def cost_table(folder: Path, crf: float, trackers: tuple[TrackerName, ...], progress: Progress, seed: int = 0) -> Table:
     """Films a swimmer at three speeds, and fits it from perfect tracks and from each tracker's.
 
     Args:
-        folder: for the sessions; videos that stand there are used again.
+        folder: for the sessions; videos that are there are used again.
         crf: quality of the H.264 videos.
         trackers: to be compared.
-        tell: of the progress.
+        progress: called with a message and the share done.
         seed: of the crank phases and the pictures.
     """
     filmed = folder / f"filmed-{crf:g}-{seed}"
     if not filmed.exists():
         plan, video = _plan(seed), SessionVideo(crf=crf)
-        make_session(filmed, plan, video, lambda name, done, of: tell(f"filming {name}", done / of))
+        make_session(filmed, plan, video, lambda name, done, of: progress(f"filming {name}", done / of))
     perfect = _with_true_tracks(filmed, folder / f"{filmed.name}-perfect")
-    rows = [_fitted(perfect, None, tell), *(_fitted(filmed, tracker, tell) for tracker in trackers)]
+    rows = [_fitted(perfect, None, progress), *(_fitted(filmed, tracker, progress) for tracker in trackers)]
     caption = f"A known swimmer, filmed at {', '.join(map(str, SPEEDS_HZ))} Hz and fitted: error of each coefficient"
     return Table(caption, ("fitted from", "rms px", "marker mm", *FluidCoefficients._fields), tuple(rows))
 
@@ -74,14 +74,14 @@ def _with_true_tracks(filmed: Path, copy: Path) -> Path:
     return copy
 
 
-def _fitted(folder: Path, tracker: TrackerName | None, tell: Tell) -> tuple[str, ...]:
+def _fitted(folder: Path, tracker: TrackerName | None, progress: Progress) -> tuple[str, ...]:
     """Where the tracks came from, their error an axis, the mean marker distance, and the error of each coefficient."""
     name = tracker or "perfect tracks"
 
-    def told(message: str, share: float | None) -> None:
-        tell(f"{name}: {message}", share)
+    def report(message: str, share: float | None) -> None:
+        progress(f"{name}: {message}", share)
 
-    pipeline = Pipeline(open_session(folder), replace(Options(tracker=tracker), tell=told))
+    pipeline = Pipeline(open_session(folder), replace(Options(tracker=tracker), tell=report))
     calibration = pipeline.calibrated()
     errors = (found / true - 1 for found, true in zip(calibration.coefficients, PLAUSIBLE_COEFFICIENTS, strict=True))
     summary = calibration.summary("fit")

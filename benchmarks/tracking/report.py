@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.cases import Tell
+from benchmarks.cases import Progress
 from benchmarks.scores import Scores, Table
 from benchmarks.tracking.accuracy import SPEED_CLIP, Clip, accuracy_tables, clips_of, measure_accuracy, render_clips
 from benchmarks.tracking.from_video import cost_table
@@ -16,14 +16,14 @@ SPEED_ENCODINGS = (Encoding("h264", 23), Encoding("hevc", 23))
 FIT_CRF = 23.0
 
 
-def measure_tracking(folder: Path, part: str, clips: Sequence[str], tell: Tell) -> Scores:
+def measure_tracking(folder: Path, part: str, clips: Sequence[str], progress: Progress) -> Scores:
     """Measures accuracy, speed and the cost in the coefficients, or one part of that.
 
     Args:
         folder: where rendered videos go and are found again, and scores of clips.
         part: "accuracy", "speed", "fit" or "all".
         clips: names of clips, none for all of them.
-        tell: of the progress.
+        progress: called with a message and the share done.
 
     Raises:
         InputError: no clip has such a name.
@@ -35,14 +35,14 @@ def measure_tracking(folder: Path, part: str, clips: Sequence[str], tell: Tell) 
     tables: list[Table] = []
     if part in ("all", "accuracy"):
         todo = clips_of(clips)
-        render_clips(todo, folder, tell)
-        tables += accuracy_tables(measure_accuracy(todo, folder, tell))
+        render_clips(todo, folder, progress)
+        tables += accuracy_tables(measure_accuracy(todo, folder, progress))
     if part in ("all", "speed"):
         videos = [Clip(SPEED_CLIP, encoding) for encoding in SPEED_ENCODINGS]
-        render_clips(videos, folder, tell)
-        tell("timing the tracker at 4K", None)
+        render_clips(videos, folder, progress)
+        progress("timing the tracker at 4K", None)
         tables.append(speed_table([clip.file(folder) for clip in videos]))
     if part in ("all", "fit"):
-        tables.append(cost_table(folder, FIT_CRF, ("hybrid", "csrt"), tell))
+        tables.append(cost_table(folder, FIT_CRF, ("hybrid", "csrt"), progress))
     command = "calib benchmark tracking" + (f" --part {part}" if part != "all" else "")
     return Scores("Tracking", "synthetic: rendered videos with known truth", command, tuple(tables))

@@ -1,4 +1,4 @@
-"""How fast a 4K video is tracked, beside decoding alone, and how much memory that takes. Ratios count."""
+"""How fast a 4K video is tracked, compared to decoding alone, and how much memory that takes. Ratios count."""
 
 import resource
 import time
@@ -27,7 +27,7 @@ def speed_table(videos: Sequence[Path], csrt_frames: int = 20) -> Table:
     by how much that rose over the last two thirds of the frames.
 
     Args:
-        videos: with their truth beside them.
+        videos: with their truth next to them.
         csrt_frames: how many frames plain CSRT is given.
     """
     columns = ("frames a second", "reading alone", "tracking", "ratio", "plain CSRT", "memory (growth at the end)")
@@ -59,7 +59,7 @@ def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def _ready() -> None:
-    """The imports are paid for before the clock runs, for both alike."""
+    """The imports are paid for before the clock runs, for both."""
 
 
 def _read(path: Path) -> float:

@@ -44,7 +44,7 @@ class Optics(Table):
         """(..., 3) points of the pool -> (..., 2) px, where the lens shows them.
 
         OpenCV, "Camera calibration and 3D reconstruction": x'' = x' (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x' y'
-        + p2 (r^2 + 2 x'^2), and y'' alike; u = fx x'' + cx.
+        + p2 (r^2 + 2 x'^2), and y'' likewise; u = fx x'' + cx.
         """
         depth_m = self.focal_px / self.px_per_m - (0.0 if self.height_m is None else point_m[..., 2])
         x, y = point_m[..., 0] / depth_m, -point_m[..., 1] / depth_m

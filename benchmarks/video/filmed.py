@@ -1,4 +1,4 @@
-"""Trials as videos: a synthetic session whose swims are filmed instead of tracked."""
+"""Trials as videos: a synthetic session whose swim trials are filmed instead of tracked."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from synthetic.swims import TrueRun
 
 
 class SessionVideo(Table):
-    """How the swims of a session are filmed; its clock and scale are those of the plan's camera."""
+    """How the swim trials of a session are filmed; its clock and scale are those of the plan's camera."""
 
-    # names of the filmed swims; None for all of them. Dry runs and free decays, in air, are tracked
+    # names of the filmed swim trials; None for all of them. Dry runs and free decays, in air, are tracked
     trials: tuple[str, ...] | None = None
     # width_px, height_px: of the videos, multiples of 2 and 4, the middle of the camera's image; None for all of it
     width_px: int | None = None
@@ -38,8 +38,8 @@ class SessionVideo(Table):
         """Whether a trial is filmed."""
         return self.trials is None or trial in self.trials
 
-    def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, told: Progress) -> dict[str, str]:
-        """Writes ``trials/<name>.mp4``, start boxes beside it, and ``truth/<name>.csv``, where the markers are."""
+    def film(self, folder: Path, number: int, swim: TrueRun, plan: SyntheticPlan, progress: Progress) -> dict[str, str]:
+        """Writes ``trials/<name>.mp4``, start boxes next to it, and ``truth/<name>.csv``, where the markers are."""
         name, frames = swim.trial.name, len(swim.time_s)
         video = Path("trials") / f"{name}.mp4"
         scene = film_scene(swim, plan, self, number)
@@ -47,7 +47,7 @@ class SessionVideo(Table):
         perfect = Tracks(truth.markers, truth.time_s, truth.shown_px, np.ones(truth.shown_px.shape[:2]))
         save_tracks(folder / "truth" / f"{name}.csv", perfect)
         save_boxes(folder / boxes_file(video), truth)
-        write_scene(scene, {folder / video: Encoding(crf=self.crf)}, lambda done: told(name, done, frames))
+        write_scene(scene, {folder / video: Encoding(crf=self.crf)}, lambda done: progress(name, done, frames))
         return {"video": video.as_posix(), "boxes": boxes_file(video).as_posix()}
 
     def optics(self, plan: SyntheticPlan) -> Optics:

@@ -30,7 +30,7 @@ class Occlusion(Table):
         return target_px + _DIRECTION * (_SWEEP_PX * away - 0.25 * _RADIUS_PX)
 
     def cover(self, region: Region, tip_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(h, w) float32 cover of a region's pixels, and where across the pole each lies, -1 to 1."""
+        """(h, w) float32 cover of a region's pixels, and where across the pole each is, -1 to 1."""
         x, y = region.grid()
         dx, dy = x - tip_px[0], y - tip_px[1]
         along = np.clip(dx * _DIRECTION[0] + dy * _DIRECTION[1], 0, _LONG_PX)

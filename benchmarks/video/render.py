@@ -1,4 +1,4 @@
-"""Rendering: a plan becomes a video, in one or more encodings, with its truth beside it."""
+"""Rendering: a plan becomes a video, in one or more encodings, with its truth next to it."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ ENCODINGS = (Encoding("ffv1"), Encoding("h264", 18), Encoding("h264", 23), Encod
 """What a tracker is measured at, lossless first."""
 
 
-def render_encodings(plan: ClipPlan, videos: Mapping[Path, Encoding], told: Callable[[int], None]) -> ClipTruth:
-    """Renders a clip once and packs it in several ways, each with its truth and start boxes beside it.
+def render_encodings(plan: ClipPlan, videos: Mapping[Path, Encoding], progress: Callable[[int], None]) -> ClipTruth:
+    """Renders a clip once and packs it in several ways, each with its truth and start boxes next to it.
 
     Args:
         plan: of the clip.
         videos: how to pack each video, by its file.
-        told: called with the number of frames done.
+        progress: called with the number of frames done.
 
     Raises:
         session.ResultsNotWritable: a file cannot be written.
         session.SimulationDiverged: the planned motion is unstable.
     """
     scene = PoolScene(plan)
-    write_scene(scene, videos, told)
+    write_scene(scene, videos, progress)
     for path in videos:
         scene.truth.save(truth_file(path))
         save_boxes(boxes_file(path), scene.truth)
     return scene.truth
 
 
-def write_scene(scene: PoolScene, videos: Mapping[Path, Encoding], told: Callable[[int], None]) -> None:
+def write_scene(scene: PoolScene, videos: Mapping[Path, Encoding], progress: Callable[[int], None]) -> None:
     """Paints a scene once and writes its videos, without truth; arguments as of `render_encodings`."""
     optics = scene.plan.optics
     fps = Fraction(optics.fps).limit_denominator(1001)
@@ -58,4 +58,4 @@ def write_scene(scene: PoolScene, videos: Mapping[Path, Encoding], told: Callabl
             data = scene.picture(number).data
             for writer in writers:
                 writer.write(data, float(time_s))
-            told(number + 1)
+            progress(number + 1)

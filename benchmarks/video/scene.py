@@ -81,7 +81,7 @@ class PoolScene:
         return self.plan.diameter_px / 2 * camera.scale_at(height_m) / camera.px_per_m
 
     def _paint_markers(self, picture: Picture, number: int) -> None:
-        """All bases first, so that none covers the marker beside it."""
+        """All bases first, so that none covers the marker next to it."""
         look, blur_px = self.plan.marker_look, self.plan.optics.blur_px
         exposed_px = np.moveaxis(self.stage.exposed_px[number], 1, 0)  # (m, s, 2)
         base = colour_of(*3 * (look.base_gray,))

@@ -1,4 +1,4 @@
-"""What is known of a rendered clip, kept beside it."""
+"""What is known of a rendered clip, kept next to it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class ClipTruth:
     time_s: np.ndarray  # (n,) of the frames, the middle of the exposure of the middle row, s
     position_px: np.ndarray  # (n, m, 2) centre of each disc in the distorted image, in an instant at `time_s`
     shown_px: np.ndarray  # (n, m, 2) its mean over the exposure of the marker's own row
-    visible_share: np.ndarray  # (n, m) of each disc's area that lies in the picture with nothing above it, 0 to 1
+    visible_share: np.ndarray  # (n, m) of each disc's area that is in the picture with nothing above it, 0 to 1
     diameter_px: np.ndarray  # (m,) of the discs
 
     @property
@@ -64,12 +64,12 @@ def load_truth(path: Path) -> ClipTruth:
 
 
 def truth_file(video: Path) -> Path:
-    """Where the truth of a clip stands: `clean.truth.npz` beside `clean.mp4`."""
+    """Where the truth of a clip is: `clean.truth.npz` next to `clean.mp4`."""
     return video.with_suffix(".truth.npz")
 
 
 def boxes_file(video: Path) -> Path:
-    """Where the start boxes of a video stand: `clean.boxes.json` beside `clean.mp4`."""
+    """Where the start boxes of a video are: `clean.boxes.json` next to `clean.mp4`."""
     return video.with_suffix(".boxes.json")
 
 

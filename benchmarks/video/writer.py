@@ -56,7 +56,7 @@ class VideoWriter:
             self._options["x265-params"] = "log-level=error"
         self._tick_s = 1 / Fraction(self._fps.numerator * math.ceil(_TICKS_HZ / self._fps.numerator))
         self._undo = ExitStack()
-        self._stream: av.VideoStream | None = None  # opened by the first picture, which tells gray from colour
+        self._stream: av.VideoStream | None = None  # opened by the first picture, which is gray or colour
         self._frames = 0
 
     def __enter__(self) -> Self:

@@ -116,7 +116,7 @@ class Bus:
             except PORT_ERRORS as gone:
                 raise NoAnswer(f"the port is gone while trying to {what}: {gone}") from gone
             data = b""
-            if result == COMM_SUCCESS:  # what stands between the error byte and the checksum of a whole packet
+            if result == COMM_SUCCESS:  # what is between the error byte and the checksum of a whole packet
                 data = bytes(packet[9 : 5 + packet[5] + 256 * packet[6]])
             if result == COMM_SUCCESS and not error & ~ALERT and len(data) == size:
                 if attempt:

@@ -2,7 +2,7 @@
 
 CaptureError          one message for the user; the command ends with `exit_code`
 ├── UserError         2: an option, a port or a folder that the user can mend; nothing was driven for it
-├── MotorFault        3: the motor, its bus or its supply; the motor was told to stop
+├── MotorFault        3: the motor, its bus or its supply; the motor was commanded to stop
 │   └── NoAnswer      3: the motor did not answer, however often it was asked
 └── Interrupted       128 + signal: Ctrl-C 130, SIGTERM 143, SIGHUP 129
 """

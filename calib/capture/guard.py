@@ -23,7 +23,7 @@ class Limits:
     patience_s: float = 0.5
 
 
-CLOCK_TOLERANCE_S = 0.02  # besides what two exchanges took
+CLOCK_TOLERANCE_S = 0.02  # in addition to what two exchanges took
 RISE_S = 1.0  # after a new command, before the speed counts
 SLOWEST_WATCHED_TURNS_PER_S = 0.05
 

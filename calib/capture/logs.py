@@ -121,7 +121,7 @@ def _append(file: TextIO, row: str) -> None:
 
 def _close(file: TextIO) -> None:
     """Closes the file, with what it holds on the disk itself, should the power go next."""
-    with contextlib.suppress(OSError):  # a full disk was told when the row was written
+    with contextlib.suppress(OSError):  # a full disk was reported when the row was written
         file.flush()
         os.fsync(file.fileno())
     with contextlib.suppress(OSError):

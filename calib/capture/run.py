@@ -27,7 +27,7 @@ UNCONFIRMED = (
     f"{SILENCE_S:g} s of the last packet it got; take its power away to be sure."
 )
 
-Tell = Callable[[str], None]
+Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class TrialResult(NamedTuple):
 def capture(
     settings: CaptureSettings,
     port: Any,
-    tell: Tell,
+    report: Report,
     clock: Clock = Clock(),  # noqa: B008  it has no state
 ) -> list[TrialResult]:
     """Drives and logs every speed, and adds each finished trial to the session.
@@ -88,7 +88,7 @@ def capture(
     Args:
         settings: what is captured.
         port: an open `dynamixel_sdk.PortHandler`, or what behaves like one.
-        tell: receives what is going on, a sentence at a time.
+        report: receives what is going on, a sentence at a time.
         clock: the host's time.
 
     Raises:
@@ -102,15 +102,15 @@ def capture(
     results = []
     with Signals() as signals:
         motor.identify()
-        _check_reach(settings, motor.read(), tell)
+        _check_reach(settings, motor.read(), report)
         session.make_folders()
         for hz in settings.hz:
             plan = TrialPlan(trial_name(hz, session.taken_names()), hz, settings.seconds, settings.coded)
-            tell(f"{plan.name}: {hz:g} turns/s for {plan.seconds:g} s, {plan.total_s:.1f} s in all")
-            result = _Trial(plan, motor, Guard(settings.limits), signals, clock).run(session.trials, tell)
+            report(f"{plan.name}: {hz:g} turns/s for {plan.seconds:g} s, {plan.total_s:.1f} s in all")
+            result = _Trial(plan, motor, Guard(settings.limits), signals, clock).run(session.trials, report)
             session.add_trial(plan.name, settings.kind, hz, settings.role)
             results.append(result)
-            _tell_result(result, tell)
+            _report_result(result, report)
             signals.raise_if_any()
     return results
 
@@ -125,17 +125,17 @@ class _Trial:
         self._signals = signals
         self._clock = clock
 
-    def run(self, folder: Path, tell: Tell) -> TrialResult:
+    def run(self, folder: Path, report: Report) -> TrialResult:
         """Drives the trial into new files of the folder; whatever happens, the motor is stopped."""
         damaged = self._motor.bus.damaged
         log = TrialLog(folder, self._plan.name)
         try:
-            with log, _stopping(self._motor, tell):
+            with log, _stopping(self._motor, report):
                 self._motor.prepare(max(registers.RATED_TURNS_PER_S, self._plan.hz))
                 self._drive(log)
         except CaptureError as error:
             if log.rows >= FEWEST_ROWS:
-                tell(f"{log.path} holds the {log.rows} rows until then; the trial was not added to the session")
+                report(f"{log.path} holds the {log.rows} rows until then; the trial was not added to the session")
             raise error
         return TrialResult(
             name=self._plan.name,
@@ -172,7 +172,7 @@ class _Trial:
 
 
 @contextmanager
-def _stopping(motor: Motor, tell: Tell) -> Iterator[None]:
+def _stopping(motor: Motor, report: Report) -> Iterator[None]:
     """Stops the motor at the end of the block, however it ends.
 
     Raises:
@@ -182,17 +182,17 @@ def _stopping(motor: Motor, tell: Tell) -> Iterator[None]:
         yield
     except BaseException:
         if not motor.stop():
-            tell(f"warning: {UNCONFIRMED}")
+            report(f"warning: {UNCONFIRMED}")
         raise
     if not motor.stop():
         raise MotorFault(UNCONFIRMED)
 
 
-def _check_reach(settings: CaptureSettings, reading: Reading, tell: Tell) -> None:
+def _check_reach(settings: CaptureSettings, reading: Reading, report: Report) -> None:
     """The speeds can be reached at the voltage there is."""
     voltage_v = reading.measured.voltage * registers.VOLT
     reach = registers.reach_turns_per_s(voltage_v)
-    tell(f"motor {settings.motor_id}: {voltage_v:.1f} V, reaches {reach:.2f} turns/s without load (72 rpm at 12 V)")
+    report(f"motor {settings.motor_id}: {voltage_v:.1f} V, reaches {reach:.2f} turns/s without load (72 rpm at 12 V)")
     faults = [
         f"{hz:g} turns/s is out of reach; expected: at most {reach:.2f} at {voltage_v:.1f} V. Leave it out of --hz."
         for hz in settings.hz
@@ -202,18 +202,18 @@ def _check_reach(settings: CaptureSettings, reading: Reading, tell: Tell) -> Non
         raise UserError(faults)
     near = [f"{hz:g}" for hz in settings.hz if hz > NEAR_REACH * reach]
     if near:
-        tell(f"warning: {', '.join(near)} turns/s is near the limit: under load the motor will turn more slowly")
+        report(f"warning: {', '.join(near)} turns/s is near the limit: under load the motor will turn more slowly")
 
 
-def _tell_result(result: TrialResult, tell: Tell) -> None:
+def _report_result(result: TrialResult, report: Report) -> None:
     speed = f"{result.measured_hz:.3f} turns/s measured"
     if math.isnan(result.measured_hz):
         speed = f"driven too briefly to tell its speed, of which the first {RISE_S:g} s do not count"
-    tell(f"{result.name}: {result.rows} rows at {result.rate_hz:.0f} Hz, {speed}")
+    report(f"{result.name}: {result.rows} rows at {result.rate_hz:.0f} Hz, {speed}")
     if result.rate_hz < SLOWEST_LOG_HZ:
-        tell(
+        report(
             f"warning: logged at {result.rate_hz:.0f} Hz; expected: {SLOWEST_LOG_HZ:.0f} or more. Raise the baud rate, "
             "or lower the adapter's latency (/sys/bus/usb-serial/devices/*/latency_timer to 1)"
         )
     if result.damaged:
-        tell(f"warning: {result.damaged} answers were lost or damaged and asked for again; check cable and ground")
+        report(f"warning: {result.damaged} answers were lost or damaged and asked for again; check cable and ground")

@@ -47,16 +47,16 @@ def ports() -> list[str]:
     return sorted(port for pattern in PORT_PATTERNS for port in glob.glob(pattern))  # noqa: PTH207  device names
 
 
-def scan(names: Sequence[str], bauds: Sequence[int], tell: Callable[[str], None]) -> list[Found]:
-    """Asks on every port at every baud rate who is there; a port that cannot be opened is told and left out."""
+def scan(names: Sequence[str], bauds: Sequence[int], report: Callable[[str], None]) -> list[Found]:
+    """Asks on every port at every baud rate who is there; a port that cannot be opened is reported and left out."""
     found: list[Found] = []
     for name in names:
         for baud in bauds:
-            tell(f"{name} at {baud} baud")
+            report(f"{name} at {baud} baud")
             try:
                 port = open_port(name, baud)
             except UserError as error:
-                tell(f"warning: {error}")
+                report(f"warning: {error}")
                 break
             try:
                 found.extend(Found(name, baud, *motor) for motor in _motors(port))

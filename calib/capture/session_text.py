@@ -56,7 +56,7 @@ class SessionText:
         return self.folder / "trials"
 
     def check(self) -> None:
-        """Makes sure that a trial can be added to what stands there; nothing is written.
+        """Makes sure that a trial can be added to what is there; nothing is written.
 
         Raises:
             UserError: the session.toml cannot be read or added to.
@@ -77,13 +77,13 @@ class SessionText:
             raise UserError(f"{self.folder}: not writable; choose a folder that you may write to with --out")
 
     def taken_names(self) -> list[str]:
-        """Names that a new trial must not have: those of the trials, and of the logs that lie there."""
+        """Names that a new trial must not have: those of the trials, and of the logs that are there."""
         listed = [str(trial.get("name")) for trial in _parsed(self.path, self._text()).get("trial", ())]
-        lying = [path.name.split(".")[0] for path in self.trials.glob("*.csv")]
-        return listed + lying
+        logs = [path.name.split(".")[0] for path in self.trials.glob("*.csv")]
+        return listed + logs
 
     def add_trial(self, name: str, kind: str, hz: float, role: str) -> None:
-        """Appends a trial whose motor log lies in ``trials``; the file is replaced whole or not at all.
+        """Appends a trial whose motor log is in ``trials``; the file is replaced whole or not at all.
 
         Raises:
             UserError: it cannot be written, or was made such that no trial can be appended.
@@ -103,7 +103,7 @@ class SessionText:
                 part.unlink(missing_ok=True)
 
     def _with_trial(self, name: str, kind: str, hz: float, role: str) -> str:
-        """The text with one more trial, proven to say what the old one said and that trial."""
+        """The text with one more trial, proven to hold what the old one held and that trial."""
         old = self._text()
         texts = {"name": name, "kind": kind, "motor": f"trials/{name}.motor.csv", "role": role}
         entry = TRIAL.format(**{key: _string(text) for key, text in texts.items()}, hz=repr(float(hz)))

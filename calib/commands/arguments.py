@@ -11,7 +11,7 @@ import typer
 EffortOption = Literal["quick", "full"]
 ObjectiveOption = Literal["likelihood", "published"]
 TrackerOption = Literal["hybrid", "spots", "csrt"]
-FORMS = ("swimcal", "deeplabcut", "movement", "movement-legacy", "fishsim")
+FORMS = ("swimcal", "deeplabcut", "movement", "fishsim")
 """Of tracks, for help; what is given is held against `tracking.records.FORMATS`."""
 
 SessionFolder = Annotated[Path, typer.Argument(metavar="SESSION", help="a session folder, with its session.toml")]

@@ -104,7 +104,7 @@ class PacketReader:
         return packets
 
     def _find_header(self) -> bool:
-        """Drops what cannot be a packet; True when a packet's head stands at the start of the buffer."""
+        """Drops what cannot be a packet; True when a packet's head is at the start of the buffer."""
         buffer = self._buffer
         while True:
             start = buffer.find(HEADER)
@@ -116,7 +116,7 @@ class PacketReader:
                 return False
             length = int.from_bytes(buffer[5:7], "little")
             inner = buffer.find(HEADER, 7, 7 + length)
-            if 0 <= inner <= 7 + length - 5:  # its first three bytes lie before the CRC
+            if 0 <= inner <= 7 + length - 5:  # its first three bytes are before the CRC
                 del buffer[:inner]
             elif not 3 <= length <= LONGEST or buffer[4] in (0xFD, 0xFF):
                 del buffer[:3]

@@ -96,21 +96,21 @@ class PseudoTerminal:
         return SPEEDS.get(termios.tcgetattr(self._slave)[5], UNKNOWN_BAUD)
 
 
-def run_emulator(motor: Emulator, tell: Callable[[str], None]) -> None:
+def run_emulator(motor: Emulator, report: Callable[[str], None]) -> None:
     """Serves an emulated motor on a pseudo-terminal until Ctrl-C or SIGTERM.
 
-    The first line told is the terminal's path alone, so that a program can read it; at the end it tells how the motor
-    was left.
+    The first line reported is the terminal's path alone, so that a program can read it; at the end it reports how the
+    motor was left.
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with PseudoTerminal(motor) as terminal:
         try:
-            tell(terminal.path)
-            tell(f"An emulated XW540-T140-R, id {motor.table['id']}, at {motor.baud} baud. Ctrl-C ends it.")
+            report(terminal.path)
+            report(f"An emulated XW540-T140-R, id {motor.table['id']}, at {motor.baud} baud. Ctrl-C ends it.")
             threading.Event().wait()
         except KeyboardInterrupt:
-            tell("")
+            report("")
         state = motor.state
     turns_s = state.velocity_rad_s / (2 * math.pi)
     left = "not driven" if motor.stopped else "STILL DRIVEN"
-    tell(f"Ended. The motor is {left}, at {turns_s:.2f} turns/s, {state.temperature_c:.0f} degrees C.")
+    report(f"Ended. The motor is {left}, at {turns_s:.2f} turns/s, {state.temperature_c:.0f} degrees C.")

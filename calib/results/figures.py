@@ -86,8 +86,6 @@ class FitFigures(Figures):
     flagged = _of_trial("flags", "The samples of a trial that are flagged, over time.")
     speeds = _figure("sweep", "Speed over frequency: measured, of the twin and by elongated body theory.")
     speed_errors = _figure("speed-errors", "Speed errors of the twin and of elongated body theory, by trial.")
-    speed_error_size = _figure("speed-error-size", "Mean absolute speed error of every model with its 90 % interval.")
-    speed_error_bias = _figure("speed-error-bias", "Mean signed speed error of every model with its 90 % interval.")
     residual_markers = _figure("residual-markers", "Distance between measured and simulated markers, by marker.")
     residual_time = _figure("residual-time", "Distance between measured and simulated markers, over time.")
     phase_portrait = _figure("phase-portrait", "Angle and angular rate of the tail, measured and simulated.")

@@ -16,7 +16,7 @@ from reports.numbers import in_words, listed, of_its_size, shown
 from session import Flag
 
 if TYPE_CHECKING:
-    from fitting.posterior.findings import Findings
+    from fitting.posterior.summary import PosteriorSummary
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -33,7 +33,7 @@ class PosteriorResult(Result):
 
     key = "posterior"
 
-    data: Findings = field(repr=False)
+    data: PosteriorSummary = field(repr=False)
     plot: PosteriorFigures = field(repr=False)
 
     @cached_property

@@ -5,7 +5,7 @@ emcee and ArviZ take a second to load: they are imported where they are needed.
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +15,8 @@ import numpy as np
 from calib.options import EffortName, Job
 from calib.stages.fit import FitStage
 from fitting import Calibration, MeasuredTrial
+from fitting.model import Mode, SessionModel, mode_at
+from fitting.model.robot_doubt import doubts_of
 from session.errors import NotConverged
 from session.results import writing_whole
 from session.stage import Stage
@@ -22,12 +24,12 @@ from swimmer import Twin
 from swimmer.effects import catalogue
 
 if TYPE_CHECKING:
-    from fitting.posterior.findings import Findings
+    from fitting.posterior.summary import PosteriorSummary
 
 EFFECTIVE = {"quick": 100, "full": 400}
 """Effective draws of every coefficient."""
 
-_FORM = 7  # of the files and of what they rest on
+_FORM = 8  # of the files and of what they rest on
 
 
 class PosteriorStage(Stage):
@@ -43,62 +45,49 @@ class PosteriorStage(Stage):
         self._job, self._fit, self.effort = job, fit, effort or job.options.effort
         file = job.results / "posterior.nc"
         effects = {name: [list(parameter) for parameter in effect.parameters] for name, effect in catalogue().items()}
-        self._drawn = Stage(file, {}, {"form": _FORM, "effort": self.effort}, [fit])  # whatever is said of it
-        super().__init__(file, {}, {"effects": effects}, [self._drawn])
+        super().__init__(file, {}, {"form": _FORM, "effort": self.effort, "effects": effects}, [fit])
 
     @property
-    def findings_file(self) -> Path:
+    def summary_file(self) -> Path:
         """``results/posterior.json``: what is said of it."""
         return self.file.with_suffix(".json")
 
     def make(self, calibration: Calibration, trials: list[MeasuredTrial], twin: Twin) -> None:
-        """Samples the posterior given the fit trials and writes it; sampling that was stopped goes on.
+        """Samples the posterior about a calibration and writes it.
 
         Args:
-            calibration: its coefficients are looked at first.
+            calibration: the mode that it is about.
             trials: all swims.
             twin: with their markers.
 
         Raises:
-            NotConverged: too few effective draws, or chains that disagree; nothing is written but the chain.
+            NotConverged: too few effective draws, or chains that disagree; nothing is written.
         """
-        from fitting.model.robot_doubt import doubts_of
         from fitting.posterior import sample_posterior
-        from fitting.posterior.findings import FINDINGS, find
         from fitting.posterior.posterior_file import save_draws
+        from fitting.posterior.summary import SUMMARY, summarise
         from fitting.signatures.score_tests import score_tests
 
-        job, chain = self._job, self._chain()
-        starts = [calibration.coefficients, *(end.coefficients for end in calibration.fit.ends)]
-        posterior = sample_posterior(
-            [trial for trial in trials if trial.role == "fit"],
-            twin,
-            np.array(starts, float),
-            EFFECTIVE[self.effort],
-            job.session.seed,
-            chain,
-            job.tell,
-            doubts_of(calibration.structure.sources),
-        )
-        if not posterior.draws.enough:
-            raise NotConverged(self._refusal(posterior.draws.flags[0].message, chain))
-        left_out = score_tests(posterior, job.session.camera, catalogue().values(), job.tell)
-        findings = find(posterior, trials, twin, job.session.seed, job.tell, left_out)
+        job, mode = self._job, mode_of(calibration, trials, twin)
+        posterior = sample_posterior(mode, EFFECTIVE[self.effort], job.session.seed, job.tell)
+        if posterior.draws.flags:
+            raise NotConverged(self._refusal(posterior.draws.flags[0].message))
+        left_out = score_tests(mode, job.session.camera, catalogue().values(), job.tell)
+        summary = summarise(posterior, trials, job.session.seed, job.tell, left_out)
         provenance = replace(job.provenance, effort=self.effort)
         stamp = {key: value for key, value in provenance.to_json().items() if isinstance(value, str | int)}
         with writing_whole(self.file) as part:
             save_draws(part, posterior, stamp)
-        written = (self.file, *FINDINGS.write(job.results, provenance, findings))
+        written = (self.file, *SUMMARY.write(job.results, provenance, summary))
         self._fit.add_posterior(posterior.marginals)
         self.mark(written)
-        self._forget(chain)
         job.made.extend(written)
 
-    def read(self) -> Findings | None:
+    def read(self) -> PosteriorSummary | None:
         """What is said of the posterior of this calibration; None where there is none."""
-        from fitting.posterior.findings import read_findings
+        from fitting.posterior.summary import read_summary
 
-        return read_findings(self._job.results) if self.is_current else None
+        return read_summary(self._job.results) if self.is_current else None
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -106,31 +95,16 @@ class PosteriorStage(Stage):
         found = self.read()
         return () if found is None else tuple(flag.message for flag in found.flags if flag.kind != "unidentifiable")
 
-    def _refusal(self, why: str, chain: Path) -> str:
+    def _refusal(self, why: str) -> str:
         return (
-            f"{self.file}: not written, nor are intervals reported; found: {why}. The chain is kept in {chain}. "
-            "Look into the flags of the fit trials, leave out faulty ones, try another [fit] seed in session.toml, or "
-            "delete the chain to sample anew, and with the .npz beside it to search anew."
+            f"{self.file}: not written, nor are intervals reported; found: {why}. Look into the flags of the fit "
+            "trials, leave out faulty ones, or try another [fit] seed in session.toml."
         )
 
-    def _chain(self) -> Path:
-        """Where every step is kept while sampling; one that cannot be read begins anew."""
-        path = self._job.results / f".posterior-{self._drawn.fingerprint[:12]}.h5"
-        if path.exists() and not _readable(path):
-            path.unlink()  # the search that it began with still stands
-        return path
 
-    @staticmethod
-    def _forget(chain: Path) -> None:
-        """A chain, and the search that it began with."""
-        for path in (chain, chain.with_suffix(".npz")):
-            path.unlink(missing_ok=True)
-
-
-def _readable(chain: Path) -> bool:
-    """Whether a chain survived the way it was stopped."""
-    from emcee.backends import HDFBackend
-
-    with suppress(OSError, KeyError, AttributeError):
-        return HDFBackend(str(chain), name="posterior", read_only=True).iteration >= 0
-    return False
+def mode_of(calibration: Calibration, trials: Iterable[MeasuredTrial], twin: Twin) -> Mode:
+    """The mode that a calibration keeps: made again where it lies, without a search."""
+    fitted = sorted((trial for trial in trials if trial.role == "fit"), key=lambda trial: trial.name)
+    model = SessionModel.of(twin, fitted, doubts_of(calibration.structure.sources), with_course=True)
+    fit = calibration.fit
+    return mode_at(model, np.array(fit.coefficients), fit.components, fit.ends)

@@ -35,7 +35,7 @@ class ReportStage(Stage):
         if published is not None:
             inputs["published"] = sha256_of(published.file)
         if posterior is not None:
-            inputs["posterior"] = sha256_of(posterior.findings_file)
+            inputs["posterior"] = sha256_of(posterior.summary_file)
         if diagnosis is not None:
             inputs["diagnosis"] = sha256_of(diagnosis.file)
         super().__init__(job.results / "report.html", inputs, {}, [fit])

@@ -4,7 +4,6 @@ Fitted trials tell of a new one what all trials share: coefficients, marker plac
 first beats tell what is its own: trim, registration of the head frame, boxes (Rasmussen and Williams 2006, A.6).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -14,11 +13,11 @@ from scipy.linalg import cho_factor, cho_solve
 
 from fitting.forecast import SETTLED_S
 from fitting.in_pool import head_frame
-from fitting.model.features import COURSE, HARMONICS, SPEED, Gait, of_markers, waves
+from fitting.model.features import COURSE, HARMONICS, SPEED, Gait, advanced, of_markers, phase_between, waves
 from fitting.model.mode import Mode, jacobian_at, time_step_errors
 from fitting.model.noise import GaitNoise
 from fitting.model.trial_model import Freedoms, TrialModel, freedoms_together
-from fitting.model.variance import COEFFICIENT_SD, Block, Covariance, middle_of
+from fitting.model.variance import COEFFICIENT_SD, Block, Covariance
 from fitting.trial import MeasuredTrial
 from session import NotEnoughData
 from tracking import HeadFrame
@@ -139,14 +138,14 @@ EVEN = Scatter()
 
 def repeated(mode: Mode, number: int) -> FeatureForecast:
     """Of a repeat of a fitted trial: all that is a trial's own is drawn anew."""
-    block = mode.blocks[number]
-    return _conditional(mode, [block._replace(trial=len(mode.blocks))], mode.simulated(number), [], [])
+    again = mode.blocks[number]._replace(trial=len(mode.blocks), features=mode.simulated(number))
+    rows = len(again.features)
+    return _conditional(mode, again, mode.jacobian[number * rows :][:rows], None)
 
 
 def forecast_from_command(mode: Mode, window: TrialModel, scatter: Scatter = EVEN) -> FeatureForecast:
     """Of a window of a new trial, by what the fitted trials alone tell; in step with its tail."""
-    blocks, simulated = _blocks(mode, [window], scatter)
-    return _conditional(mode, blocks, simulated[0], [], [])
+    return _conditional(mode, block_of(mode, window, scatter), jacobian_at([window], mode.coefficients), None)
 
 
 def forecast_after_beats(mode: Mode, windows: Windows, scatter: Scatter = EVEN) -> FeatureForecast:
@@ -157,8 +156,9 @@ def forecast_after_beats(mode: Mode, windows: Windows, scatter: Scatter = EVEN) 
     """
     if windows.early is None:
         raise NotEnoughData(f"trial {windows.late.trial.name}: its first two beats are too short to tell anything")
-    blocks, (late, early) = _blocks(mode, [windows.late, windows.early], scatter)
-    return _conditional(mode, blocks, late, [windows.early.measured - early], [1])
+    late = block_of(mode, windows.late, scatter)
+    early = _early_block(mode, windows.early, late, scatter)
+    return _conditional(mode, late, jacobian_at([windows.late], mode.coefficients), early)
 
 
 def scatter_of(mode: Mode) -> Scatter:
@@ -172,7 +172,7 @@ def scatter_of(mode: Mode) -> Scatter:
         if windows.early is None:
             continue
         difference = windows.early.measured - windows.late.measured
-        of_tracks = sum(np.diag(_noise(mode, each)) for each in (windows.early, windows.late))
+        of_tracks = sum(np.diag(_tracking_noise(mode, each)) for each in (windows.early, windows.late))
         noise.append(float(np.median(difference**2 / of_tracks)) / _MEDIAN_OF_SQUARE)
         speed.append(float((difference[SPEED] / block.features[SPEED]) ** 2 / 2))
     return Scatter(max(1.0, float(np.mean(noise))) if noise else 1.0, float(np.sqrt(np.mean(speed))))
@@ -181,16 +181,30 @@ def scatter_of(mode: Mode) -> Scatter:
 _MEDIAN_OF_SQUARE = 0.4549  # of a standard normal number
 
 
-def _blocks(mode: Mode, windows: Sequence[TrialModel], scatter: Scatter) -> tuple[list[Block], list[np.ndarray]]:
-    """Windows of one new trial, and what the twin simulates of each."""
-    freedoms = [_bounded(each) for each in freedoms_together(windows, mode.coefficients)]
-    simulated = [window.simulated(mode.coefficients[None])[0] for window in windows]
-    blocks, time_steps = [], time_step_errors(windows, mode.coefficients)
-    for window, own, time_step, features in zip(windows, freedoms, time_steps, simulated, strict=True):
-        noise = scatter.noise * _noise(mode, window)
-        noise[SPEED, SPEED] += (scatter.speed * features[SPEED]) ** 2
-        blocks.append(Block(window, own, noise, time_step, len(mode.blocks), features))
-    return blocks, simulated
+def block_of(mode: Mode, window: TrialModel, scatter: Scatter) -> Block:
+    """A window of a new trial; its features are what the twin simulates."""
+    (freedoms,) = freedoms_together([window], mode.coefficients)
+    (time_step,) = time_step_errors([window], mode.coefficients)
+    simulated = window.simulated(mode.coefficients[None])[0]
+    noise = _noise(mode, window, scatter, simulated)
+    return Block(window, _bounded(freedoms), noise, time_step, len(mode.blocks), simulated)
+
+
+def _early_block(mode: Mode, window: TrialModel, late: Block, scatter: Scatter) -> tuple[Block, float]:
+    """Of the first beats of a new trial, and the phase by which they are ahead of the late window.
+
+    Both are windows of one steady swim: the twin's start, which is not the fish's, is not simulated.
+    """
+    phase = float(phase_between(late.features, window.measured, list(window.trial.tail)))
+    freedoms = Freedoms(*(_ahead(each, phase) for each in late.freedoms))
+    features, time_step = (_ahead(each[:, None], phase)[:, 0] for each in (late.features, late.time_step))
+    noise = _noise(mode, window, scatter, features)
+    return Block(window, freedoms, noise, time_step, late.trial, features), phase
+
+
+def _ahead(columns: np.ndarray, phase: float) -> np.ndarray:
+    """(k, q) columns of features with the crank ahead by a phase, rad."""
+    return advanced(columns.T, np.full(columns.shape[1], phase)).T
 
 
 def _bounded(freedoms: Freedoms) -> Freedoms:
@@ -203,28 +217,42 @@ def _bounded(freedoms: Freedoms) -> Freedoms:
 _MOST_SPEED = 0.01  # m/s, as far as the start is off
 
 
-def _noise(mode: Mode, window: TrialModel) -> np.ndarray:
-    """(k, k) that noise like that of the fitted trials makes of a window."""
+def _noise(mode: Mode, window: TrialModel, scatter: Scatter, simulated: np.ndarray) -> np.ndarray:
+    """(k, k) that noise like that of the fitted trials makes of a window, and by how much windows differ."""
+    found = scatter.noise * _tracking_noise(mode, window)
+    found[SPEED, SPEED] += (scatter.speed * simulated[SPEED]) ** 2
+    return found
+
+
+def _tracking_noise(mode: Mode, window: TrialModel) -> np.ndarray:
     gait: Gait = window.gait
     return GaitNoise.typical([block.model.noise for block in mode.blocks], gait.time_s).covariance(gait)
 
 
-def _conditional(
-    mode: Mode, new: Sequence[Block], simulated: np.ndarray, residuals: Sequence[np.ndarray], seen: Sequence[int]
-) -> FeatureForecast:
-    """Of the first of new blocks, given the fitted trials and those of the new blocks that are seen."""
-    blocks = [*mode.blocks, *new]
-    length = len(simulated)
-    total = Covariance.of(blocks, middle_of(mode.blocks)).at(mode.sizes)
-    jacobian = np.vstack([mode.jacobian, jacobian_at([block.model for block in new], mode.coefficients)])
-    total += COEFFICIENT_SD**2 * jacobian @ jacobian.T
-    count = len(mode.residual)
+def _conditional(mode: Mode, late: Block, jacobian: np.ndarray, early: tuple[Block, float] | None) -> FeatureForecast:
+    """Of a block, given the fitted trials and, where there is one, an early window of its trial.
+
+    Args:
+        mode: of the fitted trials.
+        late: whose features are forecast.
+        jacobian: (k, 5) of its features.
+        early: with the phase by which it is ahead.
+    """
+    blocks, rows, residual = [*mode.blocks, late], [mode.jacobian, jacobian], mode.residual
+    if early is not None:
+        block, phase = early
+        blocks, rows = [*blocks, block], [*rows, _ahead(jacobian, phase)]
+        residual = np.append(residual, block.model.measured - block.features)
+    total = Covariance.of(blocks, mode.blocks).at(mode.forecast_sizes)
+    slopes = np.vstack(rows)
+    total += COEFFICIENT_SD**2 * slopes @ slopes.T
+    count, length = len(mode.residual), len(late.features)
     asked = np.arange(count, count + length)
-    known = np.concatenate([np.arange(count), *(count + length * i + np.arange(length) for i in seen)])
+    known = np.delete(np.arange(len(total)), asked)
     factor = cho_factor(total[np.ix_(known, known)], lower=True)
     gain = cho_solve(factor, total[np.ix_(known, asked)]).T
-    mean = simulated + gain @ np.concatenate([mode.residual, *residuals])
-    return FeatureForecast(new[0].model, mean, total[np.ix_(asked, asked)] - gain @ total[np.ix_(known, asked)])
+    covariance = total[np.ix_(asked, asked)] - gain @ total[np.ix_(known, asked)]
+    return FeatureForecast(late.model, late.features + gain @ residual, covariance)
 
 
 def _aligned(head: HeadFrame, frames: np.ndarray) -> np.ndarray:

@@ -18,14 +18,14 @@ from fitting.from_rest import swims_forward
 from fitting.model.features import SPEED
 from fitting.model.session_model import SessionModel
 from fitting.model.trial_model import TrialModel, freedoms_together, simulated_together
-from fitting.model.variance import COEFFICIENT_SD, MEDIANS, Block, Covariance
+from fitting.model.variance import COEFFICIENT_SD, FORECAST_SPEED, MEDIANS, Block, Covariance
 from fitting.objective import COEFFICIENT_BOUNDS
 from session.errors import SimulationDiverged
 from swimmer import PUBLISHED_COEFFICIENTS
 
 Progress = Callable[[str, float | None], None]
 _SCREENED = 48
-_MORE_STARTS = 3  # times as many, until a twin swims forward from rest
+_TRIED = 4  # times the starts, of which it is asked whether their twins swim forward from rest
 _ROUNDS = 14
 _RENEWED = (0, 2, 5)  # rounds in which nuisances are simulated anew where the coefficients now are
 _ROOT_STEP = 0.08  # of the differences, in roots of coefficients: Kutta lift roughens the twin below that
@@ -84,6 +84,11 @@ class Mode:
         return self.covariance.at(self.sizes)
 
     @property
+    def forecast_sizes(self) -> Mapping[str, float]:
+        """Standard deviation of each component in forecasts."""
+        return {**self.sizes, "speed_common": FORECAST_SPEED}
+
+    @property
     def coefficient_covariance(self) -> np.ndarray:
         """(5, 5) of the coefficients, by the curvature and the width of their prior."""
         return _coefficient_covariance(self.total, self.jacobian)
@@ -116,8 +121,8 @@ def find_mode(
 
     Args:
         model: the trials; their features hold the course.
-        starts: how many of the screened points are gone on from; some more where the twins of all these would swim
-            backward from rest.
+        starts: how many of the screened points are gone on from, those first whose twins swim forward from rest; on
+            the way there these stay so.
         seed: of the screening.
         tell: of the progress.
 
@@ -126,15 +131,11 @@ def find_mode(
     """
     points = _screened(seed)
     simulated = model.simulated(points)
-    trials = tuple(each.trial for each in model.trials)
     found: list[Mode] = []
-    for number, start in enumerate(_promising(model, points, simulated, _MORE_STARTS * starts)):
-        if number >= starts and any(each.ends[0].forward for each in found):
-            break
-        tell("fitting the coefficients", min(number / starts, 0.9))
+    for number, start in enumerate(_promising(model, points, simulated, starts)):
+        tell("fitting the coefficients", number / starts)
         if (each := _Descent(model, start).run()) is not None:
-            forward = swims_forward(model.trials[0].twin, each.coefficients[None], trials)
-            found.append(replace(each, ends=(each.ends[0]._replace(forward=bool(forward[0])),)))
+            found.append(each)
     if not found:
         raise SimulationDiverged("the twin diverged from every start; look into the flags of the fit trials")
     found.sort(key=lambda each: (not each.ends[0].forward, -each.ends[0].log_density))
@@ -198,6 +199,7 @@ class _Descent:
 
     def __init__(self, model: SessionModel, start: np.ndarray) -> None:
         self.model, self.start, self.simulated = model, start, 0
+        self.forward = _forward(model, start[None])[0]
 
     def run(self) -> Mode | None:
         """None where the twin diverges on the way."""
@@ -224,14 +226,14 @@ class _Descent:
             converged = bool(np.linalg.norm(root.T @ (at - before)) < _STILL) and round_ >= _RENEWED[1]
         if not converged:  # the last step has not been looked at yet
             residual, jacobian = self._residual(at), jacobian_at(self.model.trials, at)
-        end = End(self.start, at, -deviance, converged, True)
+        end = End(self.start, at, -deviance, converged, bool(self.forward))
         return Mode(self.model, at, sizes, covariance, blocks, residual, jacobian, (end,), self.simulated)
 
     def _residual(self, at: np.ndarray) -> np.ndarray:
         return self.model.measured - self.model.simulated(at[None])[0]
 
     def _stepped(self, at: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, total: np.ndarray) -> np.ndarray:
-        """(5,) one step on, or the same where no share of it gains."""
+        """(5,) one step on, or the same where no share of it gains. A twin that swims forward from rest goes on to."""
         root = np.linalg.cholesky(total)
         white, columns = (solve_triangular(root, each, lower=True) for each in (residual, jacobian))
         low, high = COEFFICIENT_BOUNDS
@@ -243,8 +245,9 @@ class _Descent:
             float((solve_triangular(root, row, lower=True) ** 2).sum()) if np.isfinite(row).all() else np.inf
             for row in left
         ]
-        best = int(np.argmin(squares))
-        return np.asarray(tried[best] if squares[best] < white @ white else at)
+        allowed = _forward(self.model, tried) if self.forward else np.ones(len(tried), bool)
+        best = int(np.argmin(np.where(allowed, squares, np.inf)))
+        return np.asarray(tried[best] if allowed[best] and squares[best] < white @ white else at)
 
 
 def _coefficient_covariance(total: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
@@ -265,4 +268,11 @@ def _promising(model: SessionModel, points: np.ndarray, simulated: np.ndarray, s
     speed = (rows[..., SPEED] - measured[..., SPEED]) / np.maximum(np.abs(measured[..., SPEED]), 1e-3)
     wave = np.linalg.norm(rows[..., 1:] - measured[..., 1:], axis=-1) / np.linalg.norm(measured[..., 1:], axis=-1)
     misfit = np.nan_to_num((speed**2 + wave**2).sum(axis=-1), nan=np.inf)
-    return [points[i] for i in np.argsort(misfit)[:starts] if np.isfinite(misfit[i])]
+    order = [i for i in np.argsort(misfit)[: _TRIED * starts] if np.isfinite(misfit[i])]
+    forward = _forward(model, points[order])
+    return [points[i] for i in [*np.array(order)[forward], *np.array(order)[~forward]][:starts]]
+
+
+def _forward(model: SessionModel, points: np.ndarray) -> np.ndarray:
+    """(s,) whether the twins of coefficients (s, 5) swim forward from rest."""
+    return swims_forward(model.trials[0].twin, points, tuple(each.trial for each in model.trials))

@@ -1,11 +1,5 @@
-"""How sure the trials make us of the coefficients: gaits, noise that lasts, an emulator, an ensemble sampler."""
+"""Draws of the model whose mode is the fit: an emulator of the twin about the mode, and an ensemble sampler."""
 
-from fitting.model.session_model import SessionModel
-from fitting.posterior.inference import sample_posterior
-from fitting.posterior.posterior import Posterior
+from fitting.posterior.posterior import Posterior, sample_posterior
 
-__all__ = [
-    "Posterior",
-    "SessionModel",
-    "sample_posterior",
-]
+__all__ = ["Posterior", "sample_posterior"]

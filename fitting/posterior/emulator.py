@@ -1,11 +1,11 @@
-"""A stand-in for the twin near what the data allow: polynomials in the roots of the coefficients, with their error.
+"""A surrogate of the twin near the mode: polynomials in the roots of the coefficients, with their error.
 
-Kutta lift roughens the twin by some hundredths of a millimetre. What polynomials leave is counted as a further error
+Kutta lift roughens the twin by some hundredths of a millimetre. What polynomials miss is counted as a further error
 of the model, with its covariance (a nugget; Gramacy and Lee 2012), so that a sampler neither meets the roughness nor
 mistakes it for knowledge.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -13,27 +13,26 @@ from scipy.linalg import solve_triangular
 
 from fitting.objective import COEFFICIENT_BOUNDS
 
-_RIDGE = 1e-8
-_SPARE = 1.6  # points over terms, at least
-_FARTHEST = 2.0  # leverage up to which it is trusted
+_RIDGE = 1e-8  # of the mean moment of the terms, so that these can be inverted
+_DEGREES = (1, 2, 3, 4)
+_SPARE = 2.5  # points over terms, at least: with 1.6 the long tail of Magnus lift on the real robot was cut short
+_FARTHEST = 2.0  # leverage up to which it is trusted; a point that the polynomials must meet has 1
 
 
 @dataclass(frozen=True, eq=False)
 class Emulator:
-    """Gaits as polynomials of the coefficients.
+    """Features as polynomials of the coefficients.
 
     Attributes:
         powers: (t, 5) exponents of the terms.
         weights: (t, k) of the terms in each of k numbers.
-        error: (k, k) covariance of what the polynomials leave, judged on points left out one at a time.
-        degree: of the polynomials.
+        error: (k, k) covariance of what the polynomials miss, judged on points left out one at a time.
         scatter: (t, t) root of the inverse moments of the terms over the points it was made from.
     """
 
     powers: np.ndarray
     weights: np.ndarray
     error: np.ndarray
-    degree: int
     scatter: np.ndarray
 
     def covers(self, columns: np.ndarray) -> np.ndarray:
@@ -44,26 +43,23 @@ class Emulator:
         """(s, k) for coefficients (s, 5)."""
         return terms(coefficients, self.powers) @ self.weights
 
-    def moved(self, by: np.ndarray) -> "Emulator":
-        """The same with weights (u, k) added to its first u terms, which are those of lower degrees."""
-        return replace(self, weights=np.vstack([self.weights[: len(by)] + by, self.weights[len(by) :]]))
 
-
-def fit_emulator(coefficients: np.ndarray, gaits: np.ndarray, relevance: np.ndarray) -> Emulator:
-    """The polynomials of the degree that predicts left-out points best.
+def fit_emulator(coefficients: np.ndarray, features: np.ndarray) -> Emulator:
+    """The polynomials of the highest degree for which the points suffice.
 
     Args:
         coefficients: (s, 5).
-        gaits: (s, k) at them.
-        relevance: (s,) weight of each point, from 0 to 1.
+        features: (s, k) at them.
     """
-    fits: list[Emulator] = []
-    for degree in (1, 2, 3, 4, 5):
-        powers = exponents(degree)
-        if fits and len(powers) * _SPARE > relevance.sum():
-            break
-        fits.append(_fitted(coefficients, gaits, relevance, degree, powers))
-    return min(fits, key=lambda fit: np.trace(fit.error))
+    degrees = [degree for degree in _DEGREES if len(exponents(degree)) * _SPARE <= len(coefficients)]
+    powers = exponents(max(degrees, default=_DEGREES[0]))
+    columns = terms(coefficients, powers)
+    ridge = _RIDGE * np.trace(columns.T @ columns) / columns.shape[1]
+    scatter = _inverse_root(columns.T @ columns + ridge * np.eye(columns.shape[1]))
+    weights = scatter @ (scatter.T @ (columns.T @ features))
+    leverage = ((columns @ scatter) ** 2).sum(axis=1, keepdims=True)
+    missed = (features - columns @ weights) / np.maximum(1 - leverage, 0.05)
+    return Emulator(powers, weights, missed.T @ missed / len(missed), scatter)
 
 
 def exponents(degree: int) -> np.ndarray:
@@ -81,19 +77,6 @@ def terms(coefficients: np.ndarray, powers: np.ndarray) -> np.ndarray:
     x = 2 * np.sqrt(np.clip(coefficients, *COEFFICIENT_BOUNDS) / COEFFICIENT_BOUNDS[1]) - 1
     table = np.polynomial.legendre.legvander(x, int(powers.max(initial=0)))  # (s, 5, d + 1)
     return np.prod(np.take_along_axis(table[:, None], powers[None, ..., None], axis=-1)[..., 0], axis=-1)
-
-
-def _fitted(
-    coefficients: np.ndarray, gaits: np.ndarray, relevance: np.ndarray, degree: int, powers: np.ndarray
-) -> Emulator:
-    root = np.sqrt(relevance)[:, None]
-    columns = terms(coefficients, powers) * root
-    ridge = _RIDGE * np.trace(columns.T @ columns) / columns.shape[1]
-    scatter = _inverse_root(columns.T @ columns + ridge * np.eye(columns.shape[1]))
-    weights = scatter @ (scatter.T @ (columns.T @ (gaits * root)))
-    leverage = ((columns @ scatter) ** 2).sum(axis=1, keepdims=True)
-    left = (gaits * root - columns @ weights) / np.maximum(1 - leverage, 0.05)
-    return Emulator(powers, weights, left.T @ left / relevance.sum(), degree, scatter)
 
 
 def _inverse_root(moments: np.ndarray) -> np.ndarray:

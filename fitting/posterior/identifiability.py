@@ -1,4 +1,4 @@
-"""What the trials determine, and what they leave as it was: the posterior's covariance beside the prior's."""
+"""What the trials determine, and what they leave as it was: the posterior's covariance against the prior's."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,6 @@ from fitting.coefficient_fit import NAMES
 from fitting.objective import COEFFICIENT_BOUNDS
 from fitting.posterior.posterior import Posterior
 
-SEEN = 0.2  # of the prior's standard deviation, below which a direction is one that the data see
 _WORTH_NAMING = 0.25  # size of a part of a direction
 
 
@@ -37,8 +36,8 @@ class Identifiability:
         """What is determined, what is not, and what only the prior's bound holds."""
         pressed = self._named(self.at_bound)
         against = [f"{_verb(pressed, 'presses', 'press')} against a bound of the prior."] if pressed else []
-        told = [self._determined, *against]
-        return " ".join(sentence[0].upper() + sentence[1:] for sentence in told)
+        sentences = [self._determined, *against]
+        return " ".join(sentence[0].upper() + sentence[1:] for sentence in sentences)
 
     @property
     def _determined(self) -> str:

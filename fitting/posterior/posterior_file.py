@@ -6,18 +6,16 @@ from pathlib import Path
 import numpy as np
 import xarray
 
-from fitting.model.features import HARMONICS, OF_A_MARKER, SPEED
+from fitting.model.features import HARMONICS, SPEED, of_markers
 from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.likelihood import LEAST_DISCREPANCY, MOST_SPEED, MOST_WAVE
 from fitting.posterior.posterior import Posterior
 from fitting.posterior.quiet_arviz import arviz
 from fitting.posterior.sampling import VARIABLES
 
 PRIOR = (
-    f"uniform from {COEFFICIENT_BOUNDS[0]:g} to {COEFFICIENT_BOUNDS[1]:g} in each coefficient, uniform in the "
-    f"logarithms of the twin's relative discrepancies, {LEAST_DISCREPANCY:g} to {MOST_WAVE:g} of the wave and to "
-    f"{MOST_SPEED:g} of the speed; normal in the nuisances, the robot's hinges and crank arm among them, "
-    "which are integrated out"
+    f"uniform from {COEFFICIENT_BOUNDS[0]:g} to {COEFFICIENT_BOUNDS[1]:g} in each coefficient, lognormal in the "
+    "twin's relative discrepancies of wave and speed; normal in the nuisances, the robot's hinges and crank arm among "
+    "them, which are integrated out; other variance components as at the mode"
 )
 _TERMS = ("mean", *(f"{wave}_{h}" for h in range(1, HARMONICS + 1) for wave in ("cos", "sin")))
 
@@ -36,7 +34,7 @@ def save_draws(path: Path, posterior: Posterior, stamp: Mapping[str, str | int])
         attrs={**stamp, "prior": PRIOR},
         posterior=_draws(posterior.draws.chains),
         sample_stats=_statistics(posterior),
-        observed_data=_gaits(posterior),
+        observed_data=_features(posterior),
     )
     data.to_netcdf(str(path), engine="h5netcdf")
 
@@ -53,30 +51,28 @@ def _draws(chains: np.ndarray) -> xarray.Dataset:
 
 
 def _statistics(posterior: Posterior) -> xarray.Dataset:
-    draws, found = posterior.draws, posterior.found
+    draws, surrogate = posterior.draws, posterior.surrogate
     scalars: dict[str, float | int] = {
         "acceptance_rate": draws.acceptance,
         "autocorrelation_steps": draws.autocorrelation,
         "steps": draws.steps,
-        "simulations_of_each_trial": found.simulations,
-        "box_sd_m": found.off.box_m,
-        "marker_sd_m": found.off.marker_m,
-        "emulator_error_ln_likelihood": found.emulator_error,
+        "simulations_of_each_trial": surrogate.simulations,
+        **{f"{name}_sd": size for name, size in posterior.mode.sizes.items()},
+        "emulator_error_ln_likelihood": surrogate.error,
         "misfit_p": posterior.misfit_p,
     }
     arrays = {"ess_bulk": ("variable", draws.ess_bulk), "r_hat": ("variable", draws.r_hat)}
     return xarray.Dataset({**scalars, **arrays}, {"variable": list(VARIABLES)})
 
 
-def _gaits(posterior: Posterior) -> xarray.Dataset:
+def _features(posterior: Posterior) -> xarray.Dataset:
     """Forward speed, and mean and harmonics of each marker along and across the fish, of each trial."""
-    models = posterior.model.trials
-    gaits = np.array([model.measured for model in models])
-    beats = np.delete(gaits, SPEED, axis=1).reshape(len(gaits), -1, 2, OF_A_MARKER)
+    models = posterior.mode.model.trials
+    features = np.array([model.measured for model in models])
     return xarray.Dataset(
         {
-            "forward_speed_m_s": ("trial", gaits[:, SPEED]),
-            "beat_m": (("trial", "marker", "axis", "term"), beats),
+            "forward_speed_m_s": ("trial", features[:, SPEED]),
+            "beat_m": (("trial", "marker", "axis", "term"), of_markers(features)),
             "frequency_hz": ("trial", np.array([model.trial.frequency.hz for model in models])),
             "noise_lasts_s": ("trial", np.array([model.noise.lasts_s for model in models])),
             "noise_sd_m": (("trial", "marker"), np.array([model.noise.sd_m for model in models])),

@@ -1,25 +1,25 @@
 """Draws from the posterior, as many as are needed, and whether to believe them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import emcee
 import numpy as np
 import xarray
 
 from fitting.coefficient_fit import NAMES
-from fitting.posterior.ensemble import sampler
-from fitting.posterior.exploration import Exploration
+from fitting.model.mode import Progress
+from fitting.objective import COEFFICIENT_BOUNDS
+from fitting.posterior.likelihood import Likelihood
 from fitting.posterior.quiet_arviz import arviz
 from session import Flag
 
-R_HAT = 1.01
-_CHUNK, _LONGEST = 1000, 40_000  # steps
-_BURN_IN = 0.2
 VARIABLES = (*NAMES, "ln_wave_discrepancy", "ln_speed_discrepancy")
-
-Progress = Callable[[str, float | None], None]
+WALKERS = 64
+R_HAT = 1.01
+_MOVES = ((emcee.moves.DEMove(), 0.6), (emcee.moves.DESnookerMove(), 0.2), (emcee.moves.KDEMove(), 0.2))
+_CHUNK, _LONGEST = 1000, 40_000  # steps: some 10 autocorrelation times at least, and a few minutes at most
+_BURN_IN = 0.2  # of the steps, though walkers begin within the posterior
+_APART = 1e-6  # relative, by which copies of walkers differ: a snooker move from one to its double is undefined
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,13 +27,13 @@ class Draws:
     """Draws of an ensemble.
 
     Attributes:
-        chains: (w, d, 7) walkers, draws, coefficients and ln discrepancies; the burn-in left out, thinned.
+        chains: (w, d, 7) walkers, draws, coefficients and ln sizes of the discrepancies of wave and speed; the burn-in
+            left out, thinned.
         ess_bulk, r_hat: (7,) effective draws and rank-normalised split R-hat (Vehtari et al. 2021), a walker a chain.
         acceptance: share of moves accepted.
         autocorrelation: steps, the longest of the seven.
         steps: of each walker.
-        enough: whether effective draws and R-hat were reached.
-        flags: why not.
+        flags: that there are too few, or that walkers disagree.
     """
 
     chains: np.ndarray
@@ -42,7 +42,6 @@ class Draws:
     acceptance: float
     autocorrelation: float
     steps: int
-    enough: bool
     flags: tuple[Flag, ...]
 
     @property
@@ -51,40 +50,60 @@ class Draws:
         return self.chains.reshape(-1, self.chains.shape[-1])
 
 
+def log_posterior(likelihood: Likelihood, points: np.ndarray) -> np.ndarray:
+    """(s,) ln density of points (s, 7): uniform in the coefficients, normal in the ln sizes of the discrepancies."""
+    low, high = COEFFICIENT_BOUNDS
+    coefficients, ln_sizes = points[:, :5], points[:, 5:]
+    inside = ((coefficients >= low) & (coefficients <= high)).all(axis=1)
+    result = np.full(len(points), -np.inf)
+    result[inside] = likelihood(coefficients[inside], np.exp(ln_sizes[inside]))
+    return result - 0.5 * (((ln_sizes - likelihood.ln_mean) / likelihood.ln_sd) ** 2).sum(axis=1)
+
+
+def sampler(likelihood: Likelihood, random: np.random.Generator) -> emcee.EnsembleSampler:
+    """An ensemble (Foreman-Mackey et al. 2013) that moves by differential evolution (ter Braak and Vrugt 2008)."""
+    ensemble = emcee.EnsembleSampler(
+        WALKERS, len(VARIABLES), lambda points: log_posterior(likelihood, points), vectorize=True, moves=_MOVES
+    )
+    ensemble.random_state = np.random.RandomState(int(random.integers(2**31))).get_state()
+    return ensemble
+
+
+def placed(walkers: np.ndarray, likelihood: Likelihood, random: np.random.Generator) -> np.ndarray:
+    """(w, 7) walkers, those that stand where nothing is known put next to others."""
+    known = np.isfinite(log_posterior(likelihood, walkers))
+    others = walkers[random.choice(np.flatnonzero(known), len(walkers))]
+    others = others * (1 + _APART * random.standard_normal(others.shape))
+    return np.where(known[:, None], walkers, others)
+
+
 def sample(
-    found: Exploration,
+    likelihood: Likelihood,
+    walkers: np.ndarray,
     effective: int = 400,
     seed: int = 0,
-    backend: Path | None = None,
-    tell: Progress | None = None,
+    tell: Progress = lambda _message, _share: None,
 ) -> Draws:
     """Samples until every coefficient has so many effective draws and an R-hat of 1.01 at most.
 
     Args:
-        found: where the posterior lies.
+        likelihood: by an emulator.
+        walkers: (w, 7) where to start.
         effective: draws wanted.
         seed: of the moves.
-        backend: an HDF5 file that keeps every step; sampling goes on from what it holds.
         tell: of the progress.
     """
-    store = None if backend is None else emcee.backends.HDFBackend(str(backend), name="posterior")
-    ensemble = sampler(found.likelihood, store)
-    resumed = store is not None and store.initialized and store.iteration > 0
-    state = None if resumed else emcee.State(found.walkers, random_state=np.random.RandomState(seed).get_state())
+    random = np.random.default_rng([seed, 2])
+    ensemble, state = sampler(likelihood, random), placed(walkers, likelihood, random)
     while True:
-        done = ensemble.iteration if not resumed else store.iteration  # type: ignore[union-attr]
-        if done:
-            draws = _judged(ensemble, effective)
-            if tell is not None:
-                tell(_told(draws), min(float(draws.ess_bulk[:5].min()) / effective, 0.99))
-            if draws.enough or done >= _LONGEST:
-                return draws
-        resumed = False
-        ensemble.run_mcmc(state, _CHUNK, skip_initial_state_check=True)
-        state = None
+        state = ensemble.run_mcmc(state, _CHUNK, skip_initial_state_check=True)
+        draws = _judged(ensemble, effective)
+        tell(_reported(draws), min(float(draws.ess_bulk[:5].min()) / effective, 0.99))
+        if not draws.flags or ensemble.iteration >= _LONGEST:
+            return draws
 
 
-def _told(draws: Draws) -> str:
+def _reported(draws: Draws) -> str:
     return (
         f"sampling: {draws.ess_bulk[:5].min():.0f} effective draws, R-hat {draws.r_hat[:5].max():.3f}, acceptance "
         f"{draws.acceptance:.2f}, autocorrelation {draws.autocorrelation:.0f} steps"
@@ -97,10 +116,10 @@ def _judged(ensemble: emcee.EnsembleSampler, effective: int) -> Draws:
     thin = max(int(longest / 4), 1)
     chains = ensemble.get_chain(discard=int(_BURN_IN * steps), thin=thin).transpose(1, 0, 2)  # (w, d, 7)
     data = xarray.Dataset({name: (("chain", "draw"), chains[..., i]) for i, name in enumerate(VARIABLES)})
-    ess, r_hat = (np.array([float(told[name]) for name in VARIABLES]) for told in (arviz.ess(data), arviz.rhat(data)))
+    ess, r_hat = (np.array([float(each[name]) for name in VARIABLES]) for each in (arviz.ess(data), arviz.rhat(data)))
     enough = bool((ess[:5] >= effective).all() and (r_hat[:5] <= R_HAT).all())
     flags = () if enough else (_not_sampled(ess, r_hat, effective),)
-    return Draws(chains, ess, r_hat, float(ensemble.acceptance_fraction.mean()), longest, steps, enough, flags)
+    return Draws(chains, ess, r_hat, float(ensemble.acceptance_fraction.mean()), longest, steps, flags)
 
 
 def _not_sampled(ess: np.ndarray, r_hat: np.ndarray, effective: int) -> Flag:

@@ -1,38 +1,43 @@
-"""Is the noise of the tracks as the posterior has it? What it leaves must be white, in time and across markers."""
+"""Is the noise of the tracks as the model has it? What it leaves must be white, in time and between neighbours.
+
+All samples of a trial are freed at once of what the noise model correlates, and of a smooth swim.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.stats import chi2
 
 from fitting.model.features import HARMONICS
-from fitting.model.noise import smooth_swim
+from fitting.model.noise import GaitNoise, smooth_swim
 from fitting.model.trial_model import TrialModel
-from fitting.posterior.neighbours import JointSamples, neighbours
 from session import Flag
 
 _LAGS = 20
-_ENOUGH = 40  # frames that a marker must be seen in
+_ENOUGH = 40  # frames that a marker, or two neighbours, must be seen in
 _OUTSIDE = 0.2  # share of the lags that may lie outside their 95 % band
+_BY_CHANCE = 0.99  # of trials with white noise stay below the limit of neighbours
+_SAMPLES = 2400  # that are freed of correlation at once
 _RATES = ("", ", up to the third harmonic")
 
 
 @dataclass(frozen=True, eq=False)
 class Whiteness:
-    """Correlation of one trial's tracks beside a smooth swim, before and after the noise model: in time, over all
-    markers, and between markers that are neighbours along the body, at one time.
+    """Correlation of the residuals of one trial's tracks about a smooth swim, before and after the noise model.
 
     Attributes:
         trial: its name.
         lag_s: (l,) from one frame on.
-        raw: (l,) of the residuals.
-        modelled: (l,) of the residuals as the noise model says they should be.
-        left: (l,) of what the model takes for independent (innovations).
+        raw: (l,) autocorrelation of the residuals.
+        innovations: (l,) of what the model takes for independent.
         limit: within which 95 % of the lags of white noise lie.
-        beside_raw: (2, m - 1) of the residuals of neighbours, from nose to fin: of all, and of what is no faster than
-            the third harmonic of the beat, which a gait reads.
-        beside_left: (2, m - 1) of what the model takes for independent of them.
-        beside_limit: (2,) below which the root mean square of these lies in 99 % of trials with white noise.
+        neighbours_raw: (2, m - 1) correlation between neighbours from nose to fin, of the residuals: of all rates, and
+            of what is no faster than the third harmonic of the beat, which features read.
+        neighbours: (2, m - 1) of what the model takes for independent.
+        neighbours_limit: (2,) below which the root mean square of these lies in 99 % of trials with white noise.
         frames: of the trial.
         effective: how many independent frames would determine a mean as well.
         white: share of the noise's variance that is white.
@@ -43,12 +48,11 @@ class Whiteness:
     trial: str
     lag_s: np.ndarray
     raw: np.ndarray
-    modelled: np.ndarray
-    left: np.ndarray
+    innovations: np.ndarray
     limit: float
-    beside_raw: np.ndarray
-    beside_left: np.ndarray
-    beside_limit: np.ndarray
+    neighbours_raw: np.ndarray
+    neighbours: np.ndarray
+    neighbours_limit: np.ndarray
     frames: int
     effective: float
     white: float
@@ -58,17 +62,17 @@ class Whiteness:
     @property
     def outside(self) -> float:
         """Share of the lags that lie outside the limit."""
-        return float((np.abs(self.left) > self.limit).mean())
+        return float((np.abs(self.innovations) > self.limit).mean())
 
     @property
-    def beside(self) -> np.ndarray:
-        """(2,) root mean square of the correlations that are left between neighbours."""
-        return _rms(self.beside_left)
+    def alike(self) -> np.ndarray:
+        """(2,) root mean square of the correlations between neighbours after the model."""
+        return _rms(self.neighbours)
 
     @property
-    def beside_before(self) -> np.ndarray:
+    def alike_raw(self) -> np.ndarray:
         """(2,) the same of the residuals."""
-        return _rms(self.beside_raw)
+        return _rms(self.neighbours_raw)
 
     @property
     def in_time(self) -> bool:
@@ -77,8 +81,8 @@ class Whiteness:
 
     @property
     def across(self) -> bool:
-        """Whether neighbours are left with no more correlation than chance gives."""
-        return not (self.beside > self.beside_limit).any()
+        """Whether neighbours are no more alike after the model than by chance."""
+        return not (self.alike > self.neighbours_limit).any()
 
     @property
     def is_white(self) -> bool:
@@ -87,7 +91,7 @@ class Whiteness:
 
     @property
     def fault(self) -> str:
-        """What is left that should not be, in words; empty where the noise is white."""
+        """What is not white after the model, in words; empty where all is."""
         said = []
         if not self.in_time:
             said.append(
@@ -95,16 +99,16 @@ class Whiteness:
                 f"{100 * _OUTSIDE:.0f} % may"
             )
         if not self.across:
-            worst = int(np.argmax(self.beside / self.beside_limit))
+            worst = int(np.argmax(self.alike / self.neighbours_limit))
             said.append(
-                f"neighbouring markers correlate by {self.beside[worst]:.2f} (root mean square"
-                f"{_RATES[worst]}), at most {self.beside_limit[worst]:.2f} is chance"
+                f"neighbouring markers correlate by {self.alike[worst]:.2f} (root mean square"
+                f"{_RATES[worst]}), at most {self.neighbours_limit[worst]:.2f} is chance"
             )
         return " and ".join(said)
 
 
 def noise_flags(found: Sequence[Whiteness]) -> list[Flag]:
-    """One for each trial whose noise is not as the posterior takes it to be."""
+    """One for each trial whose noise is not as the model takes it to be."""
     return [
         Flag(
             "noise_not_white",
@@ -117,33 +121,36 @@ def noise_flags(found: Sequence[Whiteness]) -> list[Flag]:
 
 
 def whiteness(model: TrialModel) -> Whiteness:
-    """Of one trial's tracks."""
+    """Of one trial's tracks; of a long trial its beginning."""
     gait, noise = model.gait, model.noise
-    position_m = model.trial.position_m[model.trial.kept]
-    columns = smooth_swim(gait)
-    lags = min(_LAGS, len(gait.time_s) // 4)
+    position_m, columns = model.trial.position_m[model.trial.kept], smooth_swim(gait)
     seen = gait.usable.sum(axis=0) >= max(_ENOUGH, 2 * columns.shape[1])
-    found = [
-        _in_time(columns[usable], marker_m[usable], noise.correlation[np.ix_(usable, usable)], lags)
-        for usable, marker_m in zip(gait.usable.T[seen], np.swapaxes(position_m, 0, 1)[seen], strict=True)
-    ]
-    raw, modelled, left = np.mean(found, axis=0) if found else np.full((3, lags), np.nan)
     along_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
     order = np.array([m for m in np.argsort(along_m) if seen[m]], int)
-    joint = JointSamples.of(columns, position_m, gait.usable, gait.time_s, noise, order)
+    at, samples = _whitened(columns, position_m, gait.usable, gait.time_s, noise, order)
+    lags = range(1, min(_LAGS, len(at) // 4) + 1)
+    in_time = np.array([_pair(samples, *_both(at[:-lag].ravel(), at[lag:].ravel())) for lag in lags]).reshape(-1, 3)
+    lag_s = float(np.median(np.diff(gait.time_s))) * np.array(lags)
     fastest_hz = HARMONICS * np.ptp(gait.turn_rad) / (2 * np.pi * np.ptp(gait.time_s))
-    beside = neighbours(joint, gait.time_s[: len(joint.at)], fastest_hz)
-    frame_s = float(np.median(np.diff(gait.time_s)))
+    time_s = gait.time_s[: len(at)]
+    slow = np.exp(-0.5 * (2 * np.pi * fastest_hz * (time_s[:, None] - time_s)) ** 2)
+    found = []
+    for first, second in zip(at.T[:-1], at.T[1:], strict=True):
+        both = (first >= 0) & (second >= 0)
+        if both.sum() >= _ENOUGH:
+            weights = (None, slow[np.ix_(both, both)])
+            found.append([_pair(samples, first[both], second[both], weight) for weight in weights])
+    raw, innovations, variance = np.moveaxis(np.array(found).reshape(-1, 2, 3), -1, 0).swapaxes(1, 2)  # (2, m - 1) each
+    count = max(len(found), 1)
     return Whiteness(
         trial=model.trial.name,
-        lag_s=frame_s * np.arange(1, lags + 1),
-        raw=raw,
-        modelled=modelled,
-        left=left,
-        limit=1.96 / np.sqrt(max(2 * len(found), 1) * len(gait.time_s)),
-        beside_raw=beside.raw,
-        beside_left=beside.left,
-        beside_limit=beside.limit,
+        lag_s=lag_s,
+        raw=in_time[:, 0],
+        innovations=in_time[:, 1],
+        limit=1.96 / np.sqrt(max(2 * len(samples.white), 1)),
+        neighbours_raw=raw,
+        neighbours=innovations,
+        neighbours_limit=np.sqrt(chi2.ppf(_BY_CHANCE, count) * variance.sum(axis=1)) / count,
         frames=len(gait.time_s),
         effective=noise.effective,
         white=noise.white,
@@ -152,31 +159,72 @@ def whiteness(model: TrialModel) -> Whiteness:
     )
 
 
-def _in_time(columns: np.ndarray, series: np.ndarray, correlation: np.ndarray, lags: int) -> np.ndarray:
-    """(3, l) autocorrelation of what generalised least squares on columns (k, c) leaves of a series (k, 2).
+class _Samples(NamedTuple):
+    """Of s samples: (s, 2) residuals about a smooth swim, and innovations; (s, c) what that swim took of these."""
 
-    As it is; as the noise model says it should be, for the fit takes some away; and after the model, where what the fit
-    takes away is put back.
-    """
-    root = np.linalg.cholesky(correlation)
-    basis = np.linalg.qr(np.linalg.solve(root, columns))[0]  # (k, c)
-    white = np.linalg.solve(root, series)
+    raw: np.ndarray
+    white: np.ndarray
+    basis: np.ndarray
+
+
+def _whitened(
+    columns: np.ndarray,
+    position_m: np.ndarray,
+    usable: np.ndarray,
+    time_s: np.ndarray,
+    noise: GaitNoise,
+    order: np.ndarray,
+) -> tuple[np.ndarray, _Samples]:
+    """(n, m) number of each sample of markers in this order, by time and then along the body; -1: does not count."""
+    counts = usable[: _SAMPLES // max(len(order), 1), order]
+    frame, place = np.nonzero(counts)
+    marker = order[place]
+    own, rows = marker[:, None] == marker, np.ix_(frame, frame)
+    covariance = np.where(own, noise.correlation[rows], 0.0)
+    for part in noise.parts:
+        covariance += np.where(own, 0.0, part.across[np.ix_(marker, marker)] * part.over(time_s)[rows])
+    root = np.linalg.cholesky(covariance)
+    design = (columns[frame][:, None] * (place[:, None] == np.arange(len(order)))[..., None]).reshape(len(frame), -1)
+    basis = np.linalg.qr(solve_triangular(root, design, lower=True))[0]
+    white = solve_triangular(root, position_m[frame, marker] / noise.sd_m[marker, None], lower=True)
     white = white - basis @ (basis.T @ white)
-    spent = root @ basis
-    raw, modelled = _lagged(root @ white, lags), _of_covariance(correlation - spent @ spent.T, lags)
-    left = _lagged(white, lags) - _of_covariance(np.eye(len(basis)) - basis @ basis.T, lags)
-    return np.stack([raw, modelled, left])
+    at = np.full(counts.shape, -1)
+    at[frame, place] = np.arange(len(frame))
+    return at, _Samples(root @ white, white, basis)
 
 
-def _lagged(series: np.ndarray, lags: int) -> np.ndarray:
-    """(l,) mean autocorrelation of columns (k, c) at lags from one on."""
-    total = (series**2).sum(axis=0)
-    return np.array([((series[lag:] * series[:-lag]).sum(axis=0) / total).mean() for lag in range(1, lags + 1)])
+def _both(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    counts = (first >= 0) & (second >= 0)
+    return first[counts], second[counts]
 
 
-def _of_covariance(covariance: np.ndarray, lags: int) -> np.ndarray:
-    """(l,) expected autocorrelation of a series with this covariance (k, k)."""
-    return np.array([np.trace(covariance, lag) for lag in range(1, lags + 1)]) / np.trace(covariance)
+def _pair(
+    samples: _Samples, first: np.ndarray, second: np.ndarray, weight: np.ndarray | None = None
+) -> tuple[float, float, float]:
+    """Correlation of samples with numbers (k,) and (k,), raw and of the innovations, and its variance by chance.
+
+    What the smooth swim takes away correlates innovations a little; that is put back. With weights (k, k) of products
+    those of all pairs count, else those of each with its own.
+    """
+    spent, other = samples.basis[first], samples.basis[second]
+    if weight is None:
+        kept = 1 - (spent**2).sum(axis=1), 1 - (other**2).sum(axis=1)
+        size = np.sqrt(kept[0].sum() * kept[1].sum())
+        expected, scatter = -(spent * other).sum() / size, len(first) / (2 * size**2)
+    else:
+        a, b = (np.eye(len(each)) - each @ each.T for each in (spent, other))
+        size = np.sqrt((weight * a).sum() * (weight * b).sum())
+        expected = -(weight * (spent @ other.T)).sum() / size
+        scatter = ((weight @ a) * (weight @ b).T).sum() / (2 * size**2)
+    raw, white = (_alike(series[first], series[second], weight) for series in (samples.raw, samples.white))
+    return raw, white - float(expected), float(scatter)
+
+
+def _alike(a: np.ndarray, b: np.ndarray, weight: np.ndarray | None) -> float:
+    def product(x: np.ndarray, y: np.ndarray) -> float:
+        return float((x * y).sum() if weight is None else (x * (weight @ y)).sum())
+
+    return product(a, b) / np.sqrt(product(a, a) * product(b, b))
 
 
 def _rms(correlations: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Whether the trials of a posterior ask for an effect that its twin leaves out: a score test of each (Rao 1948)."""
+"""Whether fitted trials ask for an effect that the twin leaves out: a score test of each at the mode (Rao 1948)."""
 
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
@@ -7,8 +7,7 @@ import numpy as np
 from scipy.stats import norm
 
 from fitting.left_out import LEFT_OUT_P, LEFT_OUT_SD, EffectsLeftOut, LeftOut
-from fitting.objective import COEFFICIENT_BOUNDS
-from fitting.posterior.posterior import Posterior
+from fitting.model import Mode
 from fitting.signatures.separation import Whitened
 from fitting.signatures.session_row import PRIOR_SD
 from fitting.signatures.signature import Signature, signature_of
@@ -18,52 +17,43 @@ from swimmer.effects import Effect
 
 _ALLOWED = frozenset(
     {"stiffness_error", "joint_damping", "crank_arm_error", "marker_offset", "head_frame_misalignment"}
-)  # that are nuisances of the posterior
-_STEP_SD, _LEAST_STEP = 0.5, 1e-3  # of the posterior, either way, for the slopes of its emulator; of a coefficient
+)  # that are nuisances of the model
 _ONE_SD = (-1.0, 1.0)
 _SILENT = 1e-6  # whitened length below which an effect does nothing that coefficients do not
 _MISSED = 0.05  # of the sessions with an effect that counts as seen
-_JITTER = 1e-18  # as in the likelihood
 
 
 def score_tests(
-    posterior: Posterior,
+    mode: Mode,
     camera: CameraSpec,
     effects: Iterable[Effect],
     tell: Callable[[str, float | None], None] = lambda _message, _share: None,
 ) -> EffectsLeftOut:
-    """What each parameter of each effect says, linear about the likeliest draw of the posterior.
+    """What each parameter of each effect says, linear about the mode.
 
-    Of gaits alone: what frequencies and the course of the fish say of an effect is for a diagnosis.
+    Of features alone: what frequencies say of an effect is for a diagnosis.
 
     Args:
-        posterior: with its draws.
+        mode: of the fitted trials.
         camera: that filmed the trials.
         effects: of the catalogue.
         tell: of the progress.
     """
-    camera, effects = with_picture(camera, [each.trial for each in posterior.model.trials]), tuple(effects)
-    at = _likeliest(posterior)
+    camera, effects = with_picture(camera, [each.trial for each in mode.model.trials]), tuple(effects)
     signatures = []
     for number, effect in enumerate(effects):
         tell(f"whether {effect.name.replace('_', ' ')} is missing", number / len(effects))
-        signatures.append(signature_of(effect, posterior.model, camera, at, sizes=_ONE_SD))
-    return _asked(posterior, at, signatures)
+        signatures.append(signature_of(effect, mode.model, camera, mode.coefficients, sizes=_ONE_SD))
+    return _asked(mode, signatures)
 
 
-def _likeliest(posterior: Posterior) -> np.ndarray:
-    """(5,) of the draws."""
-    likelihoods = posterior.found.likelihood(posterior.coefficients, posterior.discrepancy)
-    return np.asarray(posterior.coefficients[int(np.argmax(likelihoods))])
-
-
-def _asked(posterior: Posterior, at: np.ndarray, signatures: list[Signature]) -> EffectsLeftOut:
-    sd = posterior.coefficients.std(axis=0, ddof=1)
-    space = _space(posterior, at, sd)
-    left = space.freed(posterior.model.measured - posterior.found.likelihood.emulator(at[None])[0])
+def _asked(mode: Mode, signatures: list[Signature]) -> EffectsLeftOut:
+    sd = np.sqrt(np.diag(mode.coefficient_covariance))
+    space = Whitened.of(mode.total, mode.jacobian, PRIOR_SD)
+    residual = space.freed(mode.residual)
     ways = [way for signature in signatures for way in _ways(signature, space)]
     seen_from = float(norm.isf(LEFT_OUT_P / max(len(ways), 1)) + norm.isf(_MISSED))
-    found = [_of_way(way, space, left, sd, len(ways), seen_from) for way in ways]
+    found = [_of_way(way, space, residual, sd, len(ways), seen_from) for way in ways]
     shown = {each.effect for each in found}
     others = {each.effect.name: np.isfinite(each.gaits).any() for each in signatures if each.effect.name not in shown}
     return EffectsLeftOut(
@@ -72,15 +62,6 @@ def _asked(posterior: Posterior, at: np.ndarray, signatures: list[Signature]) ->
         silent=tuple(name for name, finite in others.items() if finite),
         diverged=tuple(name for name, finite in others.items() if not finite),
     )
-
-
-def _space(posterior: Posterior, at: np.ndarray, sd: np.ndarray) -> Whitened:
-    """In which the posterior's noise, nuisances and error of the twin have unit size and coefficients are free."""
-    likelihood, steps = posterior.found.likelihood, np.diag(np.maximum(_STEP_SD * sd, _LEAST_STEP))
-    covariance = likelihood.covariance(np.median(posterior.discrepancy, axis=0))
-    up, down = (np.clip(at + sign * steps, *COEFFICIENT_BOUNDS) for sign in (1, -1))
-    slopes = (likelihood.emulator(up) - likelihood.emulator(down)) / np.diag(up - down)[:, None]
-    return Whitened.of(covariance + _JITTER * np.eye(len(covariance)), slopes.T, PRIOR_SD)
 
 
 class _Way(NamedTuple):
@@ -104,11 +85,11 @@ def _ways(signature: Signature, space: Whitened) -> list[_Way]:
     return found
 
 
-def _of_way(way: _Way, space: Whitened, left: np.ndarray, sd: np.ndarray, tried: int, seen_from: float) -> LeftOut:
+def _of_way(way: _Way, space: Whitened, residual: np.ndarray, sd: np.ndarray, tried: int, seen_from: float) -> LeftOut:
     parameter, shows = way.effect.parameters[way.number], space.freed(way.moved)
     length = float(np.linalg.norm(shows))
     reach = max(parameter.high, 0.0) if way.sign > 0 else max(-parameter.low, 0.0)
-    z = float(shows @ left) / length
+    z = float(shows @ residual) / length
     size = float(np.clip(z / length, 0.0, reach / parameter.sd))  # in standard deviations of the prior
     z = z if z <= 0 else float(np.sqrt(2 * size * length * z - (size * length) ** 2))
     moves = way.sign * space.coefficients(way.moved) / sd

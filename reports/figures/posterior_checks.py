@@ -29,7 +29,7 @@ from reports.style import (
 
 if TYPE_CHECKING:
     from fitting.left_out import LeftOut
-    from fitting.posterior.findings import Findings
+    from fitting.posterior.summary import PosteriorSummary
 
 _POINTS = 120  # drawn of a trace
 _GROUPS, _BINS = 4, 10
@@ -39,7 +39,7 @@ _NAMED, _BETWEEN = 10, 0.095  # names, those that move most; between them, of th
 
 
 @styled
-def posterior_trace_figure(found: Findings) -> Figure:
+def posterior_trace_figure(found: PosteriorSummary) -> Figure:
     """A panel a coefficient: where the middle half and 90 % of the walkers are, and two walkers, draw after draw."""
     figure, drawn = _panel_each("draw of each walker, after the burn-in, thinned")
     chains = found.chains[:, :: max(found.chains.shape[1] // _POINTS, 1)]
@@ -57,7 +57,7 @@ def posterior_trace_figure(found: Findings) -> Figure:
 
 
 @styled
-def posterior_ranks_figure(found: Findings) -> Figure:
+def posterior_ranks_figure(found: PosteriorSummary) -> Figure:
     """A panel a coefficient: how the ranks of four groups of walkers spread; flat within the band means well mixed."""
     figure, drawn = _panel_each("rank among all draws")
     edges = np.linspace(0.0, 1.0, _BINS + 1)
@@ -88,8 +88,8 @@ def _panel_each(x: str) -> tuple[Figure, list[Axes]]:
 
 
 @styled
-def posterior_whiteness_figure(found: Findings) -> Figure:
-    """A panel a fit trial: autocorrelation of the tracks' residuals, of the model, and of what it leaves."""
+def posterior_whiteness_figure(found: PosteriorSummary) -> Figure:
+    """A panel a fit trial: autocorrelation of the tracks' residuals, and of what the noise model leaves."""
     width, columns = small_multiples(len(found.whiteness))
     wide = width > HALF_WIDTH_IN
     grid = Grid(columns if wide else min(columns, 2), 1.3, gap_in=(0.16, 0.36))
@@ -97,8 +97,7 @@ def posterior_whiteness_figure(found: Findings) -> Figure:
     name_panels(drawn, [shortened(white.trial) for white in found.whiteness], grid.columns)
     for axes, white in zip(drawn, found.whiteness, strict=True):
         axes.plot(white.lag_s, white.raw, "o", color=MUTED, markersize=2.8, label="tracks beside a smooth swim")
-        axes.plot(white.lag_s, white.modelled, color=MUTED, linewidth=1.0, label="noise model")
-        axes.plot(white.lag_s, white.left, "o", color=TWIN, markersize=3.2, label="left after it")
+        axes.plot(white.lag_s, white.innovations, "o", color=TWIN, markersize=3.2, label="left after the noise model")
         axes.axhspan(-white.limit, white.limit, facecolor=FAINT, linewidth=0, label="white, 95 %")
         axes.set_ylim(-0.35, 1.0)
         axes.set_xlim(left=0)
@@ -111,7 +110,7 @@ def posterior_whiteness_figure(found: Findings) -> Figure:
 
 
 @styled
-def posterior_left_out_figure(found: Findings) -> Figure:
+def posterior_left_out_figure(found: PosteriorSummary) -> Figure:
     """A point a parameter of an effect: right what would be seen, above what would move a coefficient."""
     figure, axes = panel(FULL_WIDTH_IN, 3.3, Margins(right=2.1, top=0.42))
     tried, seen_from = found.left_out.tried, found.left_out.seen_from

@@ -21,7 +21,6 @@ from reports.style import (
     Grid,
     Look,
     Margins,
-    add_panel,
     legend_above,
     panel,
     panels,
@@ -29,76 +28,35 @@ from reports.style import (
 )
 
 if TYPE_CHECKING:
-    from fitting.posterior.findings import Findings
+    from fitting.posterior.summary import PosteriorSummary
     from swimmer import FluidCoefficients
 
-WAYS = ("posterior", "Laplace", "white noise")
-COLOURS = dict(zip(WAYS, (TWIN, MUTED, WARN), strict=True))
-_LEFT_IN, _PRIOR_IN, _GAP_IN, _ROW_IN, _BETWEEN_IN, _TOP_IN, _BOTTOM_IN = 0.92, 0.95, 0.2, 0.34, 0.3, 0.4, 0.5
-_ZOOM_IN = _LEFT_IN + _PRIOR_IN + _GAP_IN  # from the left
 _BINS, _SMOOTH = 36, 1.3  # of the densities
 _HELD = (0.9, 0.5)  # shares of the draws within the contours
 _COLOURS = (TWIN, EBT, EBT_LARGE, INK, WARN)
 
 
-def intervals_of(found: Findings) -> dict[str, np.ndarray]:
-    """(3, 5) 5 % end, middle and 95 % end of each coefficient, by the way they were found."""
-    marginals = list(found.marginals.values())
-    own = np.array([[m.q05 for m in marginals], [m.mean for m in marginals], [m.q95 for m in marginals]])
-    others = [np.stack([way.q05, way.middle, way.q95]) for way in (found.laplace, found.naive)]
-    return dict(zip(WAYS, (own, *others), strict=True))
-
-
 @styled
-def posterior_intervals_figure(found: Findings) -> Figure:
-    """A row a coefficient: left the posterior within the prior, right all intervals on a scale of their own."""
-    rows, intervals = len(NAMES), intervals_of(found)
-    height = _TOP_IN + rows * (_ROW_IN + _BETWEEN_IN) - _BETWEEN_IN + _BOTTOM_IN
-    figure = Figure(figsize=(HALF_WIDTH_IN, height))
-    for i, name in enumerate(NAMES):
-        bottom = height - _TOP_IN - _ROW_IN - i * (_ROW_IN + _BETWEEN_IN)
-        prior = add_panel(figure, (_LEFT_IN, bottom), (_PRIOR_IN, _ROW_IN))
-        zoom = add_panel(figure, (_ZOOM_IN, bottom), (HALF_WIDTH_IN - _ZOOM_IN - 0.12, _ROW_IN))
-        _within_prior(prior, intervals["posterior"][:, i], last=i == rows - 1)
-        prior.set_yticks([0], [name], fontsize=8)
-        _zoomed(zoom, {way: ends[:, i] for way, ends in intervals.items()})
-    for left, text in ((_LEFT_IN, "within the prior"), (_ZOOM_IN, "90 % intervals, each on its own scale")):
-        figure.text(left / HALF_WIDTH_IN, 0.06 / height, text, fontsize=7.5, color=MUTED)
-    handles = [Line2D([], [], color=COLOURS[way], marker="o", markersize=4, label=way) for way in WAYS]
-    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(_LEFT_IN / HALF_WIDTH_IN, 1.0), ncols=3)
+def posterior_intervals_figure(found: PosteriorSummary, fit: FluidCoefficients) -> Figure:
+    """A row a coefficient: its interval and mean within the prior, and the fit."""
+    figure, axes = panel(HALF_WIDTH_IN, 2.4, Margins(left=0.92, top=0.35))
+    low, high = COEFFICIENT_BOUNDS
+    rows = -np.arange(len(NAMES))
+    axes.barh(rows, high - low, left=low, height=0.5, color=SHADE)
+    for row, marginal in zip(rows, found.marginals.values(), strict=True):
+        axes.plot([marginal.q05, marginal.q95], [row, row], color=TWIN, linewidth=7, solid_capstyle="butt")
+    means = [marginal.mean for marginal in found.marginals.values()]
+    axes.plot(means, rows, "|", color=INK, markersize=11, markeredgewidth=1.2, label="mean")
+    axes.plot(fit, rows, "D", color=EBT, markersize=4, label="fit")
+    axes.set_yticks(rows, NAMES, fontsize=8)
+    axes.set_xlim(low - 0.3, high + 0.3)
+    axes.grid(visible=False)
+    legend_above(axes, 2)
     return figure
 
 
-def _within_prior(axes: Axes, ends: np.ndarray, last: bool) -> None:
-    low, high = COEFFICIENT_BOUNDS
-    axes.barh(0, high - low, left=low, height=0.5, color=SHADE)
-    axes.plot(ends[[0, 2]], [0, 0], color=TWIN, linewidth=7, solid_capstyle="butt")
-    axes.plot(ends[1], 0, "|", color=TWIN, markersize=13, markeredgewidth=1.5)
-    axes.set_xlim(low - 0.3, high + 0.3)
-    axes.set_ylim(-0.5, 0.5)
-    axes.set_xticks([low, (low + high) / 2, high])
-    axes.tick_params(axis="x", labelbottom=last, length=2)
-    axes.tick_params(axis="y", length=0, labelcolor=INK)
-    axes.grid(visible=False)
-    axes.spines[["left", "bottom"]].set_visible(False)
-
-
-def _zoomed(axes: Axes, ways: dict[str, np.ndarray]) -> None:
-    known = np.concatenate([ends[np.isfinite(ends)] for ends in ways.values()])
-    margin = 0.08 * max(float(np.ptp(known)), 1e-3)
-    for row, (way, (low, middle, high)) in enumerate(ways.items()):
-        axes.plot([low, high], [-row, -row], color=COLOURS[way], linewidth=1.8 if row == 0 else 1.2)
-        axes.plot(middle, -row, "o", color=COLOURS[way], markersize=4 if row == 0 else 3)
-    axes.set_xlim(known.min() - margin, known.max() + margin)
-    axes.set_ylim(-2.6, 0.6)
-    axes.set_yticks([])
-    axes.locator_params(axis="x", nbins=4)
-    axes.tick_params(axis="x", labelsize=7, length=2, pad=1.5)
-    axes.spines["left"].set_visible(False)
-
-
 @styled
-def posterior_corner_figure(found: Findings, fit: FluidCoefficients) -> Figure:
+def posterior_corner_figure(found: PosteriorSummary, fit: FluidCoefficients) -> Figure:
     """Densities on the diagonal, contours that hold 50 and 90 % of the draws below it, correlations above it.
 
     Args:
@@ -184,17 +142,18 @@ def _dress(axes: Axes, row: int, column: int, limits: tuple[tuple[float, float],
 
 
 @styled
-def posterior_further_figure(found: Findings) -> Figure:
+def posterior_further_figure(found: PosteriorSummary) -> Figure:
     """The standard deviation of each coefficient with one more swim over that without, by the swim's frequency."""
     figure, axes = panel(HALF_WIDTH_IN, 2.9, Margins(top=0.5))
-    further = found.further
-    order = np.argsort(further.frequency_hz)
-    ratio = 100 * further.sd[order] / further.sd_now
+    sweep, chosen = found.sweep, found.wanted
+    ratio = 100 * sweep.sd / sweep.sd_now
     wanted, loose = {"linewidth": 1.6, "markersize": 3}, {"linewidth": 0.8, "linestyle": (0, (2, 2)), "markersize": 1.8}
     for i, name in enumerate(NAMES):
-        style = wanted if further.wanted[i] else loose
-        axes.plot(further.frequency_hz[order], ratio[:, i], marker="o", color=_COLOURS[i], label=name, **style)
-    axes.axvline(further.frequency_hz[0], color=MUTED, linewidth=0.7, linestyle=(0, (2, 2)))
+        style = wanted if chosen[i] else loose
+        axes.plot(sweep.frequency_hz, ratio[:, i], marker="o", color=_COLOURS[i], label=name, **style)
+    axes.axvline(
+        sweep.frequency_hz[np.argmin(sweep.shrinkage(chosen))], color=MUTED, linewidth=0.7, linestyle=(0, (2, 2))
+    )
     axes.set_ylim(0, 104)
     axes.set_xlabel("frequency of one more swim (Hz)")
     axes.set_ylabel("standard deviation left (%)")

@@ -28,14 +28,14 @@ from reports.style import (
 
 if TYPE_CHECKING:
     from fitting import Calibration
-    from fitting.posterior.findings import Findings
-    from fitting.posterior.predictive import PredictedSweep, PredictedTrial
+    from fitting.posterior.prediction import PredictedSweep, PredictedTrial
+    from fitting.posterior.summary import PosteriorSummary
 
 _HEIGHT_IN, _BELOW_IN = 4.4, 1.17  # of the sweep, and of its lower panel
 
 
 @styled
-def posterior_sweep_figure(found: Findings, calibration: Calibration) -> Figure:
+def posterior_sweep_figure(found: PosteriorSummary, calibration: Calibration) -> Figure:
     """Bands that hold 50 and 90 % of what the twin may do, and trials; below, the same beside its median."""
     figure, axes = panel(HALF_WIDTH_IN, _HEIGHT_IN, Margins(top=0.72, bottom=0.55 + _BELOW_IN))
     beside = add_panel(figure, (0.6, 0.42), (HALF_WIDTH_IN - 0.7, _BELOW_IN))
@@ -60,7 +60,7 @@ def posterior_sweep_figure(found: Findings, calibration: Calibration) -> Figure:
     above: dict[str, Any] = {"loc": "lower left", "columnspacing": 0.9, "handletextpad": 0.5, "borderpad": 0.0}
     bands = [
         Patch(facecolor=TWIN, alpha=0.7, label="coefficients, 90 %"),
-        Patch(facecolor=TWIN, alpha=0.38, label="and the twin’s own error, 50 %"),
+        Patch(facecolor=TWIN, alpha=0.38, label="all, 50 %"),
         Patch(facecolor=TWIN, alpha=0.16, label="90 %"),
     ]
     axes.add_artist(axes.legend(handles=bands, bbox_to_anchor=(-0.12, 1.16), ncols=3, **above))
@@ -77,7 +77,7 @@ def _draw_speeds(axes: Axes, sweep: PredictedSweep, middle: np.ndarray) -> None:
 
 
 @styled
-def posterior_trials_figure(found: Findings) -> Figure:
+def posterior_trials_figure(found: PosteriorSummary) -> Figure:
     """A panel a trial, all to one scale: lateral amplitude along the body with its bands."""
     width, columns = small_multiples(len(found.trials))
     top = 0.5 if width > HALF_WIDTH_IN else 0.62

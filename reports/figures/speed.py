@@ -1,6 +1,5 @@
 """Speeds over frequency, and how far off each model's are."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fitting import Calibration
-from fitting.speed_errors import SpeedErrors
 from fitting.sweep import SpeedSweep
 from reports.colours import INK, MUTED, SHADE, TWIN
 from reports.models import model_colour, model_label
@@ -18,10 +16,6 @@ from reports.style import HALF_WIDTH_IN, Margins, legend_above, panel, role_hand
 
 _THEORY = ("published", "smoothed", "large")
 _SHOWN = {"twin": 0.22, "published": 0.0, "large": -0.22}  # models, and how far above their row
-_AXIS = {
-    "mean_absolute": "mean absolute speed error (mm/s)",
-    "bias": "bias of the speed (mm/s)",
-}
 
 
 @styled
@@ -96,29 +90,4 @@ def speed_errors_figure(calibration: Calibration) -> Figure:
     axes.set_ylim(-0.6, count - 0.4)
     axes.set_xlabel("predicted minus measured speed (mm/s)")
     legend_above(axes, 2)
-    return figure
-
-
-@styled
-def speed_intervals_figure(errors: Mapping[str, Mapping[str, SpeedErrors]], measure: str) -> Figure:
-    """A row for each model; bars are 90 % intervals.
-
-    Args:
-        errors: by role ("fit", "holdout"), what `fitting.speed_errors` gives.
-        measure: of these, mean_absolute or bias.
-    """
-    names = list(dict.fromkeys(name for of_role in errors.values() for name in of_role))
-    figure, axes = panel(HALF_WIDTH_IN, 1.0 + 0.3 * max(len(names), 2), Margins(left=1.72))
-    axes.axvline(0.0, color=INK, linewidth=0.8)
-    for shift, (role, of_role) in zip((0.14, -0.14), errors.items(), strict=False):
-        for row, name in enumerate(reversed(names)):
-            value, low, high = (limit * MM for limit in getattr(of_role[name], measure))
-            colour = model_colour(name)
-            axes.plot([low, high], [row + shift] * 2, color=colour, linewidth=1.3)
-            axes.plot(value, row + shift, **role_marker(colour, role))
-    axes.set_yticks(range(len(names)), [model_label(name).replace(" (", "\n(") for name in reversed(names)])
-    axes.tick_params(axis="y", labelsize=7, length=0)
-    axes.set_ylim(-0.6, len(names) - 0.4)
-    axes.set_xlabel(_AXIS[measure])
-    legend_above(axes, 2, handles=role_handles(MUTED, errors))
     return figure

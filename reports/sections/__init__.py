@@ -19,7 +19,6 @@ from reports.sections import (
     posterior,
     provenance,
     residuals,
-    speed_errors,
     speed_sweep,
     structure,
     summary,
@@ -38,7 +37,6 @@ QUESTIONS: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (
         (
             forecasts.build,
             speed_sweep.build,
-            speed_errors.build,
             trials.build,
             residuals.build,
             tail_beat.build,

@@ -18,7 +18,6 @@ from reports.figures.posterior_checks import (
     posterior_whiteness_figure,
 )
 from reports.figures.posterior_coefficients import (
-    intervals_of,
     posterior_corner_figure,
     posterior_further_figure,
     posterior_intervals_figure,
@@ -40,16 +39,14 @@ from reports.numbers import (
 from reports.sections.structure import WORDS
 
 if TYPE_CHECKING:
-    from fitting.posterior.findings import Findings
+    from fitting.posterior.summary import PosteriorSummary
+    from swimmer import FluidCoefficients
 
-COLUMNS = table_head(
-    "coefficient | mean ± sd [] | 90 % interval [] | Laplace [90 %] | white noise [90 %] | sd / prior’s [%] | "
-    "determined"
-)
+COLUMNS = table_head("coefficient | fit [] | mean ± sd [] | 90 % interval [] | sd / prior’s [%] | determined")
 DIRECTIONS = table_head("combination | sd / prior’s [%]")
 TRIALS = table_head(
-    "trial | role | measured [mm/s] | coefficients and robot, 90 % [mm/s] | all, 90 % [mm/s] | speed inside | "
-    "harmonics inside [%]"
+    "trial | role | measured [mm/s] | coefficients, 90 % [mm/s] | all, 90 % [mm/s] | speed inside | "
+    "marker coordinates inside [%]"
 )
 ROBOT = table_head("number | known to [± %] | from | with the swims off by [%]")
 LEFT_OUT = table_head("effect | asked for [] | from nothing [sd] | p [] | moves")
@@ -76,54 +73,49 @@ def build(context: ReportContext) -> Section:
     return Section("How sure", "posterior", _determined(found, context), flags, parts)
 
 
-def _determined(found: Findings, context: ReportContext) -> tuple[Block, ...]:
+def _determined(found: PosteriorSummary, context: ReportContext) -> tuple[Block, ...]:
     fit = context.calibration.coefficients
     intervals = Plot(
-        posterior_intervals_figure(found),
+        posterior_intervals_figure(found, fit),
         "posterior-intervals",
-        "Left: the posterior within its prior (grey). Right: 90 % intervals. Laplace’s approximation knows the mode "
-        "and its curvature alone. White noise is the usual way: every frame an independent sample, nothing unknown but "
-        "the phase; it is too sure, and may lie elsewhere.",
+        "90 % intervals and means within the prior (grey), and the fit (orange), the likeliest coefficients.",
     )
     sweep = Plot(
         posterior_sweep_figure(found, context.calibration),
         "posterior-sweep",
-        "Speed over frequency as the posterior has it. Dark: what coefficients and robot leave open. Light: with "
-        "the twin’s own error in speed, which the fit trials show. Below, all beside the median. Open points were held "
-        "out.",
+        "Speed over frequency as the posterior has it. Dark: what the coefficients leave open. Light: with all that "
+        "stands between the twin and a trial. Below, all beside the median. Open points were held out.",
     )
     corner = Plot(
         posterior_corner_figure(found, fit),
         "posterior-corner",
         "The posterior of each coefficient with its 90 % interval, of each pair, and their correlations. A slanted "
-        "ellipse is a combination that the trials see better than either coefficient. The fit (orange) minimises "
-        "another distance, without nuisances: it may lie beside.",
+        "ellipse is a combination that the trials see better than either coefficient. The fit (orange) is the "
+        "likeliest.",
     )
     return (
         Prose(found.identifiability.sentence, lead=True),
         Prose(_how(found)),
         Plots((intervals, sweep)),
-        _table(found),
+        _table(found, fit),
         _robot(found),
         Plots((corner,)),
         _directions(found),
     )
 
 
-def _how(found: Findings) -> str:
+def _how(found: PosteriorSummary) -> str:
     low, high = COEFFICIENT_BOUNDS
     wave, speed = found.discrepancy
     return (
-        f"Prior: each coefficient uniform from {low:g} to {high:g}. Each trial counts by its gait: its forward speed, "
-        "and mean and three harmonics of every marker. Noise lasts as long as it does in the tracks; phase, frequency, "
-        "start, places of boxes and of markers, and what is not known of the robot, are unknown and integrated out; so "
-        "is the twin’s own error, here "
-        f"{significant(100 * wave, 2)} % of the wave and {significant(100 * speed, 2)} % of the speed in the median. "
-        f"{found.simulations} simulations of each fit trial."
+        f"Prior: each coefficient uniform from {low:g} to {high:g}. The model is that of the fit, which is its mode: "
+        "noise, what differs from trial to trial, what is not known of the robot, and the twin’s own error, here "
+        f"{significant(100 * wave, 2)} % of the wave and {significant(100 * speed, 2)} % of the speed in the median, "
+        f"are integrated out. {found.simulations} simulations of each fit trial."
     )
 
 
-def _robot(found: Findings) -> Table:
+def _robot(found: PosteriorSummary) -> Table:
     rows = tuple(
         (
             WORDS.get(part.quantity, part.quantity),
@@ -140,29 +132,28 @@ def _robot(found: Findings) -> Table:
     return Table(caption, ROBOT, rows)
 
 
-def _table(found: Findings) -> Table:
-    ways = intervals_of(found)
+def _table(found: PosteriorSummary, fit: FluidCoefficients) -> Table:
     rows = []
     for i, (name, marginal) in enumerate(zip(NAMES, found.marginals.values(), strict=True)):
-        spans = [spanned(ends[0, i], ends[2, i]) for ends in ways.values()]
         rows.append(
             (
                 name,
+                significant(fit[i]),
                 f"{significant(marginal.mean)} ± {significant(marginal.sd, 2)}",
-                *spans,
+                spanned(marginal.q05, marginal.q95),
                 significant(100 * found.identifiability.narrowed[i], 2),
                 "at a bound" if found.identifiability.at_bound[i] else "yes" if marginal.determined else "no",
             )
         )
     caption = (
-        "The posterior of each coefficient beside other intervals. A coefficient counts as determined when the upper "
+        "The posterior of each coefficient beside the fit. A coefficient counts as determined when the upper "
         "end of its 90 % interval is at most 2.5 times the lower one, or the interval no wider than 0.5; not when it "
         "presses against a bound of the prior, which then ends the interval in place of the trials."
     )
     return Table(caption, COLUMNS, tuple(rows))
 
 
-def _directions(found: Findings) -> Table:
+def _directions(found: PosteriorSummary) -> Table:
     seen = found.identifiability
     rows = tuple((seen.combination(i), significant(100 * seen.direction_narrowed[i], 2)) for i in range(len(NAMES)))
     caption = (
@@ -172,12 +163,12 @@ def _directions(found: Findings) -> Table:
     return Table(caption, DIRECTIONS, rows, folded=True)
 
 
-def _predicted(found: Findings) -> tuple[Block, ...]:
+def _predicted(found: PosteriorSummary) -> tuple[Block, ...]:
     swings = Plot(
         posterior_trials_figure(found),
         "posterior-trials",
-        "How far each marker swings at the beat of the crank, from nose to fin. Dark: what coefficients and robot "
-        "leave open; light: with noise, nuisances and the twin’s own error.",
+        "How far each marker swings at the beat of the crank, from nose to fin. Dark: what the coefficients leave "
+        "open; light: with noise, nuisances and the twin’s own error.",
     )
     rows = tuple(
         (
@@ -192,39 +183,37 @@ def _predicted(found: Findings) -> tuple[Block, ...]:
         for trial in found.trials
     )
     caption = (
-        "Forward speed along a smooth path, measured and predicted, and the share of the gait’s harmonics inside their "
-        "90 % bands. Bands of held-out trials use the frequency and start of their own first two beats; gaits are "
-        "compared in step with the tail."
+        "Forward speed along a smooth path, measured and predicted, and the share of the scored marker coordinates "
+        "inside their 90 % bands. Bands of fit trials are those of another trial like it; those of held-out trials use "
+        "the frequency and start of their own first two beats. All are in step with the tail."
     )
     return Prose(_inside(found)), Plots((swings,)), Table(caption, TRIALS, rows)
 
 
-def _inside(found: Findings) -> str:
+def _inside(found: PosteriorSummary) -> str:
     said = []
     for role, label in (("holdout", "held-out"), ("fit", "fit")):
         speeds, count, share = found.inside(role)
         if count:
             said.append(
                 f"{speeds} of {counted(count, f'{label} trial')} swam at a speed within its 90 % band, and "
-                f"{percent(share)} of their harmonics lie within theirs."
+                f"{percent(share)} of their marker coordinates lie within theirs."
             )
     if found.inside("holdout")[1] == 0:
         said.insert(0, "No trial was held out.")
     return " ".join(said)
 
 
-def _further(found: Findings) -> tuple[Block, ...]:
-    further = found.further
-    best, ratios = further.frequency_hz[0], further.sd[0] / further.sd_now
-    wanted = [name for name, yes in zip(NAMES, further.wanted, strict=True) if yes]
-    loose = "what is not determined" if not further.wanted.all() else "the coefficients"
-    effects = listed(
-        [f"{name} to {shown(100 * ratio, 0)} %" for name, ratio in zip(NAMES, ratios, strict=True) if name in wanted]
-    )
+def _further(found: PosteriorSummary) -> tuple[Block, ...]:
+    sweep, wanted = found.sweep, found.wanted
+    order = np.argsort(sweep.shrinkage(wanted))
+    ratios, best = sweep.sd[order[0]] / sweep.sd_now, sweep.frequency_hz[order[0]]
+    loose = "what is not determined" if not wanted.all() else "the coefficients"
+    effects = listed([f"{name} to {shown(100 * ratios[i], 0)} %" for i, name in enumerate(NAMES) if wanted[i]])
     text = (
         f"One more swim of 5 s at {shown(best, 1)} Hz, tracked like these, would narrow {loose} most: the standard "
         f"deviation of {effects} of what it is. Next best: "
-        f"{listed([f'{shown(hz, 1)} Hz' for hz in further.frequency_hz[1:3]])}."
+        f"{listed([f'{shown(sweep.frequency_hz[i], 1)} Hz' for i in order[1:3]])}."
     )
     figure = Plot(
         posterior_further_figure(found),
@@ -236,7 +225,7 @@ def _further(found: Findings) -> tuple[Block, ...]:
     return Prose(text), Plots((figure,))
 
 
-def _left_out(found: Findings) -> tuple[Block, ...]:
+def _left_out(found: PosteriorSummary) -> tuple[Block, ...]:
     left_out = found.left_out
     if not left_out.tried:
         return (Prose(f"No effect was asked for.{_not_asked(found)}"),)
@@ -255,8 +244,8 @@ def _left_out(found: Findings) -> tuple[Block, ...]:
         "deviation, were it as large as robots usually have it."
     )
     text = (
-        f"Each of {counted(len(left_out.effects), 'effect')} of the catalogue was asked by itself whether the gaits of "
-        f"these trials call for it beside the coefficients. {furthest} {said}"
+        f"Each of {counted(len(left_out.effects), 'effect')} of the catalogue was asked by itself whether the features "
+        f"of these trials call for it beside the coefficients. {furthest} {said}"
         f"{_not_asked(found)}"
     )
     figure = Plot(
@@ -265,7 +254,7 @@ def _left_out(found: Findings) -> tuple[Block, ...]:
         "Each parameter of each effect that the twin leaves out, as large as robots usually have it. Right of the "
         f"dashed line ({shown(left_out.seen_from, 1)}) it is flagged in 19 of 20 sessions. Shaded: it may be there "
         "unseen, and coefficients are off, but for what the intervals allow for (hinges, crank arm, boxes, markers).",
-        "Linear about the likeliest draw; the sizes are those of the catalogue, not of this robot.",
+        "Linear about the fit; the sizes are those of the catalogue, not of this robot.",
     )
     rows = tuple(_left_out_row(each) for each in left_out.tried[:_LIKELIEST] if each.z > 0)
     caption = (
@@ -276,9 +265,9 @@ def _left_out(found: Findings) -> tuple[Block, ...]:
     return Prose(text), Plots((figure,)), Table(caption, LEFT_OUT, rows)
 
 
-def _not_asked(found: Findings) -> str:
+def _not_asked(found: PosteriorSummary) -> str:
     silent, diverged = ([in_words(name) for name in names] for names in found.left_out[2:])
-    said = f" No gait tells of {listed(silent)}." if silent else ""
+    said = f" No feature tells of {listed(silent)}." if silent else ""
     return said + (f" With {listed(diverged)} the twin diverged: nothing is known of it." if diverged else "")
 
 
@@ -292,20 +281,20 @@ def _left_out_row(each: LeftOut) -> tuple[str, ...]:
     )
 
 
-def _checks(found: Findings) -> tuple[Block, ...]:
+def _checks(found: PosteriorSummary) -> tuple[Block, ...]:
     least, worst = float(np.min(found.ess_bulk[:5])), float(np.max(found.r_hat[:5]))
     text = (
         f"{counted(found.chains.shape[0], 'walker')}, {found.steps} steps each, acceptance "
         f"{shown(found.acceptance, 2)}, autocorrelation {shown(found.autocorrelation, 0)} steps: at least "
         f"{shown(least, 0)} effective draws of each coefficient, R-hat at most {shown(worst, 3)}. At fresh draws the "
-        f"stand-in for the twin misses its ln likelihood by {shown(found.emulator_error, 2)} (standard deviation). "
-        f"Noise and nuisances alone would put gaits as far from the twin in {percent(found.misfit_p)} of sessions."
+        f"emulator of the twin misses its ln likelihood by {shown(found.emulator_error, 2)} (standard deviation). "
+        f"Noise and nuisances alone would put features as far from the twin in {percent(found.misfit_p)} of sessions."
     )
     white = Plot(
         posterior_whiteness_figure(found),
         "posterior-whiteness",
-        "Errors of the tracks beside a smooth swim are alike from frame to frame (grey), as the noise model has it "
-        "(line). What it leaves (blue) should lie within the band of white noise.",
+        "Errors of the tracks beside a smooth swim are alike from frame to frame (grey). What the noise model leaves "
+        "(blue) should lie within the band of white noise.",
     )
     trace = Plot(
         posterior_trace_figure(found),
@@ -321,7 +310,7 @@ def _checks(found: Findings) -> tuple[Block, ...]:
     return Prose(text), _noise(found), Plots((white,)), Plots((trace, ranks))
 
 
-def _noise(found: Findings) -> Table:
+def _noise(found: PosteriorSummary) -> Table:
     rows = tuple(
         (
             white.trial,
@@ -330,8 +319,8 @@ def _noise(found: Findings) -> Table:
             shown(white.lasts_s, 2),
             shown(100 * white.white, 0),
             shown(float(np.median(white.sd_m)) * MM, 2),
-            shown(float(white.beside_before[1]), 2),
-            f"{shown(float(white.beside[1]), 2)} (chance {shown(float(white.beside_limit[1]), 2)})",
+            shown(float(white.alike_raw[1]), 2),
+            f"{shown(float(white.alike[1]), 2)} (chance {shown(float(white.neighbours_limit[1]), 2)})",
             "yes" if white.is_white else "no",
         )
         for white in found.whiteness

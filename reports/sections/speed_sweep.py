@@ -6,11 +6,13 @@ import numpy as np
 
 from fitting import CalibratedTrial, Calibration
 from fitting.command_forecast import CommandForecast, beat_to_command, forecast_from_command
-from reports.blocks import Plot, Plots, Section, Table, table_head
+from fitting.ebt import EbtFit
+from reports.blocks import Plot, Plots, Prose, Section, Table, table_head
 from reports.caveats import speed_caveats
 from reports.context import ReportContext
 from reports.figures.speed import speed_errors_figure, speed_sweep_figure
-from reports.numbers import MISSING, in_mm, shown
+from reports.models import model_label
+from reports.numbers import MISSING, in_mm, listed, sentence, shown, significant
 
 COLUMNS = table_head(
     "trial | role | command [Hz] | beat [Hz] | measured [mm/s] | twin [mm/s] | error [mm/s] | by command [error] | "
@@ -40,7 +42,7 @@ def build(context: ReportContext) -> Section:
     return Section(
         "Speed",
         "speed",
-        (Plots((sweep, errors)), _table(context.calibration)),
+        (Plots((sweep, errors)), _table(context.calibration), Prose(_theory(context.calibration.ebts))),
         () if context.trials("holdout") else ("No trial was held out: every speed error below is one of the fit.",),
     )
 
@@ -48,6 +50,8 @@ def build(context: ReportContext) -> Section:
 def _table(calibration: Calibration) -> Table:
     trials = sorted(calibration.trials, key=lambda trial: trial.measured.frequency.hz)
     foretold = forecast_from_command(calibration)
+    missing = [f"{name}: {flag.message}" for name, forecast in foretold.items() for flag in forecast.flags]
+    without = "".join(f" No forecast by command of {sentence(text)}" for text in missing)
     totals = []
     for role, title in (("fit", "fit"), ("holdout", "held out")):
         if summary := calibration.summary(role):
@@ -58,7 +62,8 @@ def _table(calibration: Calibration) -> Table:
         "Forward speed of each trial: slope over the whole beats of the compared frames, forward positive. "
         "The twin has the frequency, phase and start of a held-out trial from its first two beats; by command, its "
         f"frequency is the command times {shown(beat_to_command(calibration), 3)}, the mean ratio over the fit trials, "
-        "and nothing of the trial is looked at. Errors are in mm/s, their means of absolute ones.",
+        "and nothing of the trial is looked at. Errors are in mm/s, their means of absolute ones."
+        f"{without}",
         COLUMNS,
         tuple(_row(trial, foretold.get(trial.measured.name)) for trial in trials),
         tuple(totals),
@@ -87,4 +92,20 @@ def _row(trial: CalibratedTrial, foretold: CommandForecast | None) -> tuple[str,
         in_mm(trial.speed_twin),
         *(in_mm(speed - measured.speed, signed=True) for speed in models),
         ", ".join(dict.fromkeys((*speed_caveats(trial), *unknown))) or MISSING,
+    )
+
+
+def _theory(ebts: Mapping[str, EbtFit]) -> str:
+    """The one number of each form of the theory, and that there is only one."""
+    ratios = [f"{significant(e.drag_coefficient / (e.beta or 1.0))} ({model_label(name)})" for name, e in ebts.items()]
+    at_bound = [flag.message.removeprefix("EBT: ") for ebt in ebts.values() for flag in ebt.flags]
+    doubts = [sentence(text) for text in dict.fromkeys(at_bound) if "identifiable" not in text]
+    return " ".join(
+        [
+            "Elongated body theory has two numbers, the shape factor β of the added mass and the drag coefficient c_D. "
+            "Thrust is proportional to β and drag to c_D, so that from speeds only their ratio c_D / β is "
+            f"identifiable; β is kept at 1. Fitted to the same fit trials, it is {listed(ratios)}. That the "
+            "forms differ so much shows that it takes up what each leaves out; it is no property of the robot.",
+            *doubts,
+        ]
     )

@@ -1,9 +1,6 @@
-"""The first screen: the key numbers in two sentences, and an answer to each question."""
-
-from markupsafe import Markup
+"""The first screen: whether the twin beats simple baselines, and an answer to each question."""
 
 from fitting import CalibratedTrial
-from fitting.calibration import Summary
 from reports.blocks import Prose, Section, Terms
 from reports.context import ReportContext
 from reports.forecast_words import marker_sentence, speed_sentence
@@ -13,7 +10,11 @@ from reports.sections.doubts import doubts
 
 def build(context: ReportContext) -> Section:
     """What it is, how good, how sure, what is missing, the biggest doubt and the next step; all on one screen."""
-    return Section("Summary", "summary", (Prose(_headline(context), lead=True), Terms(_answers(context))))
+    return Section(
+        "Summary",
+        "summary",
+        (Prose(speed_sentence(context.calibration.forecasts), lead=True), Terms(_answers(context))),
+    )
 
 
 def _answers(context: ReportContext) -> tuple[tuple[str, str], ...]:
@@ -22,7 +23,7 @@ def _answers(context: ReportContext) -> tuple[tuple[str, str], ...]:
     more = f" {counted(len(found) - 1, 'further doubt')} below." if len(found) > 1 else ""
     return (
         ("What", _what(context)),
-        ("How good", _beside_baselines(context)),
+        ("How good", _how_good(context)),
         ("How sure", _how_sure(context)),
         ("What is missing", _what_is_missing(context)),
         ("Biggest doubt", f"{found[0]}{more}" if found else "None was raised."),
@@ -40,12 +41,16 @@ def _what(context: ReportContext) -> str:
     )
 
 
-def _beside_baselines(context: ReportContext) -> str:
-    """The twin's forecasts beside those that simple baselines make."""
-    forecasts = context.calibration.forecasts
-    if not forecasts.held_out:
-        return "Not known: no trial is held out. Give one the role “holdout” in session.toml."
-    return f"{speed_sentence(forecasts)} {marker_sentence(forecasts)}".strip()
+def _how_good(context: ReportContext) -> str:
+    """Markers after two beats, and how near the twin alone comes."""
+    parts = [marker_sentence(context.calibration.forecasts)]
+    for role, words in (("fit", "fit"), ("holdout", "held-out")):
+        if (summary := context.calibration.summary(role)) is not None:
+            parts.append(
+                f"Alone, the twin is off by {in_mm(summary.speed_mae_twin)} mm/s and "
+                f"{shown(summary.marker_error_mm, 0)} mm on {_trials(context.trials(role), words)}."
+            )
+    return " ".join(filter(None, parts))
 
 
 def _how_sure(context: ReportContext) -> str:
@@ -85,43 +90,7 @@ def _next_step(context: ReportContext) -> str:
     return f"{experiments[0].describe}." if experiments else "Film further trials at other speeds."
 
 
-def _headline(context: ReportContext) -> Markup:
-    fit, holdout = (context.calibration.summary(role) for role in ("fit", "holdout"))
-    parts = []
-    if holdout is not None:
-        parts.append(
-            Markup(
-                "Over {} the twin predicts the swimming speed to within <strong>{}&nbsp;mm/s</strong> on "
-                "average (elongated body theory: {}&nbsp;mm/s as published, {}&nbsp;mm/s for large amplitudes)."
-            ).format(_trials(context.trials("holdout"), "held-out"), *_speed_errors(holdout))
-        )
-    if fit is not None:
-        beside = Markup(" and <strong>{}&nbsp;mm</strong> on the held-out ones")
-        parts.append(
-            Markup("The twin’s markers stay <strong>{}&nbsp;mm</strong> from the measured ones on {}{}.").format(
-                shown(fit.marker_error_mm, 0),
-                _trials(context.trials("fit"), "fit"),
-                "" if holdout is None else beside.format(shown(holdout.marker_error_mm, 0)),
-            )
-        )
-    if holdout is None and fit is not None:
-        parts.append(
-            Markup(
-                "It gives their speed to within {}&nbsp;mm/s (elongated body theory: {}&nbsp;mm/s as published, "
-                "{}&nbsp;mm/s for large amplitudes), but <strong>no trial was held out</strong>: nothing here says how "
-                "well it predicts."
-            ).format(*_speed_errors(fit))
-        )
-    return Markup(" ").join(parts)
-
-
 def _trials(trials: tuple[CalibratedTrial, ...], role: str) -> str:
     hz = sorted(trial.measured.frequency.hz for trial in trials)
     span = shown(hz[0], 2) if len(hz) == 1 else f"{shown(hz[0], 2)} to {shown(hz[-1], 2)}"
     return f"{counted(len(trials), f'{role} trial')} ({span} Hz)"
-
-
-def _speed_errors(summary: Summary) -> tuple[str, str, str]:
-    """Of the twin, of elongated body theory as published and for large amplitudes, mm/s."""
-    twin, published, large = (in_mm(summary.speed_mae[name], 0) for name in ("twin", "published", "large"))
-    return twin, published, large

@@ -20,7 +20,7 @@ _Line = Annotated[str, StringConstraints(pattern=r"^.*\S.*$")]
 
 
 class _Form(BaseModel):
-    """What every effect says of itself, in class attributes."""
+    """The class attributes that describe every effect."""
 
     model_config = ConfigDict(from_attributes=True)
 
@@ -83,8 +83,9 @@ def _loaded(point: EntryPoint) -> Effect:
         InputError: it cannot be loaded, or is not as an effect has to be.
     """
     try:
-        told = point.load()
-        effect = told() if isinstance(told, type) and issubclass(told, Effect) and told is not Effect else told
+        loaded = point.load()
+        is_class = isinstance(loaded, type) and issubclass(loaded, Effect) and loaded is not Effect
+        effect = loaded() if is_class else loaded
     except Exception as error:  # whatever a module of somebody else's does when it is imported
         raise _fault(
             point,
@@ -96,7 +97,7 @@ def _loaded(point: EntryPoint) -> Effect:
         ) from error
     if not isinstance(effect, Effect):
         expected = "a class derived from swimmer.effects.Effect, or one of it"
-        raise _fault(point, "not an effect", found=shown(told), expected=expected, next_step=_EXAMPLE)
+        raise _fault(point, "not an effect", found=shown(loaded), expected=expected, next_step=_EXAMPLE)
     faults = FaultCollector(_file(point))
     try:
         _Form.model_validate(effect)

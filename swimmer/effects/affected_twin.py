@@ -89,15 +89,17 @@ class AffectedTwin(Twin):
         values = self._values(runs)
         stamped = np.broadcast_to(time_s, (len(runs), time_s.shape[-1]))
         true_s = np.array([self._true_s(t, v) for t, v in zip(stamped, values, strict=True)])
-        told = super().simulate(self._driven(runs, values), np.maximum(true_s, 0.0), allow_divergence=allow_divergence)
-        return replace(told, time_s=time_s)
+        trajectories = super().simulate(
+            self._driven(runs, values), np.maximum(true_s, 0.0), allow_divergence=allow_divergence
+        )
+        return replace(trajectories, time_s=time_s)
 
-    def observed(self, runs: Runs, told: Trajectories, views: Sequence[View]) -> np.ndarray:
+    def observed(self, runs: Runs, trajectories: Trajectories, views: Sequence[View]) -> np.ndarray:
         """(n, f, m, 2) where cameras find the markers of simulations, m.
 
         Args:
             runs: the simulations.
-            told: what they gave.
+            trajectories: of the simulations.
             views: n, one a simulation.
 
         Raises:
@@ -106,20 +108,20 @@ class AffectedTwin(Twin):
         robot, markers = self.robot, self.markers
         heights = robot.marker_positions_m(markers)[:, 2]
         above = heights - robot.marker_positions_m(("nose", "neck"))[:, 2].mean()
-        axes = self._kinematics.axes(told.head, told.hinges_rad)
-        times = np.broadcast_to(told.time_s, told.marker_m.shape[:2])
-        seen = np.empty_like(told.marker_m)
+        axes = self._kinematics.axes(trajectories.head, trajectories.hinges_rad)
+        times = np.broadcast_to(trajectories.time_s, trajectories.marker_m.shape[:2])
+        seen = np.empty_like(trajectories.marker_m)
         for i, (values, view) in enumerate(zip(self._values(runs), views, strict=True)):
-            seen[i] = told.marker_m[i]
+            seen[i] = trajectories.marker_m[i]
             for effect, columns in self._own:
-                one = Seen(times[i], seen[i], axes[i], told.crank_rad[i], markers, above, view)
+                one = Seen(times[i], seen[i], axes[i], trajectories.crank_rad[i], markers, above, view)
                 seen[i] = _of_shape(seen[i].shape, effect, "observe", effect.observe(one, values[columns]))
         return seen
 
     def in_trial(self, view: View, values: np.ndarray) -> np.ndarray:
         """(p,) values in the frame of one trial, of those of a session (p,)."""
-        told = [effect.in_trial(view, values[columns]) for effect, columns in self._own]
-        return np.concatenate([np.zeros(0), *told])
+        moved = [effect.in_trial(view, values[columns]) for effect, columns in self._own]
+        return np.concatenate([np.zeros(0), *moved])
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
         """Turns a second that a command leads to with values (p,), Hz."""
@@ -153,7 +155,7 @@ class AffectedTwin(Twin):
         """As the plain twin's, moved by as much as models with the effects settle elsewhere."""
         position, velocity = super().start(runs)
         if self._changes_models and self.scene.with_tendons:
-            by, slope = self._settled_elsewhere(runs)
+            by, slope = self._rest_pose_change(runs)
             position[:, self._hinges] += by
             velocity[:, self._hinges] += slope * runs.start_speed_rad_s[:, None]
         return position, velocity
@@ -166,17 +168,17 @@ class AffectedTwin(Twin):
     def _changes_models(self) -> bool:
         return any(way in effect.enters() for effect in self.effects for way in MODEL_WAYS)
 
-    def _settled_elsewhere(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+    def _rest_pose_change(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
         """(n, h) by how much the pose at each run's phase differs from the plain robot's, and its slope with phase."""
         scene, values = replace(DRY, timestep_s=self.scene.timestep_s), self._values(runs)
         both = np.column_stack([np.vstack([values, np.zeros_like(values)]), np.tile(runs.phase_rad, 2)])
-        told, which = np.unique(both, axis=0, return_inverse=True)  # of the trials of a session, most are alike
+        distinct, which = np.unique(both, axis=0, return_inverse=True)  # of the trials of a session, most are equal
         some = FluidCoefficients(*runs.coefficients[0])
-        models = [self.spec(some, v, scene).compile() for v in told[:, :-1]]
+        models = [self.spec(some, v, scene).compile() for v in distinct[:, :-1]]
         batch = Batch(models[0], len(models), self.workers)
         batch.set_models(models)
         batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
-        first = told[:, -1] - _LEAD_RAD
+        first = distinct[:, -1] - _LEAD_RAD
         batch.bind("qpos")[:, 0], batch.bind("qpos")[:, 1:] = first, self._pose(first)
         batch.bind("qvel")[:, 0] = batch.bind("ctrl")[:, 0] = _SLOW_RAD_S
         turned = np.array([_LEAD_RAD - _ASIDE_RAD, _LEAD_RAD, _LEAD_RAD + _ASIDE_RAD])
@@ -200,9 +202,9 @@ class AffectedTwin(Twin):
         batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
         return batch
 
-    def _models(self, told: np.ndarray) -> list[mujoco.MjModel]:
-        """Of coefficients and values (n, 5 + p), each a model of its own, compiled once for those that are alike."""
-        first, which = np.unique(told, axis=0, return_inverse=True)
+    def _models(self, values: np.ndarray) -> list[mujoco.MjModel]:
+        """Of coefficients and values (n, 5 + p), each a model of its own, compiled once for those that are equal."""
+        first, which = np.unique(values, axis=0, return_inverse=True)
         compiled = [self.spec(FluidCoefficients(*row[:5]), row[5:]).compile() for row in first]
         return [copy(compiled[number]) for number in which.ravel()]
 
@@ -238,15 +240,15 @@ class AffectedTwin(Twin):
             rolled[row, end:] = rolled[row, end - 1]  # what came of it after its end does not count
         return rolled
 
-    def _alike(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
+    def _distinct(self, runs: Runs) -> tuple[np.ndarray, np.ndarray]:
         """Cameras and clocks move nothing: fish that only look different are simulated once."""
         if not isinstance(runs, AffectedRuns):
-            return super()._alike(runs)
+            return super()._distinct(runs)
         moves = np.zeros_like(runs.values)
         for effect, columns in self._own:
             if set(effect.enters()) & set(MOVING_WAYS):
                 moves[:, columns] = runs.values[:, columns]
-        return replace(runs, values=moves).alike()
+        return replace(runs, values=moves).distinct()
 
     def _forces(self, runs: Runs) -> list[tuple[Effect, StepForce]]:
         values = self._values(runs)
@@ -261,8 +263,10 @@ class AffectedTwin(Twin):
     def _driven(self, runs: Runs, values: np.ndarray) -> Runs:
         """With cranks that turn as the effects make them."""
         turns = runs.turns or (None,) * len(runs)
-        told = [Drive(float(f), float(p), t) for f, p, t in zip(runs.frequency_hz, runs.phase_rad, turns, strict=True)]
-        done: list[Drive] = [self._folded("drive", drive, v) for drive, v in zip(told, values, strict=True)]
+        commanded = [
+            Drive(float(f), float(p), t) for f, p, t in zip(runs.frequency_hz, runs.phase_rad, turns, strict=True)
+        ]
+        done: list[Drive] = [self._folded("drive", drive, v) for drive, v in zip(commanded, values, strict=True)]
         frequency_hz, phase_rad, turned = zip(*done, strict=True)
         return replace(
             runs,
@@ -277,12 +281,12 @@ class AffectedTwin(Twin):
             time_s = _of_shape(time_s.shape, effect, "clock", effect.clock(time_s, values[columns]))
         return time_s
 
-    def _folded(self, way: str, told: T, values: np.ndarray) -> T:
+    def _folded(self, way: str, argument: T, values: np.ndarray) -> T:
         """Through all effects, one after the other."""
         for effect, columns in self._own:
             act: Callable[[T, np.ndarray], T] = getattr(effect, way)
-            told = act(told, values[columns])
-        return told
+            argument = act(argument, values[columns])
+        return argument
 
     def _values(self, runs: Runs) -> np.ndarray:
         values = runs.values if isinstance(runs, AffectedRuns) else np.zeros((len(runs), self.size))

@@ -71,7 +71,7 @@ class DriveRatioError(Effect):
     name = "drive_ratio_error"
     family = "drive"
     stage = "drive"
-    physics = "A gear ratio, pulley or speed unit that differs from the described one scales every speed alike."
+    physics = "A gear ratio, pulley or speed unit that differs from the described one scales every speed by one factor."
     source = "Kinematics of gearing; the unit of an XW540's goal speed is 0.229 turns a minute."
     seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("relative", "1", -0.4, 0.4, 0.02),)
@@ -217,7 +217,7 @@ class MotorStartDelay(Effect):
     name = "motor_start_delay"
     family = "drive"
     stage = "drive"
-    physics = "Between the first frame and the motor's start lie the host's and the bus's delay and the speed ramp."
+    physics = "Between the first frame and the motor's start are the host's and the bus's delay and the speed ramp."
     source = "Kinematics: a turn made later."
     seen_in = frozenset({"dry", "swim"})
     parameters = (Parameter("delay", "s", 0.0, 1.0, 0.05),)

@@ -36,7 +36,7 @@ class Parameter(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What a crank is told.
+    """How a crank is driven.
 
     Attributes:
         frequency_hz: turns a second where it turns evenly.
@@ -91,7 +91,7 @@ StepDamper = Callable[[StepState], StepDamping]
 class Effect(ABC):
     """Something that real robots do and the plain twin does not.
 
-    An effect says what it is in class attributes, and enters by whichever of the methods below it overrides. Each is
+    An effect is described by class attributes, and enters by whichever of the methods below it overrides. Each is
     given its own parameters as values (p,) and must change nothing at all where they are zero. A user's own effects are
     found through the entry point group ``swimcal.effects``.
 
@@ -138,11 +138,11 @@ class Effect(ABC):
         return None
 
     def drive(self, drive: Drive, values: np.ndarray) -> Drive:
-        """What the crank does when it is told this."""
+        """What the crank does on this command."""
         return drive
 
     def turned_hz(self, commanded_hz: float, values: np.ndarray) -> float:
-        """Turns a second that a crank makes which is told so many: what a log of its motor tells, Hz."""
+        """Turns a second of a crank that is commanded so many: what a log of its motor shows, Hz."""
         return commanded_hz
 
     def measured_hz(self, turned_hz: float, values: np.ndarray) -> float:

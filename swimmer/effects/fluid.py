@@ -148,7 +148,7 @@ class _Wake:
 class FluidMemory(Effect):
     """Half of the water's force comes at once, the rest as the wake that it must build up is left behind.
 
-    The lag is that of the whole force on each joint; the engine does not tell drag from lift.
+    The lag is that of the whole force on each joint; the engine does not separate drag from lift.
     """
 
     name = "fluid_memory"

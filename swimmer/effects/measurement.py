@@ -113,7 +113,7 @@ class LensDistortion(Effect):
 class TimeBaseError(Effect):
     """A second on the camera's clock lasts longer by the share `relative`.
 
-    The swim frequency is measured on that clock too, so a crank that no motor log tells of is slower by as much.
+    The swim frequency is measured on that clock too, so a crank that no motor log shows is slower by as much.
     """
 
     name = "time_base_error"
@@ -135,7 +135,7 @@ class TimeBaseError(Effect):
         return drive._replace(frequency_hz=float(drive.frequency_hz / (1 + values[0])))
 
     def measured_hz(self, turned_hz: float, values: np.ndarray) -> float:
-        """As the camera's clock tells it."""
+        """By the camera's clock."""
         return float(turned_hz * (1 + values[0]))
 
 
@@ -161,12 +161,12 @@ _MOST_M, _SD_M = 0.05, 0.004
 
 
 class MarkerOffset(Effect):
-    """Each marker but nose and neck is glued, or its box placed, beside its place, along the body and across."""
+    """Each marker but nose and neck is glued, or its box placed, off its place, along the body and across."""
 
     name = "marker_offset"
     family = "measurement"
     stage = "camera"
-    physics = "A marker that rides on its link beside its place is off by a constant vector in the link's frame."
+    physics = "A marker that rides on its link off its place is off by a constant vector in the link's frame."
     source = "Rigid-body kinematics; markers are glued and boxes placed by hand."
     seen_in = frozenset({"free_decay", "dry", "swim"})
 

@@ -1,4 +1,4 @@
-"""A trial as a camera sees it: what effects of camera and tracker are told."""
+"""A trial as a camera sees it: what effects of camera and tracker are given."""
 
 from dataclasses import dataclass
 

@@ -12,7 +12,7 @@ from swimmer.robot import RobotSpec
 
 
 class StiffnessError(Effect):
-    """All hinges alike are stiffer by the share `relative`."""
+    """All hinges are stiffer by the share `relative`."""
 
     name = "stiffness_error"
     family = "structure"
@@ -70,7 +70,7 @@ class StiffnessHardening(Effect):
 
 
 class JointDamping(Effect):
-    """All hinges alike damp more by the share `relative`."""
+    """All hinges damp more by the share `relative`."""
 
     name = "joint_damping"
     family = "structure"
@@ -158,7 +158,7 @@ class MassDistribution(Effect):
     name = "mass_distribution"
     family = "structure"
     stage = "tail"
-    physics = "Glue, guides, markers and lines weigh on the tail what a balance has told of the whole robot alone."
+    physics = "Glue, guides, markers and lines weigh on the tail what was weighed of the whole robot alone."
     source = "Newton's second law; the tail's mass follows from volume and density alone, 35 g of 1.4 kg."
     seen_in = frozenset({"free_decay", "dry", "swim"})
     parameters = (Parameter("share", "1", 0.0, 0.1, 0.01),)
@@ -189,7 +189,7 @@ def _tail_kg(robot: RobotSpec) -> float:
 class EntrainedWater(Effect):
     """A layer of water, `thickness` deep on both sides of the tail's plates and fin, moves as if it were part of them.
 
-    Unlike added mass it weighs alike in all directions. It hangs on the plates' surface, so its moment of inertia is
+    Unlike added mass it weighs the same in all directions. It hangs on the plates' surface, so its moment of inertia is
     that of a plate.
     """
 

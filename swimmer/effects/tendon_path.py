@@ -26,7 +26,7 @@ class Spans(NamedTuple):
 class TendonPath:
     """Tendons of a robot as polygons from the anchor on the crank through one guide a segment.
 
-    A piece lies between two neighbouring links, so its length depends on the one hinge between them; that of the first
+    A piece runs between two neighbouring links, so its length depends on the one hinge between them; that of the first
     one on the crank too.
 
     Args:

@@ -54,7 +54,7 @@ _EDGE_M = 1e-4  # over which a tendon's damper comes in before its spring does
 class LooseTendons:
     """Takes the damping from tendons while they hang loose.
 
-    The plain twin's dampers stand beside its springs and are strong for the sake of the time step: they would drag the
+    The plain twin's dampers act parallel to its springs, strong for the sake of the time step: they would drag the
     tail along through the whole dead band.
 
     Args:
@@ -80,7 +80,7 @@ class LooseTendons:
 
 
 class TendonSlack(Effect):
-    """Each tendon is too long by `length`: between pulling and pushing lies a dead band of twice that."""
+    """Each tendon is too long by `length`: between pulling and pushing is a dead band of twice that."""
 
     name = "tendon_slack"
     family = "tendons"

@@ -43,10 +43,10 @@ def records(tmp_path: Path) -> Records[Square]:
 
 
 def test_what_is_there_is_not_done_again_and_failures_are_tried_again(records: Records[Square]) -> None:
-    told: list[float | None] = []
-    run = Run(1, tell=lambda _said, share: told.append(share))
+    shares: list[float | None] = []
+    run = Run(1, progress=lambda _message, share: shares.append(share))
     assert run_cases(squared, numbers(1, 2, 3, 4), run, records.keep) == (("3", "ValueError: odd one"),)
-    assert told == [0.25, 0.5, 0.75, 1.0]
+    assert shares == [0.25, 0.5, 0.75, 1.0]
     assert records.missing(["1", "2", "3", "4", "10"]) == ["3", "10"]
     run_cases(squared, numbers(10, 0), ALONE, records.keep)
     assert [*records.every()] == ["0", "1", "2", "4", "10"]
@@ -72,11 +72,11 @@ def test_lines_of_several_shards_are_read_as_one_file(tmp_path: Path) -> None:
     assert read_lines(both, Square, lambda record: str(record.number)) == (squared(1), squared(2))
 
 
-def test_all_lines_that_are_no_records_are_told(tmp_path: Path) -> None:
+def test_all_lines_that_are_no_records_are_reported(tmp_path: Path) -> None:
     file = tmp_path / "records.jsonl"
     good = '{"number": 1, "value": 1.0}\n'
     file.write_text(f'{good}{good}{{"number": 1}}\nnonsense\n[]\n')
-    with pytest.raises(InputError, match=r"(?s)line 2.*stands there twice.*line 3.*line 4.*line 5"):
+    with pytest.raises(InputError, match=r"(?s)line 2.*is listed twice.*line 3.*line 4.*line 5"):
         read_lines(file, Square, lambda record: str(record.number))
     file.write_text("")
     for path, fault in ((file, "holds no record"), (tmp_path / "none.jsonl", "cannot be read")):

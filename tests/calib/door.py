@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import pytest
 
 from calib import cli
@@ -17,7 +16,7 @@ from calib.stages import posterior as posterior_stage
 from calib.stages import report as report_stage
 from fitting import calibration
 from fitting.model import mode
-from fitting.posterior import exploration, findings, further_trial, naive, predictive, sampling
+from fitting.posterior import prediction, sampling, summary, surrogate
 from fitting.sweep import sweep_frequencies
 from session.results import write_whole
 from swimmer.effects import catalogue
@@ -70,7 +69,6 @@ def with_little_effort(patch: pytest.MonkeyPatch, true_report: bool = False) -> 
     patch.setattr(fit_stage, "STARTS", {"quick": 1, "full": 1})
     patch.setattr(fit_stage, "PUBLISHED_S", {"quick": 100.0, "full": 100.0})
     patch.setattr(mode, "_SCREENED", 8)
-    patch.setattr(mode, "_MORE_STARTS", 1)
     patch.setattr(mode, "_ROUNDS", 2)
     for stage in (diagnosis_stage, posterior_stage):
         patch.setattr(stage, "catalogue", lambda: FEW_EFFECTS)
@@ -110,16 +108,10 @@ def assert_told(outcome: Outcome, *parts: str) -> None:
 
 def little_posterior(patch: pytest.MonkeyPatch) -> None:
     """Draws that nobody should rely on, in a second or two."""
-    patch.setattr(exploration, "_ROUNDS", (0, 1))
-    patch.setattr(exploration, "_WORLDWIDE", 128)
-    patch.setattr(exploration, "_FINALLY_HALVED", 16)
-    patch.setattr(exploration, "_FINALLY_LOOKED", 1)
+    patch.setattr(surrogate, "_FIRST", 48)
+    patch.setattr(surrogate, "_ROUNDS", 1)
     patch.setattr(sampling, "_CHUNK", 250)
     patch.setattr(sampling, "R_HAT", 2.0)
     patch.setattr(posterior_stage, "EFFECTIVE", {"quick": 5, "full": 5})
-    patch.setattr(findings, "SWEPT", 2)
-    patch.setattr(predictive, "DRAWS", 6)
-    patch.setattr(further_trial, "FREQUENCIES_HZ", np.array([0.9, 1.4]))
-    patch.setattr(further_trial, "_DRAWS", 8)
-    patch.setattr(naive, "_STEPS", 60)
-    patch.setattr(naive, "_BURN_IN", 20)
+    patch.setattr(summary, "SWEPT", 2)
+    patch.setattr(prediction, "DRAWS", 6)

@@ -90,7 +90,7 @@ CASES: dict[str, tuple[Break, tuple[str, ...]]] = {
     "not a number": (cell("abc"), (SLOW, "line 5", "'abc'", "number")),
     "infinite": (cell("inf"), (SLOW, "line 5", "inf")),
     "time goes back": (rows(lambda lines: [*lines[:50], lines[20], *lines[50:]]), (SLOW, "line 51")),
-    "beyond any image": (cell("1e300"), (SLOW, "line 5", "'nose' lies beyond any image", "1e+300")),
+    "beyond any image": (cell("1e300"), (SLOW, "line 5", "'nose' is beyond any image", "1e+300")),
     "nose on neck": (rows(on_one_spot), ("trial slow", "nose and neck are never seen apart")),
     "too short": (rows(tenth_of_a_second), ("line", "too short", "0.0833 s", "warm-up of 1 s")),
     "shorter than a beat": (rows(lambda lines: lines[:64]), ("trial slow", "beats", "at least one")),

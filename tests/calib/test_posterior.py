@@ -5,7 +5,6 @@ import shutil
 from pathlib import Path
 
 import arviz
-import emcee
 import numpy as np
 import pytest
 
@@ -111,31 +110,6 @@ def test_a_new_fit_keeps_the_posterior_aside_and_the_next_run_makes_it(calib: Fr
 
 
 @pytest.mark.long
-def test_stopped_while_sampling_it_goes_on(calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def stop(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(sampling, "_judged", stop)
-        assert calib("posterior", finished, *QUICK).code == 130
-    chains = list((finished / "results").glob(".posterior-*.h5"))
-    assert len(chains) == 1
-    assert not (finished / "results" / "posterior.nc").exists()
-
-    judged: list[int] = []
-    true = sampling._judged
-
-    def judge(ensemble: emcee.EnsembleSampler, effective: int) -> sampling.Draws:
-        judged.append(ensemble.iteration)
-        return true(ensemble, effective)
-
-    monkeypatch.setattr(sampling, "_judged", judge)
-    assert calib("posterior", finished, *QUICK).code == 0
-    assert judged[0] == sampling._CHUNK  # judged before another step was made
-    assert not chains[0].exists()
-
-
-@pytest.mark.long
 def test_it_refuses_to_report_chains_that_disagree(
     calib: Front, finished: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -144,9 +118,8 @@ def test_it_refuses_to_report_chains_that_disagree(
     before = calibration_of(finished)
     outcome = calib("posterior", finished, *QUICK)
 
-    assert_told(outcome, "posterior.nc: not written", "R-hat", "wanted 0.5", "chain is kept in", "delete the chain")
+    assert_told(outcome, "posterior.nc: not written", "R-hat", "wanted 0.5", "leave out faulty ones")
     assert calibration_of(finished) == before
-    assert list((finished / "results").glob(".posterior-*.h5"))
     assert not (finished / "results" / "posterior.nc").exists()
 
 
@@ -165,7 +138,7 @@ def test_run_with_full_effort_says_a_refusal_beside_the_report(
 
 def test_what_is_said_of_it_stands_in_a_file_of_its_own(sampled_session: Path) -> None:
     said = json.loads((sampled_session / "results" / "posterior.json").read_text())
-    sweep, trials, further = (said[key] for key in ("sweep", "trials", "further"))
+    sweep, trials = said["sweep"], said["trials"]
 
     assert said["effort"] == "quick"
     assert [(trial["name"], trial["role"]) for trial in trials] == [("slow", "fit"), ("fast", "holdout")]
@@ -174,8 +147,7 @@ def test_what_is_said_of_it_stands_in_a_file_of_its_own(sampled_session: Path) -
         assert 0 <= trial["inside"] <= 1
     assert np.all(np.diff(sweep["outer"], axis=0) >= 0)
     assert np.all(np.diff(sweep["inner"], axis=0) >= 0)
-    assert np.all(np.array(further["sd"]) <= np.array(further["sd_now"]) * (1 + 1e-9))
-    assert sorted(further["frequency_hz"]) == pytest.approx([0.9, 1.4])
+    assert np.all(np.array(sweep["sd"]) <= np.array(sweep["sd_now"]) * (1 + 1e-9))
 
 
 def test_the_report_is_made_again_with_the_posterior(calib: Front, sampled: Path) -> None:

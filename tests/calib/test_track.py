@@ -210,7 +210,6 @@ def test_tracks_of_a_file_win_over_the_video(calib: Front, filmed: Path) -> None
         ("swimcal", ".csv"),
         ("deeplabcut", ".dlc.csv"),
         ("movement", ".nc"),
-        ("movement-legacy", ".nc"),
         ("fishsim", ".fishsim.csv"),
     ],
 )

@@ -87,8 +87,8 @@ def test_a_known_strength_is_recovered_from_a_wrong_start() -> None:
 @pytest.mark.long
 def test_what_is_written_follows_the_contract(found: Diagnosis, tmp_path: Path) -> None:
     (path,) = DIAGNOSIS.write(tmp_path, Provenance("", "", {}, 0, "full"), diagnosis_result(found))
-    for schema in [DIAGNOSIS.schema(), *([json.loads(SCHEMA.read_text())] if SCHEMA.exists() else [])]:
-        jsonschema.validate(json.loads(path.read_text()), schema)
+    if SCHEMA.exists():
+        jsonschema.validate(json.loads(path.read_text()), json.loads(SCHEMA.read_text()))
     read = DIAGNOSIS.read(tmp_path)
     assert read.effects == ("crank_arm_error",)
     assert "crank arm error" in sentences(read)[2]

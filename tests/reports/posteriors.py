@@ -6,12 +6,10 @@ import numpy as np
 
 from fitting.left_out import EffectsLeftOut, LeftOut
 from fitting.marginal import Marginal
-from fitting.posterior.approximate import Approximate
-from fitting.posterior.findings import Findings
-from fitting.posterior.further_trial import FurtherTrials
 from fitting.posterior.identifiability import Identifiability
-from fitting.posterior.predictive import PredictedSweep, PredictedTrial
-from fitting.posterior.shared import RobotPart
+from fitting.posterior.prediction import PredictedSweep, PredictedTrial
+from fitting.posterior.robot import RobotPart
+from fitting.posterior.summary import PosteriorSummary
 from fitting.posterior.whiteness import Whiteness
 from session import Flag
 from swimmer import FluidCoefficients
@@ -21,7 +19,7 @@ SPREAD = np.array([0.02, 0.3, 0.2, 0.1, 2.0])
 _STEPS = np.array([-0.02, -0.008, 0.0, 0.008, 0.02])[:, None]  # of quantiles, relative
 
 
-def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Findings:
+def made_summary(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> PosteriorSummary:
     """Draws about the fit; Magnus lift spreads over half its range."""
     random = np.random.default_rng(0)
     middle = np.array(BEST._replace(magnus_lift=3.0))
@@ -59,17 +57,18 @@ def made_findings(names: tuple[str, ...] = tuple(ROLES), **changes: Any) -> Find
             ("drive_ratio_error",),
         ),
         "identifiability": made_identifiability(),
-        "further": FurtherTrials(
-            np.array([0.5, 1.4, 0.9]), np.outer([0.5, 0.7, 0.8], SPREAD), SPREAD, np.array([False] * 4 + [True])
+        "sweep": PredictedSweep(
+            hz := np.array([0.5, 0.9, 1.4]),
+            0.1 * hz * (1 + _STEPS),
+            0.1 * hz * (1 + 2 * _STEPS),
+            np.outer([0.5, 0.8, 0.7], SPREAD),
+            SPREAD,
         ),
-        "sweep": PredictedSweep(hz := np.linspace(0.4, 1.5, 6), 0.1 * hz * (1 + _STEPS), 0.1 * hz * (1 + 2 * _STEPS)),
         "trials": tuple(_trial(name) for name in names),
         "whiteness": tuple(_whiteness(name) for name in names if ROLES[name][0] == "fit"),
-        "laplace": Approximate(middle, np.append(low[:4], np.nan), np.append(high[:4], np.nan)),
-        "naive": Approximate(middle + SPREAD, middle + 0.9 * SPREAD, middle + 1.1 * SPREAD),
         "flags": (Flag("unidentifiable", message="magnus_lift is not determined: 90 % interval 0.1 to 6"),),
     }
-    return Findings(**values | changes)
+    return PosteriorSummary(**values | changes)
 
 
 def left_out(effect: str, z: float, chance: float, shows: float, moves: tuple[float, ...]) -> LeftOut:
@@ -114,4 +113,4 @@ def _whiteness(name: str) -> Whiteness:
     left = np.where(np.arange(10) % 2, 0.01, -0.01)
     beside = np.full((2, len(MARKERS) - 1), 0.5), np.full((2, len(MARKERS) - 1), 0.04), np.array([0.07, 0.2])
     sd_m = np.full(len(MARKERS), 0.0008)
-    return Whiteness(name, lag_s, lasting, lasting, left, 0.03, *beside, 150, 21.0, 0.1, 0.1, sd_m)
+    return Whiteness(name, lag_s, lasting, left, 0.03, *beside, 150, 21.0, 0.1, 0.1, sd_m)

@@ -37,7 +37,7 @@ def test_commands_are_read_with_the_stretch_of_each_part(tmp_path: Path) -> None
     assert commands.span_s("end_code") is None
 
 
-def test_every_fault_is_told_at_once_with_its_place(tmp_path: Path) -> None:
+def test_every_fault_is_reported_at_once_with_its_place(tmp_path: Path) -> None:
     text = f"{HEADER}\n1.0,rest,0\n2.0,drve,6\nsoon,drive,6\n3.0,drive\n4.0,rest,0\n"
     with pytest.raises(InputError) as caught:
         load_commands(written(tmp_path, text))
@@ -57,13 +57,13 @@ def test_every_fault_is_told_at_once_with_its_place(tmp_path: Path) -> None:
         (f"{HEADER}\n1,rest,\n", "line 2, column 3 (velocity_rad_s): the speed is missing"),
     ],
 )
-def test_faulty_files_are_told(tmp_path: Path, text: str, expected: str) -> None:
+def test_faulty_files_are_reported(tmp_path: Path, text: str, expected: str) -> None:
     with pytest.raises(InputError) as caught:
         load_commands(written(tmp_path, text))
     assert expected in str(caught.value)
 
 
-def test_commands_beside_a_log_are_found_and_counted_among_the_inputs(tmp_path: Path) -> None:
+def test_commands_next_to_a_log_are_found_and_counted_among_the_inputs(tmp_path: Path) -> None:
     session = load_session(with_log(tmp_path / "pool", "slow.motor.csv", f"{HEADER}\n{ROWS}"))
     assert session.trial("slow").commands == session.folder / "slow.commands.csv"
     assert session.trial("fast").commands is None

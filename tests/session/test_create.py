@@ -53,7 +53,7 @@ def test_the_trials_to_fit_can_be_named(tmp_path: Path) -> None:
         (("f0_50",), (), "no trial to fit; expected at least one; choices: f0_50. Name it with --fit."),
     ],
 )
-def test_unusable_sources_are_told_and_leave_nothing(
+def test_unusable_sources_are_reported_and_leave_nothing(
     tmp_path: Path, names: tuple[str, ...], fit: tuple[str, ...], message: str
 ) -> None:
     source = public_tracks(tmp_path / "plain", *names)

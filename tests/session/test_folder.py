@@ -56,7 +56,7 @@ def test_robot_and_camera_files_are_read(tmp_path: Path) -> None:
     assert names == ["session.toml", "robot.toml", "cam.toml", "slow.csv", "fast.csv"]
 
 
-def test_an_unknown_trial_is_told_with_the_choices(tmp_path: Path) -> None:
+def test_an_unknown_trial_is_reported_with_the_choices(tmp_path: Path) -> None:
     session = load_session(make_session(tmp_path / "pool"))
     with pytest.raises(InputError, match=r"found 'slwo'; .*choices: slow, fast\. Did you mean 'slow'\?"):
         session.trial("slwo")
@@ -133,7 +133,7 @@ def test_an_unknown_trial_is_told_with_the_choices(tmp_path: Path) -> None:
         ("0.142", '0.142\ncalibration = "slow.csv"', "slow.csv: line 1: not valid TOML"),
     ],
 )
-def test_a_fault_is_told_with_its_line_and_what_would_be_right(
+def test_a_fault_is_reported_with_its_line_and_what_would_be_right(
     tmp_path: Path, old: str, new: str, message: str
 ) -> None:
     assert old in SESSION_TOML
@@ -168,7 +168,7 @@ def test_stamps_of_another_frame_rate_are_refused_once(tmp_path: Path, spacing_s
     stamped(folder, np.full(89, spacing_s))
     (folder / "fast.csv").write_bytes((folder / "slow.csv").read_bytes())
     assert faults_of(folder).endswith(
-        "session.toml: line 5, camera.fps: the time stamps of tracks tell another frame rate; found 60; by their "
+        "session.toml: line 5, camera.fps: the time stamps of tracks show another frame rate; found 60; by their "
         f"time_s {rate} in slow, fast; expected 1 / the spacing of time_s, within 5 %. Which of them is right? Correct "
         "the other: frequencies and speeds go by it."
     )

@@ -27,7 +27,7 @@ def holder(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
         process.kill()
 
 
-def test_a_second_process_is_told_who_holds_the_lock(tmp_path: Path, holder: subprocess.Popen[str]) -> None:
+def test_a_second_process_is_given_the_holder_of_the_lock(tmp_path: Path, holder: subprocess.Popen[str]) -> None:
     message = rf"its lock held by process {holder.pid} on .+, since 20.+Wait for that run, or end it"
     with pytest.raises(SessionLocked, match=message), session_lock(tmp_path):
         raise AssertionError("entered")

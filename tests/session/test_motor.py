@@ -52,7 +52,7 @@ def test_a_last_row_cut_short_is_left_out_and_flagged(tmp_path: Path, end: str) 
         (f"{HEADER}\n", "too short; found 0 rows; expected at least 2"),
     ],
 )
-def test_faulty_motor_logs_are_told_with_their_place(tmp_path: Path, text: str, message: str) -> None:
+def test_faulty_motor_logs_are_reported_with_their_place(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         load_motor(written(tmp_path, text))
     assert message in str(caught.value)

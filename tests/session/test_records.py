@@ -7,14 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
-import jsonschema
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from session import Flag
-from session.records import KEPT_ELSEWHERE, from_plain, schema_of, to_plain
+from session.records import KEPT_ELSEWHERE, from_plain, to_plain
 from session.results import plain_json
 
 
@@ -104,10 +103,9 @@ class Small:
 
 
 @pytest.mark.parametrize("table", [[[1.0, np.nan]], np.zeros((0, 5)), [True, False]])
-def test_arrays_stand_in_the_file_unless_they_are_kept_apart(table: Any) -> None:
+def test_arrays_are_in_the_file_unless_they_are_kept_apart(table: Any) -> None:
     made = Small("a", np.array(table), Pair(1.0, 2))
     plain = json.loads(json.dumps(plain_json(to_plain(made))))
-    jsonschema.validate(plain, schema_of(Small))
     read = from_plain(Small, plain)
     np.testing.assert_array_equal(read.table, made.table)
     assert (read.table.dtype, read.table.shape) == (made.table.dtype, made.table.shape)
@@ -124,9 +122,7 @@ def test_arrays_stand_in_the_file_unless_they_are_kept_apart(table: Any) -> None
         ({"strange": 1}, "Small has no strange"),
     ],
 )
-def test_data_of_another_form_are_told_and_not_described(change: dict[str, Any], message: str) -> None:
+def test_data_of_another_form_are_refused(change: dict[str, Any], message: str) -> None:
     plain = {"word": "a", "table": [1.0]} | change
     with pytest.raises((KeyError, TypeError, ValueError), match=message):
         from_plain(Small, plain)
-    with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate(plain, schema_of(Small))

@@ -3,7 +3,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
-import jsonschema
 import numpy as np
 import pytest
 
@@ -47,7 +46,7 @@ def test_a_failure_midway_leaves_the_old_file_and_nothing_else(tmp_path: Path, f
     assert names_in(tmp_path) == ["a.json"]
 
 
-def test_a_failure_of_the_system_is_told_and_leaves_the_old_file(
+def test_a_failure_of_the_system_is_reported_and_leaves_the_old_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.json"
@@ -89,7 +88,6 @@ MADE = Measured(
 def test_json_results_begin_with_their_provenance_and_hold_no_nan(tmp_path: Path) -> None:
     assert MEASURED.write(tmp_path, PROVENANCE, MADE) == (tmp_path / "r.json",)
     data = json.loads((tmp_path / "r.json").read_text())
-    jsonschema.validate(data, MEASURED.schema())
     assert list(data)[:7] == ["schema", "program", "mujoco", "model_sha256", "inputs", "seed", "effort"]
     assert data["program"].startswith("swimcal")
     assert data["array"] == [[1.0, None], [None, 2.0]]
@@ -114,7 +112,7 @@ def test_what_is_no_data_is_no_result(tmp_path: Path) -> None:
         (json.dumps({"schema": 1, "count": 3}), "not a result of this version; found 'array'; expected what"),
     ],
 )
-def test_a_damaged_result_is_told(tmp_path: Path, text: str | None, message: str) -> None:
+def test_a_damaged_result_is_reported(tmp_path: Path, text: str | None, message: str) -> None:
     if text is not None:
         (tmp_path / "r.json").write_text(text)
     with pytest.raises(InputError) as caught:

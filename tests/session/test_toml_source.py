@@ -130,7 +130,7 @@ def test_a_valid_file_becomes_the_model(tmp_path: Path) -> None:
         ("name = " + "9" * 5000, ["not valid TOML; found exceeds the limit"]),
     ],
 )
-def test_faults_are_told_with_line_key_found_expected_and_choices(
+def test_faults_are_reported_with_line_key_found_expected_and_choices(
     tmp_path: Path, text: str, messages: list[str]
 ) -> None:
     with pytest.raises(InputError) as caught:

@@ -117,14 +117,14 @@ def test_arrays_that_do_not_fit_each_other_are_refused() -> None:
         ),
     ],
 )
-def test_faulty_tracks_are_told_with_their_place(tmp_path: Path, text: str | bytes, message: str) -> None:
+def test_faulty_tracks_are_reported_with_their_place(tmp_path: Path, text: str | bytes, message: str) -> None:
     path = written(tmp_path, text)
     said = faults(path)
     assert said.startswith(str(path))
     assert message in said
 
 
-def test_absent_file_and_folder_are_told(tmp_path: Path) -> None:
+def test_absent_file_and_folder_are_reported(tmp_path: Path) -> None:
     assert "the file is not there" in faults(tmp_path / "none.csv")
     assert "this is a folder" in faults(tmp_path)
 

@@ -49,7 +49,7 @@ def test_readings_in_disorder_are_refused() -> None:
         CrankTurn.measured(np.array([0.0, 2.0, 1.0, 3.0, 4.0]), np.arange(5.0))
 
 
-def test_the_twin_s_crank_follows_it_beside_one_that_turns_evenly() -> None:
+def test_the_twin_s_crank_follows_it_next_to_one_that_turns_evenly() -> None:
     twin, turn, time_s = Twin(load_robot()), logged(), np.arange(0, 4, 1 / 60)
     runs = Runs(np.repeat(COEFFICIENTS, 2, axis=0), np.array([HZ, HZ]), np.array([0.4, 0.4]), turns=(turn, None))
     crank = twin.simulate(runs, time_s).crank_rad

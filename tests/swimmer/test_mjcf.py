@@ -62,7 +62,7 @@ def test_tendons_start_at_opposite_anchors_of_the_crank_and_pass_every_segment(r
 
 
 @every_robot
-def test_stiffness_and_damping_stand_in_joints_and_tendons(robot: RobotSpec) -> None:
+def test_stiffness_and_damping_are_in_joints_and_tendons(robot: RobotSpec) -> None:
     model = build_mjcf(robot).compile()
     for hinge in robot.hinges:
         assert model.joint(hinge).stiffness[0] == robot.tail.hinge_stiffness_n_m

@@ -87,7 +87,7 @@ CASES = {
     "segment too short for its guide": (
         ("length_m = 0.015", "length_m = 0.002"),
         lambda: [
-            f"line {line_of('length_m')}, tail.segment[0].length_m: the tendon guide lies before the segment; "
+            f"line {line_of('length_m')}, tail.segment[0].length_m: the tendon guide is before the segment; "
             "found 0.002; expected at least tail.guide_inset_m = 0.003"
         ],
     ),
@@ -115,7 +115,7 @@ CASES = {
 
 
 @pytest.mark.parametrize(("change", "expected"), CASES.values(), ids=CASES.keys())
-def test_a_fault_is_told_with_its_line_and_what_would_be_right(
+def test_a_fault_is_reported_with_its_line_and_what_would_be_right(
     change: tuple[str, str], expected: Callable[[], list[str]], tmp_path: Path
 ) -> None:
     text = message(tmp_path, change)

@@ -144,7 +144,7 @@ def test_a_time_before_the_start_is_refused() -> None:
         Twin(FISH).simulate(runs(1.0), np.array([-0.1, 0.0]))
 
 
-def test_runs_that_are_alike_are_simulated_once_and_each_is_read_at_its_own_times(
+def test_runs_that_are_equal_are_simulated_once_and_each_is_read_at_its_own_times(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     twin = Twin(FISH)

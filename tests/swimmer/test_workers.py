@@ -6,11 +6,11 @@ from swimmer import Twin, load_robot
 from swimmer.workers import workers_of
 
 
-@pytest.mark.parametrize(("wanted", "told", "found"), [(3, "2", 3), (0, "2", 2), (0, None, 0), (2, None, 2)])
-def test_what_was_wanted_wins(monkeypatch: pytest.MonkeyPatch, wanted: int, told: str | None, found: int) -> None:
+@pytest.mark.parametrize(("wanted", "setting", "found"), [(3, "2", 3), (0, "2", 2), (0, None, 0), (2, None, 2)])
+def test_what_was_wanted_wins(monkeypatch: pytest.MonkeyPatch, wanted: int, setting: str | None, found: int) -> None:
     monkeypatch.delenv("SWIMCAL_WORKERS", raising=False)
-    if told is not None:
-        monkeypatch.setenv("SWIMCAL_WORKERS", told)
+    if setting is not None:
+        monkeypatch.setenv("SWIMCAL_WORKERS", setting)
     assert workers_of(wanted) == found
     assert Twin(load_robot(), workers=wanted).workers == found
 

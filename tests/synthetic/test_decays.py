@@ -25,7 +25,7 @@ def test_the_tail_is_held_still_until_it_is_let_go() -> None:
     assert moved[~held][1] > 5.0
 
 
-def test_a_decay_that_blows_up_is_told() -> None:
+def test_a_decay_that_blows_up_is_reported() -> None:
     robot = load_robot().model_dump()
     robot["tail"] |= {"hinge_stiffness_n_m": 1e6, "hinge_damping_n_m_s": 1e-6}
     with pytest.raises(SimulationDiverged, match="trial decay: the free decay diverged"):

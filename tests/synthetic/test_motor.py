@@ -32,15 +32,15 @@ def test_commands_come_in_their_order_and_a_little_late() -> None:
 
 def test_the_drive_reaches_its_speed_by_a_ramp_and_holds_it() -> None:
     made = driven(SMOOTH)
-    told_s = made.commands.time_s[made.commands.part.index("drive")]
+    commanded_s = made.commands.time_s[made.commands.part.index("drive")]
     start_s, end_s = made.steady_s
     ramp_s = REACHED_HZ / SMOOTH.acceleration_turns_per_s2
 
     def hz(time_s: float) -> float:
         return float(np.interp(time_s, made.time_s, made.speed_rad_s)) / (2 * np.pi)
 
-    assert hz(told_s + ramp_s / 2) == pytest.approx(REACHED_HZ / 2, rel=0.02)
-    assert hz(told_s + ramp_s + 0.01) == pytest.approx(REACHED_HZ)
+    assert hz(commanded_s + ramp_s / 2) == pytest.approx(REACHED_HZ / 2, rel=0.02)
+    assert hz(commanded_s + ramp_s + 0.01) == pytest.approx(REACHED_HZ)
     assert made.turn.mean_hz(start_s, end_s) == pytest.approx(REACHED_HZ, rel=1e-6)
     assert made.turn.speed(np.array([start_s, end_s - 0.1])) == pytest.approx(2 * np.pi * REACHED_HZ, rel=1e-6)
 

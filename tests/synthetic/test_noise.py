@@ -26,7 +26,7 @@ def test_errors_have_the_spread_asked_for_from_the_first_frame_on(sd_px: float, 
 
 
 @pytest.mark.parametrize("step_s", [1 / 240, 1 / 60, 1 / 20])
-def test_correlation_falls_with_time_alike_at_every_frame_rate(step_s: float) -> None:
+def test_correlation_falls_with_time_the_same_at_every_frame_rate(step_s: float) -> None:
     values = errors(TrackingNoise(correlation_s=0.1), step_s, frames=1000)
 
     for lag_s in (0.05, 0.1, 0.2):

@@ -67,13 +67,6 @@ def test_without_a_lens_pixels_are_scaled_and_nothing_else() -> None:
     assert np.array_equal(position_m, tracks.position_px * np.array([scale, -scale]))
 
 
-def test_a_scale_from_a_board_is_used_as_it_is() -> None:
-    true, tracks = filmed(PLACE_M, LENS)
-    wrong = CameraSpec(60.0, 2 * ROBOT.scale_length_m, LENS)
-    position_m, _ = to_pool(tracks, wrong, None, PLACE_M[:, 2], metres_per_px=LENS.height_above_water_m / LENS.fx_px)
-    assert error_mm(position_m, true) < 0.1
-
-
 def test_a_camera_that_hangs_too_low_is_an_error_of_its_file() -> None:
     _, tracks = filmed(PLACE_M, LENS)
     low = CameraSpec(60.0, 0.142, LENS.model_copy(update={"height_above_water_m": 0.04}), Path("camera.toml"))

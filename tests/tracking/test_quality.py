@@ -154,7 +154,7 @@ def test_of_three_markers_on_the_rigid_head_the_one_that_leapt_is_left_out(k: in
     assert out.sum() == 40
 
 
-def test_every_sample_of_weight_0_lies_in_a_flag_of_its_marker() -> None:
+def test_every_sample_of_weight_0_is_in_a_flag_of_its_marker() -> None:
     position = swimming_fish(1.0, seed=6)
     position[20:30, 3] = np.nan
     position[60:90, 6] = position[60:90, 7]

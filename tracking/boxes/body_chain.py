@@ -1,10 +1,10 @@
 """Which blob is which marker: the layout laid over the blobs, from the head to the tail.
 
 Every ordered pair of blobs is tried as the head's two front markers, which gives scale, heading and place. The other
-markers follow one after another: those beside the axis and the first behind the head are held by the head, the tail may
+markers follow one after another: those off the axis and the first behind the head are held by the head, the tail may
 bend at every marker. Each step costs what it departs from the layout, in squared standard deviations; all partial
 bodies are carried on together and the best are kept (a beam search). The spreads are those of the public tracks, whose
-tail root stands up to 78 mm from the dorsal fin where the layout has 20, and whose last step is up to
+tail root is up to 78 mm from the dorsal fin where the layout has 20, and whose last step is up to
 1.6 times as long.
 
 Positions are complex numbers x - iy: the layout's y points up where the image's points down.
@@ -24,7 +24,7 @@ CANDIDATES = 110
 """At most so many blobs take part, those of the most contrast."""
 BEAM = 4000
 """At most so many partial bodies are carried on."""
-BESIDE_M = 0.01
+LATERAL_M = 0.01
 """A marker farther from the axis than this is held by the head."""
 DIAMETERS_APART = (3.0, 40.0)
 """The head's two front markers are so many marker diameters apart."""
@@ -49,7 +49,7 @@ class Spread:
 
 
 RIGIDLY = Spread(place_m=0.012)
-"""Held by the head, beside the axis."""
+"""Held by the head, off the axis."""
 BY_THE_HEAD = Spread(length=0.06, bend_deg=7.0, stretch=0.96)
 """Behind its two front markers."""
 AT_THE_ROOT = Spread(place_m=0.027)
@@ -61,7 +61,7 @@ AT_THE_END = Spread(length=0.17, bend_deg=18.0, stretch=1.25)
 
 @dataclass(frozen=True)
 class Step:
-    """One marker to be put, how freely it stands, the marker before it, and the two whose direction it should keep."""
+    """One marker to be put, how freely it moves, the marker before it, and the two whose direction it should keep."""
 
     marker: int
     spread: Spread
@@ -81,17 +81,17 @@ def body_steps(layout_m: np.ndarray) -> tuple[int, int, tuple[Step, ...]]:
     """The head's two front markers and the steps to all others, for a layout (m, 2) along +x, m.
 
     Raises:
-        ValueError: fewer than four markers on the axis, which could not tell a body from scattered blobs.
+        ValueError: fewer than four markers on the axis, too few to distinguish a body from scattered blobs.
     """
-    axis = [int(k) for k in np.argsort(layout_m[:, 0], kind="stable") if abs(layout_m[k, 1]) <= BESIDE_M]
+    axis = [int(k) for k in np.argsort(layout_m[:, 0], kind="stable") if abs(layout_m[k, 1]) <= LATERAL_M]
     if len(axis) < 4:
         raise ValueError(f"{len(axis)} markers along the axis; at least 4 are needed to find a body by its layout")
-    beside = [k for k in range(len(layout_m)) if k not in axis]
+    lateral = [k for k in range(len(layout_m)) if k not in axis]
     nose, neck, root, first, *tail = axis
     steps = [Step(root, BY_THE_HEAD, neck, (nose, neck))]
-    steps += [Step(k, RIGIDLY, neck, (nose, neck)) for k in beside]
+    steps += [Step(k, RIGIDLY, neck, (nose, neck)) for k in lateral]
     steps += [Step(first, AT_THE_ROOT, root, (neck, root))]
-    # The tail's first direction is measured against the head's: its root stands to the side in the public tracks.
+    # The tail's first direction is measured against the head's: its root is to the side in the public tracks.
     along = [(neck, root), *pairwise(axis[3:])]
     held = [BY_THE_TAIL] * (len(tail) - 1) + [AT_THE_END]
     steps += [Step(*step) for step in zip(tail, held, axis[3:], along, strict=False)]
@@ -156,12 +156,12 @@ class _Partial:
         at = looks[:, 0] - 1j * looks[:, 1]
         look = np.log(looks[:, 2:])
         apart = np.abs(at[:, None] - at) / np.sqrt(looks[:, None, 2] * looks[:, 2])
-        unlike = (look[:, None] - look) / (np.sqrt(2) * np.array([SIZE_SD, LEVEL_SD, ELONGATION_SD]))  # (n, n, 3)
+        difference = (look[:, None] - look) / (np.sqrt(2) * np.array([SIZE_SD, LEVEL_SD, ELONGATION_SD]))  # (n, n, 3)
         low, high = DIAMETERS_APART
-        first, second = np.nonzero((apart > low) & (apart < high) & (np.abs(unlike).max(axis=2) < GATE))
+        first, second = np.nonzero((apart > low) & (apart < high) & (np.abs(difference).max(axis=2) < GATE))
         blobs = np.full((len(first), len(layout_m)), -1)
         blobs[:, nose], blobs[:, neck] = first, second
-        cost = (unlike[first, second] ** 2).sum(axis=1) / 2
+        cost = (difference[first, second] ** 2).sum(axis=1) / 2
         return cls(at, look, layout_m[:, 0] + 1j * layout_m[:, 1], (nose, neck), blobs, cost)
 
     def carried_on(self, step: Step) -> _Partial:

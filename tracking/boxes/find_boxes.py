@@ -1,4 +1,4 @@
-"""Finds the start boxes in a picture by itself, or says why it is not certain."""
+"""Finds the start boxes in a picture without a click, or reports why it is not certain."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BOX_DIAMETERS = 1.4
 """Side of a box in diameters of its marker."""
 SMALLEST_BOX_PX = 9.0
 LONGER = 1.12
-"""A marker longer than wide by this factor more than those before and behind it runs into what is beside it."""
+"""A marker longer than wide by this factor more than those before and behind it runs into what is next to it."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def find_boxes(
         file: what the picture is from, for the error.
 
     Raises:
-        InputError: the body is not found, or not with certainty; says what was seen and how to click it.
+        InputError: the body is not found, or not with certainty; reports what was seen and how to click it.
     """
     layout_m = np.asarray(layout_m, dtype=float)
     try:
@@ -65,8 +65,8 @@ def find_boxes(
         raise _not_certain(file, frame, seen, markers, (confidence, runner_up))
     chosen = [best.blobs[k] for k in best.bodies.blobs[0]]
     if merged := _merged(chosen, layout_m):
-        found = f"{', '.join(markers[k] for k in merged)} longer than wide, unlike the markers before and behind"
-        raise _refusal(file, frame, "a marker runs into something beside it", found, "a disc, set off all around")
+        found = f"{', '.join(markers[k] for k in merged)} longer than wide, other than the markers before and behind"
+        raise _refusal(file, frame, "a marker runs into something next to it", found, "a disc, set off all around")
     boxes = {name: _box(blob, chosen, luma.shape) for name, blob in zip(markers, chosen, strict=True)}
     return StartBoxes(frame, boxes)
 
@@ -102,7 +102,7 @@ def _box(blob: Blob, chosen: Sequence[Blob], shape: tuple[int, ...]) -> Box:
 def _not_certain(
     file: str, frame: int, seen: Sequence[_Seen], markers: Sequence[str], sure: tuple[float, float]
 ) -> InputError:
-    """The error that says what was seen instead of one body."""
+    """The error that reports what was seen instead of one body."""
     counts = " and ".join(f"{len(each.blobs)} {each.polarity} blobs" for each in seen)
     if not any(len(each.bodies.cost) for each in seen):
         return _refusal(file, frame, "the robot was not found", counts, _wanted(markers))

@@ -47,7 +47,7 @@ def write_preview(path: Path, rgb: np.ndarray, boxes: StartBoxes, title: str = "
         path: the PNG.
         rgb: (h, w, 3) the frame, bytes.
         boxes: the boxes.
-        title: what to say above it; by default the number of the frame.
+        title: of the picture; by default the number of the frame.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
@@ -75,7 +75,7 @@ def marker_colour(number: int) -> tuple[float, float, float]:
 
 
 def _crowded(centre_px: np.ndarray) -> np.ndarray:
-    """Indices of the markers that stand closest to each other."""
+    """Indices of the markers that are closest to each other."""
     apart = np.linalg.norm(centre_px[:, None] - centre_px, axis=2) + np.diag(np.full(len(centre_px), np.inf))
     nearest = apart.min(axis=1, initial=np.inf)
     return np.flatnonzero(nearest <= CROWDED * nearest.min())
@@ -133,7 +133,7 @@ def _rim(box: Box, towards: np.ndarray) -> np.ndarray:
 
 
 def label_spots(centre_px: np.ndarray, view: View) -> np.ndarray:
-    """(m, 2) places of labels that overlap neither each other nor the body: two rows, or two columns, beside it.
+    """(m, 2) places of labels that overlap neither each other nor the body: two rows, or two columns, next to it.
 
     Markers well off the line through the others go to their own side, the rest take turns; on each side the labels
     keep the markers' order, as near to them as their width allows (isotonic regression: the least squares solution
@@ -169,7 +169,7 @@ def _sides(centre_px: np.ndarray, along: int) -> np.ndarray:
 
 
 def _beside(centre_px: np.ndarray, view: View, along: int, side: int) -> float:
-    """Where the row or column of labels stands: between the body and the edge of the view."""
+    """Where the row or column of labels is: between the body and the edge of the view."""
     across = centre_px[:, 1 - along]
     edge = (view[1 - along], view[3 - along])[side]
     inset = view.size[1 - along] * (0.05 if along == 0 else 0.10)

@@ -1,4 +1,4 @@
-"""Start boxes: where each marker stands in one frame of a video, as a JSON file.
+"""Start boxes: where each marker is in one frame of a video, as a JSON file.
 
     {"frame": 0, "boxes": {"nose": [x, y, width, height], …}}
 
@@ -27,7 +27,7 @@ from tracking.video import VideoInfo
 SMALLEST_SIDE_PX = 3.0
 """A box with a shorter side holds no marker."""
 ONE_SPOT = 0.25
-"""Two centres closer than this share of the smaller box stand on one spot."""
+"""Two centres closer than this share of the smaller box are on one spot."""
 FORM = '{"frame": 0, "boxes": {"nose": [x, y, width, height], …}}'
 AGAIN = "Click the markers again with `calib track SESSION --click`."
 
@@ -134,7 +134,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _frame(data: dict[str, Any], faults: FaultCollector) -> int:
-    """The frame's number; unknown keys beside it are faults too."""
+    """The frame's number; unknown keys next to it are faults too."""
     known = ("frame", "boxes")
     for key in data.keys() - set(known):
         faults.add(key, "unknown key", choices=known, next_step=did_you_mean(key, known))
@@ -166,7 +166,7 @@ def _boxes(data: dict[str, Any], markers: Sequence[str], faults: FaultCollector)
 
 
 def _box(name: str, value: Any, faults: FaultCollector) -> Box | None:
-    """One box, or a fault that says what is wrong with it."""
+    """One box, or a fault that states what is wrong with it."""
     where = f"boxes.{name}"
     numbers = isinstance(value, list) and all(_is_number(item) for item in value)
     if not numbers or len(value) != len(Box._fields):
@@ -185,7 +185,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _check_inside(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCollector) -> None:
-    """Every box lies in the picture, half a pixel of rounding aside."""
+    """Every box is in the picture, half a pixel of rounding aside."""
     for name, (x, y, width, height) in boxes.items():
         if min(x, y) < -0.5 or x + width > size[0] + 0.5 or y + height > size[1] + 0.5:
             found = f"x {x:g} to {x + width - 1:g}, y {y:g} to {y + height - 1:g}"
@@ -194,7 +194,7 @@ def _check_inside(boxes: dict[str, Box], size: tuple[int, int], faults: FaultCol
 
 
 def _check_apart(boxes: dict[str, Box], faults: FaultCollector) -> None:
-    """No two boxes stand on one spot."""
+    """No two boxes are on one spot."""
     for (first, one), (second, other) in combinations(boxes.items(), 2):
         apart = math.dist(one.centre_px, other.centre_px)
         if apart < (nearest := ONE_SPOT * min(*one[2:], *other[2:])):

@@ -13,7 +13,7 @@ from session.toml_source import Table, key_error, load_toml
 
 SquareSize = Annotated[float, Field(ge=1e-3, le=2.0)]
 MARKER_SHARE = 0.7
-"""Side of a marker over that of its square, where nothing else is said."""
+"""Side of a marker over that of its square, where nothing else is given."""
 
 
 class BoardSpec(Table):

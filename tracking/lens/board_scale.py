@@ -22,7 +22,7 @@ HIGHEST_M = 100.0
 
 @dataclass(frozen=True)
 class BoardScale:
-    """What a level board says of the picture."""
+    """What a level board shows of the picture."""
 
     # on the surface of the water, in undistorted square pixels (of focal length fx where the lens is calibrated), as
     # `to_pool` has it

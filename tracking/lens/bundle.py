@@ -1,8 +1,8 @@
 """Bundle adjustment of one camera and a flat board in v poses, by Levenberg and Marquardt with the poses eliminated.
 
-What of a lens parameter's effect a change of pose can mimic tells nothing about it; the rest, over all views, gives the
+What of a lens parameter's effect a change of pose can mimic is not information; the rest, over all views, gives the
 reduced normal equations (Triggs and others, "Bundle Adjustment: A Modern Synthesis", 2000, section 6.1). They serve the
-fit and its covariance alike.
+fit and its covariance.
 """
 
 from dataclasses import dataclass, replace
@@ -69,7 +69,7 @@ class NormalEquations(NamedTuple):
 
 
 def normal_equations(bundle: Bundle, free: np.ndarray) -> NormalEquations:
-    """The reduced normal equations; `free` (9,) says which of the lens's numbers are fitted."""
+    """The reduced normal equations; `free` (9,) selects which of the lens's numbers are fitted."""
     matrix, gradient = np.zeros((free.sum(), free.sum())), np.zeros(free.sum())
     for (pose, lens), residual in zip(bundle.jacobians(free), bundle.residuals_px, strict=True):
         basis = np.linalg.qr(pose)[0]

@@ -10,12 +10,12 @@ from session import Flag, NotEnoughData
 from session.camera import CameraCalibration
 from tracking.lens.board import BoardSpec
 from tracking.lens.corners import Corners, find_corners
-from tracking.lens.credibility import RMS_SHARE, LensUncertainty, coverage_of, doubts, lens_uncertainty
+from tracking.lens.credibility import RMS_SHARE, LensUncertainty, calibration_flags, coverage_of, lens_uncertainty
 from tracking.lens.lens_fit import LensFit, fit_lens
 from tracking.lens.pictures import each_picture
 
 LEAST_CORNERS = 8
-"""Fewer corners tell little more than the pose of the board."""
+"""Fewer corners determine little more than the pose of the board."""
 LEAST_VIEWS = 3
 """Zhang 2000, section 3.1: each view gives two equations for the pinhole camera, which has four numbers or more."""
 OUTLYING_VIEW = 3.0
@@ -50,7 +50,7 @@ class LensCalibration:
 def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> LensCalibration:
     """Calibrates a lens from pictures of a flat board, held at many angles all over the picture.
 
-    Take frames of a video in the mode used for the swims: photographs have another field of view.
+    Take frames of a video in the mode used for the swim trials: photographs have another field of view.
 
     Args:
         pictures: files, or (h, w) or (h, w, 3) RGB uint8 arrays; 15 to 30 are good.
@@ -80,7 +80,7 @@ def calibrate_lens(pictures: Iterable[Path | np.ndarray], board: BoardSpec) -> L
         rejected=tuple(f"{names[n]}: {reason}" for n, reason in reasons.items() if reason),
         coverage=coverage_of(fit.bundle.corners, *size),
         sd=sd,
-        flags=doubts(fit, calibration, sd),
+        flags=calibration_flags(fit, calibration, sd),
     )
 
 

@@ -14,7 +14,7 @@ LINEAR_K1 = 0.02
 message, not a measurement of any camera."""
 HALF_WIDTH = 18 / 19
 """Half the picture's width over the focal length: that of a 19 mm lens on film 36 mm wide, the widest linear field of
-view of the camera that the swims were filmed with (87 degrees)."""
+view of the camera that the swim trials were filmed with (87 degrees)."""
 HEIGHT_OFF = 0.05
 """Relative difference between two ways to the camera's height that is worth a flag."""
 
@@ -43,7 +43,7 @@ def _not_calibrated() -> Flag:
         f"the lens is not calibrated. At a radial distortion of {LINEAR_K1:g}, which a linear field of view may "
         f"leave, places at the left and right edge are off by {100 * shift:.1f} % of the picture's width and "
         f"lengths there by {100 * stretch:.0f} %; a wide field of view bends ten times as much. Calibrate it "
-        "with a ChArUco board, or keep the swims near the middle"
+        "with a ChArUco board, or swim near the middle"
     )
     return Flag("no_lens", message=message)
 

@@ -28,7 +28,7 @@ class Corners(NamedTuple):
 def find_corners(picture: np.ndarray, board: BoardSpec) -> Corners:
     """The corners of the board that can be seen in a picture (h, w) or (h, w, 3); none (k = 0) where there is no board.
 
-    A chessboard is found whole or not at all, and which of its two ends comes first is arbitrary where both look alike.
+    A chessboard is found whole or not at all; which of its ends comes first is arbitrary where both look the same.
     Chessboards: Duda and Frese, "Accurate Detection and Localization of Checkerboard Corners", BMVC 2018.
     """
     gray = np.ascontiguousarray(picture) if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)

@@ -98,7 +98,7 @@ def spread_deg(rotation: np.ndarray) -> float:
     return float(np.degrees(np.arccos(np.clip(normal @ normal.T, -1.0, 1.0))).max())
 
 
-def doubts(fit: LensFit, camera: CameraCalibration, sd: LensUncertainty) -> tuple[Flag, ...]:
+def calibration_flags(fit: LensFit, camera: CameraCalibration, sd: LensUncertainty) -> tuple[Flag, ...]:
     """Every reason not to believe a fit, which as a calibration is `camera`, each with its number and what to do."""
     found = []
     if (views := len(fit.bundle.corners)) < GOOD_VIEWS:
@@ -126,7 +126,7 @@ def doubts(fit: LensFit, camera: CameraCalibration, sd: LensUncertainty) -> tupl
             (
                 "lens_rms",
                 f"corners are off by {fit.rms_px:.2f} px, more than {limit:.2f} px: the board is not flat, the "
-                "pictures are blurred, or the lens bends more than five coefficients can say",
+                "pictures are blurred, or the lens bends more than five coefficients can describe",
             )
         )
     if sd.bend_px > (limit := BEND_SHARE * camera.width_px):

@@ -1,10 +1,10 @@
 """Parallax: markers above or below the reference plane, seen by a camera that looks straight down.
 
 The reference plane is the plane of the nose and neck markers, which give the picture its scale; it is taken to be the
-surface of the water, for the robot swims at it (the built-in robot's nose and neck stand 2.5 mm below the top of its
-submerged part). The camera stands H above it, its axis vertical, the robot level.
+surface of the water, for the robot swims at it (the built-in robot's nose and neck are 2.5 mm below the top of its
+submerged part). The camera is H above it, its axis vertical, the robot level.
 
-A marker z above the plane is in air. It lies (H - z) t from the camera's foot, t being the slope of its ray, where on
+A marker z above the plane is in air. It is (H - z) t from the camera's foot, t being the slope of its ray, where on
 the plane one would read H t: it appears too far out by H / (H - z). A marker d below is seen through the surface:
 its ray meets the water H t from the foot and goes on at the slope that Snell's law gives, sin a = n sin b,
 

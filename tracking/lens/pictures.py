@@ -24,7 +24,7 @@ class Picture(NamedTuple):
 
 
 def read_picture(path: Path) -> np.ndarray:
-    """(h, w) uint8, turned upright where the file says how.
+    """(h, w) uint8, turned upright where the file gives the rotation.
 
     Raises:
         InputError: not there, or not a picture.
@@ -71,7 +71,7 @@ def each_picture(pictures: Iterable[Path | np.ndarray]) -> Iterator[Picture]:
 def video_pictures(path: Path, count: int = 40) -> Iterator[np.ndarray]:
     """(h, w) uint8 frames of a video of the board, evenly spread over it, for `calibrate_lens`.
 
-    Move the board slowly, and hold it still now and then: frames that are alike count as often as they stand there,
+    Move the board slowly, and hold it still now and then: equal frames count as often as they are there,
     and make the stated uncertainty too small.
 
     Raises:

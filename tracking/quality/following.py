@@ -123,7 +123,7 @@ class _Follower:
         self.model, self.gate = model, gate
         by_motion = np.diag(1 / np.repeat(motion_px, 2) ** 2)  # (2m, 2m) precision
         self.spread = np.linalg.inv(np.linalg.inv(model.shape_and_pose.covariance) + by_motion)
-        self.share = self.spread @ by_motion  # (2m, 2m) of what motion says in what is expected
+        self.share = self.spread @ by_motion  # (2m, 2m) share of the motion model in what is expected
         self.expected = JointGaussian(self.spread + BOX_SD_PX**2 * np.eye(2 * m))
         self.pose_from = model.pose_from(np.ones(m, dtype=bool))
         self.forget()

@@ -79,15 +79,15 @@ def _enclosed(
     apart_ahead, apart_back = present[:, k] & ~ahead.active[:, k], present[:, k] & ~back.active[:, k]
     for first, end in stretches(apart_ahead):
         entered = position_px[first, k] - ahead.place_px[first, k]
-        alike = max(4.0, 0.5 * float(np.linalg.norm(entered)))
+        tolerance_px = max(4.0, 0.5 * float(np.linalg.norm(entered)))
         for start, last in stretches(apart_back):
             turned = min(end - first, last - start) + 1 < LASTING <= last - first + 1
             alone = not apart_ahead[start : last + 1].any() and not apart_back[first : end + 1].any()
             if first - 2 <= last < first and alone and max(end - first, last - start) + 1 >= LASTING:
                 found.append((start, last) if last - start <= 3 * (end - first + 1) else (first, end))
-            left = position_px[last, k] - back.place_px[last, k]
+            exited = position_px[last, k] - back.place_px[last, k]
             seen = (apart_ahead | apart_back)[first : last + 1].mean() if last >= first else 0.0
-            if not turned and seen >= LEAST_SEEN and np.linalg.norm(entered - left) <= alike:
+            if not turned and seen >= LEAST_SEEN and np.linalg.norm(entered - exited) <= tolerance_px:
                 found.append((first, last))
                 break
             if abs(last - end) <= 1:  # it was back before

@@ -1,4 +1,4 @@
-"""Tracked trials: what the tracker says of every sample, filled gaps, a person's edits, and other programs' files."""
+"""Tracked trials: what the tracker measures at every sample, filled gaps, a person's edits, other programs' files."""
 
 from tracking.records.edit_log import EditLog
 from tracking.records.edits import apply_edits

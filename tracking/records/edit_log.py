@@ -20,19 +20,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pydantic import ValidationError
-from pydantic_core import ErrorDetails
 
 from session import FaultCollector
-from session.errors import Fault, did_you_mean, shown
+from session.errors import did_you_mean, shown
 from session.results import writing_whole
 from session.tables import read_text
+from session.toml_source import fault_of
 from tracking.records.edit import EDITS, Edit, Undo
 
 EXAMPLE = 'one edit, as {"op": "drop", "markers": ["nose"], "frames": [50, 61]}'
 
 
 class LoggedEdit(NamedTuple):
-    """One edit and the line of the file it stands on, counted from 1."""
+    """One edit and the line of the file it is on, counted from 1."""
 
     line: int
     edit: Edit
@@ -77,13 +77,13 @@ class EditLog:
         return log
 
     def append(self, text: str) -> EditLog:
-        """Adds an edit at the end of the file, which is made when it is not there; all that stands there stays.
+        """Adds an edit at the end of the file, which is made when it is not there; all that is there stays.
 
         Args:
             text: the edit as JSON, as a line of the file has it.
 
         Returns:
-            The log as it then stands in the file.
+            The log as it then is in the file.
 
         Raises:
             InputError: not an edit, or one that names a marker, frame or line that is not there, or the file has
@@ -160,25 +160,7 @@ def _parsed(text: str, line: int, faults: FaultCollector) -> Edit | None:
     try:
         return EDITS[name].model_validate_json(text)
     except ValidationError as error:
-        faults.extend(_fault(faults.file, f"{where}, {name}", EDITS[name], details) for details in error.errors())
+        for details in error.errors():
+            place = ".".join([f"{where}, {name}", *map(str, details["loc"])])
+            faults.extend([fault_of(EDITS[name], details, faults.file, place)])
     return None
-
-
-def _fault(file: str, where: str, kind: type[Edit], details: ErrorDetails) -> Fault:
-    """One error of pydantic's as a fault."""
-    key = ".".join(str(part) for part in details["loc"])
-    where, found = f"{where}.{key}" if key else where, shown(details["input"])
-    match details["type"]:
-        case "swimcal":
-            context = details["ctx"]
-            return Fault(file, where, context["what"], context["found"], context["expected"])
-        case "extra_forbidden":
-            keys = tuple(kind.model_fields)
-            return Fault(file, where, "unknown key", repr(key), "a known key", keys, did_you_mean(key, keys))
-        case "missing" if isinstance(last := details["loc"][-1], int):  # of a list
-            return Fault(file, where.removesuffix(f".{last}"), "too few values", found, f"at least {last + 1}")
-        case "missing":
-            return Fault(file, where, "key is missing", "", "a value for it")
-        case _:
-            expected = details["msg"].removeprefix("Input should be ").removeprefix("Input should ")
-            return Fault(file, where, "wrong value", found, expected)

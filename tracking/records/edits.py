@@ -24,7 +24,7 @@ def apply_edits(tracked: TrackedTrial, log: EditLog, retrack: Retracker | None =
 
     A sample that is swapped or relabelled keeps its state, confidence and size under its new name; one that is
     dropped is MISSING. A box set by hand makes the sample of its frame BY_HAND with confidence 1, at the centre of
-    the box; the frames after it are what `retrack` says, or stay as they are without one. Each edit leaves a flag
+    the box; the frames after it are what `retrack` finds, or stay as they are without one. Each edit leaves a flag
     ``edited`` that names it. Flags ``only_csrt`` go with their samples; other flags of the tracker stay: judge the
     quality again after the edits.
 
@@ -52,9 +52,9 @@ def apply_edits(tracked: TrackedTrial, log: EditLog, retrack: Retracker | None =
                 k = names.index(marker)
                 samples[frame, k] = (box.centre_px, 1.0, SampleState.BY_HAND, np.nan, False)
                 if retrack is not None:
-                    found, doubts = retrack(samples["position_px"], k, box)
+                    found, new_flags = retrack(samples["position_px"], k, box)
                     samples[frame + 1 : frame + 1 + len(found), k] = found
-                    flags += doubts
+                    flags += new_flags
     return tracked.with_samples(samples, (*only_csrt_flags(samples["by_csrt"], names), *flags))
 
 

@@ -58,7 +58,7 @@ def checked_tracks(
     in_reach = f"pixels, no further than {FARTHEST_PX:g} from the corner"
     faults.extend_capped([fault(k, None, "time does not increase", time_s[k], f"after {time_s[k - 1]}") for k in late])
     faults.extend_capped([fault(k, i, "confidence out of range", belief[k, i], "0 to 1") for k, i in outside])
-    faults.extend_capped([fault(k, i, "lies beyond any image", position[k, i], in_reach) for k, i in far])
+    faults.extend_capped([fault(k, i, "is beyond any image", position[k, i], in_reach) for k, i in far])
     faults.raise_if_any()
     return Tracks(tuple(markers), np.array(time_s, dtype=float), position, belief)
 

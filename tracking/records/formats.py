@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from session import InputError, Tracks
-from session.errors import Fault
+from session import Tracks
 from session.tables import read_table
 from session.tracks import load_tracks, save_tracks
 from tracking.records.deeplabcut import is_deeplabcut, load_deeplabcut, save_deeplabcut
@@ -20,15 +19,14 @@ FORMATS: dict[str, Callable[[Path, TrackedTrial], None]] = {
     "swimcal": lambda path, tracked: save_tracks(path, tracked.tracks),
     "deeplabcut": lambda path, tracked: save_deeplabcut(path, tracked.tracks),
     "movement": save_movement,
-    "movement-legacy": lambda path, tracked: save_movement(path, tracked, legacy_names=True),
     "fishsim": lambda path, tracked: save_fishsim(path, tracked.tracks),
 }
 """The forms that tracks can be written in, by name: the contract's CSV, DeepLabCut's CSV, netCDF as of the package
-`movement`, the same with the names of dimensions before its version 0.17, the authors' CSV without a header."""
+`movement`, the authors' CSV without a header."""
 
 
 def import_tracks(path: Path, markers: Sequence[str], fps: float) -> Tracks:
-    """Reads tracks in any of the forms in `FORMATS`, which is told from the content, not from the name.
+    """Reads tracks in any of the forms in `FORMATS`, which is recognised by the content, not by the name.
 
     Args:
         path: the file; text may be packed (.gz).
@@ -53,11 +51,8 @@ def export_tracks(tracked: TrackedTrial, path: Path, form: str) -> None:
     ``fishsim``.
 
     Raises:
-        InputError: an unknown form.
         ResultsNotWritable: the file cannot be written.
     """
-    if form not in FORMATS:
-        raise InputError([Fault(str(path), "", "no such form of tracks", repr(form), "", tuple(FORMATS))])
     FORMATS[form](path, tracked)
 
 

@@ -10,7 +10,7 @@ holds for every place and heading of the body.
 Where too few other markers are seen, a cubic spline in time is left. Which of them fills a gap, and whether it
 may, is rehearsed: each fills gaps of the same length that are cut into samples of the same marker.
 
-Error on the twin's swims at 1.00, 1.75 and 2.25 Hz with 950 px a metre and 0.15 px noise (RMS an axis, px, as in
+Error on the twin's swim trials at 1.00, 1.75 and 2.25 Hz with 950 px a metre and 0.15 px noise (RMS an axis, px, as in
 `tests/tracking/records/test_gaps.py`):
 
 | missing for                       | 3 frames | 7 frames | 15 frames | 30 frames |
@@ -48,7 +48,7 @@ NEAR_FRAMES = 12
 LAG_S = 0.05
 """How long before and after a frame the other markers count."""
 END_FRAMES = 3
-"""Samples on each side of a gap whose mean says what the other markers are off by there."""
+"""Samples on each side of a gap whose mean is what the other markers are off by there."""
 NOISE_PX = 0.2
 """Noise of a coordinate that the regression allows for; keeps it from leaning on markers on one line (ridge)."""
 FRAMES_PER_WEIGHT = 5
@@ -60,7 +60,7 @@ LONGEST_S = 0.25
 WORST_PX = 3.0
 """The largest error in rehearsals, RMS an axis; suits the public trials (60 frames a second, about 950 px a metre)."""
 CONFIDENCE = 0.5
-"""Of a filled sample right beside samples of confidence 1; below 1 since it measures nothing."""
+"""Of a filled sample right next to samples of confidence 1; below 1 since it measures nothing."""
 HALVES_S = 0.1
 """At this distance in time from the nearest of them half of it."""
 
@@ -77,7 +77,7 @@ def fill_gaps(tracked: TrackedTrial) -> TrackedTrial:
 
     A gap is a stretch of a marker without samples that are measured or set by hand; it is taken from those alone,
     so filling twice is the same as once. A filled sample is INTERPOLATED; other samples stay bit for bit. A gap
-    that is not filled stays as it is, is flagged ``gap`` and the flag says why: it is longer than the limit,
+    that is not filled stays as it is, is flagged ``gap`` and the flag states why: it is longer than the limit,
     has no sample on one side, or could only be guessed. Earlier flags of this kind are replaced.
 
     Args:

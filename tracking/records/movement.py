@@ -2,8 +2,8 @@
 
 Dimensions time, space, keypoint, individual; variables ``position`` (time, space, keypoint, individual) and
 ``confidence`` (time, keypoint, individual); attributes ds_type, source_software, source_file, time_unit, fps.
-Before version 0.17 the last two dimensions were called keypoints and individuals: both names are read, and
-`legacy_names` writes the older ones. States and sizes of samples stand in further variables, which `movement` keeps.
+Before version 0.17 the last two dimensions were called keypoints and individuals: both names are read. States
+and sizes of samples are further variables, which `movement` keeps.
 https://movement.neuroinformatics.dev/user_guide/movement_dataset.html
 """
 
@@ -30,24 +30,23 @@ SINGULAR = {"keypoints": "keypoint", "individuals": "individual"}
 DIMENSIONS = ("time", "space", "keypoint", "individual")
 
 
-def to_movement(tracked: TrackedTrial, *, source_file: str = "", legacy_names: bool = False) -> xr.Dataset:
+def to_movement(tracked: TrackedTrial, *, source_file: str = "") -> xr.Dataset:
     """The trial as a poses dataset of `movement`, time in seconds.
 
     Args:
         tracked: of n frames and m markers.
         source_file: what was tracked.
-        legacy_names: name the dimensions as `movement` did before version 0.17.
     """
     import xarray as xr  # takes half a second, which only these files need
 
     tracks = tracked.tracks
     step_s = np.median(np.diff(tracks.time_s)) if len(tracks.time_s) > 1 else np.nan
-    meanings = {  # of the numbers of the states, as the CF conventions say it (section 3.5, flags)
+    meanings = {  # of the numbers of the states, as the CF conventions have it (section 3.5, flags)
         "flag_values": np.array(list(SampleState), dtype=np.int8),
         "flag_meanings": " ".join(state.word for state in SampleState),
     }
     of_samples = ("time", "keypoint", "individual")
-    data = xr.Dataset(
+    return xr.Dataset(
         data_vars={
             "position": (DIMENSIONS, np.swapaxes(tracks.position_px, 1, 2)[..., None], {"units": "px"}),
             "confidence": (of_samples, tracks.confidence[..., None]),
@@ -68,16 +67,15 @@ def to_movement(tracked: TrackedTrial, *, source_file: str = "", legacy_names: b
             "fps": float(1 / step_s),
         },
     )
-    return data.rename({new: old for old, new in SINGULAR.items()}) if legacy_names else data
 
 
-def save_movement(path: Path, tracked: TrackedTrial, *, legacy_names: bool = False) -> None:
-    """Writes `to_movement` as netCDF, whole or not at all; the arguments are the same.
+def save_movement(path: Path, tracked: TrackedTrial) -> None:
+    """Writes `to_movement` as netCDF, whole or not at all.
 
     Raises:
         ResultsNotWritable: the file cannot be written.
     """
-    data = to_movement(tracked, legacy_names=legacy_names)
+    data = to_movement(tracked)
     with writing_whole(path) as part:
         data.to_netcdf(part, engine="h5netcdf")
 

@@ -1,4 +1,4 @@
-"""A tracked trial on disk: the contract's tracks, and beside them states, sizes and flags."""
+"""A tracked trial on disk: the contract's tracks, with states, sizes and flags."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class TrackedFiles(NamedTuple):
 def save_tracked(folder: Path, trial: str, tracked: TrackedTrial) -> TrackedFiles:
     """Writes the three files of a tracked trial. None of them appears before all are written.
 
-    The tracks come last: where they stand, the others do.
+    The tracks come last: where they are, so are the others.
 
     Raises:
         ResultsNotWritable: a file cannot be written; what stood there is unchanged.
@@ -109,7 +109,7 @@ def _cells(state: int, size_px: float) -> tuple[str, str]:
 
 
 def _load_states(path: Path, tracks: Tracks) -> tuple[np.ndarray, np.ndarray]:
-    """(n, m) states and sizes, which have to fit the tracks beside them."""
+    """(n, m) states and sizes, which have to fit the tracks."""
     table = read_table(path)
     absent = np.isnan(tracks.position_px[..., 0])  # (n, m)
     try:
@@ -124,7 +124,7 @@ def _load_states(path: Path, tracks: Tracks) -> tuple[np.ndarray, np.ndarray]:
     if not fit:
         expected = f"a row for each of {len(absent)} frames, missing where there is no position"
         found = f"{len(table.rows)} rows of {shown(table.header)}"
-        raise InputError([Fault(table.file, "", "not the states of the tracks beside it", found, expected, (), AGAIN)])
+        raise InputError([Fault(table.file, "", "not the states of the tracks next to it", found, expected, (), AGAIN)])
     return state, size_px
 
 

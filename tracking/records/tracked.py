@@ -49,7 +49,7 @@ NO_SAMPLE = np.array(((np.nan, np.nan), 0.0, SampleState.MISSING, np.nan, False)
 
 @dataclass(frozen=True, eq=False)
 class TrackedTrial:
-    """What the tracker says of n frames of m markers.
+    """What the tracker measures in n frames of m markers.
 
     Attributes:
         tracks: positions and confidences.

@@ -53,7 +53,7 @@ def _moved(old: np.ndarray, new: np.ndarray, keep: float) -> np.ndarray:
 def measure_appearance(luma: np.ndarray, centre_px: np.ndarray, box_px: np.ndarray) -> Appearance:
     """Measures the look of markers in a picture (h, w), in start boxes of (m,) mean sides around (m, 2).
 
-    Whether a marker is bright or dark is told by the middle of its box against the darkest and the brightest quarter
+    Whether a marker is bright or dark is found from the middle of its box against the darkest and the brightest quarter
     of a ring at the box' rim, since water and body may both be there; its area by how much light the box holds over
     that quarter.
     """

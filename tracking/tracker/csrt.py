@@ -1,9 +1,9 @@
 """CSRT, OpenCV's correlation tracker, in a crop around a marker.
 
 Lukežič et al., "Discriminative Correlation Filter with Channel and Spatial Reliability", CVPR 2017. Its boxes hold
-whole pixels and it neither says how sure it is nor when it has lost its marker. `tracking.tracker.second_opinion` asks
-it where no spot answers, and checks what it says; `tracking.tracker.faint` follows with it what no spot ever answers
-for. With every update it converts the whole image, so a crop costs half.
+whole pixels and it reports neither how sure it is nor when it has lost its marker. `tracking.tracker.second_opinion`
+asks it where no spot answers, and checks its answer; `tracking.tracker.faint` follows with it what no spot ever
+answers for. With every update it converts the whole image, so a crop costs half.
 """
 
 from collections.abc import Iterator

@@ -15,7 +15,7 @@ from tracking.tracker.tracker import MarkerTracker, Sighting
 PLACES = 400
 """Places of the picture, drawn at random, that a box is compared with."""
 FEWEST = 100
-"""With fewer, in a picture full of boxes, nothing is said."""
+"""With fewer, in a picture full of boxes, nothing is reported."""
 COMMON = 0.01
 """Share of the places that may answer as strongly as a marker does. In rendered pools with ripple and glints no marker
 had one such place, markers as bright as the water up to 4 %; of 864 boxes put on the water, 10 had 1 % or less.
@@ -54,10 +54,10 @@ def doubtful_boxes(luma: np.ndarray, boxes: StartBoxes, markers: Sequence[str], 
     flags = []
     for sign in sorted(set(look.sign.tolist())):
         usual = strongest_answer(luma, places_px, reach_px, sign, diameter_px)  # (p,)
-        alike = np.flatnonzero(look.sign == sign)
-        answers = strongest_answer(luma, centre_px[alike], reach_px, sign, diameter_px)
+        of_sign = np.flatnonzero(look.sign == sign)
+        answers = strongest_answer(luma, centre_px[of_sign], reach_px, sign, diameter_px)
         common = (usual[None] >= answers[:, None]).mean(axis=1)
-        for k, share in zip(alike.tolist(), common.tolist(), strict=True):
+        for k, share in zip(of_sign.tolist(), common.tolist(), strict=True):
             if share > COMMON:
                 message = (
                     f"in its start box {markers[k]} stands out no more than {share:.0%} of the picture elsewhere does: "

@@ -14,7 +14,7 @@ from tracking.tracker.csrt import Crop, CropTracker
 
 
 class FaintMarkers:
-    """CSRT on some of m markers, each for itself; what it says is checked by nobody but the distances to neighbours.
+    """CSRT on some of m markers, each for itself; its answer is checked by nobody but the distances to neighbours.
 
     `which` (m,) of them are faint; `starts` shows those in the frame of the boxes, whose sides are (m,) `box_px`.
     """

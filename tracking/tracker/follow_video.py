@@ -26,7 +26,7 @@ PREDICTED_FOR = 12
 """Frames for which the position of an unseen marker is carried on; after that it is missing."""
 _SNAPSHOT_EVERY = 30  # frames at least; from the last of these interrupted work goes on
 _KEEP_EVERY = 600  # frames at least; the snapshot is written then, and when the work is interrupted
-_TELL_EVERY_S = 0.2
+_REPORT_EVERY_S = 0.2
 
 
 Progress = Callable[[int, int, float], None]
@@ -124,7 +124,7 @@ class _Pass:
 
     def follow(self, progress: Progress | None) -> None:
         """To the end; what was tracked is kept now and then, and when it is interrupted."""
-        began, first, told = time.perf_counter(), self._end, -np.inf
+        began, first, reported = time.perf_counter(), self._end, -np.inf
         info = self._video.info
         since = np.diff(info.time_s, prepend=np.nan) * info.fps  # frames of the usual rate
         last = first - 1
@@ -142,8 +142,8 @@ class _Pass:
                     if taken - written >= _KEEP_EVERY:
                         self._partial.write(snapshot)
                         written = taken
-                if progress is not None and (now := time.perf_counter()) - told > _TELL_EVERY_S:
-                    told = now
+                if progress is not None and (now := time.perf_counter()) - reported > _REPORT_EVERY_S:
+                    reported = now
                     progress(self._end, info.frames, (self._end - first) / (now - began))
         except KeyboardInterrupt:
             if self._partial is not None and snapshot:

@@ -48,19 +48,19 @@ def trusted(tracked: TrackedTrial, layout: RobotSpec) -> TrackedTrial:
 
 
 def judge(tracked: TrackedTrial, layout: RobotSpec) -> tuple[Flag, ...]:
-    """The doubts about a tracked trial, by first frame: ``lost_marker``, ``drift``, ``size`` and ``swap``.
+    """The flags of a tracked trial, by first frame: ``lost_marker``, ``drift``, ``size`` and ``swap``.
 
     Merged, frozen and jumping markers are found on any tracks, tracked here or elsewhere: `tracking.check_tracks`.
     """
-    unlike = tracked.seen & (tracked.tracks.confidence < LEAST_CONFIDENCE)
-    doubts = {
+    low_confidence = tracked.seen & (tracked.tracks.confidence < LEAST_CONFIDENCE)
+    suspicions = {
         "lost_marker": (~tracked.seen, 1, "is not seen"),
-        "drift": (unlike, DRIFT_FRAMES, "looks unlike itself; it may have drifted onto something else"),
+        "drift": (low_confidence, DRIFT_FRAMES, "looks unlike itself; it may have drifted onto something else"),
         "size": (_wrong_size(tracked), 1, "appears in another size"),
     }
     flags = [
         Flag(kind, (marker,), span, f"{marker} {message}")
-        for kind, (where, least, message) in doubts.items()
+        for kind, (where, least, message) in suspicions.items()
         for k, marker in enumerate(tracked.tracks.markers)
         for span in stretches(where[:, k], least)
     ]
@@ -79,10 +79,10 @@ def _wrong_size(tracked: TrackedTrial) -> np.ndarray:
 
 
 def _exchanges(tracked: TrackedTrial, layout: RobotSpec) -> list[Flag]:
-    """Pairs of neighbours on the mid line that lie the wrong way round, and of left and right markers.
+    """Pairs of neighbours on the mid line that are the wrong way round, and of left and right markers.
 
-    The markers of the mid line stand in one order along the body, however it bends: exchanging two of them back makes
-    the line through all of them shorter. A left marker lies to the left of the line through the first two of them.
+    The markers of the mid line are in one order along the body, however it bends: exchanging two of them back makes
+    the line through all of them shorter. A left marker is to the left of the line through the first two of them.
     """
     names = tracked.tracks.markers
     place = layout.marker_positions_m(names)  # (m, 3)
@@ -128,7 +128,7 @@ def _sides(place: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _mirrored(position: np.ndarray, order: list[int], left: int, right: int) -> np.ndarray:
-    """(n,) whether a left marker lies to the right, seen along the first two of the mid line; image y runs down."""
+    """(n,) whether a left marker is to the right, seen along the first two of the mid line; image y runs down."""
     axis = position[:, order[1]] - position[:, order[0]]
     across = position[:, right] - position[:, left]
     return axis[:, 0] * across[:, 1] - axis[:, 1] * across[:, 0] > 0

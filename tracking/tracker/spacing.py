@@ -29,7 +29,7 @@ class Spacing:
         guides = np.argsort(distance, axis=1, kind="stable")[:, 1:3][: len(position_px) if len(pairs) else 0]
         return cls(pairs, lengths, guides, _between(position_px, guides))
 
-    def strayed(
+    def misplaced(
         self, position_px: np.ndarray, seen: np.ndarray, strength: np.ndarray, diameter_px: np.ndarray
     ) -> np.ndarray:
         """(m,) bool, the markers, of those seen at (m, 2), that broke away from a neighbour.
@@ -37,22 +37,22 @@ class Spacing:
         Of two that are too close or too far apart it is the one without another neighbour to speak for it; if neither
         has one, that of less strength (m,). If both have, it is the body that moved.
         """
-        strayed = np.zeros(len(seen), bool)
+        misplaced = np.zeros(len(seen), bool)
         a, b = self.pairs.T
         length = np.linalg.norm(position_px[a] - position_px[b], axis=1)
         allowed = np.maximum(_LEAST * np.maximum(diameter_px[a], diameter_px[b]), _RELATIVE * self.lengths)
         both = seen[a] & seen[b]
         off = both & (np.abs(length - self.lengths) > allowed)
         if not off.any():
-            return strayed
+            return misplaced
         speaking = np.bincount(self.pairs[both & ~off].ravel(), minlength=len(seen))  # neighbours for each marker
         for first, second in self.pairs[off].tolist():
             if speaking[first] and speaking[second]:
                 continue
             one_sided = bool(speaking[first]) != bool(speaking[second])
             weaker = speaking[first] < speaking[second] if one_sided else strength[first] < strength[second]
-            strayed[first if weaker else second] = True
-        return strayed
+            misplaced[first if weaker else second] = True
+        return misplaced
 
     def expected(self, position_px: np.ndarray) -> np.ndarray:
         """(m, 2) where its two guides put each marker, moved and turned with them since it was last seen well."""

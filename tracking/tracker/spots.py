@@ -20,7 +20,7 @@ _ROUNDS = 3  # of the centroid, each centred on the one before
 _MARGIN_PX = 1.0  # by which the centroid's disc is wider than the marker
 _FLOOR, _CEILING = 0.1, 0.9  # shares of the known contrast: fainter light does not count, brighter no more than this
 _RING = (1.5, 1.4)  # the background is a ring from this many px beyond the rim to this many radii and as many px
-_QUARTER = 0.25  # the darkest part of it, for a bright marker: the rest may be water beside a dark body
+_QUARTER = 0.25  # the darkest part of it, for a bright marker: the rest may be water next to a dark body
 _REACH = 1.25  # radii and the px of the ring: within them light counts for the size
 _SLACK_PX = 4  # by which a window is larger than it need be
 # In the middle of a disc of contrast 1:
@@ -199,7 +199,7 @@ def _from(offset: np.ndarray, away: np.ndarray) -> tuple[np.ndarray, np.ndarray,
 
 
 def _own_side(centre: np.ndarray, others: np.ndarray, x: np.ndarray, y: np.ndarray, reach: int) -> np.ndarray:
-    """(k, s, s) pixels nearer to each centre than to any other marker, as far as they lie within reach."""
+    """(k, s, s) pixels nearer to each centre than to any other marker, as far as they are within reach."""
     mine = np.ones(np.broadcast_shapes(x.shape, y.shape), bool)
     between = (others[None] - centre[:, None]).astype(np.float32)  # (k, o, 2)
     gap = np.sqrt((between**2).sum(axis=2))

@@ -21,7 +21,7 @@ _NOWHERE_PX = 1e-3  # a gate that no spot passes
 _FAINT, _FAINT_CONFIDENCE = 15.0, 0.4  # answers under so many steps of luma are faint; the confidence CSRT then has
 _CONFIDENT = 0.6  # from here on a sample teaches the size of the marker …
 _STEADY = 0.5  # … and from here on its contrast, which light may change fast
-_SLACK_PX = 2.0  # by which a box may lie beside its marker, beyond half of it
+_SLACK_PX = 2.0  # by which a box may be off its marker, beyond half of it
 _STRANGER = 0.5  # strength from which a spot of no marker keeps its own light
 _BORDER = 0.25  # diameters from the border of the picture within which a marker counts as gone
 _MISSED = 2.0  # the price of leaving a marker without a spot
@@ -163,16 +163,16 @@ class MarkerTracker:
         chosen = assign(spots, predicted)
         position, seen = _placed(spots, chosen, predicted)
         strength = np.where(seen, np.append(spots.strength, 0.0)[chosen], 0.0)
-        strayed = self.spacing.strayed(position, seen, strength, self.look.diameter_px)
-        if not strayed.any():
+        misplaced = self.spacing.misplaced(position, seen, strength, self.look.diameter_px)
+        if not misplaced.any():
             return chosen, predicted
-        place = np.where(strayed[:, None], self.spacing.expected(position), predicted.position_px)
-        return np.where(strayed, -1, chosen), Prediction(place, predicted.gate_px)
+        place = np.where(misplaced[:, None], self.spacing.expected(position), predicted.position_px)
+        return np.where(misplaced, -1, chosen), Prediction(place, predicted.gate_px)
 
     def _believable(
         self, luma: np.ndarray, centres: Centres, position: np.ndarray, seen: np.ndarray
     ) -> tuple[Centres, np.ndarray]:
-        """Drops what lies on the picture's border or wandered off its spot; (m,) bool of what is left."""
+        """Drops what is on the picture's border or wandered off its spot; (m,) bool of what is left."""
         height, width = luma.shape
         margin = _BORDER * self.look.diameter_px[seen]
         place = centres.position_px

@@ -49,9 +49,9 @@ def lost_frames(lost: Iterable[int], index: FrameIndex) -> str | None:
     runs = stretches(np.isin(np.arange(len(index.time_s)), numbers))
     shown = ", ".join(_named(first, last, index) for first, last in runs[:RANGES_SHOWN])
     more = f" and {len(runs) - RANGES_SHOWN} more stretches" if len(runs) > RANGES_SHOWN else ""
-    told = f"{len(numbers)} of {len(index.time_s)} frames cannot be decoded: {shown}{more}"
+    message = f"{len(numbers)} of {len(index.time_s)} frames cannot be decoded: {shown}{more}"
     harmed = int(np.sum(suspect_frames(numbers, index))) - len(numbers)
-    return f"{told}; {harmed} others between the same key frames may show traces of that" if harmed else told
+    return f"{message}; {harmed} others between the same key frames may show traces of that" if harmed else message
 
 
 def suspect_frames(lost: Iterable[int], index: FrameIndex) -> np.ndarray:

@@ -131,7 +131,7 @@ def _by_presentation(read: Packets, stamps: Sequence[int], stream: av.VideoStrea
 
 
 def _by_order(read: Packets, shown: Sequence[Packet], stream: av.VideoStream) -> FrameIndex:
-    """The index by counting: frames leave the decoder in order of presentation, whatever their packets say."""
+    """The index by counting: frames leave the decoder in order of presentation, whatever their packets claim."""
     dts = sorted({packet.dts for packet in shown if packet.dts is not None})
     if shown and len(dts) == len(shown):
         time_s, source = (np.array(dts) - dts[0]) * _unit_s(stream), TimeSource.DECODING

@@ -11,7 +11,7 @@ LONGEST_SPAN = 60
 """Frames a span for the frame rate has at most: stamps rounded to 1 ms then leave it within 0.1 %."""
 
 LONG_STEP_S, LONG_STEP = 1.0, 10
-"""A step in time is told from this length on, if it is also this many times the median one …"""
+"""A step in time is reported from this length on, if it is also this many times the median one …"""
 STEADY, STEADY_WITHIN, STEADY_STEP = 0.95, 0.25, 2.5
 """… or, where this share of the steps is the median one to within that, from so many times the median on: part of a
 Matroska file that cannot be read is passed over without a word, and shows in the time stamps only."""
@@ -73,7 +73,7 @@ class VideoInfo:
             return None
         usual_s = np.median(steps_s)
         steady = np.mean(np.abs(steps_s - usual_s) <= STEADY_WITHIN * usual_s) >= STEADY
-        told_from_s = STEADY_STEP * usual_s if steady else max(LONG_STEP_S, LONG_STEP * usual_s)
-        if steps_s.max() <= told_from_s:
+        reported_from_s = STEADY_STEP * usual_s if steady else max(LONG_STEP_S, LONG_STEP * usual_s)
+        if steps_s.max() <= reported_from_s:
             return None
         return f"time jumps by {steps_s.max():.3f} s after frame {steps_s.argmax()}"

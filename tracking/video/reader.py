@@ -59,8 +59,8 @@ class Video:
     @property
     def damage(self) -> str | None:
         """What is missing from the file, and what of it could not be decoded so far; None if nothing."""
-        told = [part for part in (self.info.damage, lost_frames(self._lost, self._index)) if part]
-        return "; ".join(told) or None
+        messages = [part for part in (self.info.damage, lost_frames(self._lost, self._index)) if part]
+        return "; ".join(messages) or None
 
     @property
     def suspect(self) -> np.ndarray:
@@ -74,11 +74,11 @@ class Video:
     def frames(self, start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         """The readable frames from `start` up to, not including, `stop` (None: to the end), in order of presentation.
 
-        Frames that cannot be decoded are left out, the others keep their numbers and times, and `damage` says so.
+        Frames that cannot be decoded are left out, the others keep their numbers and times, and `damage` reports it.
         Each call reads the file on its own and closes it when it is done or let go of.
 
         Raises:
-            InputError: if `start` or `stop` lie outside the video.
+            InputError: if `start` or `stop` are outside the video.
         """
         stop = self.info.frames if stop is None else stop
         if not 0 <= start <= stop <= self.info.frames:

@@ -1,6 +1,6 @@
-"""What can be switched on in reality: each effect of the catalogue in a form of its own, and others outside of it.
+"""What can be switched on in the second simulator: each effect of the catalogue in another form, and others.
 
-A mechanism stands in the module of its family, with a function of its name: a generator draws what differs from one
+A mechanism is in the module of its family, with a function of its name: a generator draws what differs from one
 session to the next (sign, side, marker, shape), and the function that comes back gives the mechanisms at a strength
 above 0, typical of robots as they are built at 1.
 """

@@ -8,7 +8,7 @@ from benchmarks.reality.tendons import Turn
 
 
 class DriveRatioError(Mechanism):
-    """Since the start of the run-in the crank turns (1 + relative) times as far as told.
+    """Since the start of the run-in the crank turns (1 + relative) times as far as commanded.
 
     The wheel that is wrong also runs out of true: angles e ahead of and behind the mean, once a turn.
     """
@@ -39,7 +39,7 @@ _AVERAGED_S, _WARMED_S = 0.5, 5.0
 
 
 class LateCrank(Mechanism):
-    """Falls behind what is told. Its state begins with the time s, the angle behind rad and the rate of that rad/s."""
+    """Falls behind the commanded turn. Its state begins with the time s, the angle behind rad and its rate rad/s."""
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, 3) nothing behind."""
@@ -52,7 +52,7 @@ class LateCrank(Mechanism):
 
 
 class MotorSpeedSag(LateCrank):
-    """A speed told approaches the motor's limit: w = told (1 + x^p)^(-1/p), x = told / limit.
+    """A commanded speed approaches the motor's limit: w = commanded (1 + x^p)^(-1/p), x = commanded / limit.
 
     The limit falls with the load, a torque averaged over half a second, and with the heat that its square leaves in the
     winding (0.39 % more resistance a kelvin): x^p = p loss f^p load (1 + warmth heat), f in turns a second. The share
@@ -73,10 +73,10 @@ class MotorSpeedSag(LateCrank):
         asked = np.abs(now.pull.crank_torque_n_m) / _LOAD_N_M
         load = load + step_s / _AVERAGED_S * (asked - load)
         heat = heat + step_s / _WARMED_S * (load**2 - heat)
-        told = now.turn.speed_rad_s + rate
+        commanded = now.turn.speed_rad_s + rate
         p = self.exponent
-        beyond = p * self.loss * np.abs(told / (2 * np.pi)) ** p * load * (1 + self.warmth * heat)
-        lost = told * -np.expm1(-np.log1p(beyond) / p)
+        beyond = p * self.loss * np.abs(commanded / (2 * np.pi)) ** p * load * (1 + self.warmth * heat)
+        lost = commanded * -np.expm1(-np.log1p(beyond) / p)
         return np.concatenate([time_s + step_s, behind + step_s * rate, lost, load, heat], axis=1)
 
 
@@ -94,7 +94,7 @@ _CAUGHT_UP_S = 2.0
 class MotorSpeedRipple(LateCrank):
     """A rotor under a soft speed loop, d the angle behind: J d'' = torque - gain (d' + d / 2 s), torque the tendons'.
 
-    Its integral keeps the mean speed as told. All harmonics of the torque come through. The gear passes less of a
+    Its integral keeps the mean speed as commanded. All harmonics of the torque come through. The gear passes less of a
     torque that drives the motor than of one that holds it.
     """
 
@@ -126,7 +126,7 @@ _STOPS_S = 0.1
 class MotorStartDelay(Mechanism):
     """From the first frame the crank rests for a while, then spins up to its speed as a first-order lag.
 
-    In the run-in it turns as told and comes to rest just at the first frame, at the angle that it is told for then.
+    In the run-in it turns as commanded and comes to rest just at the first frame, at the angle commanded for then.
     """
 
     rest_s: float  # for which it does not move

@@ -148,7 +148,7 @@ class BackgroundCurrent(MovingWater):
     turning_rad_s: float  # w
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """What is alike everywhere."""
+        """What is the same everywhere."""
         return replace(parameters, current_m_s=parameters.current_m_s + self.right_m_s + 1j * self.up_m_s)
 
     def velocity(self, place_m: np.ndarray) -> np.ndarray:
@@ -184,7 +184,7 @@ class WallProximity(Mechanism):
     distance_m: float  # from the head's origin at the start
 
     def start(self, now: Instant) -> np.ndarray:
-        """(n, 2) where the head is, and which way the wall lies, complex."""
+        """(n, 2) where the head is, and which way the wall is, complex."""
         return np.concatenate([now.pose.origin_m[:, :1], -1j * self.side * now.pose.direction[:, :1]], axis=1)
 
     def advance(self, now: Instant, state: np.ndarray, step_s: float) -> np.ndarray:

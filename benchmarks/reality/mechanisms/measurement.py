@@ -74,7 +74,7 @@ def scale_error(random: np.random.Generator) -> AtStrength:
 
 
 class CameraParallax(Mechanism):
-    """Markers stand at their heights above the plane of the scale, times `nearness`; the pinhole does the rest.
+    """Markers are at their heights above the plane of the scale, times `nearness`; the pinhole does the rest.
 
     Heights n times as large under a camera of height H are seen exactly as the true ones are from H / n, at the same
     scale.
@@ -145,7 +145,7 @@ _SWAY_S = 3.0
 
 
 class TimeBaseError(Mechanism):
-    """Frames lie further apart than their stamps say: by the share `relative` in the long run, now more and now less.
+    """Frames are further apart than their stamps: by the share `relative` in the long run, now more and now less.
 
     The clock's oscillator sways about its mean by the share `sway` of the error, with a period of three seconds.
     """
@@ -202,7 +202,7 @@ def rolling_shutter(random: np.random.Generator) -> AtStrength:
 
 
 class MarkerOffset(Mechanism):
-    """Markers are glued beside their places, and their boxes placed beside them.
+    """Markers are glued off their places, and their boxes placed off them.
 
     What is glued turns with its link; a box keeps its offset as it was in the first frame.
     """

@@ -94,8 +94,8 @@ class SlippingCoupling(LateCrank):
         """By the torque of the moment."""
         _, lost, slip = np.split(state, 3, axis=1)
         torque = now.pull.crank_torque_n_m
-        told = self.slip_rad_n_m_s * np.sign(torque) * np.maximum(np.abs(torque) - self.holds_n_m, 0.0)
-        slower = told + np.exp(-step_s / _LAG_S) * (slip - told)
+        steady = self.slip_rad_n_m_s * np.sign(torque) * np.maximum(np.abs(torque) - self.holds_n_m, 0.0)
+        slower = steady + np.exp(-step_s / _LAG_S) * (slip - steady)
         return np.concatenate([now.time_s + step_s, lost + slip * step_s, slower], axis=1)
 
 
@@ -229,7 +229,7 @@ class VortexBuffeting(Mechanism):
 
     lift: float  # its root mean square over 1/2 rho S U^2, S the fin's area
     width_m: float  # D, of what sheds
-    luck: float  # 0 to 1, tells the phases of the lines
+    luck: float  # 0 to 1, sets the phases of the lines
 
     def start(self, now: Instant) -> np.ndarray:
         """(n, 1) widths travelled, from a beginning that another place or crank changes."""

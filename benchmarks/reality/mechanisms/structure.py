@@ -12,7 +12,7 @@ from swimmer.robot import load_robot
 
 
 class StiffnessError(Mechanism):
-    """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly alike everywhere."""
+    """Each gap of the tail is stiffer by its own factor: one print's error of thickness, nearly the same everywhere."""
 
     ln_factor: tuple[float, ...]  # (gaps,) of each gap of the robot, from the head on
 
@@ -61,7 +61,7 @@ class StiffnessHardening(Mechanism):
     toe_rad: float  # a
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """The steepest slope is taken implicitly."""
+        """The steepest derivative is taken implicitly."""
         return parameters.taken_implicitly(self.ratio * parameters.hinge_stiffness_n_m)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002
@@ -79,13 +79,13 @@ def stiffness_hardening(random: np.random.Generator) -> AtStrength:
 
 
 class JointDamping(Mechanism):
-    """A damper beside the hinge's own whose fluid thins with shear: torque c r w / (1 + |w| / w_0), w the rate."""
+    """A damper parallel to the hinge's own whose fluid thins with shear: torque c r w / (1 + |w| / w_0), w the rate."""
 
-    share: float  # r, of the damping c that the robot is said to have; negative: some of that is missing
+    share: float  # r, of the damping c of the described robot; negative: some of that is missing
     thinning_rad_s: float  # w_0, of a gap
 
     def prepare(self, parameters: Parameters, layout: Layout) -> Parameters:  # noqa: ARG002
-        """Its slope where slow is taken implicitly."""
+        """Its derivative where slow is taken implicitly."""
         return parameters.taken_implicitly(damping=max(self.share, 0.0) * parameters.hinge_damping_n_m_s)
 
     def force(self, now: Instant, state: np.ndarray) -> np.ndarray:  # noqa: ARG002

@@ -175,7 +175,7 @@ def _strung(parameters: Parameters) -> np.ndarray:
 
 
 def _behind(layout: Layout) -> np.ndarray:
-    """(g, h) 1 where a hinge lies behind a guide; the last guide, where the lines end, is none."""
+    """(g, h) 1 where a hinge is behind a guide; the last guide, where the lines end, is none."""
     return (layout.gap_of_hinge > np.arange(layout.gap_of_hinge[-1])[:, None]).astype(float)
 
 

@@ -10,9 +10,8 @@ import pytest
 from benchmarks.cases import Run
 from benchmarks.effects.diagnosing import CommandLine, diagnose, diagnose_suite, diagnose_without, program_of
 from benchmarks.effects.folder import DIAGNOSIS, SuiteFolder
-from benchmarks.effects.following import follow_suite
 from benchmarks.effects.score import measures_without
-from benchmarks.effects.scoring import score_all, score_rules, score_suite, score_without
+from benchmarks.effects.scoring import score_all, score_suite, score_without
 from benchmarks.scores import Scores
 from calib.options import Options
 from diagnosis import Discrepancy
@@ -88,12 +87,6 @@ def test_scores_without_the_effect(suite: SuiteFolder) -> None:
     assert "Without the effect that is there" in score_all(suite).scores("").text()
 
 
-def test_rules_that_have_not_judged_every_session_are_not_scored(suite: SuiteFolder) -> None:
-    suite.rules.mkdir()
-    with pytest.raises(InputError, match=rf"found {len(NAMES)} of {len(NAMES)} are missing.*--part rules"):
-        score_rules(suite)
-
-
 def test_a_diagnosis_by_the_wrong_catalogue_is_refused(suite: SuiteFolder) -> None:
     diagnose_suite(suite, lambda session, its, _: says_slack(session, its, frozenset({"wave_drag"})), ALONE)
     with pytest.raises(InputError, match=r"(?s)another catalogue.*wave_drag.*nothing withheld"):
@@ -112,9 +105,6 @@ def test_no_answer_is_opened_while_a_diagnosis_is_missing(suite: SuiteFolder, mo
         diagnose_without(suite, says_slack, ALONE)
     with pytest.raises(InputError, match=r"diagnosis\.json"):
         score_suite(suite)
-    with pytest.raises(InputError, match=r"not every session is diagnosed.*--part diagnose"):
-        follow_suite(suite, says_slack, ALONE)
-    suite.rules.mkdir()
     with pytest.raises(InputError, match=r"not every session is diagnosed.*--part diagnose"):
         score_all(suite)
     assert not suite.without.exists()

@@ -83,7 +83,7 @@ def test_where_one_ends_the_next_begins(asked: list[int]) -> None:
 
 def test_what_diverges_is_raised_in_the_work_that_asked_for_it() -> None:
     well, ill = film_together([seen([(WORLD, SWIM)]), seen([(WORLD, SWIM), (WORLD, BLOWN_UP)])])
-    assert "1 of 2 simulations of reality diverged; the first a swim at 10000 Hz" in ill
+    assert "1 of 2 reference simulations diverged; the first a swim at 10000 Hz" in ill
     assert isinstance(well[0], Recording)
 
 

@@ -5,26 +5,18 @@ from __future__ import annotations
 import gzip
 from dataclasses import replace
 from pathlib import Path
-from shutil import copytree
 
 import numpy as np
 import pytest
 
-from benchmarks.cases import Run
-from benchmarks.effects import rules
 from benchmarks.effects.filming import film_together
 from benchmarks.effects.folder import Answer
 from benchmarks.effects.making import Making
-from benchmarks.effects.rules import evidence_of, judge_suite
-from benchmarks.effects.score import measures
-from benchmarks.effects.scoring import score_rules
 from benchmarks.effects.suite import Recorded, SessionPlan
 from benchmarks.reality.mechanisms import EVERY
-from benchmarks.scores import Share
 from diagnosis import Discrepancy
 from session import load_session
 from swimmer.effects import catalogue
-from tests.benchmarks.effects.suites import suite_in
 
 RECORDED = Recorded((0.6, 1.0), (0.8, 1.2), 4.0, 0.7, True, True)
 NULL = SessionPlan("w00000001", 11, RECORDED, "null")
@@ -109,24 +101,3 @@ def test_an_effect_changes_the_tracks_and_nothing_else_does(making: Making, tmp_
     off = tracks[0]["caudal_fin_y"] - tracks[1]["caudal_fin_y"]
     assert 0.5 < np.abs(off).max() < 60
     assert np.abs(tracks[0]["time_s"] - tracks[1]["time_s"]).max() == 0
-
-
-@pytest.mark.long
-def test_by_its_folder_alone_the_effect_can_be_found(
-    suite: tuple[Path, dict[str, Answer]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """At ten standard deviations even the information criterion names it, and it leaves the null session alone."""
-    folder, answers = suite
-    whole = suite_in(tmp_path, list(answers.values()))
-    for plan in (NULL, SINGLE):
-        copytree(folder / plan.name, whole.sessions / plan.name, dirs_exist_ok=True)
-    DISCREPANCY.save(whole.discrepancy, [0])
-    monkeypatch.setattr(rules, "catalogue", lambda: {name: catalogue()[name] for name in TRIED})
-    assert judge_suite(whole, Run(1)) == ()
-    seen = evidence_of(whole.sessions / SINGLE.name, DISCREPANCY, {name: catalogue()[name] for name in TRIED})
-    assert seen.noise.length(seen.left) > 1.5 * seen.space.length(seen.left) > 0  # far more is known to disturb
-    found = measures(score_rules(whole)["informed BIC"])
-    assert found["right_first"].found == Share(1, 1)
-    assert found["false_alarms"].found == Share(0, 1)
-    monkeypatch.setattr(rules, "evidence_of", None)
-    assert judge_suite(whole, Run(1)) == ()  # what was judged is not judged again

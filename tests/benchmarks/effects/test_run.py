@@ -58,7 +58,7 @@ def test_with_one_of_two_workers_killed_midway_nothing_is_lost_or_counted_twice(
                 os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
             progress.append(share)
 
-        failures = make_suite(suite, 4, SIZE, Run(scheduler=cluster.scheduler_address, tell=kill_one))
+        failures = make_suite(suite, 4, SIZE, Run(scheduler=cluster.scheduler_address, progress=kill_one))
     assert failures == ()
     assert sorted(progress) == progress
     assert len(progress) == 3  # two sessions at a time
@@ -80,7 +80,7 @@ def test_broken_off_it_goes_on_where_it_was(tmp_path: Path) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        make_suite(suite, 4, SIZE, Run(1, tell=stop))
+        make_suite(suite, 4, SIZE, Run(1, progress=stop))
     made = {path.parent: path.stat().st_ino for path in suite.sessions.glob("*/session.toml")}
     unfinished = next(name for name in NAMES if suite.sessions / name not in made)
     (suite.sessions / unfinished / "trials").mkdir(parents=True)

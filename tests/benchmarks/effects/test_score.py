@@ -14,7 +14,6 @@ from benchmarks.effects.score import (
     calibration_error,
     error_by_chance,
     measures,
-    measures_followed,
     measures_together,
     of_kind,
     reachable,
@@ -146,12 +145,6 @@ def test_small_probabilities_do_not_water_the_error_down() -> None:
     assert error.interval[0] <= error.value <= error.interval[1] < 0.15
     assert error.value < 0.05
     assert value(found, "of_suspects") == pytest.approx(0.8)
-
-
-@pytest.mark.parametrize(("groups", "apart", "lost"), [([["a"]], 1, 0), ([["a", "b"]], 0, 0), ([["b"]], 0, 1)])
-def test_told_apart_is_an_effect_alone_in_its_group(groups: list[list[str]], apart: int, lost: int) -> None:
-    found = measures_followed([("a", Told("named", tuple(map(tuple, groups)), {}))], missing=2)
-    assert counted(found, "told_apart", "lost", "not_followed") == [(apart, 1), (lost, 1), (2, 3)]
 
 
 def together(named: float | None, every: float | None, plain: float = 0.010) -> Told:

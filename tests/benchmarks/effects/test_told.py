@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.effects.told import Told, Trial, read_told
+from benchmarks.effects.told import Told, read_told
 from session import InputError
 from session.records import from_plain, to_plain
 
@@ -33,28 +33,6 @@ def test_it_is_read(tmp_path: Path) -> None:
     assert told.names == {"tendon_slack", "tendon_friction", "scale_error"}
     assert told.stage == "tail"  # floor is no stage that an effect acts at
     assert (told.shrinkage, told.interval, told.seconds) == (0.7, (0.6, 0.8), 41.0)
-
-
-def test_trials_that_are_recommended_are_read(tmp_path: Path) -> None:
-    trials = (None, {"kind": "swim", "commanded_hz": 0.8, "logged": True}, {"kind": "free_decay", "commanded_hz": None})
-    wanted = [{"separates": ["a", "b"], "trial": trial} for trial in trials]
-    found = read_told(written(tmp_path, next_experiments=wanted)).next_experiments
-    assert [each.trial for each in found or ()] == [None, Trial("swim", 0.8, logged=True), Trial("free_decay")]
-
-
-@pytest.mark.parametrize(
-    "wanted",
-    [
-        {"trial": None},
-        {"separates": ["a", "b"], "trial": {"kind": "flight", "commanded_hz": 1.0}},
-        {"separates": ["a", "b"], "trial": {"kind": "swim", "commanded_hz": -1.0}},
-        {"separates": ["a", "b"], "trial": {"kind": "dry"}},
-        {"separates": ["a", "b"], "trial": {"kind": "free_decay", "commanded_hz": 1.0}},
-    ],
-)
-def test_an_experiment_that_cannot_be_read_is_told(wanted: dict[str, Any], tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="next_experiments"):
-        read_told(written(tmp_path, next_experiments=[wanted]))
 
 
 def test_what_does_not_apply_is_none(tmp_path: Path) -> None:
@@ -97,8 +75,7 @@ def test_what_is_no_diagnosis_is_refused(tmp_path: Path, text: str) -> None:
 
 
 def test_a_record_of_it_comes_back(tmp_path: Path) -> None:
-    trial = {"separates": ["a", "b"], "trial": {"kind": "swim", "commanded_hz": 0.8}}
-    for changes in ({"next_experiments": [trial]}, {"verdict": "no_gap", "groups": [], "gap": None, "where": None}):
+    for changes in ({}, {"verdict": "no_gap", "groups": [], "gap": None, "where": None}):
         told = read_told(written(tmp_path, **changes))
         assert from_plain(Told, json.loads(json.dumps(to_plain(told)))) == told
 

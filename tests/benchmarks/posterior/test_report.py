@@ -83,10 +83,11 @@ def test_one_that_is_too_narrow_or_shifted_does_not(narrow: float, shift: float)
         assert max(found[p].found.value for p in ("chi2_p", "ks_p")) < 0.01
 
 
-def test_widths_stand_beside_the_exact_ones_where_these_are_known() -> None:
-    first, *_, last = PosteriorOutcome(tuple(score(seed, 1.2) for seed in range(60))).calibrations.values()
-    assert first["width"].found.value == pytest.approx(1.2, rel=0.02)
-    assert np.isnan(last["width"].found.value)
+def test_sessions_whose_trials_vary_are_told_apart() -> None:
+    scores = [score(seed, 0.2 if seed % 2 else 1.0) for seed in range(100)]
+    found = next(iter(PosteriorOutcome(tuple(scores)).calibrations.values()))
+    assert found["varied"].found.value < 0.5 < 0.8 < found["alike"].found.value
+    assert found["covered"].found.of == found["varied"].found.of + found["alike"].found.of
 
 
 def test_a_miss_with_a_warning_is_not_silent() -> None:

@@ -10,7 +10,8 @@ from benchmarks.posterior.effect_names import EFFECTS, Effect
 from benchmarks.posterior.effects import CURRENT_M_S, effect_of, with_effect
 from benchmarks.posterior.truth import DrawnSession, draw_session, drawn_noise
 from fitting.from_rest import speed_from_rest
-from fitting.posterior import SessionModel
+from fitting.model import SessionModel
+from fitting.model.features import COURSE, harmonics_of
 from session.create import FISHSIM_MARKERS
 from swimmer import Runs, Twin, load_robot
 from swimmer.mjcf import SWIM
@@ -72,6 +73,26 @@ def test_what_nobody_measured_of_the_robot_is_off(drawn: DrawnSession) -> None:
     assert 0 < abs(swam.tail.hinge_stiffness_n_m / known.tail.hinge_stiffness_n_m - 1) < 0.4
     assert 0 < abs(swam.tail.hinge_damping_n_m_s / known.tail.hinge_damping_n_m_s - 1) < 0.8
     assert 0 < abs(swam.crank.arm_m / known.crank.arm_m - 1) < 0.08
+
+
+def test_trials_of_a_varied_session_differ_in_trim_registration_and_speed_and_in_nothing_else(
+    drawn: DrawnSession,
+) -> None:
+    varied = draw_session(3, seconds=3.0, step=COARSE, varied=True)
+    assert (varied.truth, varied.robot, varied.noise) == (drawn.truth, drawn.robot, drawn.noise)
+    faster = [b.speed / a.speed - 1 for a, b in zip(drawn.trials, varied.trials, strict=True)]
+    assert 0.003 < np.abs(np.diff(faster)[0]) < 0.15
+    plain, other = (
+        [model.measured for model in SessionModel.of(each.twin, each.trials, with_course=True).trials]
+        for each in (drawn, varied)
+    )
+    moved = np.array(other) - np.array(plain)
+    sideways, turning = moved[:, -len(COURSE) :].T
+    assert (np.abs(turning) > 0.002).all()
+    assert (np.abs(turning) < 0.1).all()
+    assert np.abs(sideways).max() < 0.02
+    beats = harmonics_of(moved)
+    assert np.abs(beats[..., 2:, :, :]).max() < 2e-3  # neither nose nor neck
 
 
 @pytest.mark.long

@@ -14,7 +14,7 @@ def test_the_water_matters_in_water_alone():
     assert np.abs(late.marker_m - plain.marker_m).max() < 1e-9
 
 
-def test_the_drive_tells_the_crank_between_the_frames():
+def test_the_drive_gives_the_crank_between_the_frames():
     plain, sagging = simulate([(World(COEFFICIENTS, mechanisms=m), DRY) for m in ((), (MotorSpeedSag(0.1, 2.0, 0.5),))])
     for recording in (plain, sagging):
         at_frames = np.interp(recording.time_s, recording.drive.time_s, recording.drive.angle_rad)

@@ -21,14 +21,14 @@ BASE = World(COEFFICIENTS)
 SWIM = Trial("swim", 0.6, 1.0, phase_rad=0.4, run_in_s=0.2)
 
 
-def test_the_crank_is_told_for_as_long_as_the_trial_whatever_its_company():
+def test_the_crank_is_recorded_for_as_long_as_the_trial_whatever_else_is_simulated():
     short, longer = (BASE, SWIM), (BASE, replace(SWIM, duration_s=1.1))
-    (alone,), (beside, other) = simulate([short]), simulate([short, longer])
-    assert np.array_equal(beside.drive.time_s, alone.drive.time_s)
-    assert beside.drive.angle_rad == pytest.approx(alone.drive.angle_rad, abs=1e-9)
-    assert beside.drive.torque_n_m == pytest.approx(alone.drive.torque_n_m, abs=1e-6)
-    for told in (alone, other):
-        assert 0.0 <= told.drive.time_s[-1] - told.trial.duration_s <= 0.004
+    (alone,), (joint, other) = simulate([short]), simulate([short, longer])
+    assert np.array_equal(joint.drive.time_s, alone.drive.time_s)
+    assert joint.drive.angle_rad == pytest.approx(alone.drive.angle_rad, abs=1e-9)
+    assert joint.drive.torque_n_m == pytest.approx(alone.drive.torque_n_m, abs=1e-6)
+    for one in (alone, other):
+        assert 0.0 <= one.drive.time_s[-1] - one.trial.duration_s <= 0.004
 
 
 @pytest.mark.long
@@ -109,7 +109,7 @@ def test_a_current_carries_the_fish_along():
 
 def test_what_blows_up_is_an_error():
     wild = replace(BASE, coefficients=(-40.0, -40.0, 0.0, 0.0, 0.0))
-    with pytest.raises(SimulationDiverged, match="1 of 1 simulations of reality diverged; the first a swim at 1 Hz"):
+    with pytest.raises(SimulationDiverged, match="1 of 1 reference simulations diverged; the first a swim at 1 Hz"):
         simulate([(wild, SWIM)])
     brief = replace(SWIM, duration_s=0.3)
     lost, kept = simulate([(wild, SWIM), (BASE, brief)], allow_divergence=True)

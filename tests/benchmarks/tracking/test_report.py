@@ -22,7 +22,7 @@ def quiet(_said: str, _share: float | None) -> None:
     """Tells nobody."""
 
 
-def test_every_tracker_is_measured_once_and_stands_beside_the_others(
+def test_every_tracker_is_measured_once_and_compared_to_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clips = {"short": SHORT}
@@ -37,7 +37,7 @@ def test_every_tracker_is_measured_once_and_stands_beside_the_others(
     assert found["hybrid"].lost == found["hybrid"].astray == 0.0
     own, _, beside = scores.tables
     assert own.rows == (("short", f"{found['hybrid'].rms_px:.3f}"),)
-    assert beside.columns[1:] == ("the tracker", "without CSRT", "plain CSRT", "nearest spot")
+    assert beside.columns[1:] == ("the tracker", "without CSRT", "plain CSRT")
     monkeypatch.setattr(accuracy, "score_clip", None)  # what is kept is not measured again
     assert measure_tracking(tmp_path, "accuracy", ("short",), quiet) == scores
 

@@ -71,9 +71,9 @@ def test_a_signal_stops_the_motor_and_the_log_stays(
     with started(terminal.path, tmp_path, "--seconds", "60") as process:
         assert wait_for(lambda: turning(motor))
         process.send_signal(number)
-        _, told = process.communicate(timeout=20)
+        _, printed = process.communicate(timeout=20)
     assert (process.returncode, motor.state.torque_enabled) == (code, False)
-    assert reason in told
+    assert reason in printed
     assert load_motor(tmp_path / "trials/f0_60.motor.csv").time_s.size > 10
 
 
@@ -98,8 +98,8 @@ def test_a_lost_cable_ends_with_a_motor_fault(
 ) -> None:
     threading.Timer(1.5, lambda: setattr(motor, "connected", False)).start()
     assert main(arguments(terminal.path, tmp_path, "--seconds", "60")) == 3
-    told = capsys.readouterr()
-    assert "did not confirm that it stopped" in told.out + told.err
+    printed = capsys.readouterr()
+    assert "did not confirm that it stopped" in printed.out + printed.err
     assert wait_for(lambda: motor.stopped, 1.0)
     assert load_motor(tmp_path / "trials/f0_60.motor.csv").time_s.size > 10
 
@@ -112,7 +112,7 @@ def test_another_program_on_the_port_is_refused(
     assert "in use by another program" in capsys.readouterr().err
 
 
-def test_a_wrong_baud_rate_is_told(
+def test_a_wrong_baud_rate_is_reported(
     terminal: PseudoTerminal, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([*arguments(terminal.path, tmp_path), "--baud", "57600"]) == 2
@@ -125,9 +125,9 @@ def test_scan_finds_the_motor_and_says_how_to_reach_it(
     assert (
         main(["scan", "--port", terminal.path, "--port", "/dev/not_there", "--baud", "57600", "--baud", str(BAUD)]) == 0
     )
-    told = capsys.readouterr()
-    assert told.out == f"--port {terminal.path} --baud {BAUD} --id 1  (XW540-T140-R)\n"
-    assert "/dev/not_there cannot be opened" in told.err
+    printed = capsys.readouterr()
+    assert printed.out == f"--port {terminal.path} --baud {BAUD} --id 1  (XW540-T140-R)\n"
+    assert "/dev/not_there cannot be opened" in printed.err
 
 
 def test_scan_without_a_motor_says_what_to_look_at(
@@ -135,14 +135,14 @@ def test_scan_without_a_motor_says_what_to_look_at(
 ) -> None:
     motor.table["model_number"] = 1170
     assert main(["scan", "--port", terminal.path, "--baud", str(BAUD)]) == 2
-    told = capsys.readouterr()
-    assert "another Dynamixel, model 1170" in told.out
-    assert "no XW540-T140-R answers" in told.err
+    printed = capsys.readouterr()
+    assert "another Dynamixel, model 1170" in printed.out
+    assert "no XW540-T140-R answers" in printed.err
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_emulate_serves_a_motor_that_can_be_captured(tmp_path: Path, number: int) -> None:
-    """It tells its path first, so that a program can read it, and how the motor was left last."""
+    """It reports its path first, so that a program can read it, and how the motor was left last."""
     command = [sys.executable, "-m", "calib.capture", "emulate", "--baud", str(BAUD)]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -155,19 +155,19 @@ def test_emulate_serves_a_motor_that_can_be_captured(tmp_path: Path, number: int
 
 def test_an_emulated_motor_that_cannot_be_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["emulate", "--load", "9", "--id", "300"]) == 2
-    told = capsys.readouterr().err
-    assert "--load: found 9; expected: 0 to 6.9 N m" in told
-    assert "--id: found 300" in told
+    printed = capsys.readouterr().err
+    assert "--load: found 9; expected: 0 to 6.9 N m" in printed
+    assert "--id: found 300" in printed
 
 
-def test_all_that_is_wrong_with_the_options_is_said_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_faults_of_the_options_are_reported_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bad = ["run", "--port", "x", "--baud", "12", "--id", "300", "--hz", "0.6,fast,9,-1", "--seconds", "0"]
     assert main([*bad, "--max-current", "nan", "--out", str(tmp_path / "new")]) == 2
-    told = capsys.readouterr().err
-    assert "--baud: found 12; choices: 9600, 57600" in told
-    assert "--id: found 300; expected: 0 to 252" in told
+    printed = capsys.readouterr().err
+    assert "--baud: found 12; choices: 9600, 57600" in printed
+    assert "--id: found 300; expected: 0 to 252" in printed
     for speed in ("'fast'", "'9'", "'-1'"):
-        assert f"--hz: found {speed}; expected: 0.01 to 1.48 crank turns/s; up to 1.2 crank turns/s at 12 V" in told
-    assert "--seconds: found 0" in told
-    assert "--max-current: found nan" in told
+        assert f"--hz: found {speed}; expected: 0.01 to 1.48 crank turns/s; up to 1.2 crank turns/s at 12 V" in printed
+    assert "--seconds: found 0" in printed
+    assert "--max-current: found nan" in printed
     assert not (tmp_path / "new").exists()

@@ -39,7 +39,7 @@ def check(seed: int, out: Path) -> str:
         results = one.capture(out, *speeds, seconds=draw.uniform(0.5, 2.0), coded=draw.random() < 0.1)
     except CaptureError as error:
         failure = error
-    confirmed = not any("did not confirm" in line for line in (*one.told, str(failure)))
+    confirmed = not any("did not confirm" in line for line in (*one.messages, str(failure)))
     assert not confirmed or not one.motor.state.torque_enabled, seed
     assert failure is None or str(failure)
     assert one.stopped_soon, seed

@@ -43,7 +43,7 @@ def test_a_capture_is_a_session_with_its_speeds_driven_and_logged(tmp_path: Path
     assert not one.motor.state.torque_enabled
 
 
-def test_the_wiggles_stand_in_the_log_where_the_commands_say(tmp_path: Path) -> None:
+def test_the_wiggles_are_in_the_log_where_the_commands_are(tmp_path: Path) -> None:
     one = bench()
     one.capture(tmp_path, 0.6, seconds=2.0, coded=True)
     with (tmp_path / "trials/f0_60.commands.csv").open() as file:
@@ -95,14 +95,14 @@ def test_a_motor_left_tripped_and_in_another_mode_is_made_ready(tmp_path: Path) 
         (lambda motor: setattr(motor._servo.physics, "load_nm", 30.0), "does not follow|current is too high"),
     ],
 )
-def test_what_fails_stops_the_motor_and_is_told_and_the_log_stays(tmp_path: Path, break_it, reason) -> None:  # type: ignore[no-untyped-def]
+def test_what_fails_stops_the_motor_and_is_reported_and_the_log_stays(tmp_path: Path, break_it, reason) -> None:  # type: ignore[no-untyped-def]
     one = bench()
     one.events.append((3.0, lambda: break_it(one.motor)))
     with pytest.raises(MotorFault, match=reason):
         one.capture(tmp_path, 0.6, seconds=10.0)
     assert not one.motor.state.torque_enabled
     assert load_motor(logged(tmp_path)).time_s.size > 200
-    assert any("the trial was not added to the session" in line for line in one.told)
+    assert any("the trial was not added to the session" in line for line in one.messages)
     assert not (tmp_path / "session.toml").exists()
 
 

@@ -15,7 +15,7 @@ SILENCE_S = 0.4
 
 @dataclass
 class Bench:
-    """An emulated motor, its port and what the capture told.
+    """An emulated motor, its port and what the capture reported.
 
     `events` are called once their virtual time has come, between two exchanges.
     """
@@ -23,12 +23,12 @@ class Bench:
     motor: Emulator
     port: VirtualPort
     clock: VirtualClock
-    told: list[str] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
     events: list[tuple[float, Callable[[], object]]] = field(default_factory=list)
 
     def capture(self, out: Path, *hz: float, seconds: float = 1.0, coded: bool = False) -> list[TrialResult]:
         settings = CaptureSettings(out, hz or (0.6,), seconds, coded=coded)
-        return capture(settings, self.port, self.told.append, Clock(self.clock, self._sleep))
+        return capture(settings, self.port, self.messages.append, Clock(self.clock, self._sleep))
 
     @property
     def stopped_soon(self) -> bool:

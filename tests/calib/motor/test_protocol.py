@@ -46,7 +46,7 @@ def test_any_packet_comes_back_whole(motor_id: int, instruction: int, params: li
 
 
 @given(st.lists(st.binary(max_size=9), max_size=5), st.integers(1, 13))
-def test_packets_are_found_whatever_stands_between_and_however_they_arrive(noise: list[bytes], piece: int) -> None:
+def test_packets_are_found_whatever_is_between_and_however_they_arrive(noise: list[bytes], piece: int) -> None:
     packets = [Packet(1, 0x02, bytes([number, 0, 4, 0])) for number in range(len(noise))]
     stream = b"".join(rest.replace(b"\xff", b"") + encode(packet) for rest, packet in zip(noise, packets, strict=True))
     reader = PacketReader()

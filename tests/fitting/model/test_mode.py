@@ -141,3 +141,15 @@ def test_a_mode_that_is_known_is_made_again_without_a_search(mode: Mode) -> None
     sd = np.sqrt(np.diag(mode.coefficient_covariance))
     assert np.sqrt(np.diag(again.coefficient_covariance)) == pytest.approx(sd, rel=0.1)
     assert np.abs(again.residual - mode.residual).max() < 1e-3
+
+
+def test_two_beats_tell_a_speed_that_the_fitted_trials_do_not(drawn: DrawnSession, mode: Mode) -> None:
+    trial = drawn.held_out[0]
+    along = trial.position_m[-1, 0] - trial.position_m[0, 0]
+    more = 0.2 * (trial.time_s / trial.time_s[-1])[:, None] * along
+    other = replace(trial, position_m=trial.position_m + more[:, None])
+    windows = Windows.of(mode, other)
+    measured = windows.late.measured[SPEED]
+    before, after = forecast_from_command(mode, windows.late), forecast_after_beats(mode, windows)
+    assert abs(after.speed - measured) < 0.75 * abs(before.speed - measured)
+    assert abs(after.speed - measured) < FAR_SD * after.speed_sd

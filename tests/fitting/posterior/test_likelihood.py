@@ -1,21 +1,16 @@
-"""The likelihood is a multivariate normal however it is computed; white noise gives least squares."""
+"""The emulator meets polynomials and knows what it misses; the likelihood is a normal however it is computed."""
 
 from __future__ import annotations
-
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from benchmarks.posterior.truth import DrawnSession
-from fitting.model.discrepancy import Discrepancy, wave_discrepancy
-from fitting.model.features import HARMONICS, Gait
-from fitting.posterior import Posterior, naive
-from fitting.posterior.emulator import Emulator, exponents, fit_emulator, terms
-from fitting.posterior.likelihood import Likelihood
-from fitting.posterior.naive import naive_posterior
+from fitting.model import Mode
+from fitting.model.discrepancy import wave_discrepancy
+from fitting.model.features import HARMONICS
+from fitting.posterior.emulator import exponents, fit_emulator, terms
+from fitting.posterior.likelihood import SPEEDS, WAVE, Likelihood, size_of
 from tests.fitting.posterior.waves import ALONG_M, cruising, reader
 
 
@@ -31,8 +26,8 @@ def _smooth(points: np.ndarray, outputs: int = 4, degree: int = 2) -> np.ndarray
 @pytest.mark.parametrize("degree", [1, 2, 3])
 def test_polynomials_in_the_roots_are_met_exactly(degree: int) -> None:
     points, fresh = _points(400, 0), _points(50, 1)
-    emulator = fit_emulator(points, _smooth(points, degree=degree), np.ones(len(points)))
-    assert emulator.degree >= degree
+    emulator = fit_emulator(points, _smooth(points, degree=degree))
+    assert emulator.powers.sum(axis=1).max() >= degree
     assert emulator(fresh) == pytest.approx(_smooth(fresh, degree=degree), abs=1e-3)
     assert np.sqrt(np.diag(emulator.error)).max() < 1e-3
 
@@ -42,7 +37,7 @@ def test_what_it_says_it_misses_is_what_it_misses() -> None:
     size = np.array([0.02, 0.1, 0.3, 1.0])
     together = random.standard_normal((len(points), 1))
     rough = size * (0.6 * random.standard_normal((len(points), 4)) + 0.8 * together)
-    emulator = fit_emulator(points, _smooth(points) + rough, np.ones(len(points)))
+    emulator = fit_emulator(points, _smooth(points) + rough)
     missed = _smooth(fresh) - emulator(fresh)
     fresh_rough = size * (0.6 * random.standard_normal((len(fresh), 4)) + 0.8 * random.standard_normal((len(fresh), 1)))
     actual = np.cov((missed + fresh_rough).T)
@@ -50,14 +45,6 @@ def test_what_it_says_it_misses_is_what_it_misses() -> None:
     assert np.sign(actual[0, 3]) * emulator.error[0, 3] > 0
     alike = [each[0, 3] / np.sqrt(each[0, 0] * each[3, 3]) for each in (emulator.error, actual)]
     assert alike[0] == pytest.approx(alike[1], abs=0.15)
-
-
-def test_points_of_little_weight_hardly_count() -> None:
-    points, weight = _points(300, 6), np.ones(300)
-    gaits = _smooth(points)
-    gaits[150:] += 100.0
-    weight[150:] = 1e-9
-    assert fit_emulator(points, gaits, weight)(points[:150]) == pytest.approx(gaits[:150], abs=1e-2)
 
 
 LENGTH, TRIALS = 24, 2
@@ -77,8 +64,11 @@ def likelihood() -> Likelihood:
     return Likelihood(
         measured,
         known @ known.T + 0.1 * np.eye(LENGTH),
-        Discrepancy(wave, speed),
-        fit_emulator(points, gaits, np.ones(120)),
+        wave,
+        speed,
+        fit_emulator(points, gaits),
+        np.zeros(2),
+        np.ones(2),
     )
 
 
@@ -86,20 +76,18 @@ def likelihood() -> Likelihood:
 @pytest.mark.parametrize("speed", [1e-3, 0.05, 1.0])
 def test_it_is_a_dense_normal_with_both_discrepancies(likelihood: Likelihood, wave: float, speed: float) -> None:
     gaits = likelihood.measured + np.random.default_rng(1).standard_normal((6, LENGTH))
-    discrepancy = np.tile([wave, speed], (6, 1))
-    dense = multivariate_normal(likelihood.measured, likelihood.covariance(discrepancy[0])).logpdf(gaits)
-    ours = likelihood.of_gaits(gaits, discrepancy) - 0.5 * LENGTH * np.log(2 * np.pi)
+    sizes = np.tile([wave, speed], (6, 1))
+    covariance = likelihood.known + wave**2 * likelihood.wave + speed**2 * likelihood.speed @ likelihood.speed.T
+    dense = multivariate_normal(likelihood.measured, covariance).logpdf(gaits)
+    ours = likelihood.of_features(gaits, sizes) - 0.5 * LENGTH * np.log(2 * np.pi)
     assert ours == pytest.approx(dense, rel=1e-7)
-    direct = likelihood.known + wave**2 * likelihood.discrepancy.wave
-    direct = direct + speed**2 * likelihood.discrepancy.speed @ likelihood.discrepancy.speed.T
-    assert likelihood.covariance(discrepancy[0]) == pytest.approx(direct)
 
 
-def test_by_the_emulator_it_is_that_of_the_emulated_gaits(likelihood: Likelihood) -> None:
+def test_by_the_emulator_it_is_that_of_emulated_features(likelihood: Likelihood) -> None:
     random = np.random.default_rng(2)
-    points, discrepancy = random.uniform(2.5, 3.5, (8, 5)), random.uniform(0.01, 0.5, (8, 2))
-    expected = likelihood.of_gaits(likelihood.emulator(points), discrepancy)
-    assert likelihood(points, discrepancy) == pytest.approx(expected, rel=1e-9)
+    points, sizes = random.uniform(2.5, 3.5, (8, 5)), random.uniform(0.01, 0.5, (8, 2))
+    expected = likelihood.of_features(likelihood.emulator(points), sizes)
+    assert likelihood(points, sizes) == pytest.approx(expected, rel=1e-9)
 
 
 def test_it_says_nothing_of_what_was_never_simulated(likelihood: Likelihood) -> None:
@@ -118,54 +106,17 @@ def test_a_wave_that_is_off_is_off_by_its_size_and_alike_nearby() -> None:
     assert np.linalg.eigvalsh(total).min() > -1e-12
 
 
-SD_M = 1e-3
-TRUTH = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
-
-
-def linear_emulator(length: int) -> Emulator:
-    """Of gaits that are linear in the roots of the coefficients."""
-    random = np.random.default_rng(0)
-    points = random.uniform(0.2, 9.8, (200, 5))
-    slopes = 0.01 * random.standard_normal((5, length))
-    return fit_emulator(points, np.sqrt(points) @ slopes, np.ones(200))
-
-
-def swum(read: Gait, emulator: Emulator, seed: int) -> Posterior:
-    """A trial of white noise about the gait of the truth, and draws to start from."""
-    noise = SD_M * np.random.default_rng([seed, 1]).standard_normal(cruising().shape)
-    beat = read(cruising())
-    measured = emulator(TRUTH[None])[0] + read(cruising() + noise) - beat
-    model = SimpleNamespace(gait=read, noise=SimpleNamespace(sd_m=np.full(len(ALONG_M), SD_M)))
-    near = TRUTH * (1 + 0.02 * np.random.default_rng(seed).standard_normal((400, 5)))
-    found = SimpleNamespace(likelihood=SimpleNamespace(emulator=emulator))
-    session = SimpleNamespace(trials=(model,), measured=measured)
-    return cast(Posterior, SimpleNamespace(model=session, found=found, coefficients=near))
-
-
-def test_with_white_noise_it_is_least_squares(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(naive, "_STEPS", 600)
-    monkeypatch.setattr(naive, "_BURN_IN", 200)
-    read = reader()
-    emulator = linear_emulator(1 + 14 * len(ALONG_M))
-    session = swum(read, emulator, 0)
-    found = naive_posterior(session)
-    step = 1e-4
-    slopes = np.stack([emulator((TRUTH + step * unit)[None])[0] for unit in np.eye(5)])
-    slopes = (slopes - emulator(TRUTH[None])[0]) / step  # (5, k)
-    precision = np.linalg.inv(naive._white(session.model.trials[0])) / SD_M**2
-    information = slopes @ precision @ slopes.T
-    middle = TRUTH + np.linalg.solve(
-        information, slopes @ precision @ (session.model.measured - emulator(TRUTH[None])[0])
-    )
-    sd = np.sqrt(np.diag(np.linalg.inv(information)))
-    assert (np.abs(found.middle - middle) < 0.2 * sd).all()
-    assert found.q95 - found.q05 == pytest.approx(2 * 1.645 * sd, rel=0.15)
+@pytest.mark.long
+def test_at_the_sizes_of_a_mode_it_has_the_covariance_of_the_mode(mode: Mode) -> None:
+    found = Likelihood.of(mode, fit_emulator(np.tile(mode.coefficients, (3, 1)), np.zeros((3, len(mode.residual)))))
+    wave, speed = (size_of(mode, names) ** 2 for names in (WAVE, SPEEDS))
+    total = found.known + wave * found.wave + speed * found.speed @ found.speed.T
+    assert total == pytest.approx(mode.total, abs=1e-12)
 
 
 @pytest.mark.long
-def test_where_noise_lasts_it_is_sure_of_something_else(drawn: DrawnSession, posterior: Posterior) -> None:
-    found, truth = naive_posterior(posterior), np.array(drawn.truth)
-    off = np.abs(truth - found.middle) / ((found.q95 - found.q05) / 3.29)
-    assert off.max() > 3.0  # the intervals need not be narrow: boxes that are off pass for noise
-    draws = posterior.coefficients
-    assert (np.abs(truth - draws.mean(axis=0)) < 3.0 * draws.std(axis=0)).all()
+def test_the_size_of_a_discrepancy_has_the_priors_of_its_components(mode: Mode) -> None:
+    """The more its components are beyond their medians at the mode, the less it is so in the prior's mean."""
+    found = Likelihood.of(mode, fit_emulator(np.tile(mode.coefficients, (3, 1)), np.zeros((3, len(mode.residual)))))
+    assert found.ln_sd == pytest.approx([1.5 / np.sqrt(2), 0.2 / np.sqrt(2)])
+    assert np.exp(found.ln_mean[1]) == pytest.approx(np.hypot(0.03, 0.02), rel=0.05)

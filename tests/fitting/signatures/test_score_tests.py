@@ -11,9 +11,9 @@ import pytest
 
 from fitting.dry_run.response import with_arm
 from fitting.left_out import EffectsLeftOut
+from fitting.model import Mode
 from fitting.model.session_model import START_PHASE_RAD, SessionModel
 from fitting.model.trial_model import TrialModel
-from fitting.posterior import Posterior
 from fitting.signatures import Signature
 from fitting.signatures import score_tests as tested
 from fitting.signatures.score_tests import score_tests
@@ -32,35 +32,25 @@ LONGER = 0.02
 
 
 class Linear:
-    """The twin about the truth, as a stand-in that costs nothing."""
+    """The twin about the truth, which costs nothing."""
 
     def __init__(self, model: SessionModel) -> None:
         self.model, self.middle = model, model.simulated(TRUTH[None])[0]
         self.slopes = row_slopes(model, TRUTH)[: len(self.middle)]
 
-    def emulator(self, coefficients: np.ndarray) -> np.ndarray:
-        return np.asarray(self.middle + (coefficients - TRUTH) @ self.slopes.T)
-
-    def __call__(self, coefficients: np.ndarray, _discrepancy: np.ndarray) -> np.ndarray:
-        return np.asarray(-((coefficients - coefficients.mean(axis=0)) ** 2 / coefficients.var(axis=0)).sum(axis=1))
-
-    def covariance(self, _discrepancy: np.ndarray) -> np.ndarray:
-        return SD**2 * np.eye(len(self.middle))
-
-    def after(self, measured: np.ndarray) -> Posterior:
-        """The posterior of measured gaits (k,), with draws of it."""
-        normal = np.linalg.inv(self.slopes.T @ self.slopes / SD**2)
-        middle = TRUTH + normal @ self.slopes.T @ (measured - self.middle) / SD**2
-        draws = np.random.default_rng(0).multivariate_normal(middle, normal, 2000)
-        model = SessionModel(self.model.trials)
-        model.__dict__["measured"] = measured
-        posterior = SimpleNamespace(
-            model=model,
-            found=SimpleNamespace(likelihood=self),
-            coefficients=draws,
-            discrepancy=np.zeros((2000, 2)),
+    def mode(self, measured: np.ndarray) -> Mode:
+        """Of measured features (k,), and the model linear about it."""
+        covariance = np.linalg.inv(self.slopes.T @ self.slopes / SD**2)
+        middle = TRUTH + covariance @ self.slopes.T @ (measured - self.middle) / SD**2
+        mode = SimpleNamespace(
+            model=self.model,
+            coefficients=middle,
+            coefficient_covariance=covariance,
+            total=SD**2 * np.eye(len(self.middle)),
+            jacobian=self.slopes,
+            residual=measured - self.middle - self.slopes @ (middle - TRUTH),
         )
-        return cast(Posterior, posterior)
+        return cast(Mode, mode)
 
 
 def beside(twin: Twin) -> SessionModel:
@@ -85,8 +75,8 @@ def once(linear: Linear, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tested, "signature_of", lambda effect, *_, **__: same(effect.name))
 
 
-def asked(posterior: Posterior) -> EffectsLeftOut:
-    return score_tests(posterior, CAMERA, EFFECTS.values())
+def asked(mode: Mode) -> EffectsLeftOut:
+    return score_tests(mode, CAMERA, EFFECTS.values())
 
 
 def noise(linear: Linear, seed: int) -> np.ndarray:
@@ -95,17 +85,17 @@ def noise(linear: Linear, seed: int) -> np.ndarray:
 
 def test_another_robot_is_found_by_effect_size_and_what_it_moves(linear: Linear) -> None:
     swum = beside(exact_twin(workers=1).of_robot(with_arm(ROBOT, (1 + LONGER) * ROBOT.crank.arm_m)))
-    posterior = linear.after(swum.simulated(TRUTH[None])[0])
-    best = asked(posterior).tried[0]
+    mode = linear.mode(swum.simulated(TRUTH[None])[0])
+    best = asked(mode).tried[0]
     assert (best.effect, best.asked) == ("crank_arm_error", True)
     assert best.value == pytest.approx(LONGER, rel=0.05)
-    wrong = (posterior.coefficients.mean(axis=0) - TRUTH) / posterior.coefficients.std(axis=0)
+    wrong = (mode.coefficients - TRUTH) / np.sqrt(np.diag(mode.coefficient_covariance))
     assert best.moved == pytest.approx(wrong, abs=0.15 * np.abs(wrong).max())
 
 
 @pytest.mark.usefixtures("once")
 def test_noise_alone_asks_for_something_as_seldom_as_it_says(linear: Linear) -> None:
-    found = [asked(linear.after(linear.middle + noise(linear, seed))).tried[0] for seed in range(300)]
+    found = [asked(linear.mode(linear.middle + noise(linear, seed))).tried[0] for seed in range(300)]
     assert 0.02 < np.mean([best.chance < 0.1 for best in found]) <= 0.14
     assert sum(best.asked for best in found) <= 8
 
@@ -114,7 +104,7 @@ def test_noise_alone_asks_for_something_as_seldom_as_it_says(linear: Linear) -> 
 def test_an_effect_of_one_sign_is_asked_for_one_way(linear: Linear) -> None:
     slack = tested.signature_of(EFFECTS["tendon_slack"], linear.model, CAMERA, TRUTH)
     row = slack.gaits[int(np.argmax(slack.values[:, 0]))]
-    there, missing = (asked(linear.after(linear.middle + sign * row)).tried for sign in (1, -1))
+    there, missing = (asked(linear.mode(linear.middle + sign * row)).tried for sign in (1, -1))
     assert there[0].effect == "tendon_slack"
     assert there[0].value > 0
     opposite = next(each for each in missing if each.effect == "tendon_slack")
@@ -128,6 +118,6 @@ def test_what_diverges_or_moves_no_gait_is_named_and_not_asked(linear: Linear, m
         return Signature(effect, np.array([[parameter.sd for parameter in effect.parameters]]), gaits, np.zeros((1, 2)))
 
     monkeypatch.setattr(tested, "signature_of", broken)
-    found = asked(linear.after(linear.middle))
+    found = asked(linear.mode(linear.middle))
     assert (found.tried, found.flags, found.diverged) == ((), (), ("tendon_slack",))
     assert set(found.silent) == EFFECTS.keys() - {"tendon_slack"}

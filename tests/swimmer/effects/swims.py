@@ -30,5 +30,5 @@ def runs_with(values: np.ndarray) -> AffectedRuns:
 def with_effect(effect: Effect, values: np.ndarray, twin: Twin = PLAIN) -> tuple[np.ndarray, np.ndarray]:
     """(n, f, m, 2) markers as simulated and as observed."""
     affected, runs = AffectedTwin(twin, [effect]), runs_with(values)
-    told = affected.simulate(runs, TIME_S)
-    return told.marker_m, affected.observed(runs, told, [VIEW] * COUNT)
+    simulated = affected.simulate(runs, TIME_S)
+    return simulated.marker_m, affected.observed(runs, simulated, [VIEW] * COUNT)

@@ -99,7 +99,7 @@ def test_a_user_adds_one_through_an_entry_point(catalogue_with: Catalogue) -> No
         (":CrankArmError", ("an effect of this name is there already; found 'crank_arm_error'", "Rename")),
     ],
 )
-def test_one_that_is_wrong_is_told_with_its_entry_point(
+def test_one_that_is_wrong_is_reported_with_its_entry_point(
     catalogue_with: Catalogue, value: str, parts: tuple[str, ...]
 ) -> None:
     value = f"{__name__}{value}" if value.startswith(":") else value
@@ -110,7 +110,7 @@ def test_one_that_is_wrong_is_told_with_its_entry_point(
         assert part in str(caught.value)
 
 
-def test_all_entry_points_that_are_wrong_are_told_at_once(catalogue_with: Catalogue) -> None:
+def test_all_entry_points_that_are_wrong_are_reported_at_once(catalogue_with: Catalogue) -> None:
     with pytest.raises(InputError) as caught:
         catalogue_with("no_such_module:Mine", f"{__name__}:Mine", f"{__name__}:Empty", f"{__name__}:Mine")
     assert [line[:14] for line in str(caught.value).splitlines() if line.startswith("entry")] == [

@@ -85,9 +85,9 @@ def test_values_of_one_simulation_do_not_reach_another(effect: Effect) -> None:
     strong = np.array([parameter.sd for parameter in effect.parameters])
     affected = AffectedTwin(PLAIN, [effect])
     mixed = AffectedRuns(**EVEN, values=np.vstack([strong, 0 * strong, strong]))
-    told, all_strong = affected.simulate(mixed, TIME_S), affected.simulate(runs_with(strong), TIME_S)
-    assert np.array_equal(told.marker_m[[0, 2]], all_strong.marker_m[[0, 2]])
-    assert np.array_equal(told.marker_m[1], PLAIN.simulate(plain_runs(), TIME_S).marker_m[1])
+    simulated, all_strong = affected.simulate(mixed, TIME_S), affected.simulate(runs_with(strong), TIME_S)
+    assert np.array_equal(simulated.marker_m[[0, 2]], all_strong.marker_m[[0, 2]])
+    assert np.array_equal(simulated.marker_m[1], PLAIN.simulate(plain_runs(), TIME_S).marker_m[1])
 
 
 @pytest.mark.long
@@ -105,9 +105,9 @@ def test_nothing_diverges_within_its_bounds(effect: Effect) -> None:
         phase_rad=np.linspace(0, 6, count),
         values=np.tile(ends, (len(coefficients), 1)),
     )
-    told = AffectedTwin(PLAIN, [effect]).simulate(runs, np.arange(0.0, 4.0, 1 / 30), allow_divergence=True)
-    assert not told.diverged[: 5 * len(ends)].any()
-    assert told.diverged.mean() <= 0.1
+    simulated = AffectedTwin(PLAIN, [effect]).simulate(runs, np.arange(0.0, 4.0, 1 / 30), allow_divergence=True)
+    assert not simulated.diverged[: 5 * len(ends)].any()
+    assert simulated.diverged.mean() <= 0.1
 
 
 def test_effects_act_together() -> None:

@@ -100,10 +100,10 @@ def test_wholly_swapped_markers_are_exchanged(seen: Seen) -> None:
     assert swapped[:, [2, 3]] == pytest.approx(seen.marker_m[:, [3, 2]])
 
 
-def test_a_slow_clock_is_seen_in_times_and_frequency_alike() -> None:
+def test_a_slow_clock_is_seen_in_times_and_in_frequency() -> None:
     """A crank measured at f on a clock whose seconds last 1.1 s turns at f / 1.1: frame by frame it is in step."""
     affected, runs = AffectedTwin(PLAIN, [catalogue()["time_base_error"]]), runs_with(np.array([0.1]))
-    told, plain = affected.simulate(runs, TIME_S), PLAIN.simulate(runs_with(np.zeros(0)), TIME_S)
-    assert told.crank_rad == pytest.approx(plain.crank_rad, abs=0.01)
+    simulated, plain = affected.simulate(runs, TIME_S), PLAIN.simulate(runs_with(np.zeros(0)), TIME_S)
+    assert simulated.crank_rad == pytest.approx(plain.crank_rad, abs=0.01)
     assert affected.measured_hz(1.0, np.array([0.1])) == pytest.approx(1.1)
-    assert told.time_s is TIME_S
+    assert simulated.time_s is TIME_S

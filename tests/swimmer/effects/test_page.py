@@ -16,12 +16,12 @@ PAGE = Path(__file__).parents[3] / "docs" / "effects.md"
 
 def entry(effect: Effect) -> str:
     """Of the list: name, where it acts, how it enters, what it is, what is fitted of it."""
-    parameters = ", ".join(f"{p.name} {p.low:g} to {p.high:g}{_unit(p.unit)} ({p.sd:g})" for p in _told(effect))
+    parameters = ", ".join(f"{p.name} {p.low:g} to {p.high:g}{_unit(p.unit)} ({p.sd:g})" for p in _shown(effect))
     ways = ", ".join(way.replace("_", " ") for way in effect.enters())
     return f"- `{effect.name}` ({effect.stage}; {ways}). {effect.physics} *{parameters}*"
 
 
-def _told(effect: Effect) -> tuple:  # type: ignore[type-arg]
+def _shown(effect: Effect) -> tuple:  # type: ignore[type-arg]
     """Of effects with parameters for each marker, those of one."""
     return effect.parameters if len(effect.parameters) < 8 else effect.parameters[:2]
 

@@ -47,12 +47,12 @@ def test_a_bent_robot_passes_at_any_heading_and_scale(
     assert faults(places_px(BENT.but(markers=markers, heading_deg=heading_deg, px_per_m=px_per_m)), markers) == ""
 
 
-def test_what_was_found_and_what_is_expected_is_told_in_mm_and_degrees() -> None:
-    told = faults(exchanged(places_px(Scene()), "tail_3", "tail_1"))
-    assert "f1.boxes.json: boxes.tail_2: no place for tail_2 behind tail_1" in told
-    assert "found 32 mm from it, at 180 degrees to the way from neck to dorsal_fin; expected 13 to 72 mm" in told
-    assert "108 degrees or less" in told
-    assert "Exchange tail_1 and tail_3" in told
+def test_what_was_found_and_what_is_expected_is_reported_in_mm_and_degrees() -> None:
+    found = faults(exchanged(places_px(Scene()), "tail_3", "tail_1"))
+    assert "f1.boxes.json: boxes.tail_2: no place for tail_2 behind tail_1" in found
+    assert "found 32 mm from it, at 180 degrees to the way from neck to dorsal_fin; expected 13 to 72 mm" in found
+    assert "108 degrees or less" in found
+    assert "Exchange tail_1 and tail_3" in found
 
 
 def test_left_and_right_exchanged_are_refused() -> None:
@@ -64,12 +64,12 @@ def test_left_and_right_exchanged_are_refused() -> None:
 def test_a_box_far_from_the_body_is_refused_by_name_without_a_guess() -> None:
     centre_px = places_px(Scene())
     centre_px[NINE.index("tail_3")] += [0.0, 250.0]
-    told = faults(centre_px)
-    assert "boxes.tail_3" in told
-    assert "Exchange" not in told
-    assert "calib track SESSION --click" in told
+    found = faults(centre_px)
+    assert "boxes.tail_3" in found
+    assert "Exchange" not in found
+    assert "calib track SESSION --click" in found
 
 
-def test_with_three_markers_in_a_row_nothing_can_be_told() -> None:
+def test_with_three_markers_in_a_row_nothing_can_be_reported() -> None:
     few = ("nose", "neck", "tail_1")
     assert faults(np.array([[0.0, 0.0], [50.0, 0.0], [-400.0, 9.0]]), few) == ""

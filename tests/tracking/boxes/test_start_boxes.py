@@ -91,7 +91,7 @@ def test_all_faults_come_at_once(tmp_path: Path) -> None:
     assert "6 faults" in error
 
 
-def test_a_frame_beyond_the_video_is_told_with_the_faults_of_the_boxes(tmp_path: Path) -> None:
+def test_a_frame_beyond_the_video_is_reported_with_the_faults_of_the_boxes(tmp_path: Path) -> None:
     error = refused(written(tmp_path, GOOD | {"neck": [1, 2, 3]}, 100), video(frames=100))
 
     assert "frame: no such frame in the video; found 100; expected 0 to 99" in error
@@ -101,7 +101,7 @@ def test_a_frame_beyond_the_video_is_told_with_the_faults_of_the_boxes(tmp_path:
 @pytest.mark.parametrize(
     ("text", "message"), [("{", "cannot be read; found Expecting property name"), ("[1]", "not an object; found [1]")]
 )
-def test_what_is_no_json_object_is_said_to_be_none(tmp_path: Path, text: str, message: str) -> None:
+def test_what_is_no_json_object_is_reported(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "f1.boxes.json"
     path.write_text(text)
 

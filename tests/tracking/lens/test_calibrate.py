@@ -46,7 +46,7 @@ def test_the_lens_comes_back_all_over_the_picture(calibrated: LensCalibration) -
     assert worst_bend_px(calibrated) < 0.3
 
 
-def test_the_numbers_lie_within_their_standard_deviations(calibrated: LensCalibration) -> None:
+def test_the_numbers_are_within_their_standard_deviations(calibrated: LensCalibration) -> None:
     lens, sd = calibrated.calibration, calibrated.sd
     off = [(getattr(lens, key) - getattr(LENS, key)) / getattr(sd, key) for key in ("fx_px", "fy_px", "cx_px", "cy_px")]
     off += list((np.array(lens.distortion) - LENS.distortion) / np.array(sd.distortion))

@@ -34,7 +34,7 @@ def test_the_stated_size_is_that_of_such_a_lens() -> None:
     assert (pixel[1, 0] - pixel[0, 0]) / 0.5 - 1 == pytest.approx(0.055, rel=0.05)
 
 
-def test_other_doubts_are_told_apart() -> None:
+def test_other_flags_are_separated() -> None:
     assert kinds(CameraSpec(60.0, 0.142, LENS)) == {"no_camera_height"}
     assert kinds(CameraSpec(60.0, 0.142, KNOWN), picture_px=(1920, 1080)) == {"lens_other_size"}
     assert kinds(CameraSpec(60.0, 0.142, KNOWN), scale=2.3 / KNOWN.fx_px) == {"camera_height_off_scale"}

@@ -81,7 +81,7 @@ def test_an_undo_leaves_what_was_in_force_before_the_edit(tmp_path_factory, seve
     assert [one.line for one in redone.in_force] == [*(one.line for one in log.in_force), line]
 
 
-def test_all_faults_are_told_at_once_with_their_lines(tmp_path):
+def test_all_faults_are_reported_at_once_with_their_lines(tmp_path):
     with pytest.raises(InputError) as raised:
         loaded(
             tmp_path / "f.edits.jsonl",
@@ -108,7 +108,7 @@ def test_all_faults_are_told_at_once_with_their_lines(tmp_path):
         "  5. line 4: no operation of the edit log; found 'swop'; "
         'expected one edit, as {"op": "drop", "markers": ["nose"], "frames": [50, 61]}; '
         "choices: swap, drop, relabel, box, undo. Did you mean 'swap'?",
-        "  6. line 5, drop.markers: key is missing; expected a value for it",
+        "  6. line 5, drop.markers: key is missing; expected a list",
         "  7. line 5, drop.marker: unknown key; found 'marker'; expected a known key; "
         "choices: note, frames, op, markers. Did you mean 'markers'?",
         "  8. line 6, box.frame: wrong value; found -1; expected greater than or equal to 0",

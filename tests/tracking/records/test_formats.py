@@ -66,18 +66,10 @@ def test_markers_come_in_the_order_asked_for_and_others_are_left_out(tmp_path, f
 
 
 @pytest.mark.parametrize("form", ["deeplabcut", "movement"])
-def test_markers_that_are_not_there_are_told_with_the_choices(tmp_path, form):
+def test_markers_that_are_not_there_are_reported_with_the_choices(tmp_path, form):
     export_tracks(steady_trial(2), tmp_path / "tracks", form)
     with pytest.raises(InputError, match=r"'nek'; choices: nose, neck, tail_1\. Did you mean 'neck'"):
         import_tracks(tmp_path / "tracks", ("nek", "nose"), FPS)
-
-
-def test_an_unknown_form_is_told_with_the_choices(tmp_path):
-    with pytest.raises(
-        InputError, match="found 'sleap'; choices: swimcal, deeplabcut, movement, movement-legacy, fishsim"
-    ):
-        export_tracks(steady_trial(0), tmp_path / "x", "sleap")
-    assert not list(tmp_path.iterdir())
 
 
 def test_deeplabcut_frames_give_the_time_and_empty_cells_are_missing(tmp_path):
@@ -101,7 +93,7 @@ def test_labels_without_likelihood_and_packed_files_are_read(tmp_path):
     assert import_tracks(path, ("nose", "neck"), FPS).confidence.tolist() == [[1, 0], [1, 1]]
 
 
-def test_faults_of_a_deeplabcut_file_are_told_at_once(tmp_path):
+def test_faults_of_a_deeplabcut_file_are_reported_at_once(tmp_path):
     text = DLC.replace("1.5,2,0.9", "wide,2,0.9").replace("7,8,1", "7,8")
     with pytest.raises(InputError) as raised:
         import_tracks(written(tmp_path, text), ("nose", "neck"), FPS)
@@ -113,7 +105,7 @@ def test_faults_of_a_deeplabcut_file_are_told_at_once(tmp_path):
     assert "line 5: time does not increase" in str(raised.value)
 
 
-def test_a_header_that_is_not_deeplabcuts_is_told(tmp_path):
+def test_a_header_that_is_not_deeplabcuts_is_reported(tmp_path):
     with pytest.raises(InputError, match="rows that start with scorer, bodyparts and coords"):
         load_deeplabcut(written(tmp_path, "scorer,a,a\nkeypoints,nose,nose\n1,2,3\n"), ("nose",), FPS)
     with pytest.raises(InputError, match=r"header rows of different length; found bodyparts: 6, coords: 5"):
@@ -135,7 +127,8 @@ def test_a_movement_dataset_has_the_layout_of_the_package():
 
 def test_a_movement_file_of_others_without_our_variables_is_read_with_its_frames_as_times(tmp_path):
     trial = steady_trial(4)
-    data = to_movement(trial, legacy_names=True).drop_vars(["state", "size"])
+    older = {"keypoint": "keypoints", "individual": "individuals"}  # before version 0.17
+    data = to_movement(trial).drop_vars(["state", "size"]).rename(older)
     data = data.assign_coords(time=np.arange(data.sizes["time"]))
     data.attrs["time_unit"] = "frames"
     data.to_netcdf(tmp_path / "f.nc", engine="h5netcdf")
@@ -143,7 +136,7 @@ def test_a_movement_file_of_others_without_our_variables_is_read_with_its_frames
     assert np.allclose(loaded.time_s, trial.tracks.time_s)
 
 
-def test_what_is_wrong_with_a_movement_file_is_told(tmp_path):
+def test_what_is_wrong_with_a_movement_file_is_reported(tmp_path):
     path = tmp_path / "f.nc"
     two = xr.concat([to_movement(steady_trial(k)) for k in (0, 1)], dim="individual", join="outer")
     two.assign_coords(individual=["fish", "eel"]).to_netcdf(path, engine="h5netcdf")
@@ -157,7 +150,7 @@ def test_what_is_wrong_with_a_movement_file_is_told(tmp_path):
         import_tracks(path, MARKERS, FPS)
 
 
-def test_a_file_that_is_not_there_is_told(tmp_path):
+def test_a_file_that_is_not_there_is_reported(tmp_path):
     with pytest.raises(InputError, match="the file is not there"):
         import_tracks(tmp_path / "none.csv", MARKERS, FPS)
     with pytest.raises(InputError, match="the file is not there"):

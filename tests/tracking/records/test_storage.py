@@ -15,7 +15,7 @@ def test_a_trial_comes_back_bit_for_bit(tmp_path, seed):
     assert same(load_tracked(tmp_path, "f1_00"), trial)
 
 
-def test_the_tracks_are_those_of_the_contract_and_states_stand_in_words(tmp_path):
+def test_the_tracks_are_those_of_the_contract_and_states_are_words(tmp_path):
     trial = mixed_trial(0)
     files = save_tracked(tmp_path, "f1_00", trial)
     assert [path.name for path in files] == ["f1_00.csv", "f1_00.states.csv", "f1_00.flags.json"]
@@ -40,13 +40,13 @@ def test_nothing_is_half_written(tmp_path):
 @pytest.mark.parametrize(
     ("there", "instead"), [("measured", "measurd"), ("measured", "missing"), (",measured", ""), ("nose_", "eel_")]
 )
-def test_states_that_do_not_fit_the_tracks_are_told_with_what_is_wrong_beside_them(tmp_path, there, instead):
+def test_states_that_do_not_fit_the_tracks_are_reported_with_what_is_wrong_there(tmp_path, there, instead):
     files = save_tracked(tmp_path, "f1_00", mixed_trial(0))
     files.states.write_text(files.states.read_text().replace(there, instead, 1))
     files.flags.write_text("[3]")
     with pytest.raises(InputError, match="not a list of flags") as raised:
         load_tracked(tmp_path, "f1_00")
-    assert "not the states of the tracks beside it; found 12 rows" in str(raised.value)
+    assert "not the states of the tracks next to it; found 12 rows" in str(raised.value)
     assert "Make it again with `calib track`" in str(raised.value)
 
 

@@ -20,7 +20,7 @@ def scene(seed: int) -> tuple[Spots, Prediction]:
 
 
 @given(seeds)
-def test_no_two_markers_share_a_spot_and_none_lies_beyond_its_gate(seed: int) -> None:
+def test_no_two_markers_share_a_spot_and_none_is_beyond_its_gate(seed: int) -> None:
     spots, predicted = scene(seed)
     chosen = assign(spots, predicted)
     taken = chosen[chosen >= 0]

@@ -25,13 +25,13 @@ def rippled(seed: int) -> tuple[Pool, np.ndarray]:
 
 
 @pytest.mark.parametrize("contrast", [110.0, -80.0])
-def test_boxes_on_markers_are_not_doubted(contrast: float) -> None:
+def test_boxes_on_markers_are_not_flagged(contrast: float) -> None:
     pool = POOL.but(contrast=contrast)
     assert doubtful_boxes(pool.frame(0), pool.boxes(NAMES), NAMES) == ()
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_on_rippled_water_the_box_without_a_marker_is_doubted_and_no_other(seed: int) -> None:
+def test_on_rippled_water_the_box_without_a_marker_is_flagged_and_no_other(seed: int) -> None:
     pool, luma = rippled(seed)
     boxes = dict(pool.boxes(NAMES, 0).boxes)
     boxes["tail_4"] = Box.around((150.0 + 20 * seed, 320.0), 18.0)
@@ -40,6 +40,6 @@ def test_on_rippled_water_the_box_without_a_marker_is_doubted_and_no_other(seed:
     assert "is it the marker?" in flags[0].message
 
 
-def test_in_a_picture_full_of_boxes_nothing_is_said() -> None:
+def test_in_a_picture_full_of_boxes_nothing_is_reported() -> None:
     pool = POOL.but(size=(180, 60), path=tail(at=(10.0, 30.0)))
     assert doubtful_boxes(pool.frame(0), pool.boxes(NAMES), NAMES) == ()

@@ -58,11 +58,11 @@ class Interrupting:
 
     def __init__(self, after: int, monkeypatch: pytest.MonkeyPatch) -> None:
         self.after = after
-        monkeypatch.setattr(sys.modules["tracking.tracker.follow_video"], "_TELL_EVERY_S", -1.0)
-        self.told: list[tuple[int, int, float]] = []
+        monkeypatch.setattr(sys.modules["tracking.tracker.follow_video"], "_REPORT_EVERY_S", -1.0)
+        self.progress: list[tuple[int, int, float]] = []
 
     def __call__(self, done: int, frames: int, fps: float) -> None:
-        self.told.append((done, frames, fps))
+        self.progress.append((done, frames, fps))
         if done == self.after:
             raise KeyboardInterrupt
 
@@ -113,7 +113,7 @@ def test_interrupted_work_goes_on_to_the_same_bits(
         assert list(tmp_path.iterdir()) == [partial.path]
     resumed = Interrupting(10**6, monkeypatch)
     assert same(tracked(clip, method=method, partial=partial, progress=resumed), reference)
-    assert resumed.told[0][0] > 30
+    assert resumed.progress[0][0] > 30
     assert not partial.path.exists()
 
 
@@ -144,7 +144,7 @@ def test_what_was_kept_under_another_fingerprint_is_not_used(
         tracked(clip, POOL.boxes(NAMES, 3), partial=partial, progress=Interrupting(60, monkeypatch))
     started = Interrupting(10**6, monkeypatch)
     assert same(tracked(clip, partial=Partial(partial.path, "another"), progress=started), whole)
-    assert started.told[0][0] == 2
+    assert started.progress[0][0] == 2
 
 
 def test_a_partial_file_with_flipped_bytes_is_not_used(tmp_path: Path) -> None:
@@ -189,7 +189,7 @@ class Holed(Video):
         return (frame for frame in super().frames(start, stop) if frame.number not in self.LOST)
 
 
-def test_unreadable_frames_are_rows_without_samples_and_the_trial_says_so(clip: Path) -> None:
+def test_unreadable_frames_are_rows_without_samples_and_the_trial_reports_it(clip: Path) -> None:
     with Holed(clip) as video:
         trial = follow_video(video, POOL.boxes(NAMES), NAMES)
     readable = np.setdiff1d(np.arange(FRAMES), Holed.LOST)

@@ -45,7 +45,7 @@ def flagged_frames(flags: list[Flag]) -> set[int]:
 @pytest.mark.parametrize("hz", [0.5, 1.5, 2.25])
 @pytest.mark.parametrize("bend", [0.3, 0.6, 1.2])
 @pytest.mark.parametrize("heading", [0.2, 2.0, -2.6])
-def test_a_clean_swim_is_not_doubted_however_it_bends_and_heads(hz: float, bend: float, heading: float) -> None:
+def test_a_clean_swim_is_not_flagged_however_it_bends_and_heads(hz: float, bend: float, heading: float) -> None:
     assert judge(trial_of(swum(hz, bend, heading, ELEVEN, noise=0.3), ELEVEN), ROBOT) == ()
 
 

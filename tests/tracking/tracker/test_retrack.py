@@ -77,7 +77,7 @@ def test_where_it_is_not_seen_it_is_missing_and_takes_no_spot_of_another(tmp_pat
     assert back.max() < 0.3
 
 
-def test_from_a_box_on_empty_water_nothing_is_followed_and_a_flag_says_so(clip: Path) -> None:
+def test_from_a_box_on_empty_water_nothing_is_followed_and_a_flag_reports_it(clip: Path) -> None:
     with Video(clip) as video:
         trial = set_by_hand(video, box_at(np.array([150.0, 20.0])), 25)
     assert (trial.state[SET + 1 : 26, 2] == SampleState.MISSING).all()

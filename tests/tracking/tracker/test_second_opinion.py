@@ -78,7 +78,7 @@ def test_an_answer_on_a_cover_is_refused(luma: float) -> None:
     assert seen[21:].all()
 
 
-def test_an_answer_on_something_unlike_the_marker_is_refused() -> None:
+def test_an_answer_on_something_other_than_the_marker_is_refused() -> None:
     luma = Pool(still((60, 60)), (200, 120)).frame(0)
     opinion = SecondOpinion(threads=1)
     place = np.array([[60.0, 60.0]])

@@ -46,7 +46,7 @@ def test_covered_markers_are_unseen_for_as_long_and_found_again_as_themselves(
     assert np.nanmax(away) < 4.0  # of those that the cover leaves half in sight
 
 
-def test_a_half_covered_marker_is_doubted() -> None:
+def test_a_half_covered_marker_is_flagged() -> None:
     pool = Pool(still((60, 60), (100, 60), (140, 60)), (200, 120))
     pool = pool.but(things=(Thing(lambda _: np.array([114.0, 60.0]), (28.0, 40.0), WATER, (5, 12)),))
     sightings = pool.followed(16)
@@ -68,7 +68,7 @@ def test_a_marker_that_leaves_the_picture_is_unseen_and_put_nowhere_else(use_csr
 
 @pytest.mark.parametrize("seed", [0, 1, *later(2, 3)])
 @pytest.mark.parametrize("scale", [1.3, 2.0])
-def test_boxes_beside_their_markers_or_twice_too_large_start_right(seed: int, scale: float) -> None:
+def test_boxes_off_their_markers_or_twice_too_large_start_right(seed: int, scale: float) -> None:
     pool = Pool(tail(1.5, bend=0.6), (320, 340))
     angle = np.random.default_rng(seed).uniform(0, 2 * np.pi, 9)
     off = 5 * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -100,7 +100,7 @@ def crossing(offset: float, speed: float, seed: int) -> Pool:
 
 
 @pytest.mark.parametrize("seed", [*range(4), *later(*range(4, 10))])
-def test_two_markers_that_cross_are_told_apart_or_doubted_at_once(seed: int) -> None:
+def test_two_markers_that_cross_are_separated_or_flagged_at_once(seed: int) -> None:
     """Where they hide each other nothing but motion tells them apart: then one is unseen or doubted while they do."""
     rng = np.random.default_rng(seed)
     offset, speed = rng.uniform(0, 12), rng.uniform(1, 4)
@@ -115,7 +115,7 @@ def test_two_markers_that_cross_are_told_apart_or_doubted_at_once(seed: int) -> 
 
 
 @pytest.mark.parametrize("apart", [13.0, 16.0, 22.0])
-def test_a_glint_beside_a_marker_does_not_draw_its_centre(apart: float) -> None:
+def test_a_glint_next_to_a_marker_does_not_draw_its_centre(apart: float) -> None:
     glint = Thing(lambda _: np.array([100.0 + apart, 60.0]), 14.0, WATER + 110, (5, 15))
     pool = Pool(still((60, 60), (100, 60), (60, 100)), (180, 140), things=(glint,))
     away = errors(pool.followed(16), pool.truths(16))

@@ -101,7 +101,7 @@ def test_spoilt_fragments_give_what_is_readable(seed: int, whole: dict[str, Path
         assert video.damage is not None
 
 
-def test_frames_missing_from_a_steady_video_are_told_and_those_of_a_variable_rate_are_not(tmp_path: Path) -> None:
+def test_frames_missing_from_a_steady_video_are_reported_and_those_of_a_variable_rate_are_not(tmp_path: Path) -> None:
     """As where part of a Matroska file is spoilt: nothing else tells that they were there."""
     missing = [*range(0, 660, 33), *range(759, 1419, 33)]  # three frames between
     with Video(Clip(".mkv", "libx264", stamps_ms=missing).write(tmp_path)) as video:

@@ -31,8 +31,8 @@ PX_PER_M = CAMERA.focal_px / CAMERA.height_m
 NOSE, NECK = FISHSIM_MARKERS.index("nose"), FISHSIM_MARKERS.index("neck")
 PLACE_M = load_robot().marker_positions_m(FISHSIM_MARKERS)
 VIEW = View(np.zeros(2), np.array([0.0, -1.0]), CAMERA.height_px / 2 / PX_PER_M)
-LEFT, COPIED, DRAWS = 0.01, 1e-3, 3
-"""Shares: what a form of its own leaves at least, in the median over some draws; what the twin's leaves at most."""
+LEAST_RESIDUAL, COPIED, DRAWS = 0.01, 1e-3, 3
+"""Relative residuals: of a form of its own at least, in the median over some draws; of the twin's at most."""
 LITTLE_ELSE = {
     "scale_error": "two boxes that are too far apart: only that the nose's may be off too is not the twin's",
     "time_base_error": "a clock that runs too fast: only that it sways by up to a tenth of that is not the twin's",
@@ -73,8 +73,8 @@ def in_twin(effect: Effect, values: np.ndarray, late_s: float) -> np.ndarray:
     seen = sight(effect.clock(TIME_S, values) - late_s)
     axes = np.stack([seen.axis, 1j * seen.axis], axis=2)
     above_m = PLACE_M[:, 2] - PLACE_M[NOSE, 2]
-    told = Seen(TIME_S, pairs(seen.marker_m), pairs(axes), 2 * np.pi * TIME_S, seen.names, above_m, VIEW)
-    found = effect.observe(told, values)
+    true_sight = Seen(TIME_S, pairs(seen.marker_m), pairs(axes), 2 * np.pi * TIME_S, seen.names, above_m, VIEW)
+    found = effect.observe(true_sight, values)
     return of_head(found[..., 0] + 1j * found[..., 1])
 
 
@@ -86,7 +86,7 @@ def pairs(place: np.ndarray) -> np.ndarray:
     return np.stack([place.real, place.imag], axis=-1)
 
 
-def left_by_the_twins(name: str, mechanisms: tuple[Mechanism, ...]) -> float:
+def residual_of_the_twins(name: str, mechanisms: tuple[Mechanism, ...]) -> float:
     """Share of what mechanisms do to a session that the twin's form of an effect leaves at its best."""
     effect = catalogue()[name].suited(load_robot(), FISHSIM_MARKERS)
     truth = in_reality(mechanisms)
@@ -111,9 +111,9 @@ def left_by_the_twins(name: str, mechanisms: tuple[Mechanism, ...]) -> float:
 @pytest.mark.parametrize("name", FAMILIES["measurement"])
 def test_reality_errs_in_a_form_of_its_own(name: str) -> None:
     made = [CATALOGUED[name](np.random.default_rng(seed))(1.0) for seed in range(DRAWS)]
-    left = float(np.median([left_by_the_twins(name, each) for each in made]))
-    assert left > COPIED
-    assert (left < LEFT) == (name in LITTLE_ELSE)
+    residual = float(np.median([residual_of_the_twins(name, each) for each in made]))
+    assert residual > COPIED
+    assert (residual < LEAST_RESIDUAL) == (name in LITTLE_ELSE)
 
 
 @pytest.mark.parametrize(
@@ -129,4 +129,4 @@ def test_reality_errs_in_a_form_of_its_own(name: str) -> None:
 )
 def test_what_the_twin_s_form_is_in_reality_too_is_found_out(name: str, copied: Mechanism) -> None:
     """Reality's mechanisms with nothing in them that is not the twin's."""
-    assert left_by_the_twins(name, (copied,)) < COPIED
+    assert residual_of_the_twins(name, (copied,)) < COPIED

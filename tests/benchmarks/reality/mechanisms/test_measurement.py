@@ -54,7 +54,7 @@ def test_boxes_of_nose_and_neck_turn_the_head_frame(sight):
 
 def test_such_a_box_follows_the_head_after_a_while_which_the_twin_s_form_cannot(sight):
     """The twin's turns with the head or not at all."""
-    left = []
+    residual = []
     for follows_s in (1e-6, 0.2, 1e6):
         moved = HeadFrameMisalignment(nose_m=0.003, neck_m=0.0, follows_s=follows_s).place(sight).marker_m
         off = (moved - sight.marker_m)[:, NOSE]
@@ -62,11 +62,11 @@ def test_such_a_box_follows_the_head_after_a_while_which_the_twin_s_form_cannot(
         basis = np.stack([turning, still])
         columns = np.concatenate([basis.real, basis.imag], axis=1).T
         target = np.concatenate([off.real, off.imag])
-        beside = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
-        left.append(np.linalg.norm(beside) / np.linalg.norm(target - target.mean()))
-    assert left[0] == pytest.approx(0.0, abs=1e-6)
-    assert left[1] > 0.05
-    assert left[2] < 1e-5
+        remainder = target - columns @ np.linalg.lstsq(columns, target, rcond=None)[0]
+        residual.append(np.linalg.norm(remainder) / np.linalg.norm(target - target.mean()))
+    assert residual[0] == pytest.approx(0.0, abs=1e-6)
+    assert residual[1] > 0.05
+    assert residual[2] < 1e-5
 
 
 def test_the_scale_is_wrong_by_its_share(sight):

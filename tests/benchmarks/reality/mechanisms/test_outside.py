@@ -98,10 +98,10 @@ def test_a_coupling_slips_at_the_rate_of_the_torque_beyond() -> None:
     assert abs(torque) > 0.5
     for _ in range(400):
         state = slipping.advance(at.now, state, 1e-3)
-    told = 0.05 * np.sign(torque) * (abs(torque) - 0.1)
+    slip = 0.05 * np.sign(torque) * (abs(torque) - 0.1)
     turn = slipping.turn(np.full((1, 1), 0.4), Turn(np.ones((1, 1)), np.ones((1, 1))), state)
-    assert turn.speed_rad_s[0, 0] == pytest.approx(1 - told)
-    assert state[0, 1] == pytest.approx(told * (0.4 - 0.02), rel=0.02)
+    assert turn.speed_rad_s[0, 0] == pytest.approx(1 - slip)
+    assert state[0, 1] == pytest.approx(slip * (0.4 - 0.02), rel=0.02)
 
 
 def test_a_tendon_that_crept_is_a_longer_tendon() -> None:

@@ -58,9 +58,9 @@ def test_lumps_on_the_tail_lower_the_frequency(decays: list[Recording]) -> None:
 
 
 def test_twice_the_damping_squares_the_decay(decays: list[Recording]) -> None:
-    left = [np.abs(decay.hinges_rad[-70:, 0]).max() / decay.hinges_rad[0, 0] for decay in (decays[0], decays[3])]
-    assert left[1] == pytest.approx(left[0] ** 2, rel=0.1)
-    assert left[0] < 0.8
+    remaining = [np.abs(decay.hinges_rad[-70:, 0]).max() / decay.hinges_rad[0, 0] for decay in (decays[0], decays[3])]
+    assert remaining[1] == pytest.approx(remaining[0] ** 2, rel=0.1)
+    assert remaining[0] < 0.8
 
 
 def test_water_is_carried_in_water_alone(decays: list[Recording]) -> None:
@@ -117,7 +117,7 @@ def test_friction_at_rest_holds_more_than_when_sliding() -> None:
     assert hinge_torque(together.force(at.now, roots - 0.25e-3)[0]) == pytest.approx(-0.03 * 1.4, rel=1e-3)
 
 
-def test_lumps_keep_the_total_mass_and_lie_at_the_guides() -> None:
+def test_lumps_keep_the_total_mass_and_are_at_the_guides() -> None:
     plain, lumped = prepared(), prepared((MassDistribution(0.01, (0.0, 0.0, 0.0, 0.0, 1.0)),))
     assert lumped.link_mass_kg.sum() == pytest.approx(plain.link_mass_kg.sum(), rel=1e-12)
     extra, link = lumped.link_mass_kg - plain.link_mass_kg, LAYOUT.guide_link[-1]

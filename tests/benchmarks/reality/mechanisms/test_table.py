@@ -24,7 +24,7 @@ def rms_px(one, other):
     return float(np.sqrt(((one.position_px - other.position_px) ** 2).sum(axis=-1).mean()))
 
 
-def test_no_name_stands_for_two():
+def test_no_name_is_that_of_two():
     assert not set(OUTSIDE) & set(CATALOGUED)
 
 

@@ -1,4 +1,4 @@
-"""Everything that is said of a posterior: what is determined, what it predicts, what else one might have believed."""
+"""Everything that is said of a posterior: what is determined, what it predicts, and whether to believe it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -8,44 +8,38 @@ import numpy as np
 
 from fitting.left_out import EffectsLeftOut
 from fitting.marginal import Marginal
-from fitting.posterior.approximate import Approximate
-from fitting.posterior.further_trial import FurtherTrials, further_trials
+from fitting.model.mode import Progress
 from fitting.posterior.identifiability import Identifiability, identifiability
-from fitting.posterior.laplace import laplace
-from fitting.posterior.naive import naive_posterior
 from fitting.posterior.posterior import Posterior
 from fitting.posterior.posterior_file import load_chains
-from fitting.posterior.predictive import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
-from fitting.posterior.sampling import Progress
-from fitting.posterior.shared import RobotPart, robot_parts
-from fitting.posterior.whiteness import Whiteness
+from fitting.posterior.prediction import PredictedSweep, PredictedTrial, predict_sweep, predict_trials
+from fitting.posterior.robot import RobotPart, robot_flags, robot_parts
+from fitting.posterior.whiteness import Whiteness, noise_flags, whiteness
 from fitting.sweep import sweep_frequencies
 from fitting.trial import MeasuredTrial
 from session import Flag
 from session.records import KEPT_ELSEWHERE
 from session.results import ResultFile
-from swimmer import Twin
 
 SWEPT = 9  # frequencies
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
+class PosteriorSummary:
     """What is said of a posterior.
 
     Attributes:
         marginals: of each coefficient, by name.
-        chains: (w, d, 7) walkers, draws, coefficients and ln of the discrepancies of wave and speed.
+        chains: (w, d, 7) walkers, draws, coefficients and ln sizes of the discrepancies of wave and speed.
         ess_bulk, r_hat: (7,).
         acceptance, autocorrelation, steps: of the ensemble; the autocorrelation in steps.
         simulations: of each trial.
         emulator_error: of ln likelihood at fresh draws, standard deviation.
         misfit_p: see `Posterior`.
         discrepancy: (2,) median relative error of the twin's wave and speed.
-        robot: what it may be off by, before and after the swims.
+        robot: what it may be off by, before and after the swim trials.
         left_out: whether the trials ask for what the twin leaves out, and what that would do.
-        identifiability, further, sweep, trials, whiteness: see there.
-        laplace, naive: intervals by other ways.
+        identifiability, sweep, trials, whiteness: see there.
         flags: when not to believe it.
     """
 
@@ -63,59 +57,60 @@ class Findings:
     robot: tuple[RobotPart, ...]
     left_out: EffectsLeftOut
     identifiability: Identifiability
-    further: FurtherTrials
     sweep: PredictedSweep
     trials: tuple[PredictedTrial, ...]
     whiteness: tuple[Whiteness, ...]
-    laplace: Approximate
-    naive: Approximate
     flags: tuple[Flag, ...]
 
     def inside(self, role: str) -> tuple[int, int, float]:
-        """Trials of a role whose speed lies within its 90 % band, how many there are, and the share of harmonics."""
+        """Trials of a role whose speed lies within its 90 % band, how many there are, and the share of coordinates."""
         chosen = [trial for trial in self.trials if trial.role == role]
         share = float(np.mean([trial.inside for trial in chosen])) if chosen else float("nan")
         return sum(trial.speed_inside for trial in chosen), len(chosen), share
 
+    @property
+    def wanted(self) -> np.ndarray:
+        """(5,) the coefficients that a further trial is judged by: those that are not determined, or all."""
+        determined = np.array([marginal.determined for marginal in self.marginals.values()])
+        return ~determined if not determined.all() else np.ones(len(determined), bool)
 
-FINDINGS = ResultFile("posterior.json", Findings)
+
+SUMMARY = ResultFile("posterior.json", PosteriorSummary)
 
 
-def read_findings(results: Path) -> Findings:
+def read_summary(results: Path) -> PosteriorSummary:
     """Reads ``posterior.json``, and its draws from ``posterior.nc``.
 
     Raises:
         InputError: there is none of this version.
     """
-    return FINDINGS.read(results, {"chains": load_chains(results / "posterior.nc")})
+    return SUMMARY.read(results, {"chains": load_chains(results / "posterior.nc")})
 
 
-def find(
+def summarise(
     posterior: Posterior,
     trials: Sequence[MeasuredTrial],
-    twin: Twin,
     seed: int = 0,
     tell: Progress = lambda _message, _share: None,
     left_out: EffectsLeftOut = EffectsLeftOut(),  # noqa: B008 (it is frozen)
-) -> Findings:
+) -> PosteriorSummary:
     """Works out all that is said of a posterior.
 
     Args:
         posterior: with its draws.
-        trials: all swims, fit and held-out.
-        twin: with their markers.
+        trials: all swim trials, fit and held-out.
         seed: of all draws.
         tell: of the progress.
         left_out: what score tests of effects said.
     """
-    draws = posterior.draws
-    tell("comparing with other ways to intervals", 0.0)
-    beside = {"laplace": laplace(posterior), "naive": naive_posterior(posterior, seed)}
-    tell("predicting trials and the speed over frequency", 0.2)
-    predicted = predict_trials(posterior, trials, twin, seed)
-    sweep = predict_sweep(posterior, twin, sweep_frequencies([t.frequency.hz for t in trials], SWEPT), seed)
-    tell("looking for the most telling further swim", 0.6)
-    return Findings(
+    draws, robot = posterior.draws, robot_parts(posterior)
+    tell("predicting trials", 0.0)
+    predicted = predict_trials(posterior, trials, seed)
+    tell("predicting the speed over frequency", 0.3)
+    sweep = predict_sweep(posterior, sweep_frequencies([t.frequency.hz for t in trials], SWEPT), seed)
+    white = tuple(whiteness(trial) for trial in posterior.mode.model.trials)
+    missed = [flag for trial in predicted for flag in trial.flags]
+    return PosteriorSummary(
         marginals=posterior.marginals,
         chains=draws.chains,
         ess_bulk=draws.ess_bulk,
@@ -123,17 +118,15 @@ def find(
         acceptance=draws.acceptance,
         autocorrelation=draws.autocorrelation,
         steps=draws.steps,
-        simulations=posterior.found.simulations,
-        emulator_error=posterior.found.emulator_error,
+        simulations=posterior.surrogate.simulations,
+        emulator_error=posterior.surrogate.error,
         misfit_p=posterior.misfit_p,
         discrepancy=np.median(posterior.discrepancy, axis=0),
-        robot=robot_parts(posterior),
+        robot=robot,
         left_out=left_out,
         identifiability=identifiability(posterior),
-        further=further_trials(posterior, twin, seed),
         sweep=sweep,
         trials=predicted,
-        whiteness=posterior.whiteness,
-        flags=(*posterior.flags, *left_out.flags),
-        **beside,
+        whiteness=white,
+        flags=(*posterior.flags, *missed, *noise_flags(white), *robot_flags(robot), *left_out.flags),
     )

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from diagnosis.places_off import TAKEN, mean_places, places_off
 from fitting.model.session_model import Disturbances, PlacesOff
-from fitting.posterior.places_off import TAKEN, mean_places, places_off
 
 MARKERS, TRIALS = 9, 2
 LENGTH = TRIALS * (1 + 14 * MARKERS)

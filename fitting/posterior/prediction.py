@@ -1,0 +1,215 @@
+"""What the draws predict of each trial, and of trials that could still be swum, with bands.
+
+Given coefficients all else is normal, as in every forecast of the model: what all trials share is known from those that
+were fitted, what is a trial's own is drawn anew. Inner bands are those of the means, by what the draws leave open;
+outer ones hold everything that stands between the twin and a trial. Features are compared in step with the tail.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from fitting.model import Block, Covariance, Mode
+from fitting.model.features import SPEED, harmonics_of
+from fitting.model.forecast import FeatureForecast, Windows, block_of, scatter_of
+from fitting.model.mode import jacobian_at
+from fitting.model.variance import COEFFICIENT_SD
+from fitting.posterior.posterior import Posterior
+from fitting.sweep import START_SPEED_M_S
+from fitting.trial import MeasuredTrial, measure_trial
+from session import CameraSpec, Flag, Tracks, TrialSpec
+from swimmer import Runs
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+DRAWS = 40
+SECONDS = 5.0  # of a further trial
+_RUN_IN_BEATS = 4.0  # before it: the speed settles
+_NOISES = 20  # draws of everything else for each
+_FEWEST_INSIDE = 0.8  # share of marker coordinates within 90 % bands: chance leaves 0.83 and more in 19 of 20 trials
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedTrial:
+    """One trial and what the posterior predicts of it.
+
+    Attributes:
+        name, role: of the trial.
+        speed: measured smooth forward speed, m/s.
+        inner, outer: (5,) quantiles 5, 25, 50, 75, 95 % of the predicted one, m/s.
+        place_m: (m,) of each marker along the body.
+        swing_m: (m,) measured amplitude of its lateral beat at the crank's frequency.
+        swing_inner, swing_outer: (5, m) quantiles of the predicted ones.
+        inside: share of the scored marker coordinates within their 90 % bands.
+    """
+
+    name: str
+    role: str
+    speed: float
+    inner: np.ndarray
+    outer: np.ndarray
+    place_m: np.ndarray
+    swing_m: np.ndarray
+    swing_inner: np.ndarray
+    swing_outer: np.ndarray
+    inside: float
+
+    @property
+    def speed_inside(self) -> bool:
+        """Whether the measured speed lies within the outer 90 % band."""
+        return bool(self.outer[0] <= self.speed <= self.outer[-1])
+
+    @property
+    def flags(self) -> tuple[Flag, ...]:
+        """That a fitted trial lies outside its own bands."""
+        if self.role != "fit" or (self.speed_inside and self.inside >= _FEWEST_INSIDE):
+            return ()
+        message = (
+            f"{self.name} was fitted and lies outside its own predictive bands: it swims at {1000 * self.speed:.0f} "
+            f"mm/s, should at {1000 * self.outer[0]:.0f} to {1000 * self.outer[-1]:.0f}, and {100 * self.inside:.0f} % "
+            "of its marker coordinates lie in theirs"
+        )
+        return (Flag("fit_outside", message=message),)
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedSweep:
+    """Speed of trials that could still be swum, over frequency, and what each would add to what is known.
+
+    Attributes:
+        frequency_hz: (f,).
+        inner, outer: (5, f) quantiles 5, 25, 50, 75, 95 % of the speed, m/s.
+        sd: (f, 5) expected standard deviation of each coefficient with one such trial of 5 s more.
+        sd_now: (5,) without.
+    """
+
+    frequency_hz: np.ndarray
+    inner: np.ndarray
+    outer: np.ndarray
+    sd: np.ndarray
+    sd_now: np.ndarray
+
+    def shrinkage(self, wanted: np.ndarray) -> np.ndarray:
+        """(f,) by what factor the standard deviations of wanted coefficients (5,) shrink, in geometric mean."""
+        return np.asarray(np.exp(np.log(self.sd[:, wanted] / self.sd_now[wanted]).mean(axis=1)))
+
+
+def predict_trials(posterior: Posterior, trials: Sequence[MeasuredTrial], seed: int = 0) -> tuple[PredictedTrial, ...]:
+    """Each trial by draws from the posterior, fit and held-out ones."""
+    mode, random = posterior.mode, np.random.default_rng([seed, 4])
+    draws, scatter = _some(posterior, random), scatter_of(mode)
+    fitted = {block.model.trial.name: block for block in mode.blocks}
+    found = []
+    for trial in trials:
+        if (own := fitted.get(trial.name)) is not None:
+            block = own._replace(trial=len(mode.blocks), features=mode.simulated(own.trial))
+            length = len(own.features)
+            simulated = posterior.surrogate.likelihood.emulator(draws)[:, own.trial * length :][:, :length]
+        else:
+            block = block_of(mode, Windows.of(mode, trial).late, scatter)
+            simulated = _simulated(mode, block, draws)
+        found.append(_of_trial(trial, block, *_predicted(posterior, block, draws, simulated), random, seed))
+    return tuple(found)
+
+
+def predict_sweep(posterior: Posterior, frequency_hz: np.ndarray, seed: int = 0) -> PredictedSweep:
+    """Trials at each of some frequencies (f,), settled and measured like those of the session.
+
+    What one would add is that of a linear model (Chaloner and Verdinelli 1995).
+    """
+    mode, random = posterior.mode, np.random.default_rng([seed, 3])
+    draws, scatter = _some(posterior, random), scatter_of(mode)
+    inner, outer, shrunk = [], [], []
+    now = np.sqrt(np.diag(mode.coefficient_covariance))
+    for hz in frequency_hz:
+        window = replace(mode.model.trials[0], trial=_imagined(posterior, float(hz)))
+        block = block_of(mode, window, scatter)
+        mean, covariance = _predicted(posterior, block, draws, _simulated(mode, block, draws))
+        speed, sd = mean[:, SPEED], np.sqrt(covariance[SPEED, SPEED])
+        inner.append(np.quantile(speed, QUANTILES))
+        outer.append(np.quantile(speed[:, None] + sd * random.standard_normal((len(speed), _NOISES)), QUANTILES))
+        shrunk.append(np.sqrt(np.diag(_with(mode, block))) / now)
+    sd_now = posterior.coefficients.std(axis=0, ddof=1)
+    return PredictedSweep(frequency_hz, np.transpose(inner), np.transpose(outer), sd_now * np.array(shrunk), sd_now)
+
+
+def _some(posterior: Posterior, random: np.random.Generator) -> np.ndarray:
+    """(d, 5) draws without replacement."""
+    return random.choice(posterior.coefficients, DRAWS, replace=False)
+
+
+def _simulated(mode: Mode, block: Block, draws: np.ndarray) -> np.ndarray:
+    """(d, k) features at the draws (d, 5); where a twin diverges, those at the mode."""
+    rows = block.model.simulated(np.vstack([mode.coefficients, draws]))
+    return np.where(np.isfinite(rows[1:]), rows[1:] - rows[0], 0.0) + block.features
+
+
+def _predicted(
+    posterior: Posterior, block: Block, draws: np.ndarray, simulated: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(d, k) means of the features of a new block, given each of the draws (d, 5), and their covariance (k, k)."""
+    mode, count = posterior.mode, len(posterior.mode.residual)
+    total = Covariance.of([*mode.blocks, block], mode.blocks).at(mode.forecast_sizes)
+    known, cross = total[:count, :count], total[:count, count:]
+    gain = cho_solve(cho_factor(known, lower=True), cross)
+    off = mode.model.measured - posterior.surrogate.likelihood.emulator(draws)
+    return simulated + off @ gain, total[count:, count:] - cross.T @ gain
+
+
+def _of_trial(
+    trial: MeasuredTrial,
+    block: Block,
+    mean: np.ndarray,
+    covariance: np.ndarray,
+    random: np.random.Generator,
+    seed: int,
+) -> PredictedTrial:
+    """From means (d, k) by the draws, and the covariance (k, k) about each."""
+    model = block.model
+    values, vectors = np.linalg.eigh(covariance)
+    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    outer = np.concatenate([mean + random.standard_normal(mean.shape) @ root for _ in range(_NOISES)])
+    together = FeatureForecast(model, mean.mean(axis=0), covariance + np.cov(mean.T))
+    place_m = model.twin.robot.marker_positions_m(model.trial.markers)[:, 0]
+    return PredictedTrial(
+        name=trial.name,
+        role=trial.role,
+        speed=float(model.measured[SPEED]),
+        inner=np.quantile(mean[:, SPEED], QUANTILES),
+        outer=np.quantile(outer[:, SPEED], QUANTILES),
+        place_m=place_m - place_m.min(),
+        swing_m=_swing(model.measured),
+        swing_inner=np.quantile(_swing(mean), QUANTILES, axis=0),
+        swing_outer=np.quantile(_swing(outer), QUANTILES, axis=0),
+        inside=together.inside(trial.scored, seed),
+    )
+
+
+def _swing(features: np.ndarray) -> np.ndarray:
+    """(..., m) amplitude of each marker's lateral beat."""
+    return np.abs(harmonics_of(features)[..., 1, 0])
+
+
+def _with(mode: Mode, block: Block) -> np.ndarray:
+    """(5, 5) covariance of the coefficients with one more trial."""
+    total = Covariance.of([*mode.blocks, block], mode.blocks).at(mode.sizes)
+    jacobian = np.vstack([mode.jacobian, jacobian_at([block.model], mode.coefficients)])
+    information = jacobian.T @ cho_solve(cho_factor(total, lower=True), jacobian)
+    return np.linalg.inv(information + COEFFICIENT_SD**-2.0 * np.eye(len(mode.coefficients)))
+
+
+def _imagined(posterior: Posterior, hz: float) -> MeasuredTrial:
+    """The twin at the mode, settled at a frequency and seen without noise."""
+    model = posterior.mode.model.trials[0]
+    like, twin = model.trial, model.twin
+    frame_s, run_in_s = float(np.median(np.diff(like.time_s))), _RUN_IN_BEATS / hz
+    time_s = np.arange(0.0, run_in_s + SECONDS + like.warmup_s, frame_s)
+    start = np.array([[-START_SPEED_M_S, 0.0, 0.0]])
+    runs = Runs(posterior.mode.coefficients[None], np.array([hz]), np.zeros(1), start)
+    position_px = twin.simulate(runs, time_s).marker_m[0] / like.metres_per_px * np.array([1, -1])
+    tracks = Tracks(like.markers, time_s, position_px, np.ones(position_px.shape[:2]))
+    spec = TrialSpec(f"{hz:.2f} Hz", "swim", commanded_hz=hz, role="fit")
+    camera = CameraSpec(1 / frame_s, twin.robot.scale_length_m)
+    later = tracks.since(int(np.searchsorted(time_s, run_in_s)))
+    return measure_trial(spec, later, camera, twin.robot, like.warmup_s)
