@@ -225,7 +225,7 @@ class PublishedStage(Stage):
 
     def __init__(self, job: Job, recordings: Recordings, structures: StructureStage, effort: EffortName) -> None:
         self._job, self._recordings, self._structures, self.effort = job, recordings, structures, effort
-        settings = {"seed": job.session.seed, "effort": self.effort}
+        settings = {"seed": job.session.seed, "effort": effort, "form": 2}
         super().__init__(job.results / PUBLISHED.name, {}, settings, [recordings])
 
     def make(self) -> None:

@@ -27,7 +27,8 @@ def build(context: ReportContext) -> Section:
     text = (
         "The mode of a hierarchical model of the fit trials, by Gauss-Newton and restricted "
         f"likelihood from {counted(len(fit.ends), 'start')} ({fit.simulations} simulations of the fit trials, "
-        f"{shown(fit.seconds)} s). {counted(equals, 'start')} ended as likely. Beside the coefficients the model has "
+        f"{shown(fit.seconds)} s). {equals} of them ended within two of the highest log density. "
+        "Beside the coefficients the model has "
         "what differs from trial to trial and a discrepancy of the twin; their sizes are below."
     )
     figure = Plot(
